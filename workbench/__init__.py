@@ -1,0 +1,86 @@
+"""Human factors with sphere bodies: pose a body, put it into a cockpit, ask what it touches.
+
+    import workbench as wb
+    study = wb.load_study("trainer_clearance")
+    result = wb.run(study)
+
+Every public name is loaded where it is first used, so that `import workbench` costs no more than NumPy.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from workbench.errors import InputError as InputError
+    from workbench.errors import MissingPartError as MissingPartError
+    from workbench.errors import UsageError as UsageError
+    from workbench.errors import WorkbenchError as WorkbenchError
+    from workbench.files.bodies import load_body as load_body
+    from workbench.files.environments import load_environment as load_environment
+    from workbench.files.studies import load_study as load_study
+    from workbench.model.body import Body as Body
+    from workbench.model.contacts import Clearance as Clearance
+    from workbench.model.contacts import Contacts as Contacts
+    from workbench.model.environment import Environment as Environment
+    from workbench.model.poses import Placed as Placed
+    from workbench.model.poses import Poses as Poses
+    from workbench.model.posing import join_poses as join_poses
+    from workbench.model.posing import pose as pose
+    from workbench.model.result import Result as Result
+    from workbench.model.study import Study as Study
+    from workbench.solve.collide import body_clearance as body_clearance
+    from workbench.solve.collide import body_contacts as body_contacts
+    from workbench.solve.collide import clearance as clearance
+    from workbench.solve.collide import contacts as contacts
+    from workbench.solve.collide import self_contacts as self_contacts
+    from workbench.solve.forward import place as place
+    from workbench.solve.forward import rereference as rereference
+    from workbench.solve.forward import update as update
+    from workbench.solve.stops import stops as stops
+    from workbench.study.run import run as run
+
+__version__ = "0.1.0"
+
+_HOME: dict[str, str] = {
+    "InputError": "errors",
+    "MissingPartError": "errors",
+    "UsageError": "errors",
+    "WorkbenchError": "errors",
+    "load_body": "files.bodies",
+    "load_environment": "files.environments",
+    "load_study": "files.studies",
+    "Body": "model.body",
+    "Clearance": "model.contacts",
+    "Contacts": "model.contacts",
+    "Environment": "model.environment",
+    "Placed": "model.poses",
+    "Poses": "model.poses",
+    "join_poses": "model.posing",
+    "pose": "model.posing",
+    "Result": "model.result",
+    "Study": "model.study",
+    "body_clearance": "solve.collide",
+    "body_contacts": "solve.collide",
+    "clearance": "solve.collide",
+    "contacts": "solve.collide",
+    "self_contacts": "solve.collide",
+    "place": "solve.forward",
+    "rereference": "solve.forward",
+    "update": "solve.forward",
+    "stops": "solve.stops",
+    "run": "study.run",
+}
+
+__all__ = sorted([*_HOME, "__version__"])
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(import_module(f"workbench.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'workbench' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,0 +1,121 @@
+"""What is in front of what: the shared depth buffers of bodies and environment, seen through one camera.
+
+What stands between the viewer and the bodies must not hide them. So (1) nothing nearer than the bodies' foremost
+point is drawn: it is cut away by a plane across the view; (2) what is left in front of a body pixel is told apart
+(`veiled`), for a display to draw it as a veil. Where the plane cuts a solid, the cut face is told apart too
+(`section`): there the first surface behind the plane is one seen from inside.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.draw.camera import Camera, pixels_per_metre, project
+from workbench.draw.scene import Scene
+from workbench.kernels.raster import fill_triangles, paint_disks, sphere_depths
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.environment import Environment
+
+__all__ = ["Disks", "Layers", "projected_disks", "visible_layers"]
+
+_SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is still shown
+
+
+class Disks(NamedTuple):
+    """Projected spheres: disk (S, 3) x, y, radius [pixels]; centre, radius, front (S,): depths and radius [m].
+
+    order (S,): back to front by the frontmost point; the first given comes first where two are equal.
+    """
+
+    disk: Floats
+    centre: Floats
+    radius: Floats
+    front: Floats
+    order: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """Pixel arrays (height, width); depths in metres, -inf where there is nothing; numbers, -1 where nothing.
+
+    sphere: the sphere that the painter shows; body_depth: the foremost sphere surface. triangle, depth: the
+    foremost opaque triangle; section: it is the cut face of a solid. glass, glass_depth: the same for see-through
+    parts. cut [m]: nothing nearer than this is in the environment's arrays. veiled: the body lies behind a triangle.
+    """
+
+    cut: float
+    sphere: Ints
+    body_depth: Floats
+    triangle: Ints
+    depth: Floats
+    section: Bools
+    glass: Ints
+    glass_depth: Floats
+
+    @property
+    def veiled(self) -> Bools:
+        """(height, width) a body is here and an opaque triangle stands in front of it."""
+        return (self.sphere >= 0) & (self.depth > self.body_depth)
+
+
+def projected_disks(scene: Scene, camera: Camera) -> Disks:
+    """The scene's spheres as disks, with their painter's order."""
+    spheres = scene.spheres
+    seen = project(camera, spheres.centre)
+    size = spheres.radius * pixels_per_metre(camera, seen[:, 2])
+    front = seen[:, 2] + spheres.radius
+    disk = np.column_stack([seen[:, :2], size])
+    return Disks(disk, np.ascontiguousarray(seen[:, 2]), spheres.radius, front, np.argsort(front, kind="stable"))
+
+
+def visible_layers(scene: Scene, camera: Camera) -> Layers:
+    """All depth buffers of a scene at the camera's own resolution."""
+    size = (camera.height, camera.width)
+    disks = projected_disks(scene, camera)
+    sphere, body_depth = np.full(size, -1, dtype=np.int64), np.full(size, -np.inf)
+    paint_disks(disks.disk, disks.order, sphere)
+    sphere_depths(disks.disk, disks.centre, disks.radius, body_depth)
+    cut = float(disks.front.max()) + _SLACK if len(disks.front) else np.inf
+    triangle, depth, cut_here = _empty(size)
+    glass, glass_depth, _ = _empty(size)
+    section = np.zeros(size, dtype=np.bool_)
+    if scene.environment is not None:
+        opaque, clear = _triangle_kinds(scene.environment)
+        _fill(scene.environment, camera, opaque, cut, depth, triangle, cut_here)
+        _fill(scene.environment, camera, clear, cut, glass_depth, glass, np.zeros(size, dtype=np.bool_))
+        section = _sections(scene.environment, camera, triangle, cut_here)
+        depth[section] = cut
+    return Layers(cut, sphere, body_depth, triangle, depth, section, glass, glass_depth)
+
+
+def _empty(size: tuple[int, int]) -> tuple[Ints, Floats, Bools]:
+    return np.full(size, -1, dtype=np.int64), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_)
+
+
+def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
+    """Numbers of the opaque triangles and of the see-through ones; those of hidden parts are in neither."""
+    part = environment.triangle_part
+    shown, clear = ~environment.hidden[part], environment.see_through[part]
+    return np.flatnonzero(shown & ~clear), np.flatnonzero(shown & clear)
+
+
+def _fill(
+    environment: Environment, camera: Camera, chosen: Ints, cut: float, depth: Floats, ids: Ints, was_cut: Bools
+) -> None:
+    """Fill the chosen triangles; `ids` receives numbers of the environment's triangles."""
+    corners = project(camera, environment.vertices)[environment.triangles[chosen]]
+    fill_triangles(np.ascontiguousarray(corners), cut, depth, ids, was_cut)
+    found = ids >= 0
+    ids[found] = chosen[ids[found]]
+
+
+def _sections(environment: Environment, camera: Camera, triangle: Ints, cut_here: Bools) -> Bools:
+    """Pixels where the plane went through a solid: something was cut here and a solid is seen from inside."""
+    polygon = environment.triangle_polygon
+    inside = environment.solid[environment.triangle_part] & (environment.normal[polygon] @ camera.toward < 0)
+    found: Bools = (triangle >= 0) & cut_here
+    found[found] = inside[triangle[found]]
+    return found

@@ -1,0 +1,53 @@
+"""Where bodies, environments and studies are found by name.
+
+A name with a slash or an ending is a path, first from the folder of the file that names it, then from the current
+folder. A bare name is looked for beside the naming file's catalogue, in the current folder, and in what came with
+the workbench.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from workbench.errors import InputError, one_of
+
+__all__ = ["find", "names", "roots"]
+
+
+def roots() -> list[Path]:
+    """Folders that may hold `bodies/`, `environments/`, `studies/`: the current one, then what is installed."""
+    package = Path(__file__).resolve().parents[1]
+    return [Path.cwd(), package / "data", package.parent]
+
+
+def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> Path:
+    """The file of a catalogue entry.
+
+    kind: "bodies", "environments" or "studies"; inner: the file inside an entry's folder ("environment.yaml"), or ""
+    where entries are single files NAME.yaml; near: the folder of the file that names it. InputError lists what there
+    is.
+    """
+    is_path = "/" in name or "\\" in name or name.endswith((".yaml", ".yml")) or name in (".", "..")
+    folders = ([near] if near else []) + [Path.cwd()]
+    if is_path:
+        for folder in folders:
+            path = folder / name
+            if path.is_dir() and inner:
+                path = path / inner
+            if path.is_file():
+                return path
+        raise InputError(f"{name}: no such file (looked from {', '.join(str(f) for f in dict.fromkeys(folders))})")
+    for root in ([near.parent] if near else []) + roots():
+        path = root / kind / name / inner if inner else root / kind / f"{name}.yaml"
+        if path.is_file():
+            return path
+    raise InputError(f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner))}")
+
+
+def names(kind: str, inner: str = "") -> list[str]:
+    """The bare names that `find` knows from here, sorted."""
+    found: set[str] = set()
+    for root in roots():
+        pattern = f"{kind}/*/{inner}" if inner else f"{kind}/*.yaml"
+        found |= {p.parent.name if inner else p.stem for p in root.glob(pattern)}
+    return sorted(found)

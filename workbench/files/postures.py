@@ -1,0 +1,129 @@
+"""Posture files: named postures of a family of bodies."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from workbench.errors import InputError, one_of
+from workbench.files.bodies import body_path
+from workbench.files.body_schema import BodyFile
+from workbench.files.schema import FileModel, fail, validate
+from workbench.files.yaml_text import Document, read_yaml
+from workbench.model.body import Body
+from workbench.model.poses import Poses
+from workbench.model.posing import attitude_matrix, motion_of, pose
+
+__all__ = ["AnglesFile", "AttitudeFile", "PostureFile", "PosturesFile", "Turns", "flat_angles", "load_postures",
+           "posture_pose", "posture_path"]  # fmt: skip
+
+Angle = Annotated[float, Field(ge=-720, le=720)]
+AnglesFile = dict[str, dict[str, Angle]]
+Quaternion = Annotated[tuple[float, float, float, float], Field(strict=False)]
+Turns = dict[str, dict[str, float]]
+
+
+class AttitudeFile(FileModel):
+    """Attitude of the reference segment in degrees; pitch + is nose down, yaw + to the left."""
+
+    pitch: Angle = 0.0
+    roll: Angle = 0.0
+    yaw: Angle = 0.0
+
+    def matrix(self) -> object:
+        """(3, 3) world from segment."""
+        pitch, roll, yaw = (math.radians(angle) for angle in (self.pitch, self.roll, self.yaw))
+        return attitude_matrix(pitch=pitch, roll=roll, yaw=yaw)
+
+
+class PostureFile(FileModel):
+    """A named posture: attitude of the reference segment, joint angles, quaternions for what angles cannot say."""
+
+    description: str = ""
+    attitude: AttitudeFile = AttitudeFile()
+    angles: AnglesFile = {}
+    rotations: dict[str, Quaternion] = {}
+
+
+class PosturesFile(FileModel):
+    """A file of postures for bodies with the same joints; `reference` is the segment they are placed by."""
+
+    reference: str
+    postures: Annotated[dict[str, PostureFile], Field(min_length=1)]
+
+
+def posture_path(body: str | Path, *, near: Path | None = None) -> Path | None:
+    """The posture file that a body file names, or None."""
+    path = body_path(body, near=near)
+    named = validate(read_yaml(path), BodyFile).postures
+    return path.parent / named if named else None
+
+
+def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
+    """Read a posture file and check every joint and motion in it against a body; InputError lists all faults."""
+    document = read_yaml(path)
+    file = validate(document, PosturesFile)
+    faults = []
+    if file.reference not in body.segments:
+        what = f"body {body.name} has no segment {file.reference!r}; {one_of(file.reference, body.segments)}"
+        faults.append(fail(document, ("reference",), what))
+    for name, posture in file.postures.items():
+        turns, problems = flat_angles(body, posture.angles)
+        del turns
+        faults += [fail(document, ("postures", name, "angles", *key), what) for key, what in problems]
+        for joint in posture.rotations:
+            if joint not in body.joints:
+                what = f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"
+                faults.append(fail(document, ("postures", name, "rotations", joint), what))
+    if faults:
+        raise InputError(faults)
+    return file, document
+
+
+def flat_angles(body: Body, angles: AnglesFile) -> tuple[Turns, list[tuple[tuple[str, ...], str]]]:
+    """Degrees by joint and motion from keys that may name several joints ("LH RH"); and what is wrong, with its key."""
+    turns: Turns = {}
+    faults: list[tuple[tuple[str, ...], str]] = []
+    for key, motions in angles.items():
+        for joint in key.replace(",", " ").split():
+            if joint not in body.joints:
+                faults.append(((key,), f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"))
+                continue
+            for motion, degrees in motions.items():
+                try:
+                    axis, _ = motion_of(body, body.joint(joint), motion)
+                except InputError as error:
+                    faults.append(((key, motion), str(error)))
+                    continue
+                known = turns.setdefault(joint, {})
+                same = [m for m in known if motion_of(body, body.joint(joint), m)[0] == axis]
+                for old in same:  # the later word on one axis counts
+                    del known[old]
+                known[motion] = degrees
+    return turns, faults
+
+
+def posture_pose(body: Body, file: PosturesFile, name: str, *, more: AnglesFile | None = None,
+                 attitude: AttitudeFile | None = None) -> Poses:  # fmt: skip
+    """One pose of a body in a named posture, the reference segment at the world's origin.
+
+    more: angles that replace the posture's, axis by axis. InputError for an unknown posture or joint.
+    """
+    if name not in file.postures:
+        raise InputError(f"no posture {name!r}; {one_of(name, file.postures)}")
+    posture = file.postures[name]
+    turns, faults = flat_angles(body, posture.angles)
+    extra, more_faults = flat_angles(body, more or {})
+    if faults or more_faults:
+        raise InputError([what for _, what in faults + more_faults])
+    for joint, motions in extra.items():
+        kept = {m: d for m, d in turns.get(joint, {}).items()
+                if motion_of(body, body.joint(joint), m)[0] not in
+                {motion_of(body, body.joint(joint), new)[0] for new in motions}}  # fmt: skip
+        turns[joint] = kept | motions
+    rotations = {joint: q for joint, q in posture.rotations.items() if joint not in extra}
+    matrix = (attitude or posture.attitude).matrix()
+    return pose(body, turns, rotations=rotations, reference=file.reference, attitude=matrix)  # type: ignore[arg-type]

@@ -1,0 +1,170 @@
+"""What every file model shares: strict pydantic models, quantities with units, errors with positions.
+
+Lengths come out in metres and angles in radians: a number counts in the file's own `length` unit, a string carries
+its unit ("17.7 in").
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from types import UnionType
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    WithJsonSchema,
+)
+
+from workbench.errors import InputError, one_of
+from workbench.files.yaml_text import Document
+
+__all__ = ["Degrees", "FileModel", "Length", "LengthUnit", "Vector", "fail", "metres_in", "to_metres", "validate"]
+
+metres_in: dict[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048}
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]+)\s*\Z")
+_LONGEST = 1e4
+
+
+class FileModel(BaseModel):
+    """A strict model: no unknown keys, no guessing of types, frozen."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+def to_metres(text: str) -> float:
+    """Metres from a quantity such as "450 mm" or "17.7 in"; ValueError says what is valid."""
+    match = _QUANTITY.match(text)
+    if not match or match[2] not in metres_in:
+        raise ValueError(f"a length such as '450 mm' or '17.7 in' is needed; units: {', '.join(metres_in)}")
+    return float(match[1]) * metres_in[match[2]]
+
+
+def _length(value: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, str):
+        return to_metres(value)
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        scale = (info.context or {}).get("metres", math.nan)
+        return float(value) * scale
+    raise ValueError("a number or a length such as '450 mm' is needed")
+
+
+def _plausible(value: float) -> float:
+    if abs(value) > _LONGEST:
+        raise ValueError(f"{value:g} m is farther than {_LONGEST:g} m: a wrong unit?")
+    return value
+
+
+_LENGTH_SCHEMA = {
+    "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*(mm|cm|m|in|ft)\s*$"}],
+    "description": "a number in the file's unit of length, or a string with its unit",
+}
+Length = Annotated[float, BeforeValidator(_length), AfterValidator(_plausible), WithJsonSchema(_LENGTH_SCHEMA)]
+Degrees = Annotated[float, AfterValidator(math.radians), Field(ge=-720, le=720)]
+Vector = Annotated[tuple[Length, Length, Length], Field(strict=False)]
+LengthUnit = Annotated[str, Field(pattern=r"^(mm|cm|m|in|ft)$", description="mm, cm, m, in or ft")]
+
+Model = TypeVar("Model", bound=FileModel)
+
+
+def validate(document: Document, model: type[Model]) -> Model:
+    """Check a document against a model; InputError carries a line for every fault in the file."""
+    if not isinstance(document.value, dict):
+        raise InputError(f"{document.where(())}: a mapping of keys is needed, got {_shown(document.value)}")
+    unit = document.value.get("length")
+    scale = metres_in.get(unit, math.nan) if isinstance(unit, str) else math.nan
+    if "length" not in model.model_fields:
+        scale = 1.0
+    elif math.isnan(scale):
+        given = "it is missing" if unit is None else f"got {_shown(unit)}"
+        raise InputError(f"{document.where(('length',))}: length: the unit of length is needed ({given}), "
+                         f"one of {', '.join(metres_in)}")  # fmt: skip
+    try:
+        return model.model_validate(document.value, context={"metres": scale})
+    except ValidationError as error:
+        raise InputError(_lines(document, model, error)) from None
+
+
+def fail(document: Document, path: Iterable[str | int], what: str) -> str:
+    """One line of an InputError: where the value at `path` stands, its key, and what is wrong."""
+    keys = tuple(path)
+    return f"{document.where(keys)}: {_dotted(keys)}: {what}" if keys else f"{document.where(keys)}: {what}"
+
+
+def _lines(document: Document, model: type[FileModel], error: ValidationError) -> list[str]:
+    lines: dict[str, None] = {}
+    for fault in error.errors(include_url=False):
+        path = _real_path(document.value, fault["loc"])
+        message = str(fault["msg"]).removeprefix("Value error, ")
+        if fault["type"] == "extra_forbidden":
+            what = f"unknown key {path[-1]!r}; {one_of(str(path[-1]), _keys(model, path[:-1]))}"
+        elif fault["type"] == "missing":
+            what = f"key {fault['loc'][-1]!r} is missing"
+        else:
+            what = f"{message[:1].lower()}{message[1:]} (got {_shown(fault['input'])})"
+        lines[fail(document, path, what)] = None
+    return list(lines)
+
+
+def _real_path(value: Any, loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    """The part of pydantic's location that exists in the file: tags of unions and validators drop out."""
+    path: list[str | int] = []
+    for step in loc:
+        if (isinstance(value, dict) and step in value) or (
+            isinstance(value, list) and isinstance(step, int) and step < len(value)
+        ):
+            path.append(step)
+            value = value[step]
+    return tuple(path)
+
+
+def _keys(model: Any, path: tuple[str | int, ...]) -> list[str]:
+    """The valid keys of the mapping at this path: walk the models' annotations along it."""
+    kinds: list[Any] = [model]
+    for step in path:
+        kinds = [inner for kind in kinds for inner in _inside(kind, step)]
+    return sorted({key for kind in kinds if _is_model(kind) for key in _file_keys(kind)})
+
+
+def _file_keys(kind: Any) -> list[str]:
+    return [info.alias or name for name, info in kind.model_fields.items()]
+
+
+def _is_model(kind: Any) -> bool:
+    return isinstance(kind, type) and issubclass(kind, BaseModel)
+
+
+def _inside(kind: Any, step: str | int) -> list[Any]:
+    if _is_model(kind):
+        named = {info.alias or name: info.annotation for name, info in kind.model_fields.items()}
+        return _flat(named[str(step)]) if step in named else []
+    origin, arguments = get_origin(kind), get_args(kind)
+    if origin is dict:
+        return _flat(arguments[1])
+    return [inner for argument in arguments for inner in _flat(argument)] if origin in (list, tuple) else []
+
+
+def _flat(kind: Any) -> list[Any]:
+    """A union or an annotated type as the list of the plain types in it."""
+    origin = get_origin(kind)
+    if origin is Annotated:
+        return _flat(get_args(kind)[0])
+    if origin in (Union, UnionType):
+        return [inner for argument in get_args(kind) for inner in _flat(argument)]
+    return [kind]
+
+
+def _dotted(path: Iterable[str | int]) -> str:
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).lstrip(".")
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."

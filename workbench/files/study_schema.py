@@ -1,0 +1,107 @@
+"""The shape of `studies/NAME.yaml`."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from workbench.files.postures import AnglesFile, AttitudeFile
+from workbench.files.schema import FileModel, Length, LengthUnit, Vector
+
+__all__ = ["CaseFile", "CriterionFile", "PersonFile", "StudyFile"]
+
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+class AdjustFile(FileModel):
+    """Where in its travel a seat stands."""
+
+    forward: Length = 0.0
+    up: Length = 0.0
+
+
+class AtFile(FileModel):
+    """A segment at a place."""
+
+    segment: str
+    position: Vector
+    attitude: AttitudeFile = AttitudeFile()
+
+
+class StandFile(FileModel):
+    """A point the lowest sphere stands on, and the heading."""
+
+    on: Vector
+    yaw: Annotated[float, Field(ge=-360, le=360)] = 0.0
+
+
+class PersonFile(FileModel):
+    """A body, and where it is: in a seat, at a place, or standing."""
+
+    body: str
+    seat: str | None = None
+    adjust: AdjustFile | None = None
+    at: AtFile | None = None
+    stand: StandFile | None = None
+
+    @model_validator(mode="after")
+    def _one_place(self) -> PersonFile:
+        if [self.seat, self.at, self.stand].count(None) != 2:
+            raise ValueError("exactly one of 'seat', 'at' and 'stand' says where a person is")
+        if self.adjust and not self.seat:
+            raise ValueError("'adjust' moves a seat; give 'seat' too")
+        return self
+
+
+class CasePersonFile(FileModel):
+    """The posture of one person in one case: a named one, and angles that replace the posture's."""
+
+    posture: str
+    angles: AnglesFile = {}
+
+
+class CaseFile(FileModel):
+    """One case: everybody's posture."""
+
+    name: Name
+    people: dict[str, CasePersonFile]
+
+
+class CriterionFile(FileModel):
+    """Something that must hold in every case; what is not named means all."""
+
+    name: Name
+    check: Literal["contact", "clearance", "self_contact", "between_people", "stops"]
+    people: list[str] | None = None
+    segments: list[str] | None = None
+    parts: list[str] | None = None
+    at_least: Length | None = None
+    degrees: Annotated[float, Field(ge=-180, le=180)] | None = None
+
+    @model_validator(mode="after")
+    def _fits_the_check(self) -> CriterionFile:
+        if (self.check == "clearance") and self.at_least is None:
+            raise ValueError("a clearance needs 'at_least'")
+        if self.check in ("contact", "self_contact", "stops") and self.at_least is not None:
+            raise ValueError(f"'at_least' is a length; {self.check} takes none" +
+                             (", use 'degrees'" if self.check == "stops" else ""))  # fmt: skip
+        if self.degrees is not None and self.check != "stops":
+            raise ValueError("'degrees' belongs to check: stops")
+        if self.parts is not None and self.check not in ("contact", "clearance"):
+            raise ValueError(f"'parts' belongs to contact and clearance, not to {self.check}")
+        return self
+
+
+class StudyFile(FileModel):
+    """A study file."""
+
+    study: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
+    kind: Literal["clearance"]
+    title: str = ""
+    description: str = ""
+    length: LengthUnit
+    environment: str
+    people: Annotated[dict[str, PersonFile], Field(min_length=1)]
+    cases: Annotated[list[CaseFile], Field(min_length=1)]
+    criteria: Annotated[list[CriterionFile], Field(min_length=1)]

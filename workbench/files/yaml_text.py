@@ -1,0 +1,215 @@
+"""YAML 1.2 with positions: `no` is a string, `010` is ten, `1e3` a number, and every value knows its line.
+
+Built from the parser's events with a loop of our own, not PyYAML's constructors: those speak YAML 1.1, forget where a
+value stood, keep the last of two equal keys, and recurse as deep as the file says. Anchors are allowed but what they
+expand to is counted, so a small file cannot grow into a large one.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from workbench.errors import InputError
+
+__all__ = ["Document", "parse_yaml", "read_yaml"]
+
+MOST_VALUES = 2_000_000
+MOST_DEPTH = 64
+MOST_BYTES = 64 * 2**20
+
+# YAML 1.2.2 section 10.3.2, core schema.
+_NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
+_TRUE = re.compile(r"(?:true|True|TRUE)\Z")
+_FALSE = re.compile(r"(?:false|False|FALSE)\Z")
+_INT = re.compile(r"[-+]?[0-9]+\Z")
+_OCT = re.compile(r"0o[0-7]+\Z")
+_HEX = re.compile(r"0x[0-9a-fA-F]+\Z")
+_FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
+_INF = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
+_NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
+
+Position = tuple[int, int]
+Path_ = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Document:
+    """A parsed file: its plain value, and the position (line, column; from 1) of each value by its path of keys."""
+
+    file: str
+    value: Any
+    positions: dict[Path_, Position] = field(repr=False)
+
+    def where(self, path: Path_) -> str:
+        """`file:line:column` of the value at this path, or of its nearest ancestor that is there."""
+        while path not in self.positions and path:
+            path = path[:-1]
+        line, column = self.positions.get(path, (1, 1))
+        return f"{self.file}:{line}:{column}"
+
+
+def read_yaml(path: str | Path) -> Document:
+    """Read a YAML file; InputError says file, line and column of what is wrong."""
+    source = Path(path)
+    try:
+        data = source.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{source}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{source}: is a folder, a YAML file is needed") from None
+    except OSError as error:
+        raise InputError(f"{source}: cannot be read ({error.strerror})") from None
+    if len(data) > MOST_BYTES:
+        raise InputError(f"{source}: {len(data)} bytes is too large for a text file of this kind (most: {MOST_BYTES})")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{source}: not a text file in UTF-8 (byte {error.start} is {data[error.start]:#04x})") from None
+    if not text.strip():
+        raise InputError(f"{source}: is empty")
+    return parse_yaml(text, str(source))
+
+
+def parse_yaml(text: str, file: str) -> Document:
+    """Parse YAML text; `file` is the name that messages show."""
+    builder = _Builder(file)
+    try:
+        for event in yaml.parse(text, Loader=yaml.CSafeLoader):
+            builder.take(event)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        spot = f"{file}:{mark.line + 1}:{mark.column + 1}" if mark else file
+        raise InputError(f"{spot}: not YAML: {error.problem or error.context}") from None
+    except yaml.YAMLError as error:
+        raise InputError(f"{file}: not YAML: {str(error).splitlines()[0]}") from None
+    if not builder.done:
+        raise InputError(f"{file}: holds no value")
+    return Document(file, builder.value, builder.positions)
+
+
+def _scalar(text: str) -> Any:
+    """The value of a plain (unquoted) scalar in the core schema."""
+    if _NULL.match(text):
+        return None
+    if _TRUE.match(text):
+        return True
+    if _FALSE.match(text):
+        return False
+    if _INT.match(text):
+        return int(text) if len(text) < 40 else float(text)
+    if _OCT.match(text):
+        return int(text[2:], 8)
+    if _HEX.match(text):
+        return int(text[2:], 16)
+    if _FLOAT.match(text):
+        return float(text)
+    if inf := _INF.match(text):
+        return float(inf[1] + "inf")
+    return float("nan") if _NAN.match(text) else text
+
+
+@dataclass
+class _Open:
+    """A list or mapping that is still being filled."""
+
+    value: Any
+    path: Path_
+    anchor: str | None
+    key: Any = None
+    has_key: bool = False
+
+
+class _Builder:
+    """Turns parser events into values, one at a time, without recursion."""
+
+    def __init__(self, file: str) -> None:
+        self.file = file
+        self.positions: dict[Path_, Position] = {}
+        self.value: Any = None
+        self.done = False
+        self._open: list[_Open] = []
+        self._anchors: dict[str, Any] = {}
+        self._sizes: dict[str, int] = {}
+        self._values = 0
+
+    def take(self, event: yaml.Event) -> None:
+        if isinstance(event, yaml.DocumentStartEvent) and self.done:
+            raise self._wrong(event, "a second document starts here; one is allowed")
+        if isinstance(event, yaml.NodeEvent):
+            self._count(event, 1)
+            self._node(event)
+        elif isinstance(event, (yaml.SequenceEndEvent, yaml.MappingEndEvent)):
+            closed = self._open.pop()
+            if closed.anchor:
+                self._anchors[closed.anchor] = closed.value
+                self._sizes[closed.anchor] = self._values - self._sizes[closed.anchor]
+
+    def _node(self, event: yaml.NodeEvent) -> None:
+        if isinstance(event, yaml.AliasEvent):
+            if event.anchor not in self._anchors:
+                raise self._wrong(event, f"alias *{event.anchor} has no finished anchor &{event.anchor} before it")
+            self._count(event, self._sizes[event.anchor])
+            self._put(event, self._anchors[event.anchor])
+        elif isinstance(event, yaml.ScalarEvent):
+            if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
+                raise self._wrong(event, f"tag {event.tag} is not supported; remove it")
+            plain = event.implicit[0]
+            value = _scalar(event.value) if plain and not event.tag else event.value
+            if event.anchor:
+                self._anchors[event.anchor], self._sizes[event.anchor] = value, 1
+            self._put(event, value)
+        else:
+            if event.tag not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):
+                raise self._wrong(event, f"tag {event.tag} is not supported; remove it")
+            if len(self._open) >= MOST_DEPTH:
+                raise self._wrong(event, f"nested deeper than {MOST_DEPTH} levels")
+            value = [] if isinstance(event, yaml.SequenceStartEvent) else {}
+            path = self._put(event, value)
+            if event.anchor:
+                self._sizes[event.anchor] = self._values
+            self._open.append(_Open(value, path, event.anchor))
+
+    def _put(self, event: yaml.NodeEvent, value: Any) -> Path_:
+        """Store a finished or opened value where it belongs; returns its path."""
+        spot = (event.start_mark.line + 1, event.start_mark.column + 1)
+        if not self._open:
+            self.value, self.done, self.positions[()] = value, True, spot
+            return ()
+        top = self._open[-1]
+        if isinstance(top.value, list):
+            path = (*top.path, len(top.value))
+            top.value.append(value)
+        elif not top.has_key:
+            if isinstance(value, (list, dict)):
+                raise self._wrong(event, "a key must be a name, not a list or a mapping")
+            key = value if isinstance(value, str) else self._raw(event)
+            if key in top.value:
+                raise self._wrong(event, f"key {key!r} stands twice in one mapping")
+            top.key, top.has_key = key, True
+            self.positions[(*top.path, key)] = spot
+            return (*top.path, key)
+        else:
+            top.value[top.key] = value
+            top.has_key = False
+            return (*top.path, top.key)
+        self.positions[path] = spot
+        return path
+
+    def _raw(self, event: yaml.NodeEvent) -> str:
+        if isinstance(event, yaml.ScalarEvent):
+            return str(event.value)
+        raise self._wrong(event, "a key must be a name")
+
+    def _count(self, event: yaml.NodeEvent, values: int) -> None:
+        self._values += values
+        if self._values > MOST_VALUES:
+            raise self._wrong(event, f"the file grows past {MOST_VALUES} values; aliases may be nested too far")
+
+    def _wrong(self, event: yaml.Event, what: str) -> InputError:
+        mark = event.start_mark
+        return InputError(f"{self.file}:{mark.line + 1}:{mark.column + 1}: {what}")

@@ -1,0 +1,29 @@
+"""Arrays inside frozen nouns are read-only, of one dtype and of a checked shape."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from workbench.errors import InputError
+
+__all__ = ["Bools", "Floats", "Ints", "frozen"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+def frozen(values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: str) -> NDArray[Any]:
+    """Return a read-only C-ordered copy of `values` with this dtype; None in `shape` is any length.
+
+    Raises InputError where the shape is another, naming `what`.
+    """
+    array = np.array(values, dtype=dtype, order="C")
+    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    if not fits:
+        raise InputError(f"{what}: an array of shape {shape} is needed (None: any), got {array.shape}")
+    array.flags.writeable = False
+    return array

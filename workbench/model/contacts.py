@@ -1,0 +1,126 @@
+"""Contacts: one row for each touching or near pair, named on both sides. Clearance: the nearest pairs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.vocabulary import DIRECTIONS
+
+__all__ = ["TANGENT_TOLERANCE", "Clearance", "Contacts", "relation"]
+
+TANGENT_TOLERANCE = 1e-9
+
+
+def relation(distance: Floats, *, tolerance: float = TANGENT_TOLERANCE) -> Ints:
+    """Tell signed distances [m] apart: 1 disjoint, 0 tangent (within `tolerance` [m] of zero), -1 overlapping.
+
+    The signed distance is the paper's I(Si, Sj) = |ci - cj| - (ri + rj).
+    """
+    return np.where(distance > tolerance, 1, np.where(distance < -tolerance, -1, 0))
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """C contacts of a body with an environment or with a body (perhaps itself).
+
+    pose, sphere (C,): the body's; part, polygon (C,): the environment's, -1 against a body; other_sphere (C,): -1
+    against an environment; distance (C,) [m]: signed, negative overlapping; point (C, 3) [m]: on the other's surface;
+    normal (C, 3): unit, the way the body would be pushed out; facing, other_facing (C,): index into DIRECTIONS of the
+    side that is touched (-1: none); allowed (C,) [m]: overlap that is no fault here.
+    """
+
+    body: Body
+    other: Body | Environment
+    pose: Ints
+    sphere: Ints
+    part: Ints
+    polygon: Ints
+    other_sphere: Ints
+    distance: Floats
+    point: Floats
+    normal: Floats
+    facing: Ints
+    other_facing: Ints
+    allowed: Floats
+
+    def __post_init__(self) -> None:
+        count = len(self.distance)
+        for name in ("pose", "sphere", "part", "polygon", "other_sphere", "facing", "other_facing"):
+            object.__setattr__(self, name, frozen(getattr(self, name), np.int64, (count,), f"contacts.{name}"))
+        for name, shape in (("distance", (count,)), ("allowed", (count,)), ("point", (count, 3)), ("normal", (count, 3))):
+            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, shape, f"contacts.{name}"))
+
+    def __len__(self) -> int:
+        return len(self.distance)
+
+    @property
+    def segment(self) -> Ints:
+        """(C,) the body's segment."""
+        return self.body.sphere_segment[self.sphere]
+
+    @property
+    def other_segment(self) -> Ints:
+        """(C,) the other body's segment, -1 against an environment."""
+        if isinstance(self.other, Environment):
+            return np.full(len(self), -1)
+        return self.other.sphere_segment[self.other_sphere]
+
+    @property
+    def excess(self) -> Floats:
+        """(C,) overlap beyond what is allowed [m]; positive is a fault."""
+        return -self.distance - self.allowed
+
+    def rows(self, keep: Bools | Ints) -> Contacts:
+        """The contacts at a mask or at indices."""
+        names = ("pose", "sphere", "part", "polygon", "other_sphere", "distance", "point", "normal", "facing",
+                 "other_facing", "allowed")  # fmt: skip
+        return Contacts(self.body, self.other, **{name: getattr(self, name)[keep] for name in names})
+
+    def deepest(self) -> Contacts:
+        """One contact for each pose, segment and part (or other segment): the one with the greatest excess."""
+        other = self.part if isinstance(self.other, Environment) else self.other_segment
+        order = np.lexsort((self.other_sphere, self.polygon, self.sphere, -self.excess, other, self.segment, self.pose))
+        key = np.stack([self.pose, self.segment, other], axis=1)[order]
+        first = np.ones(len(self), dtype=np.bool_)
+        first[1:] = np.any(key[1:] != key[:-1], axis=1)
+        return self.rows(order[first])
+
+    def name(self, row: int) -> str:
+        """The body's side in words: "right hand, thumb tip (front)"."""
+        return _side(self.body, int(self.sphere[row]), int(self.facing[row]))
+
+    def other_name(self, row: int) -> str:
+        """The other side in words: "instrument_panel, polygon 117", or as `name` for a body."""
+        if isinstance(self.other, Environment):
+            part = int(self.part[row])
+            return f"{self.other.parts[part]}, polygon {int(self.polygon[row] - self.other.part_start[part])}"
+        return _side(self.other, int(self.other_sphere[row]), int(self.other_facing[row]))
+
+
+def _side(body: Body, sphere: int, facing: int) -> str:
+    words = body.segment_names[int(body.sphere_segment[sphere])]
+    if body.sphere_names[sphere]:
+        words += f", {body.sphere_names[sphere]}"
+    return f"{words} ({DIRECTIONS[facing]})" if facing >= 0 else words
+
+
+@dataclass(frozen=True, eq=False)
+class Clearance:
+    """The nearest pair of every pose, segment and other (K parts of an environment, or segments of a body).
+
+    distance (P, N, K) [m]: signed; infinite where there is nothing to measure, NaN outside the logical window.
+    sphere (P, N, K): the body's sphere, -1 where none; target (P, N, K): polygon, or the other body's sphere;
+    point (P, N, K, 3) [m]: nearest point of the other's surface.
+    """
+
+    body: Body
+    other: Body | Environment
+    distance: Floats
+    sphere: Ints
+    target: Ints
+    point: Floats

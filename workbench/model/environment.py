@@ -1,0 +1,159 @@
+"""Environment: named parts made of planar polygons, with their rules, seats, points and controls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+
+__all__ = ["Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
+
+
+@dataclass(frozen=True)
+class Allowance:
+    """Contact with a part that is allowed: by these segments ("all": any), down to `depth` [m]."""
+
+    part: int
+    segments: tuple[str, ...]
+    depth: float
+
+
+@dataclass(frozen=True)
+class Control:
+    """A control: where it is reached [m], the grip (push, pinch, grasp, foot), the harness zone (1-3), its part."""
+
+    name: str
+    at: tuple[float, float, float]
+    grip: str
+    zone: int
+    part: str
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A seat surface: its part, the segments that rest on it, how deep a sitter sinks in [m]."""
+
+    part: str
+    segments: tuple[str, ...]
+    depth: float
+
+
+@dataclass(frozen=True)
+class Seat:
+    """A seat: back and cushion planes meet in the seat reference point `srp` [m] on the centre line.
+
+    back_angle: aft of vertical; cushion_angle: front edge up; yaw: heading about +z; all [rad]. travel_forward,
+    travel_up: (least, greatest) [m]; moves: the parts that go along with the seat.
+    """
+
+    name: str
+    srp: tuple[float, float, float]
+    back_angle: float
+    cushion_angle: float
+    yaw: float
+    cushion: Rest
+    back: Rest
+    travel_forward: tuple[float, float]
+    travel_up: tuple[float, float]
+    moves: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What was found in the mesh of one part: counts of faces and of faults, told and never silently mended."""
+
+    part: str
+    faces: int
+    polygons: int
+    degenerate: int
+    duplicate: int
+    open_edges: int
+    inverted: bool
+    watertight: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Environment:
+    """K parts made of F planar polygons with E edges over V vertices; lengths [m].
+
+    part_start (K + 1,): polygons of part k are part_start[k]:part_start[k + 1]. A polygon may be concave and have
+    holes: edge_start (F + 1,), edges (E, 2) are the edges of all its loops, outer loop counter-clockwise about the
+    normal, holes clockwise. normal (F, 3) unit, offset (F,): normal . x = offset on the plane. circle_centre (F, 3),
+    circle_radius (F,): the minimum enclosing circle. triangles (T, 3), triangle_start (F + 1,): the triangles each
+    polygon was made from, wound like the normal. solid, hidden, see_through (K,).
+    """
+
+    name: str
+    description: str
+    parts: tuple[str, ...]
+    part_start: Ints
+    vertices: Floats
+    edges: Ints
+    edge_start: Ints
+    normal: Floats
+    offset: Floats
+    circle_centre: Floats
+    circle_radius: Floats
+    triangles: Ints
+    triangle_start: Ints
+    solid: Bools
+    hidden: Bools
+    see_through: Bools
+    allowances: tuple[Allowance, ...] = ()
+    seats: tuple[Seat, ...] = ()
+    points: dict[str, tuple[float, float, float]] = field(default_factory=dict)
+    controls: tuple[Control, ...] = ()
+    quality: tuple[Quality, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        k, f = len(self.parts), len(self.normal)
+        shapes: dict[str, tuple[type, tuple[int | None, ...]]] = {
+            "part_start": (np.int64, (k + 1,)),
+            "vertices": (np.float64, (None, 3)),
+            "edges": (np.int64, (None, 2)),
+            "edge_start": (np.int64, (f + 1,)),
+            "normal": (np.float64, (f, 3)),
+            "offset": (np.float64, (f,)),
+            "circle_centre": (np.float64, (f, 3)),
+            "circle_radius": (np.float64, (f,)),
+            "triangles": (np.int64, (None, 3)),
+            "triangle_start": (np.int64, (f + 1,)),
+            "solid": (np.bool_, (k,)),
+            "hidden": (np.bool_, (k,)),
+            "see_through": (np.bool_, (k,)),
+        }
+        for name, (dtype, shape) in shapes.items():
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape, f"environment.{name}"))
+        if not np.all(np.isfinite(self.vertices)):
+            raise InputError(f"environment {self.name}: vertices must be finite")
+
+    def part(self, name: str) -> int:
+        """Index of a part by name; InputError lists the valid ones."""
+        if name not in self.parts:
+            raise InputError(f"environment {self.name}: no part {name!r}; {one_of(name, self.parts)}")
+        return self.parts.index(name)
+
+    def seat(self, name: str) -> Seat:
+        """A seat by name; InputError lists the valid ones."""
+        for seat in self.seats:
+            if seat.name == name:
+                return seat
+        raise InputError(f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}")
+
+    def polygons(self, part: int) -> slice:
+        """The polygons of one part."""
+        return slice(int(self.part_start[part]), int(self.part_start[part + 1]))
+
+    @property
+    def polygon_part(self) -> Ints:
+        """(F,) the part of each polygon."""
+        return np.repeat(np.arange(len(self.parts)), np.diff(self.part_start))
+
+    @property
+    def bounds(self) -> Floats:
+        """(2, 3) least and greatest coordinates [m]."""
+        return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])

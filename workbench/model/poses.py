@@ -1,0 +1,69 @@
+"""Poses: a batch of joint rotations and placements. Placed: the same bodies in the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.model.arrays import Bools, Floats, frozen
+from workbench.model.body import Body
+
+__all__ = ["Placed", "Poses"]
+
+
+@dataclass(frozen=True, eq=False)
+class Poses:
+    """P poses of a body with J joints.
+
+    rotations (P, J, 4): unit quaternions w, x, y, z; distal segment relative to the proximal one. reference: index
+    of the segment that is placed; world_from_reference (P, 3, 4) [m]. time (P,) [s] where it is a motion.
+    """
+
+    rotations: Floats
+    reference: int
+    world_from_reference: Floats
+    time: Floats | None = None
+
+    def __post_init__(self) -> None:
+        rotations = frozen(self.rotations, np.float64, (None, None, 4), "poses.rotations")
+        poses = len(rotations)
+        norm = np.linalg.norm(rotations, axis=-1)
+        if rotations.size and not np.all(np.abs(norm - 1.0) < 1e-6):
+            raise InputError("poses.rotations: quaternions must be finite and of length 1 (w, x, y, z)")
+        place = frozen(self.world_from_reference, np.float64, (poses, 3, 4), "poses.world_from_reference")
+        gram = place[:, :, :3] @ place[:, :, :3].transpose(0, 2, 1)
+        if not (np.all(np.isfinite(place)) and np.allclose(gram, np.eye(3), rtol=0, atol=1e-6)):
+            raise InputError("poses.world_from_reference: a rotation (3, 3) and a finite position are needed")
+        object.__setattr__(self, "rotations", rotations)
+        object.__setattr__(self, "world_from_reference", place)
+        if self.time is not None:
+            object.__setattr__(self, "time", frozen(self.time, np.float64, (poses,), "poses.time"))
+
+    def __len__(self) -> int:
+        return len(self.rotations)
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """P placed bodies: world_from_segment (P, N, 3, 4), sphere centres (P, S, 3) [m].
+
+    window (N,): the segments that were placed; what is outside holds NaN and takes part in nothing.
+    """
+
+    body: Body
+    world_from_segment: Floats
+    centres: Floats
+    window: Bools
+
+    def __post_init__(self) -> None:
+        n, s = len(self.body.segments), len(self.body.sphere_names)
+        world = frozen(self.world_from_segment, np.float64, (None, n, 3, 4), "placed.world_from_segment")
+        object.__setattr__(self, "world_from_segment", world)
+        centres = frozen(self.centres, np.float64, (len(world), s, 3), "placed.centres")
+        object.__setattr__(self, "centres", centres)
+        object.__setattr__(self, "window", frozen(self.window, np.bool_, (n,), "placed.window"))
+
+    def __len__(self) -> int:
+        return len(self.world_from_segment)

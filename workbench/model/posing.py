@@ -1,0 +1,98 @@
+"""Joint angles by name to rotations, and back: swing is one rotation vector, twist a turn about the limb."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.poses import Poses
+from workbench.model.quaternions import exponential, multiply, swing_twist
+
+__all__ = ["angles_of", "attitude_matrix", "compose", "join_poses", "motion_of", "pose"]
+
+Angles = Mapping[str, Mapping[str, float]]
+
+
+def pose(
+    body: Body,
+    angles: Angles,
+    *,
+    rotations: Mapping[str, Sequence[float]] | None = None,
+    reference: str | None = None,
+    position: Sequence[float] = (0.0, 0.0, 0.0),
+    attitude: Floats | None = None,
+) -> Poses:
+    """One pose (P = 1) of a body.
+
+    angles: anatomical angles in degrees by joint and motion name ({"LH": {"flexion": 90}}); what is not named is 0.
+    rotations: quaternions w, x, y, z by joint, instead of angles. reference: the placed segment (default: the
+    stage); position [m] of its origin; attitude (3, 3): world from reference rotation, identity where None.
+    rotation = exp(swing vector) exp(twist), the angles of an axis being its component of the swing vector. InputError
+    for unknown joints and motions.
+    """
+    swing = np.zeros((len(body.joints), 3))
+    for name, motions in angles.items():
+        j = body.joint(name)
+        for motion, degrees in motions.items():
+            axis, sign = motion_of(body, j, motion)
+            swing[j, axis] += sign * np.radians(degrees)
+    quaternion = compose(body, swing)
+    for name, given in (rotations or {}).items():
+        value = np.asarray(given, dtype=np.float64)
+        length = float(np.linalg.norm(value))
+        if value.shape != (4,) or not np.isfinite(length) or length < 1e-9:
+            raise InputError(f"joint {name}: a quaternion w, x, y, z is needed, got {list(given)}")
+        quaternion[body.joint(name)] = value / length
+    place = np.zeros((1, 3, 4))
+    place[0, :, :3] = np.eye(3) if attitude is None else attitude
+    place[0, :, 3] = position
+    return Poses(quaternion[None], body.segment(reference) if reference else 0, place)
+
+
+def join_poses(rows: Sequence[Poses]) -> Poses:
+    """One batch from several; they must name the same reference segment."""
+    if not rows:
+        raise InputError("no poses to join")
+    if len({row.reference for row in rows}) > 1:
+        raise InputError("poses with different reference segments cannot be one batch")
+    rotations = np.concatenate([row.rotations for row in rows])
+    return Poses(rotations, rows[0].reference, np.concatenate([row.world_from_reference for row in rows]))
+
+
+def motion_of(body: Body, joint: int, motion: str) -> tuple[int, float]:
+    """Axis (0, 1 swing, 2 twist) and sense (1 or -1) of a named motion; InputError lists the valid names."""
+    pairs = body.stops.motions[joint]
+    for axis, (first, second) in enumerate(pairs):
+        if motion in (first, second):
+            return axis, 1.0 if motion == first else -1.0
+    valid = [name for pair in pairs for name in pair]
+    raise InputError(f"joint {body.joints[joint]}: no motion {motion!r}; {one_of(motion, valid)}")
+
+
+def attitude_matrix(*, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) -> Floats:
+    """(3, 3) rotation from attitude angles [rad]: Rz(yaw) Ry(pitch) Rx(roll); pitch + is nose down."""
+    (sp, sr, sy), (cp, cr, cy) = np.sin([pitch, roll, yaw]), np.cos([pitch, roll, yaw])
+    about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    about_z = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    return about_z @ about_y @ about_x
+
+
+def compose(body: Body, angles: Floats) -> Floats:
+    """Quaternions (J, 4) from the two swing components and the twist (J, 3) [rad]."""
+    axes = body.stops.axes
+    vector = angles[:, 0, None] * axes[:, 0] + angles[:, 1, None] * axes[:, 1]
+    return multiply(exponential(vector), exponential(angles[:, 2, None] * axes[:, 2]))
+
+
+def angles_of(body: Body, poses: Poses) -> Floats:
+    """(P, J, 3) [rad] the angle of each joint about its two swing axes and its twist axis, in the first sense."""
+    axes = body.stops.axes
+    swing, twist = swing_twist(poses.rotations, axes[None, :, 2])
+    first = np.sum(swing * axes[None, :, 0], axis=-1)
+    second = np.sum(swing * axes[None, :, 1], axis=-1)
+    return np.stack([first, second, twist], axis=-1)

@@ -1,0 +1,61 @@
+"""Quaternions w, x, y, z on arrays: products, exponentials, matrices, swing and twist."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.model.arrays import Floats
+
+__all__ = ["conjugate", "exponential", "multiply", "rotate", "shortest", "swing_twist"]
+
+
+def conjugate(q: Floats) -> Floats:
+    """The inverse rotations (..., 4)."""
+    return q * np.array([1.0, -1.0, -1.0, -1.0])
+
+
+def rotate(q: Floats, v: Floats) -> Floats:
+    """Vectors (..., 3) turned by quaternions (..., 4)."""
+    cross = np.cross(q[..., 1:], v)
+    return v + 2.0 * (q[..., :1] * cross + np.cross(q[..., 1:], cross))
+
+
+def shortest(a: Floats, b: Floats) -> Floats:
+    """The smallest rotations (..., 4) that take unit vectors a to unit vectors b; a half turn where they are opposite."""
+    cross, dot = np.cross(a, b), np.sum(a * b, axis=-1, keepdims=True)
+    q = np.concatenate([1.0 + dot, cross], axis=-1)
+    length = np.linalg.norm(q, axis=-1, keepdims=True)
+    spare = np.cross(a, np.eye(3)[np.argmin(np.abs(a), axis=-1)])
+    spare = spare / np.linalg.norm(spare, axis=-1, keepdims=True)
+    opposite = np.concatenate([np.zeros_like(dot), spare], axis=-1)
+    return np.where(length > 1e-9, q / np.maximum(length, 1e-300), opposite)
+
+
+def exponential(vector: Floats) -> Floats:
+    """Quaternions (..., 4) of rotation vectors (..., 3) [rad]."""
+    half = 0.5 * np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
+
+
+def multiply(a: Floats, b: Floats) -> Floats:
+    """Products (..., 4) of quaternions: first b, then a."""
+    w = a[..., :1] * b[..., :1] - np.sum(a[..., 1:] * b[..., 1:], axis=-1, keepdims=True)
+    v = a[..., :1] * b[..., 1:] + b[..., :1] * a[..., 1:] + np.cross(a[..., 1:], b[..., 1:])
+    return np.concatenate([w, v], axis=-1)
+
+
+def swing_twist(rotations: Floats, axis: Floats) -> tuple[Floats, Floats]:
+    """Swing vector (..., 3) [rad] and twist angle (...) [rad] of quaternions (..., 4) about unit axes (..., 3).
+
+    q = swing twist; the twist lies in (-pi, pi], the swing's angle in [0, pi] (Baerlocher & Boulic 2000).
+    """
+    along = np.sum(rotations[..., 1:] * axis, axis=-1)
+    twist = 2.0 * np.arctan2(along, rotations[..., 0])
+    twist = twist - 2 * np.pi * np.round(twist / (2 * np.pi))
+    half = np.concatenate([np.cos(0.5 * twist)[..., None], -np.sin(0.5 * twist)[..., None] * axis], axis=-1)
+    swing = multiply(rotations, half)
+    swing = np.where(swing[..., :1] < 0, -swing, swing)
+    sine = np.linalg.norm(swing[..., 1:], axis=-1)
+    angle = 2.0 * np.arctan2(sine, swing[..., 0])
+    scale = np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 2.0)
+    return swing[..., 1:] * scale[..., None], twist

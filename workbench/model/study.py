@@ -1,0 +1,63 @@
+"""Study: who is where in which environment, in which cases, and what must hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.poses import Poses
+
+__all__ = ["Criterion", "Person", "Study"]
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """Something that must hold in every case.
+
+    check: contact, clearance, self_contact, between_people or stops. people, segments, parts: those it is about.
+    at_least: [m] for clearance and between_people, [rad] for stops.
+    """
+
+    name: str
+    check: str
+    people: tuple[str, ...]
+    segments: tuple[str, ...]
+    parts: tuple[str, ...]
+    at_least: float
+
+
+@dataclass(frozen=True, eq=False)
+class Person:
+    """One body in all cases of a study: P poses, one a case.
+
+    seat: the seat it is put into (its adjustment `forward` and `up` [m]); or `stand`: a point (3,) [m] that the lowest
+    sphere stands on; or neither, where the poses are placed already.
+    """
+
+    name: str
+    body: Body
+    poses: Poses
+    postures: tuple[str, ...]
+    seat: str | None = None
+    forward: float = 0.0
+    up: float = 0.0
+    stand: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A study ready to run. `inputs` are the files it was read from, by role."""
+
+    name: str
+    kind: str
+    title: str
+    description: str
+    environment: Environment
+    people: tuple[Person, ...]
+    cases: tuple[str, ...]
+    criteria: tuple[Criterion, ...]
+    inputs: Mapping[str, Path]
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,215 @@
+"""Contacts and clearance: spheres against spheres by the paper's three steps, spheres against polygons exactly."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.kernels.clearance import environment_contacts, segment_clearance
+from workbench.kernels.pairs import pair_clearance, sphere_contacts
+from workbench.kernels.polygon import Faces
+from workbench.kernels.tree import build_tree
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
+from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+
+__all__ = ["allowed_depth", "body_clearance", "body_contacts", "clearance", "contacts", "nearest", "self_contacts"]
+
+Spheres = tuple[Floats, Floats, Ints, Floats, Floats]
+
+
+def contacts(
+    placed: Placed, environment: Environment, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
+) -> Contacts:
+    """All (sphere, polygon) pairs that overlap, or lie nearer than `margin` [m], in all poses.
+
+    A pair counts where its signed distance is below margin - tolerance: tangent spheres are not in contact. In a
+    solid part a sphere whose centre is inside has one row with the nearest polygon and a distance that is negative
+    all the way in. Rows are sorted by pose, sphere, part, polygon. Hidden parts are left out.
+    """
+    faces = _faces(environment)
+    checked = (~environment.hidden).astype(np.int64)
+    shown = placed.window.astype(np.int64)
+    body = placed.body
+    rows, numbers = environment_contacts(
+        placed.centres, body.radius, body.start, shown, faces, checked, margin - tolerance
+    )
+    order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], rows[:, 0]))
+    rows, numbers = rows[order], numbers[order]
+    point, inside = numbers[:, 1:4], numbers[:, 4] > 0
+    centre = placed.centres[rows[:, 0], rows[:, 1]]
+    normal = _unit(np.where(inside[:, None], point - centre, centre - point), environment.normal[rows[:, 3]])
+    segment = body.sphere_segment[rows[:, 1]]
+    none = np.full(len(rows), -1)
+    return Contacts(
+        body=body,
+        other=environment,
+        pose=rows[:, 0],
+        sphere=rows[:, 1],
+        part=rows[:, 2],
+        polygon=rows[:, 3],
+        other_sphere=none,
+        distance=numbers[:, 0],
+        point=point,
+        normal=normal,
+        facing=_facing(placed, (rows[:, 0], segment), -normal),
+        other_facing=none,
+        allowed=allowed_depth(body, environment)[segment, rows[:, 2]],
+    )
+
+
+def self_contacts(placed: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE) -> Contacts:
+    """Sphere pairs of non-adjacent segments that overlap, or lie nearer than `margin` [m].
+
+    Overlap about a common joint is legal and left to the joint stops; `allowed` carries the body's allowance for
+    soft flesh, and a row is a fault where its excess is positive.
+    """
+    body = placed.body
+    one, other = np.nonzero(np.triu(~body.adjacent))
+    both = placed.window[one] & placed.window[other]
+    return _sphere_rows((placed, placed), np.stack([one, other], axis=1)[both], (margin - tolerance, body.allowance))
+
+
+def body_contacts(
+    one: Placed, other: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
+) -> Contacts:
+    """Sphere pairs of two bodies that overlap, or lie nearer than `margin` [m]. Both hold the same number of poses.
+
+    Any object made of spheres is such a body: one segment without joints will do.
+    """
+    pairs = _all_pairs(one, other)
+    return _sphere_rows((one, other), pairs, (margin - tolerance, np.zeros((len(one.window), len(other.window)))))
+
+
+def clearance(placed: Placed, environment: Environment) -> Floats:
+    """Signed clearance (P, N, parts) [m] of every segment to every part: negative is penetration depth.
+
+    Infinite for hidden parts and segments without spheres, NaN outside the logical window.
+    """
+    return nearest(placed, environment).distance
+
+
+def nearest(placed: Placed, environment: Environment) -> Clearance:
+    """As `clearance`, with the spheres, polygons and points that are nearest."""
+    faces = _faces(environment)
+    body, parts = placed.body, len(environment.parts)
+    shape = (len(placed), len(body.segments), parts)
+    distance, sphere, polygon = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
+    point = np.full((*shape, 3), np.nan)
+    shown = placed.window.astype(np.int64)
+    checked = (~environment.hidden).astype(np.int64)
+    out = (distance, sphere, polygon, point)
+    segment_clearance(placed.centres, body.radius, body.start, shown, faces, checked, out)
+    distance[:, ~placed.window] = np.nan
+    return Clearance(body, environment, distance, sphere, polygon, point)
+
+
+def body_clearance(one: Placed, other: Placed) -> Clearance:
+    """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with the nearest
+    spheres; `point` lies on the other's sphere."""
+    pairs = _all_pairs(one, other)
+    shape = (len(one), len(one.window), len(other.window))
+    near, sphere = np.full((len(one), len(pairs)), np.inf), np.full((len(one), len(pairs), 2), -1)
+    pair_clearance(_spheres(one), _spheres(other), pairs, near, sphere)
+    distance, first, second = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
+    distance[:, pairs[:, 0], pairs[:, 1]] = near
+    first[:, pairs[:, 0], pairs[:, 1]], second[:, pairs[:, 0], pairs[:, 1]] = sphere[..., 0], sphere[..., 1]
+    poses = np.arange(len(one))[:, None, None]
+    centre, away = other.centres[poses, second], one.centres[poses, first] - other.centres[poses, second]
+    point = centre + _unit(away, np.array([0.0, 0.0, 1.0])) * other.body.radius[second][..., None]
+    point[second < 0] = np.nan
+    distance[:, ~one.window, :] = np.nan
+    distance[:, :, ~other.window] = np.nan
+    return Clearance(one.body, other.body, distance, first, second, point)
+
+
+def allowed_depth(body: Body, environment: Environment) -> Floats:
+    """(N, parts) [m] how deep each segment may be in each part: the environment's rules read for this body."""
+    depth = np.zeros((len(body.segments), len(environment.parts)))
+    for rule in environment.allowances:
+        for n, name in enumerate(body.segments):
+            if name in rule.segments or "all" in rule.segments:
+                depth[n, rule.part] = max(depth[n, rule.part], rule.depth)
+    return depth
+
+
+def _all_pairs(one: Placed, other: Placed) -> Ints:
+    if len(one) != len(other):
+        raise InputError(f"both bodies need the same number of poses, got {len(one)} and {len(other)}")
+    return np.argwhere(np.outer(one.window, other.window))
+
+
+def _sphere_rows(placed: tuple[Placed, Placed], pairs: Ints, rule: tuple[float, Floats]) -> Contacts:
+    one, other = placed
+    margin, allowance = rule
+    rows, distance = sphere_contacts(_spheres(one), _spheres(other), np.ascontiguousarray(pairs), margin)
+    order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
+    rows, distance = rows[order], distance[order]
+    a, b = one.centres[rows[:, 0], rows[:, 1]], other.centres[rows[:, 0], rows[:, 2]]
+    normal = _unit(a - b, np.array([0.0, 0.0, 1.0]))
+    segment, other_segment = one.body.sphere_segment[rows[:, 1]], other.body.sphere_segment[rows[:, 2]]
+    none = np.full(len(rows), -1)
+    return Contacts(
+        body=one.body,
+        other=other.body,
+        pose=rows[:, 0],
+        sphere=rows[:, 1],
+        part=none,
+        polygon=none,
+        other_sphere=rows[:, 2],
+        distance=distance,
+        point=b + normal * other.body.radius[rows[:, 2], None],
+        normal=normal,
+        facing=_facing(one, (rows[:, 0], segment), -normal),
+        other_facing=_facing(other, (rows[:, 0], other_segment), normal),
+        allowed=allowance[segment, other_segment],
+    )
+
+
+def _spheres(placed: Placed) -> Spheres:
+    body, world = placed.body, placed.world_from_segment
+    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre) + world[..., 3]
+    return placed.centres, body.radius, body.start, np.ascontiguousarray(around), body.enclosing_radius
+
+
+def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints:
+    """(C,) the entry of the six-direction table nearest to a world direction (C, 3), by (pose, segment)."""
+    pose, segment = where
+    local = np.einsum("cji,cj->ci", placed.world_from_segment[pose, segment][..., :3], direction)
+    return np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
+
+
+def _unit(vector: Floats, spare: Floats) -> Floats:
+    """Unit vectors; `spare` where a vector has no length to speak of."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.where(length > 1e-12, vector / np.maximum(length, 1e-300), spare)
+
+
+@lru_cache(maxsize=16)
+def _faces(environment: Environment) -> Faces:
+    """The environment packed for the kernels, once (nouns are frozen and compare by identity)."""
+    head, tail = environment.vertices[environment.edges[:, 0]], environment.vertices[environment.edges[:, 1]]
+    count = len(environment.normal)
+    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+    polygon = np.repeat(np.arange(count), np.diff(environment.edge_start))
+    np.minimum.at(low, polygon, head)
+    np.maximum.at(high, polygon, head)
+    nodes = build_tree(low, high, environment.part_start)
+    corners = environment.vertices[environment.triangles]
+    return Faces(
+        np.ascontiguousarray(head),
+        np.ascontiguousarray(tail),
+        environment.edge_start,
+        environment.normal,
+        np.argmax(np.abs(environment.normal), axis=1).reshape(-1),
+        environment.circle_centre,
+        environment.circle_radius,
+        *nodes,
+        environment.solid.astype(np.int64),
+        np.ascontiguousarray(corners.reshape(-1, 3, 3)),
+        environment.triangle_start[environment.part_start],
+    )

@@ -1,0 +1,90 @@
+"""Forward kinematics: poses in, placed bodies out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
+from workbench.model.poses import Placed, Poses
+from workbench.model.window import logical_window, walk
+
+__all__ = ["place", "rereference", "update"]
+
+
+def place(
+    body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None
+) -> Placed:
+    """Place a body: chain the transforms from the reference segment and put all spheres into the world.
+
+    window: mnemonics of the segments wanted; they and those on their paths to the reference segment are placed, the
+    rest holds NaN and costs nothing. reference: the segment that stands at `poses.world_from_reference`; the poses'
+    own where None. Raises InputError where the poses are of another body or a name is unknown.
+    """
+    if poses.rotations.shape[1] != len(body.joints):
+        raise InputError(f"poses have {poses.rotations.shape[1]} joints, body {body.name} has {len(body.joints)}")
+    root = poses.reference if reference is None else body.segment(reference)
+    shown = logical_window(body, window, root)
+    world = np.full((len(poses), len(body.segments), 3, 4), np.nan)
+    world[:, root] = poses.world_from_reference
+    chain_transforms(poses.rotations, _chain(body, root, shown), 0, world)
+    return _with_spheres(body, poses, (world, shown))
+
+
+def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
+    """Place again after a change that begins at joint `first_changed` in the walk from the reference segment.
+
+    Only what lies at or behind that joint in the walk is computed; the numbers equal a full `place` to the last bit.
+    The placement of the reference segment and all joints before this one must be as they were.
+    """
+    body = placed.body
+    joint = body.joint(first_changed)
+    chain = _chain(body, poses.reference, placed.window)
+    steps = np.flatnonzero(chain.joint == joint)
+    world = placed.world_from_segment.copy()
+    chain_transforms(poses.rotations, chain, int(steps[0]) if len(steps) else len(chain.joint), world)
+    return _with_spheres(body, poses, (world, placed.window))
+
+
+def rereference(placed: Placed, segment: str) -> Placed:
+    """The same placed bodies seen from a segment: one left-multiplication makes its frame the world's."""
+    n = placed.body.segment(segment)
+    if not placed.window[n]:
+        raise InputError(f"segment {segment!r} is outside the logical window")
+    frame = placed.world_from_segment[:, n]
+    turn = frame[:, :, :3].transpose(0, 2, 1)
+    shift = -np.einsum("pij,pj->pi", turn, frame[:, :, 3])
+    world = np.einsum("pij,pnjk->pnik", turn, placed.world_from_segment)
+    world[..., 3] += shift[:, None, :]
+    centres = np.einsum("pij,psj->psi", turn, placed.centres) + shift[:, None, :]
+    return Placed(placed.body, world, centres, placed.window)
+
+
+def _chain(body: Body, reference: int, shown: Bools) -> Chain:
+    steps = [step for step in walk(body, reference) if shown[step[0]]]
+    to, came, joint, upward = (np.array(column, dtype=np.int64) for column in zip(*steps, strict=True)) if steps else (
+        np.zeros(0, np.int64),) * 4  # fmt: skip
+    below, above = body.joint_in_child[joint].reshape(-1, 3), body.joint_in_parent[joint].reshape(-1, 3)
+    up = upward[:, None] == 1
+    return Chain(to, came, joint, upward, np.where(up, below, above), np.where(up, above, below))
+
+
+def _with_spheres(body: Body, poses: Poses, placed: tuple[Floats, Bools]) -> Placed:
+    world, shown = placed
+    skin = Skin(
+        centre=body.centre,
+        start=body.start,
+        twist_joint=body.twist_joint,
+        joint_axis=body.stops.axes[:, 2].copy() if len(body.joints) else np.zeros((1, 3)),
+        twist_point=body.twist_point,
+        twist_axis=body.twist_axis,
+        twist_share=body.twist_share,
+        shown=shown.astype(np.int64),
+    )
+    centres = np.full((len(poses), len(body.sphere_names), 3), np.nan)
+    place_spheres(poses.rotations, world, skin, centres)
+    return Placed(body, world, centres, shown)

@@ -1,0 +1,139 @@
+"""Joint stops: the margin of every joint in degrees, which motion limits it, and the nearest legal rotation.
+
+The swing cone with four half-angles and two twist limits follows Baerlocher & Boulic 2000 (elliptic swing cones with
+twist); the shoulder's limit is a spherical polygon for the direction of the arm, in the spirit of the sinus cones of
+Engin & Tumer 1989. A margin is the distance to the nearest stop in the plane of the swing vector, or the distance
+to the nearest twist limit if that is less; negative where a stop is breached.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
+from workbench.model.poses import Poses
+from workbench.model.stops import StopKind
+from workbench.solve.ellipse import nearest_on_cone
+from workbench.model.posing import angles_of, compose
+from workbench.model.quaternions import conjugate, multiply, rotate, shortest
+from workbench.solve.shoulder import nearest_on_polygon
+
+__all__ = ["StopMargins", "stop_limits", "stops"]
+
+
+@dataclass(frozen=True, eq=False)
+class StopMargins:
+    """Margins of P poses: margin (P, J) [rad], positive inside, infinite for free joints; axis, side (P, J): the
+    motion whose stop is nearest (axis 0, 1, 2; side 0 first name, 1 second); nearest (P, J, 4): the nearest legal
+    rotation, the joint's own where it is legal."""
+
+    body: Body
+    margin: Floats
+    axis: Ints
+    side: Ints
+    nearest: Floats
+
+    @property
+    def degrees(self) -> Floats:
+        """(P, J) margins in degrees."""
+        return np.degrees(self.margin)
+
+    def motion(self, pose: int, joint: int) -> str:
+        """Name of the motion whose stop is nearest."""
+        return self.body.stops.motions[joint][self.axis[pose, joint]][self.side[pose, joint]]
+
+
+def stops(body: Body, poses: Poses) -> StopMargins:
+    """Joint-stop margins, and the nearest legal rotations, of all joints in all poses."""
+    angles = angles_of(body, poses)
+    limits = stop_limits(body, angles)
+    count = (len(poses), len(body.joints))
+    margin, axis, side = np.full(count, np.inf), np.zeros(count, np.int64), np.zeros(count, np.int64)
+    legal, nearest = angles.copy(), poses.rotations.copy()
+    kind = body.stops.kind
+    for j in np.flatnonzero(kind == StopKind.CONE):
+        _cone(angles[:, j, :2], limits[:, j, :2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
+    for j in np.flatnonzero(kind == StopKind.HINGE):
+        _hinge(angles[:, j, :2], limits[:, j, :2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
+    for j in np.flatnonzero((kind != StopKind.FREE) & (kind != StopKind.POLYGON)):
+        _twist(angles[:, j, 2], limits[:, j, 2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
+    composed = compose(body, legal)
+    for j in np.flatnonzero(kind == StopKind.POLYGON):
+        composed[:, j] = _polygon(body, poses, (int(j), limits[:, j, 2]), (margin[:, j], axis[:, j], side[:, j]))
+    breached = margin < 0
+    nearest[breached] = composed[breached]
+    return StopMargins(body, margin, axis, side, nearest)
+
+
+def stop_limits(body: Body, angles: Floats) -> Floats:
+    """(P, J, 3, 2) [rad] limits of every motion in every pose: the couplings applied, play added to hinges' twist."""
+    limits = np.broadcast_to(body.stops.limits, (len(angles), *body.stops.limits.shape)).copy()
+    for c in body.stops.couplings:
+        driver = angles[:, c.driver_joint, c.driver_axis]
+        limits[:, c.joint, c.axis, c.side] = np.interp(driver, c.driver_angle, c.limit)
+    hinge = body.stops.kind == StopKind.HINGE
+    limits[:, hinge, 1:] += body.stops.play[hinge, None, None]
+    return limits
+
+
+Columns = tuple[Floats, Ints, Ints, Floats]
+
+
+def _cone(swing: Floats, limits: Floats, out: Columns) -> None:
+    """Swing (P, 2) against the four half-angles (P, 2, 2)."""
+    margin, axis, side, legal = out
+    point, distance, normal = nearest_on_cone(swing, limits)
+    margin[:] = distance
+    axis[:] = np.argmax(np.abs(normal), axis=1)
+    side[:] = np.take_along_axis(normal, axis[:, None], axis=1)[:, 0] < 0
+    legal[:, :2] = np.where(distance[:, None] < 0, point, swing)
+
+
+def _hinge(swing: Floats, limits: Floats, out: Columns) -> None:
+    """The hinge axis against its range, the other swing axis against its play."""
+    margin, axis, side, legal = out
+    room = np.stack([limits[..., 0] - swing, limits[..., 1] + swing], axis=-1).reshape(len(swing), 4)
+    tight = np.argmin(room, axis=1)
+    margin[:] = np.take_along_axis(room, tight[:, None], axis=1)[:, 0]
+    axis[:], side[:] = tight // 2, tight % 2
+    legal[:, :2] = np.clip(swing, -limits[..., 1], limits[..., 0])
+
+
+def _twist(twist: Floats, limits: Floats, out: Columns) -> None:
+    """Twist (P,) against its two limits (P, 2); replaces the margin where this one is less."""
+    margin, axis, side, legal = out
+    room = np.stack([limits[:, 0] - twist, limits[:, 1] + twist], axis=1)
+    least = room.min(axis=1)
+    nearer = least < margin
+    margin[nearer], axis[nearer], side[nearer] = least[nearer], 2, np.argmin(room, axis=1)[nearer]
+    legal[:, 2] = np.clip(twist, -limits[:, 1], limits[:, 0])
+
+
+def _polygon(body: Body, poses: Poses, joint: tuple[int, Floats], out: tuple[Floats, Ints, Ints]) -> Floats:
+    """Limb direction against the spherical polygon, twist against its limits; returns the legal rotations (P, 4)."""
+    j, twist_limits = joint
+    margin, axis, side = out
+    before = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (len(poses), 4))
+    at = int(body.parent[j + 1])
+    while at != body.stops.polygon_frame[j]:
+        before = multiply(poses.rotations[:, at - 1], before)
+        at = int(body.parent[at])
+    relative = multiply(before, poses.rotations[:, j])
+    limb = rotate(relative, np.broadcast_to(body.stops.limb[j], (len(poses), 3)))
+    point, distance = nearest_on_polygon(limb, body.stops.polygon[j], body.stops.polygon_centre[j])
+    outward = np.cross(limb, point) * np.where(distance < 0, -1.0, 1.0)[:, None]
+    # the sense of a turn in the polygon's frame, told in the joint's own axes
+    turn = rotate(conjugate(before), outward) @ body.stops.axes[j, :2].T
+    margin[:] = distance
+    axis[:] = np.argmax(np.abs(turn), axis=1)
+    side[:] = np.take_along_axis(turn, axis[:, None], axis=1)[:, 0] < 0
+    back = np.where((distance < 0)[:, None], shortest(limb, point), np.array([1.0, 0.0, 0.0, 0.0]))
+    moved = poses.rotations.copy()
+    moved[:, j] = multiply(conjugate(before), multiply(back, relative))
+    legal = angles_of(body, Poses(moved, poses.reference, poses.world_from_reference))
+    _twist(angles_of(body, poses)[:, j, 2], twist_limits, (margin, axis, side, np.zeros((len(poses), 3))))
+    legal[:, j, 2] = np.clip(legal[:, j, 2], -twist_limits[:, 1], twist_limits[:, 0])
+    return compose(body, legal)[:, j]
