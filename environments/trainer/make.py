@@ -96,8 +96,8 @@ def section(x: float, offset: float) -> Floats:
 
 
 def cabin(first: float, last: float) -> Manifold:
-    """The air inside the walls and below the canopy."""
-    return loft([section(x, 0.0) for x in stations(first, last)])
+    """The air inside the walls and below the canopy, less a gap of 1 mm."""
+    return loft([section(x, -1.0) for x in stations(first, last)])
 
 
 def hull_parts() -> Parts:
@@ -107,7 +107,7 @@ def hull_parts() -> Parts:
     outline = [(x, side(x, WALL)[0, 1]) for x in xs]
     outline += [(x, -y) for x, y in reversed(outline)]
     slope = [(-440.0, 0.0), (-424.0, 0.0), (-534.0, 640.0), (-550.0, 640.0)]
-    rail = shell(np.array([sill(x, 0.0) for x in stations(TAIL, DECK)]), np.array([sill(x, 42.0) for x in stations(TAIL, DECK)]))
+    rail = shell(np.array([sill(x, 0.0) for x in stations(TAIL, DECK)]), np.array([sill(x, 30.0) for x in stations(TAIL, DECK)]))
     return {
         "floor": prism(outline, "z", -20.0, 0.0),
         "firewall": loft([section(NOSE, WALL), section(NOSE, WALL) + [16.0, 0.0, 0.0]]),
@@ -133,7 +133,7 @@ def glass_parts() -> Parts:
     thick = skin(TAIL + 2.0, BOW - 2.0, -24.0, 0.0)
     window = box((TAIL + 34.0, -700.0, 734.0), (BOW - 40.0, 700.0, 1400.0))
     latch = hull([*ring((352.0, 522.0, 728.0), 9.0), *ring((262.0, 520.0, 732.0), 7.0)])
-    bow = sweep([(396, 0, 1168), (388, 60, 1150), (388, 150, 1146), (394, 205, 1158)], 9.0)
+    handle = sweep([(404, -62, 1198), (398, -62, 1172), (394, -52, 1162), (394, 52, 1162), (398, 62, 1172), (404, 62, 1198)], 8.0)
     return {
         "canopy": skin(TAIL, BOW - 2.0, 0.0, PERSPEX),
         "canopy_frame": thick - window,
@@ -141,7 +141,7 @@ def glass_parts() -> Parts:
         "windscreen_bow": skin(BOW + 2.0, BOW + 34.0, -24.0, 0.0),
         "left_canopy_latch": latch,
         "right_canopy_latch": mirrored(latch),
-        "canopy_handle": bow,
+        "canopy_handle": handle,
     }
 
 
@@ -227,12 +227,12 @@ def both(parts: Parts) -> Parts:
 
 def stick_parts() -> Parts:
     """The sticks, bent aft to the hand, with a grip and a boot at the floor."""
-    shaft = [(505.0, 0.0, 70.0), (478.0, 0.0, 300.0), (404.0, 0.0, 452.0), (394.0, 0.0, 478.0)]
-    grip = [(394.0, 0.0, 478.0), (391.0, 0.0, 486.0), (380.0, 0.0, 515.0), (368.0, 0.0, 548.0), (358.0, 0.0, 576.0), (350.0, 0.0, 598.0)]
-    handle = sweep(grip, [15.0, 22.0, 18.0, 19.0, 22.0, 20.0], sides=12, flat=0.8)
+    path = [(505.0, 0.0, 70.0), (478.0, 0.0, 300.0), (408.0, 0.0, 446.0), (394.0, 0.0, 480.0)]
+    path += [(391.0, 0.0, 487.0), (380.0, 0.0, 515.0), (368.0, 0.0, 548.0), (358.0, 0.0, 576.0), (350.0, 0.0, 598.0)]
+    shaft = sweep(path, [11.0, 11.0, 11.0, 11.0, 22.0, 18.0, 19.0, 22.0, 20.0], flat=0.8)
     button = disc((349.0, 0.0, 597.0), (-0.33, 0.0, 0.94), 7.0, 7.0, sides=12)
-    boot = sweep([(507.0, 0.0, 0.0), (505.0, 0.0, 70.0)], [78.0, 24.0], sides=16)
-    stick = union([sweep(shaft, 11.0), handle, button])
+    boot = sweep([(505.0, 0.0, 0.0), (505.0, 0.0, 70.0)], [78.0, 24.0], sides=16)
+    stick = shaft + button
     return both({name: solid.translate((0.0, SEAT_Y, 0.0)) for name, solid in (("stick", stick), ("stick_boot", boot))})
 
 
@@ -276,7 +276,7 @@ def console_parts() -> Parts:
     knob = union([disc((0, 0, 0), (0, 0, 1), 13.0, 10.0, sides=16), disc((0, 0, 10), (0, 0, 1), 15.0, 16.0, sides=16)])
     flap = sweep([(40.0, 22.0, 262.0), (60.0, 22.0, 292.0), (170.0, 22.0, 338.0)], 6.0, sides=8)
     flap += sweep([(165.0, 22.0, 336.0), (172.0, 22.0, 339.0), (262.0, 22.0, 376.0), (268.0, 22.0, 379.0)], [9.0, 13.0, 13.0, 8.0])
-    brake = union([sweep([(-70.0, -20.0, 258.0), (-30.0, -20.0, 290.0)], 5.0, sides=8), sweep([(-30.0, -42.0, 294.0), (-30.0, 2.0, 294.0)], 9.0)])
+    brake = union([sweep([(-70.0, -20.0, 258.0), (-30.0, -20.0, 294.0)], 6.0, sides=6), sweep([(-30.0, -42.0, 294.0), (-30.0, 2.0, 294.0)], 9.0)])
     selector = union([disc((356.0, 0.0, 284.0), (0, 0, 1), 30.0, 8.0), hull([(356 + a, b, z) for a in (-34, 26) for b in (-6, 6) for z in (290, 310)])])
     return {
         "centre_console": console - well,

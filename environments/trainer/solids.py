@@ -36,9 +36,9 @@ def _cap(ring: Floats) -> NDArray[np.int64]:
     flat = np.delete(ring, drop, axis=1)
     x, y = flat.T
     backward = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < 0.0
-    flat = flat * [1.0, -1.0] if backward else flat
-    triangles = np.asarray(triangulate([np.ascontiguousarray(flat)]), dtype=np.int64)
-    return triangles[:, ::-1] if backward else triangles
+    flat = flat * [1.0, -1.0] if backward else flat  # now anticlockwise, in the same order
+    triangles: NDArray[np.int64] = np.asarray(triangulate([np.ascontiguousarray(flat)]), dtype=np.int64)
+    return triangles
 
 
 def _outward(vertices: Floats, faces: NDArray[np.int64]) -> Manifold:

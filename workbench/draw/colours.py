@@ -17,11 +17,11 @@ SECTION: Colour = (176, 184, 194)
 
 # far, near. Near is light: on a white page the dark outline holds the form together, and what is far sinks back.
 FAMILIES: dict[str, tuple[Colour, Colour]] = {
-    "warm": (( 84, 72, 66), (246, 232, 214)),
-    "blue": (( 52, 70, 98), (206, 226, 246)),
-    "green": (( 56, 84, 66), (212, 238, 214)),
-    "rose": ((100, 62, 74), (248, 218, 224)),
-    "grey": (( 70, 70, 70), (236, 236, 236)),
+    "warm": ((122, 104, 92), (250, 236, 218)),
+    "blue": ((82, 104, 138), (214, 231, 248)),
+    "green": ((86, 118, 98), (216, 240, 218)),
+    "rose": ((138, 92, 106), (250, 222, 228)),
+    "grey": ((104, 104, 104), (238, 238, 238)),
 }
 
 MARKS: dict[str, Colour] = {

@@ -19,8 +19,9 @@ from workbench.kernels.raster import fill_triangles, paint_disks, sphere_depths
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["Disks", "Layers", "projected_disks", "visible_layers"]
+__all__ = ["Disks", "Layers", "depth_share", "projected_disks", "triangle_polygons", "visible_layers"]
 
+_BEHIND = 1e-4  # [m] where the faces of two touching parts coincide, the one that looks at the viewer wins
 _SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is still shown
 
 
@@ -91,13 +92,18 @@ def visible_layers(scene: Scene, camera: Camera) -> Layers:
     return Layers(cut, sphere, body_depth, triangle, depth, section, glass, glass_depth)
 
 
+def triangle_polygons(environment: Environment) -> Ints:
+    """(T,) the polygon of each triangle."""
+    return np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
+
+
 def _empty(size: tuple[int, int]) -> tuple[Ints, Floats, Bools]:
     return np.full(size, -1, dtype=np.int64), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_)
 
 
 def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
     """Numbers of the opaque triangles and of the see-through ones; those of hidden parts are in neither."""
-    part = environment.triangle_part
+    part = environment.polygon_part[triangle_polygons(environment)]
     shown, clear = ~environment.hidden[part], environment.see_through[part]
     return np.flatnonzero(shown & ~clear), np.flatnonzero(shown & clear)
 
@@ -107,6 +113,8 @@ def _fill(
 ) -> None:
     """Fill the chosen triangles; `ids` receives numbers of the environment's triangles."""
     corners = project(camera, environment.vertices)[environment.triangles[chosen]]
+    away = environment.normal[triangle_polygons(environment)[chosen]] @ camera.toward < 0
+    corners[away, :, 2] -= _BEHIND
     fill_triangles(np.ascontiguousarray(corners), cut, depth, ids, was_cut)
     found = ids >= 0
     ids[found] = chosen[ids[found]]
@@ -114,8 +122,16 @@ def _fill(
 
 def _sections(environment: Environment, camera: Camera, triangle: Ints, cut_here: Bools) -> Bools:
     """Pixels where the plane went through a solid: something was cut here and a solid is seen from inside."""
-    polygon = environment.triangle_polygon
-    inside = environment.solid[environment.triangle_part] & (environment.normal[polygon] @ camera.toward < 0)
+    polygon = triangle_polygons(environment)
+    inside = environment.solid[environment.polygon_part[polygon]] & (environment.normal[polygon] @ camera.toward < 0)
     found: Bools = (triangle >= 0) & cut_here
     found[found] = inside[triangle[found]]
     return found
+
+
+def depth_share(depth: Floats) -> Floats:
+    """Depth (S,) [m] as a share: 0 at the farthest, 1 at the nearest; 1 where all are alike."""
+    if not len(depth):
+        return depth
+    far, near = float(depth.min()), float(depth.max())
+    return (depth - far) / (near - far) if near > far else np.ones_like(depth)

@@ -24,9 +24,7 @@ from workbench.model.arrays import Floats, Ints
 __all__ = ["read_dae"]
 
 _UNUSED = frozenset(
-    "library_images library_effects library_materials library_animations library_animation_clips library_cameras "
-    "library_lights library_physics_scenes library_physics_models library_physics_materials library_controllers "
-    "bind_material extra instance_camera instance_light instance_physics_scene".split()
+    ["library_images", "library_effects", "library_materials", "library_animations", "library_animation_clips", "library_cameras", "library_lights", "library_physics_scenes", "library_physics_models", "library_physics_materials", "library_controllers", "bind_material", "extra", "instance_camera", "instance_light", "instance_physics_scene"]
 )
 _MOST_DEEP = 200
 
@@ -41,7 +39,7 @@ class _Plain(ElementTree.TreeBuilder):
 def read_dae(path: Path, data: bytes) -> RawMesh:
     """The parts of a DAE file, one for each node with geometry, with the unit the file tells. InputError where it is
     no COLLADA, refers to other files, is skinned, or is broken anywhere in its geometry."""
-    import collada  # type: ignore[import-untyped]
+    import collada
 
     tree = _cleaned(path, data)
     lines = sum(1 for item in tree.iter() if _tag(item) in ("lines", "linestrips"))

@@ -19,9 +19,9 @@ from workbench.files.mesh_parts import RawMesh, RawPart, triangulated
 __all__ = ["outside_folder", "read_obj"]
 
 _SKIPPED = frozenset(
-    "vt vn vp s mg usemtl usemap maplib lod bevel c_interp d_interp shadow_obj trace_obj".split()
+    ["vt", "vn", "vp", "s", "mg", "usemtl", "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"]
 )  # fmt: skip
-_CURVES = frozenset("l p ctech stech cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con".split())
+_CURVES = frozenset(["l", "p", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "end", "con"])
 
 
 def read_obj(path: Path, data: bytes) -> RawMesh:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["RawMesh", "RawPart", "triangulated", "unique_names", "welded"]
 
@@ -91,10 +91,10 @@ def triangulated(vertices: Floats, corners: Ints, counts: Ints) -> Ints:
     return faces
 
 
-def _folds(vertices: Floats, quads: Ints) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _folds(vertices: Floats, quads: Ints) -> Bools:
     """(n,) whether cutting from corner 0 to corner 2 makes two triangles that face opposite ways."""
     a, b, c, d = (vertices[quads[:, k]] for k in range(4))
-    folds: np.ndarray[tuple[int], np.dtype[np.bool_]] = (np.cross(b - a, c - a) * np.cross(c - a, d - a)).sum(axis=1) < 0
+    folds: Bools = (np.cross(b - a, c - a) * np.cross(c - a, d - a)).sum(axis=1) < 0
     return folds
 
 
@@ -110,7 +110,8 @@ def _clipped(points: Floats, ring: Ints) -> Ints:
         faces.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
         del left[ear]
     faces.append((left[0], left[1], left[2]))
-    return ring[np.array(faces)]
+    clipped: Ints = ring[np.array(faces)]
+    return clipped
 
 
 def _is_ear(flat: Floats, left: list[int], k: int) -> bool:

@@ -2,7 +2,7 @@
 
 Two triangles belong together when they share an edge that no third face has, are wound the same way, and lie in one
 plane. A region of them is accepted as a polygon only when every one of its corners lies within `PLANE_TOLERANCE` of
-the region's plane; a region that fails is cut up and tried again, if need be down to single triangles, which always pass.
+the region's plane; a region that fails is cut up and tried again, if need be down to single triangles.
 """
 
 from __future__ import annotations
@@ -57,8 +57,8 @@ class _Mesh:
 
     def only(self, kept: Bools) -> _Mesh:
         """The same mesh with fewer faces."""
-        picked = (array[kept] for array in (self.faces, self.vector, self.normal, self.area, self.flat))
-        return _Mesh(self.vertices, *picked)
+        return _Mesh(self.vertices, self.faces[kept], self.vector[kept], self.normal[kept], self.area[kept],
+                     self.flat[kept])  # fmt: skip
 
     def heights(self, faces: Ints, normal: Floats) -> Floats:
         """(n, 3) signed heights of the corners of `faces` along one normal for each [m]."""

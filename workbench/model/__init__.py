@@ -1,1 +1,1 @@
-
+"""The nouns: frozen arrays with their invariants, and the vocabulary."""

@@ -115,7 +115,8 @@ class Clearance:
 
     distance (P, N, K) [m]: signed; infinite where there is nothing to measure, NaN outside the logical window.
     sphere (P, N, K): the body's sphere, -1 where none; target (P, N, K): polygon, or the other body's sphere;
-    point (P, N, K, 3) [m]: nearest point of the other's surface.
+    point (P, N, K, 3) [m]: nearest point of the other's surface; facing (P, N, K): the side of the body's sphere
+    that is nearest, index into DIRECTIONS.
     """
 
     body: Body
@@ -124,3 +125,15 @@ class Clearance:
     sphere: Ints
     target: Ints
     point: Floats
+    facing: Ints
+
+    def name(self, where: tuple[int, int, int]) -> str:
+        """The body's side in words at (pose, segment, other)."""
+        return _side(self.body, int(self.sphere[where]), int(self.facing[where]))
+
+    def other_name(self, where: tuple[int, int, int]) -> str:
+        """The other side in words: part and polygon, or segment and sphere."""
+        target = int(self.target[where])
+        if isinstance(self.other, Environment):
+            return f"{self.other.parts[where[2]]}, polygon {target - int(self.other.part_start[where[2]])}"
+        return _side(self.other, target, -1)

@@ -5,48 +5,73 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance, Contacts
+from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.model.study import Criterion, Study
 
-__all__ = ["PersonResult", "Result", "Verdict"]
+__all__ = ["Finding", "PersonResult", "Result", "Verdict"]
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One measured value of a criterion.
+
+    case: index; person, other_person: names ("" where there is none); subject, target: both sides in words; value:
+    [m] or [rad], to be compared with `limit`; point [m] in the world, None where there is none.
+    """
+
+    case: int
+    person: str
+    other_person: str
+    subject: str
+    target: str
+    value: float
+    limit: float
+    point: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """How one criterion came out: `worst` is the value nearest to failing ([m] or [rad]; None where nothing was to be
-    measured), in words `finding`; `rows` in words each breach, worst first."""
+    """How one criterion came out: `worst` is the finding nearest to failing (None where nothing could be measured),
+    `breaches` are all that fail, worst first."""
 
     criterion: Criterion
     passed: bool
-    worst: float | None
-    finding: str
-    rows: tuple[str, ...]
+    worst: Finding | None
+    breaches: tuple[Finding, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class PersonResult:
-    """What was found for one person, over all cases. `margin_limit` (P, J): the motion nearest to its stop."""
+    """What was found for one person, over all P cases.
+
+    margin (P, J) [rad]: joint-stop margins, infinite where free; margin_motion (P, J): the motion nearest its stop.
+    """
 
     name: str
     placed: Placed
     contacts: Contacts
     self_contacts: Contacts
     clearance: Clearance
-    margin: tuple[tuple[float, ...], ...]
-    margin_limit: tuple[tuple[str, ...], ...]
+    margin: Floats
+    margin_motion: tuple[tuple[str, ...], ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """The result of a study. between: contacts of each pair of people, by both names; provenance: input hashes and
-    versions."""
+    """The result of a study.
+
+    environment: as it was checked, seats adjusted. between: contacts of each pair of people, by their names.
+    provenance: the input files' hashes and the versions of what computed.
+    """
 
     study: Study
+    environment: Environment
     verdicts: tuple[Verdict, ...]
     people: tuple[PersonResult, ...]
-    between: Mapping[tuple[str, str], Clearance]
-    between_contacts: Mapping[tuple[str, str], Contacts]
+    between: Mapping[tuple[str, str], Contacts]
     provenance: Mapping[str, Mapping[str, str]]
     warnings: tuple[str, ...]
 

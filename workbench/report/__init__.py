@@ -1,1 +1,1 @@
-
+"""Results turned into words, tables and a page."""

@@ -17,7 +17,8 @@ from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["allowed_depth", "body_clearance", "body_contacts", "clearance", "contacts", "nearest", "self_contacts"]
+__all__ = ["allowed_depth", "body_clearance", "body_contacts", "clearance", "contacts", "nearest", "self_clearance",
+           "self_contacts"]  # fmt: skip
 
 Spheres = tuple[Floats, Floats, Ints, Floats, Floats]
 
@@ -105,13 +106,25 @@ def nearest(placed: Placed, environment: Environment) -> Clearance:
     out = (distance, sphere, polygon, point)
     segment_clearance(placed.centres, body.radius, body.start, shown, faces, checked, out)
     distance[:, ~placed.window] = np.nan
-    return Clearance(body, environment, distance, sphere, polygon, point)
+    return Clearance(body, environment, distance, sphere, polygon, point, _near_side(placed, (distance, sphere, point)))
 
 
 def body_clearance(one: Placed, other: Placed) -> Clearance:
     """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with the nearest
     spheres; `point` lies on the other's sphere."""
-    pairs = _all_pairs(one, other)
+    return _pair_rows((one, other), _all_pairs(one, other))
+
+
+def self_clearance(placed: Placed) -> Clearance:
+    """Signed clearance (P, N, N) [m] of all non-adjacent segment pairs of one body, each pair once (row < column);
+    infinite elsewhere."""
+    body = placed.body
+    pairs = np.argwhere(np.triu(~body.adjacent) & np.outer(placed.window, placed.window))
+    return _pair_rows((placed, placed), pairs)
+
+
+def _pair_rows(placed: tuple[Placed, Placed], pairs: Ints) -> Clearance:
+    one, other = placed
     shape = (len(one), len(one.window), len(other.window))
     near, sphere = np.full((len(one), len(pairs)), np.inf), np.full((len(one), len(pairs), 2), -1)
     pair_clearance(_spheres(one), _spheres(other), pairs, near, sphere)
@@ -124,7 +137,9 @@ def body_clearance(one: Placed, other: Placed) -> Clearance:
     point[second < 0] = np.nan
     distance[:, ~one.window, :] = np.nan
     distance[:, :, ~other.window] = np.nan
-    return Clearance(one.body, other.body, distance, first, second, point)
+    # toward the other's centre: its near point lies behind ours where the spheres overlap
+    side = _near_side(one, (np.abs(distance), first, centre))
+    return Clearance(one.body, other.body, distance, first, second, point, side)
 
 
 def allowed_depth(body: Body, environment: Environment) -> Floats:
@@ -181,6 +196,18 @@ def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints
     pose, segment = where
     local = np.einsum("cji,cj->ci", placed.world_from_segment[pose, segment][..., :3], direction)
     return np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
+
+
+def _near_side(placed: Placed, found: tuple[Floats, Ints, Floats]) -> Ints:
+    """(P, N, K) the side of each nearest sphere that faces the point; inside a solid, the side away from it."""
+    distance, sphere, point = found
+    pose, segment, other = np.nonzero(sphere >= 0)
+    picked = sphere[pose, segment, other]
+    toward = point[pose, segment, other] - placed.centres[pose, picked]
+    inside = distance[pose, segment, other] < -placed.body.radius[picked]
+    side = np.full(sphere.shape, -1)
+    side[pose, segment, other] = _facing(placed, (pose, segment), np.where(inside[:, None], -toward, toward))
+    return side
 
 
 def _unit(vector: Floats, spare: Floats) -> Floats:

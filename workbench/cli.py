@@ -1,0 +1,305 @@
+"""The command `workbench`: the only place that prints. Data goes to stdout, talk to stderr.
+
+Exit codes: 0 fine, 1 ran and a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
+
+from workbench import __version__
+from workbench.errors import InputError, UsageError, WorkbenchError, one_of
+
+if TYPE_CHECKING:
+    from workbench.files.inspection import Inspection
+    from workbench.files.results import ResultFile
+
+__all__ = ["app", "main"]
+
+app = App(
+    name="workbench",
+    version=__version__,
+    help="Human factors with sphere bodies: reach, clearance and collision studies from files.",
+    help_epilogue="Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing.",
+)
+body_app = App(name="body", help="List the bodies there are, or show one.")
+app.command(body_app)
+
+Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command line; returns the exit code."""
+    try:
+        code = app(
+            list(sys.argv[1:] if arguments is None else arguments),
+            exit_on_error=False,
+            print_error=False,
+            result_action="return_value",
+        )
+    except CycloptsError as error:
+        _tell(f"workbench: {error}".rstrip() + "\nworkbench --help lists the commands.")
+        return 2
+    except WorkbenchError as error:
+        _tell(str(error))
+        return error.exit_code
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except KeyboardInterrupt:
+        _tell("stopped")
+        return 130
+    return code if isinstance(code, int) else 0
+
+
+@app.command
+def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
+    """Run a study and write its report.
+
+    Parameters
+    ----------
+    study
+        a study file, or the name of one that comes with the workbench
+    out
+        the folder to write; out/<study> where not given
+    """
+    from workbench.files.studies import load_study
+    from workbench.report.folder import write_report
+    from workbench.report.words import headline
+    from workbench.study.run import run as run_study
+
+    with _progress() as say:
+        say(f"reading {study}")
+        loaded = load_study(study)
+        say("measuring")
+        result = run_study(loaded)
+        folder = out or Path("out") / loaded.name
+        rows = write_report(result, folder, progress=say)
+    for warning in rows.warnings:
+        _tell(f"warning: {warning}")
+    if as_json:
+        print(_dumped(rows))
+    else:
+        for verdict in rows.verdicts:
+            print(f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}")
+        print(headline(result))
+        print(folder / "report.html")
+    return 0 if result.passed else 1
+
+
+@app.command
+def check(*files: Path) -> int:
+    """Check study, body, environment and posture files without running anything.
+
+    Parameters
+    ----------
+    files
+        the files to check
+    """
+    from workbench.files.kinds import check_file
+
+    if not files:
+        raise UsageError("workbench check: name one file or more")
+    faults: list[str] = []
+    for path in files:
+        try:
+            for warning in check_file(path):
+                _tell(f"{path}: warning: {warning}")
+        except InputError as error:
+            faults += error.problems
+        else:
+            print(f"{path}: ok")
+    if faults:
+        raise InputError(faults)
+    return 0
+
+
+@app.command
+def inspect(
+    source: str,
+    *,
+    units: str | None = None,
+    up: str | None = None,
+    forward: str | None = None,
+    as_json: Json = False,
+) -> int:
+    """Show the parts, sizes, quality and warnings of a mesh file or an environment.
+
+    Parameters
+    ----------
+    source
+        a mesh file, an environment folder, or the name of an environment
+    units
+        the unit of length of a mesh file: mm, cm, m, in or ft
+    up
+        the mesh's upward axis, such as z or -y
+    forward
+        the mesh's forward axis
+    """
+    from workbench.files.inspection import inspect_source
+
+    found = inspect_source(source, length=units, up=up, forward=forward)
+    if as_json:
+        print(_dumped(found))
+    else:
+        _print_inspection(found)
+    return 0
+
+
+@app.command
+def render(
+    source: str,
+    *,
+    out: Path,
+    posture: str = "standing",
+    case: str | None = None,
+    view: str = "three_quarter",
+    style: str = "disks",
+    size: int = 800,
+) -> int:
+    """Draw a body, an environment or a case of a study into a PNG (disks) or SVG (circles) file.
+
+    Parameters
+    ----------
+    source
+        a body, an environment or a study: a file or a name
+    out
+        the picture to write
+    posture
+        the posture of a body
+    case
+        the case of a study; its first where not given
+    view
+        front, back, left, right, top, bottom or three_quarter
+    style
+        disks (PNG) or circles (SVG)
+    size
+        width and height in pixels
+    """
+    from workbench.draw.render import render as draw
+    from workbench.draw.sources import scene_of
+
+    ending = ".svg" if style == "circles" else ".png"
+    if out.suffix.lower() != ending:
+        raise UsageError(f"a picture of {style} is a {ending} file; got --out {out}")
+    picture = draw(scene_of(source, posture=posture, case=case), view=view, style=style, size=size)
+    partial = out.with_name(f".{out.name}.partial")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_bytes(picture)
+        partial.replace(out)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror})") from None
+    print(out)
+    return 0
+
+
+@body_app.command(name="list")
+def body_list(*, as_json: Json = False) -> int:
+    """List the bodies there are."""
+    from workbench.report.body_sheet import body_list as listed
+
+    rows = listed()
+    if as_json:
+        print(_dumped(rows))
+    for row in [] if as_json else rows:
+        print(f"{row['name']}: {row['description']} ({row['segments']} segments, {row['spheres']} spheres, "
+              f"{row['mass_kg']} kg)")  # fmt: skip
+    return 0
+
+
+@body_app.command(name="show")
+def body_show(body: str, *, as_json: Json = False) -> int:
+    """Show a body: its segments, joints and postures.
+
+    Parameters
+    ----------
+    body
+        a body file, or the name of one that comes with the workbench
+    """
+    from workbench.report.body_sheet import body_sheet, body_text
+
+    sheet = body_sheet(body)
+    print(_dumped(sheet) if as_json else body_text(sheet))
+    return 0
+
+
+@app.command
+def schema(kind: str) -> int:
+    """Print the JSON Schema of a kind of file, for editors.
+
+    Parameters
+    ----------
+    kind
+        body, postures, environment, study or result
+    """
+    from workbench.files.kinds import json_schemas
+
+    known = json_schemas()
+    if kind not in known:
+        raise UsageError(f"no schema {kind!r}; {one_of(kind, known)}")
+    print(json_text(known[kind]))
+    return 0
+
+
+@app.command
+def doctor(*, as_json: Json = False) -> int:
+    """Say which versions and which optional parts are there."""
+    from workbench.report.doctor import doctor_report
+
+    report = doctor_report()
+    if as_json:
+        print(_dumped(report))
+    for name, told in [] if as_json else report.items():
+        print(f"{name}: {told}")
+    return 0
+
+
+def json_text(data: Any) -> str:
+    """JSON with stable layout."""
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+
+
+def _dumped(data: ResultFile | Inspection | list[Any] | dict[str, Any]) -> str:
+    from dataclasses import asdict, is_dataclass
+
+    if isinstance(data, (list, dict)):
+        return json_text(data)
+    return json_text(asdict(data) if is_dataclass(data) else data.model_dump(mode="json"))
+
+
+def _tell(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+class _progress:  # noqa: N801
+    """A spinner on a terminal, nothing elsewhere."""
+
+    def __enter__(self) -> Any:
+        self.status = None
+        if sys.stderr.isatty():
+            from rich.console import Console
+
+            self.status = Console(stderr=True).status("starting")
+            self.status.start()
+        return self._say
+
+    def _say(self, text: str) -> None:
+        if self.status is not None:
+            self.status.update(text)
+
+    def __exit__(self, *_: object) -> None:
+        if self.status is not None:
+            self.status.stop()
+
+
+def _print_inspection(found: Inspection) -> None:
+    for line in found.lines():
+        print(line)

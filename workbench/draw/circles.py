@@ -1,0 +1,115 @@
+"""The paper's vector display: every sphere's outline circle, stronger the nearer, as a self-contained SVG text."""
+
+from __future__ import annotations
+
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from workbench.draw.camera import Camera
+from workbench.draw.colours import FAMILIES, INK, PAPER, hexadecimal
+from workbench.draw.edges import Lines, drawn_edges, visible_lines
+from workbench.draw.marks import DOT, TEXT_SIZE, placed_marks, scale_bar
+from workbench.draw.scene import Scene
+from workbench.draw.visibility import depth_share, projected_disks, visible_layers
+
+__all__ = ["circles"]
+
+_MOST_LINES = 9000  # keeps a picture under 400 kB
+_FONT = "font-family='Helvetica,Arial,sans-serif'"
+
+
+def circles(scene: Scene, camera: Camera) -> str:
+    """SVG text of width x height of the camera: environment's edges, then circles back to front, then marks.
+
+    No script, no reference to anything outside; labels are escaped. Of more than 9,000 line pieces the longest stay.
+    """
+    width, height = camera.width, camera.height
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
+        ' role="img">',
+        f"<title>{escape(scene.title)}</title>",
+        f"<desc>{escape(scene.description or _description(scene, camera))}</desc>",
+        f'<rect width="{width}" height="{height}" fill="{hexadecimal(PAPER)}"/>',
+    ]
+    if scene.environment is not None:
+        layers = visible_layers(scene, camera)
+        edges, clear = drawn_edges(scene.environment, camera, layers.cut)
+        parts += _lines(visible_lines(edges, clear, layers))
+    parts += [*_circles(scene, camera), *_marks(scene, camera), *_bar(camera), "</svg>", ""]
+    return "\n".join(parts)
+
+
+def _description(scene: Scene, camera: Camera) -> str:
+    """What a reader who cannot see the picture should know."""
+    where = f" in {scene.environment.name}" if scene.environment is not None else ""
+    names = ", ".join(shown.placed.body.name for shown in scene.bodies) or "no body"
+    view = camera.name.replace("_", "-")
+    return f"{names}{where}, {view} view: the outline circle of every sphere; {len(scene.marks)} points marked."
+
+
+def _lines(lines: Lines) -> list[str]:
+    """Two paths, plain and faint lines."""
+    length = np.linalg.norm(lines.ends[:, 1] - lines.ends[:, 0], axis=1)
+    kept = np.sort(np.argsort(-length, kind="stable")[:_MOST_LINES])
+    parts = ['<g class="environment" fill="none" stroke-linecap="round" stroke="#8d99a8">']
+    for faint, style in ((True, 'stroke-width="0.6" stroke-opacity="0.45"'), (False, 'stroke-width="0.8"')):
+        chosen = kept[lines.faint[kept] == faint]
+        pieces = [f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for (a, b), (c, d) in lines.ends[chosen]]
+        if pieces:
+            parts.append(f'<path {style} d="{"".join(pieces)}"/>')
+    return [*parts, "</g>"]
+
+
+def _circles(scene: Scene, camera: Camera) -> list[str]:
+    """One circle a sphere. Paper shines through a little less with each circle: what is far sinks back."""
+    spheres, flat = scene.spheres, projected_disks(scene, camera)
+    share = depth_share(flat.front)
+    ink = [np.array(FAMILIES[shown.colour][0], dtype=np.float64) * 0.4 for shown in scene.bodies]
+    parts = [f'<g class="bodies" fill="{hexadecimal(PAPER)}" fill-opacity="0.5">']
+    for sphere in flat.order:
+        x, y, radius = flat.disk[sphere]
+        near = float(share[sphere])
+        stroke = np.array(PAPER) + (ink[spheres.body[sphere]] - np.array(PAPER)) * (0.38 + 0.62 * near)
+        parts.append(
+            f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" stroke="{hexadecimal(stroke)}"'
+            f' stroke-width="{0.5 + 0.7 * near:.2f}"/>'
+        )
+    return [*parts, "</g>"]
+
+
+def _marks(scene: Scene, camera: Camera) -> list[str]:
+    """Leader lines, dots (drawn as paths: a circle is a sphere here) and labels on white plates."""
+    placed = placed_marks(scene, camera)
+    leaders, dots, labels = [], [], []
+    for mark in placed:
+        (x, y), (u, v), (a, b), colour = mark.dot, mark.label, mark.half, hexadecimal(mark.colour)
+        point = f'd="M{x:.1f} {y:.1f}h0"'
+        dots.append(f'<path stroke="#fff" stroke-width="{2 * DOT + 2.6:.1f}" {point}/>')
+        dots.append(f'<path class="{mark.kind}" stroke="{colour}" stroke-width="{2 * DOT:.1f}" {point}/>')
+        if mark.text:
+            leaders.append(f'<path stroke="{colour}" d="M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}"/>')
+            labels.append(
+                f'<rect x="{u - a:.1f}" y="{v - b:.1f}" width="{2 * a:.1f}" height="{2 * b:.1f}" rx="4" fill="#fff"'
+                f' stroke="{colour}"/><text x="{u:.1f}" y="{v:.1f}" dy=".36em" fill="{colour}">{escape(mark.text)}</text>'
+            )
+    return [
+        '<g class="marks">',
+        *leaders,
+        '<g stroke-linecap="round">',
+        *dots,
+        f'</g><g {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle">',
+        *labels,
+        "</g></g>",
+    ]
+
+
+def _bar(camera: Camera) -> list[str]:
+    bar, ink = scale_bar(camera), hexadecimal(INK)
+    middle = bar.x + bar.pixels / 2.0
+    shape = f"M{bar.x:.1f} {bar.y - 5:.1f}v10m0-5h{bar.pixels:.2f}m0-5v10"
+    return [
+        f'<g class="scale"><path fill="none" stroke="{ink}" stroke-width="2" d="{shape}"/>'
+        f'<text x="{middle:.1f}" y="{bar.y - 8:.1f}" {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
+        f' fill="{ink}">{bar.text}</text></g>'
+    ]

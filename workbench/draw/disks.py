@@ -1,0 +1,151 @@
+"""The paper's raster display: every sphere a solid disk of one shade by depth, painted back to front.
+
+Around the bodies stands the environment, flat shaded and pale, with dark edges. What stands in front of a body
+is a veil over it, what stands nearer than every body is cut away (see visibility).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from workbench.draw.camera import Camera
+from workbench.draw.colours import FAMILIES, GLASS, INK, PAPER, SECTION, ramp
+from workbench.draw.edges import Lines, drawn_edges, visible_lines
+from workbench.draw.marks import DOT, TEXT_SIZE, placed_marks, scale_bar
+from workbench.draw.scene import Scene
+from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
+from workbench.model.arrays import Bools, Floats
+from workbench.model.environment import Environment
+
+__all__ = ["disks"]
+
+_JUMP = 0.018  # [m] a step in depth that is drawn as an outline within a body
+_LIGHT = np.array([-0.35, 0.62, 0.70])  # right, up, toward: over the viewer's left shoulder
+_WALL_DARK, _WALL_LIGHT = np.array([190.0, 197.0, 206.0]), np.array([244.0, 246.0, 248.0])
+
+
+def disks(scene: Scene, camera: Camera, *, supersample: int = 2, veil: float = 0.28) -> Image.Image:
+    """RGB picture of a scene, width x height of the camera; byte for byte the same each time.
+
+    supersample: pixels drawn each way for one of the picture. veil: opacity, 0 to 1, of what is in front of a body.
+    """
+    fine = camera.enlarged(supersample)
+    layers = visible_layers(scene, fine)
+    picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
+    if scene.environment is not None:
+        _paint_environment(picture, scene.environment, fine, layers)
+    _paint_bodies(picture, scene, fine, layers, veil)
+    if scene.environment is not None:
+        _paint_glass(picture, layers)
+        edges, clear = drawn_edges(scene.environment, fine, layers.cut)
+        _paint_lines(picture, visible_lines(edges, clear, layers), supersample)
+    image = Image.fromarray(np.round(picture).astype(np.uint8), "RGB")
+    _draw_dots(image, scene, camera, supersample)
+    image = image.resize((camera.width, camera.height), Image.Resampling.BOX)
+    _draw_texts(image, scene, camera)
+    return image
+
+
+def _paint_environment(picture: Floats, environment: Environment, camera: Camera, layers: Layers) -> None:
+    """Flat shade by the polygon's normal, either side alike; paler with distance; cut faces in one plain tint."""
+    light = _LIGHT @ np.array([camera.right, camera.up, camera.toward])
+    normal = environment.normal[triangle_polygons(environment)]
+    facing = np.where(normal @ camera.toward < 0, -1.0, 1.0)
+    lit = np.clip((normal @ light) * facing / np.linalg.norm(light), 0.0, 1.0)[:, None]
+    colour = (_WALL_DARK + (_WALL_LIGHT - _WALL_DARK) * lit).astype(np.float32)
+    seen = layers.triangle >= 0
+    fade = _fade(layers.depth[seen], layers)[:, None]
+    picture[seen] = colour[layers.triangle[seen]] * (1 - fade) + np.array(PAPER, dtype=np.float32) * fade
+    picture[layers.section] = SECTION
+
+
+def _fade(depth: Floats, layers: Layers) -> Floats:
+    """How far the environment at `depth` [m] has faded into the paper: 0 at the bodies, more beyond."""
+    body = layers.body_depth[layers.sphere >= 0]
+    near = float(body.min()) if len(body) else float(np.max(layers.depth, initial=0.0))
+    faded: Floats = np.clip((near - depth) / 1.5, 0.0, 1.0).astype(np.float32) * np.float32(0.6)
+    return faded
+
+
+def _paint_bodies(picture: Floats, scene: Scene, camera: Camera, layers: Layers, veil: float) -> None:
+    """One shade a sphere, a darker line where the body's depth jumps, a veil of what stands in front."""
+    spheres, flat = scene.spheres, projected_disks(scene, camera)
+    share = depth_share(flat.front)
+    colour = np.zeros((len(share), 3), dtype=np.float32)
+    for index, shown in enumerate(scene.bodies):
+        mine = spheres.body == index
+        colour[mine] = ramp(shown.colour, share[mine])
+    here = layers.sphere >= 0
+    body = colour[layers.sphere[here]]
+    body[_outline(layers)[here]] *= 0.42
+    front = layers.veiled[here][:, None] * np.float32(veil)
+    picture[here] = picture[here] * front + body * (1 - front)
+
+
+def _outline(layers: Layers) -> Bools:
+    """Body pixels with a neighbour that lies more than _JUMP farther: a silhouette, or a limb before the trunk."""
+    depth = layers.body_depth
+    found = np.zeros(depth.shape, dtype=np.bool_)
+    with np.errstate(invalid="ignore"):  # background minus background
+        down, across = depth[1:] - depth[:-1], depth[:, 1:] - depth[:, :-1]
+    found[1:] |= down > _JUMP
+    found[:-1] |= down < -_JUMP
+    found[:, 1:] |= across > _JUMP
+    found[:, :-1] |= across < -_JUMP
+    return found
+
+
+def _paint_glass(picture: Floats, layers: Layers) -> None:
+    """A thin tint where a see-through part is the foremost thing."""
+    foremost = np.maximum(layers.depth, layers.body_depth)
+    tinted = (layers.glass >= 0) & (layers.glass_depth > foremost)
+    picture[tinted] = picture[tinted] * np.float32(0.86) + np.array(GLASS, dtype=np.float32) * np.float32(0.14)
+
+
+def _paint_lines(picture: Floats, lines: Lines, supersample: int) -> None:
+    """Edges in ink through a mask of opacities, far to near."""
+    mask = Image.new("L", (picture.shape[1], picture.shape[0]), 0)
+    draw = ImageDraw.Draw(mask)
+    opacity = np.where(lines.faint, 60, 150)
+    for index in np.argsort(lines.depth, kind="stable"):
+        (x, y), (u, v) = lines.ends[index]
+        draw.line((float(x), float(y), float(u), float(v)), fill=int(opacity[index]), width=max(1, supersample))
+    strength = np.asarray(mask, dtype=np.float32)[..., None] / np.float32(255.0)
+    picture += (np.array(INK, dtype=np.float32) - picture) * strength
+
+
+def _draw_dots(image: Image.Image, scene: Scene, camera: Camera, factor: int) -> None:
+    """Leader lines, dots with a white halo, and the scale bar, before the picture is made smaller."""
+    draw = ImageDraw.Draw(image)
+    marks = placed_marks(scene, camera)
+    for mark in marks:
+        if mark.text:
+            ends = [value * factor for value in (*mark.dot, *mark.label)]
+            draw.line(ends, fill=PAPER, width=3 * factor)
+            draw.line(ends, fill=mark.colour, width=factor)
+    for mark in marks:
+        x, y = mark.dot[0] * factor, mark.dot[1] * factor
+        for size, colour in ((DOT + 1.3, PAPER), (DOT, mark.colour)):
+            reach = size * factor
+            draw.ellipse((x - reach, y - reach, x + reach, y + reach), fill=colour)
+    bar = scale_bar(camera)
+    left, right, base = bar.x * factor, (bar.x + bar.pixels) * factor, bar.y * factor
+    for width, colour in ((4, PAPER), (2, INK)):
+        draw.line((left, base, right, base), fill=colour, width=width * factor)
+        for end in (left, right):
+            draw.line((end, base - 5 * factor, end, base + 5 * factor), fill=colour, width=width * factor)
+
+
+def _draw_texts(image: Image.Image, scene: Scene, camera: Camera) -> None:
+    """Labels on white plates and the scale bar's caption, at the picture's own size, where letters are crisp."""
+    draw = ImageDraw.Draw(image)
+    font = ImageFont.load_default(TEXT_SIZE)  # the font inside Pillow: the same on every machine
+    for mark in placed_marks(scene, camera):
+        if mark.text:
+            (x, y), (a, b) = mark.label, mark.half
+            draw.rounded_rectangle((x - a, y - b, x + a, y + b), radius=4, fill=PAPER, outline=mark.colour, width=1)
+            draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor="mm")
+    bar = scale_bar(camera)
+    middle = bar.x + bar.pixels / 2.0
+    draw.text((middle, bar.y - 7), bar.text, fill=INK, font=font, anchor="ms", stroke_width=2, stroke_fill=PAPER)

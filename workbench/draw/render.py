@@ -1,0 +1,34 @@
+"""One picture as a file: PNG of disks or SVG of circles."""
+
+from __future__ import annotations
+
+import io
+
+from workbench.draw.camera import standard_view
+from workbench.draw.circles import circles
+from workbench.draw.disks import disks
+from workbench.draw.scene import Scene
+from workbench.draw.views import four_views
+from workbench.errors import UsageError, one_of
+
+__all__ = ["STYLES", "render"]
+
+STYLES = ("disks", "circles")
+
+
+def render(scene: Scene, *, view: str = "three_quarter", style: str = "disks", size: int = 800) -> bytes:
+    """The bytes of a picture, size x size pixels: PNG for disks, SVG for circles.
+
+    view: a standard view. UsageError for an unknown view or style or a size beyond 16 to 8192.
+    """
+    if style not in STYLES:
+        raise UsageError(f"no style {style!r}; {one_of(style, STYLES)}")
+    if not 16 <= size <= 8192:
+        raise UsageError(f"a picture of 16 to 8192 pixels is possible, got {size}")
+    framed = dict(four_views(scene, width=size, height=size))
+    camera = framed.get(view) or standard_view(view, scene.bounds, width=size, height=size)
+    if style == "circles":
+        return circles(scene, camera).encode()
+    out = io.BytesIO()
+    disks(scene, camera).save(out, "PNG", optimize=True)
+    return out.getvalue()

@@ -1,0 +1,131 @@
+"""The shape of `environment.yaml`: strict models, lengths in metres and angles in radians once validated."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from workbench.files.schema import Degrees, FileModel, Length, LengthUnit, Vector, metres_in, to_metres
+
+__all__ = ["AllowFile", "ControlFile", "EnvironmentFile", "MeshFile", "PartFile", "RestFile", "SeatFile", "unit_metres"]
+
+Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
+Depth = Annotated[Length, Field(ge=0, le=1)]
+Range = Annotated[tuple[Length, Length], Field(strict=False)]
+Name = Annotated[str, Field(min_length=1)]
+
+
+def unit_metres(text: str) -> float:
+    """Metres in one unit of a mesh: a unit's name, or a length such as "150 mm" for a file to an odd scale."""
+    if text in metres_in:
+        return metres_in[text]
+    metres = to_metres(text)
+    if not 1e-6 <= metres <= 1e3:
+        raise ValueError("one unit of a mesh is between 0.000001 and 1000 m")
+    return metres
+
+
+def _unit(text: str) -> str:
+    unit_metres(text)
+    return text
+
+
+def _rising(pair: tuple[float, float]) -> tuple[float, float]:
+    if not pair[0] <= 0 <= pair[1]:
+        raise ValueError("two lengths are needed, the least (zero or below) and the greatest (zero or above)")
+    return pair
+
+
+class TurnFile(FileModel):
+    """Turns [rad] about x (roll), then y (pitch), then z (yaw), after the axes are put right."""
+
+    yaw: Degrees = 0.0
+    pitch: Degrees = 0.0
+    roll: Degrees = 0.0
+
+
+class MeshFile(FileModel):
+    """A mesh: its file beside the environment, the unit where the file does not say (or is wrong), its axes."""
+
+    file: Name
+    length: Annotated[str, AfterValidator(_unit)] | None = None
+    up: Axis
+    forward: Axis
+    move: Vector = (0.0, 0.0, 0.0)
+    turn: TurnFile = TurnFile()
+
+    @model_validator(mode="after")
+    def _square(self) -> MeshFile:
+        if self.up[-1] == self.forward[-1]:
+            raise ValueError(f"forward ({self.forward}) must be at right angles to up ({self.up})")
+        return self
+
+
+class AllowFile(FileModel):
+    """Contact that is allowed: these segments, or "all", down to this depth [m]."""
+
+    segments: Literal["all"] | Annotated[list[Name], Field(min_length=1)]
+    depth: Depth
+
+
+class PartFile(FileModel):
+    """Rules for a part, or for all parts of a pattern."""
+
+    solid: Literal["auto"] | bool = "auto"
+    hidden: bool = False
+    see_through: bool = False
+    allow: list[AllowFile] = Field(default_factory=list)
+
+
+class RestFile(FileModel):
+    """A surface that is sat on or leant against, by which segments and how deep [m]."""
+
+    part: Name
+    segments: Literal["all"] | Annotated[list[Name], Field(min_length=1)]
+    depth: Depth
+
+
+class TravelFile(FileModel):
+    """How far a seat goes from where it stands: least and greatest [m]."""
+
+    forward: Annotated[Range, AfterValidator(_rising)] = (0.0, 0.0)
+    up: Annotated[Range, AfterValidator(_rising)] = (0.0, 0.0)
+
+
+class SeatFile(FileModel):
+    """A seat; see `workbench.model.environment.Seat`."""
+
+    srp: Vector
+    back_angle: Annotated[Degrees, Field(ge=-math.pi / 4, le=math.pi / 2)]
+    cushion_angle: Annotated[Degrees, Field(ge=-math.pi / 4, le=math.pi / 2)]
+    yaw: Degrees = 0.0
+    cushion: RestFile
+    back: RestFile
+    travel: TravelFile = TravelFile()
+    moves: list[Name] = Field(default_factory=list)
+
+
+class ControlFile(FileModel):
+    """A control: where it is reached, the grip, the reach zone, its part ("" where it has none)."""
+
+    at: Vector
+    grip: Literal["push", "pinch", "grasp", "foot"]
+    zone: Annotated[int, Field(ge=1, le=3)]
+    part: str = ""
+
+
+class EnvironmentFile(FileModel):
+    """The whole file."""
+
+    environment: Name
+    description: str = ""
+    source: str = ""
+    licence: str = ""
+    length: LengthUnit
+    meshes: Annotated[list[MeshFile], Field(min_length=1)]
+    parts: dict[str, PartFile] = Field(default_factory=dict)
+    seats: dict[str, SeatFile] = Field(default_factory=dict)
+    points: dict[str, Vector] = Field(default_factory=dict)
+    controls: dict[str, ControlFile] = Field(default_factory=dict)

@@ -1,0 +1,197 @@
+"""Environments from `environment.yaml` and its meshes, or from one bare mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.files.assembly import built
+from workbench.files.catalogue import find
+from workbench.files.environment_schema import EnvironmentFile, MeshFile, PartFile, RestFile, SeatFile, unit_metres
+from workbench.files.mesh_obj import outside_folder
+from workbench.files.mesh_parts import RawPart
+from workbench.files.meshes import SMALLEST, axes, extent, implausible, read_mesh, to_world
+from workbench.files.schema import fail, validate
+from workbench.files.yaml_text import Document, read_yaml
+from workbench.model.arrays import Floats
+from workbench.model.environment import Allowance, Control, Environment, Rest, Seat
+from workbench.model.posing import attitude_matrix
+
+__all__ = ["environment_files", "environment_from_mesh", "load_environment"]
+
+_INNER = "environment.yaml"
+_SMALL = 0.005
+"""One of several meshes of an environment may be this small [m]; the whole may not."""
+
+
+def load_environment(source: str | Path, *, near: Path | None = None) -> Environment:
+    """Load an environment: a folder with `environment.yaml`, a YAML file, or a name in the catalogue.
+
+    near: the folder of the file that names it. InputError carries a line for every fault found, with file, line and
+    column in the YAML.
+    """
+    path = _path(source, near)
+    document = read_yaml(path)
+    file = validate(document, EnvironmentFile)
+    parts, notes = _meshes(document, file, path.parent)
+    names = [part.name for part in parts]
+    rules, faults = _rules(document, file, names)
+    faults += _unknown_names(document, file, names)
+    if faults:
+        raise InputError(faults)
+    environment, open_parts = built(file.environment, parts, solid=[rule.solid for rule in rules])
+    if open_parts:
+        raise InputError([fail(document, _rule_path(file, names[k]), what) for k, what in open_parts])
+    return _complete(environment, file, (rules, notes))
+
+
+def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[Path, ...]:
+    """The files an environment is made of: the YAML file, then its meshes."""
+    path = _path(source, near)
+    file = validate(read_yaml(path), EnvironmentFile)
+    return (path, *(path.parent / mesh.file for mesh in file.meshes))
+
+
+def environment_from_mesh(
+    path: str | Path, *, up: str, forward: str, length: str | None = None, solid: bool | str = "auto"
+) -> Environment:
+    """An environment from one mesh, without rules, seats or points.
+
+    length: the unit (mm, cm, m, in, ft, or one unit's length such as "150 mm") where the file does not say it, or is
+    wrong; up, forward: axes of the file (x, y, z, -x, -y, -z); solid: "auto", True or False for every part.
+    """
+    rotation, source = axes(up, forward), Path(path)
+    raw = read_mesh(source)
+    metres = _stated(source, length) if length is not None else raw.metres
+    wrong = implausible(float(extent(raw.parts).max()), metres)
+    if wrong or metres is None:
+        raise InputError(f"{source}: {wrong}")
+    parts = to_world(raw, rotation, metres=metres)
+    environment, faults = built(source.stem, parts, solid=[solid] * len(parts), notes=raw.notes)
+    if faults:
+        raise InputError([f"{source}: {what}" for _, what in faults])
+    return environment
+
+
+def _path(source: str | Path, near: Path | None) -> Path:
+    if isinstance(source, Path):
+        return source / _INNER if source.is_dir() else source
+    return find("environments", source, _INNER, near=near)
+
+
+def _stated(source: Path, length: str) -> float:
+    try:
+        return unit_metres(length)
+    except ValueError as error:
+        raise InputError(f"{source}: length {length!r}: {error}") from None
+
+
+def _meshes(document: Document, file: EnvironmentFile, folder: Path) -> tuple[list[RawPart], list[str]]:
+    """All parts of all meshes in the world's frame, and notes about them; every fault of every mesh at once."""
+    parts: list[RawPart] = []
+    notes: list[str] = []
+    faults: list[str] = []
+    for row, mesh in enumerate(file.meshes):
+        try:
+            found, said = _mesh(folder, mesh, alone=len(file.meshes) == 1)
+        except InputError as error:
+            faults += [fail(document, ("meshes", row, "file"), problem) for problem in error.problems]
+            continue
+        taken = {part.name for part in parts}
+        twice = [part.name for part in found if part.name in taken]
+        faults += [fail(document, ("meshes", row, "file"), f"part {name!r} is in another mesh too") for name in twice]
+        parts += found
+        notes += [f"{mesh.file}: {note}" for note in said]
+    if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
+        faults.append(fail(document, ("meshes",), wrong))
+    if faults:
+        raise InputError(faults)
+    return parts, notes
+
+
+def _mesh(folder: Path, mesh: MeshFile, *, alone: bool) -> tuple[tuple[RawPart, ...], tuple[str, ...]]:
+    if outside_folder(mesh.file):
+        raise InputError(f"{mesh.file}: a mesh lies in the folder of its environment file, or below it")
+    raw = read_mesh(folder / mesh.file)
+    metres = raw.metres if mesh.length is None else unit_metres(mesh.length)
+    wrong = implausible(float(extent(raw.parts).max()), metres, smallest=SMALLEST if alone else _SMALL)
+    if wrong or metres is None:
+        raise InputError(f"{mesh.file}: {wrong}")
+    turn = attitude_matrix(yaw=mesh.turn.yaw, pitch=mesh.turn.pitch, roll=mesh.turn.roll)
+    rotation: Floats = turn @ axes(mesh.up, mesh.forward)
+    return to_world(raw, rotation, metres=metres, move=np.array(mesh.move)), raw.notes
+
+
+def _matching(key: str, names: Iterable[str]) -> list[str]:
+    """The parts a key means: the one of that name, else those the pattern fits."""
+    known = list(names)
+    return [key] if key in known else [name for name in known if fnmatchcase(name, key)]
+
+
+def _rule_path(file: EnvironmentFile, name: str) -> tuple[str, ...]:
+    keys = [key for key in file.parts if file.parts[key].solid is True and name in _matching(key, [name])]
+    return ("parts", keys[-1], "solid") if keys else ("parts",)
+
+
+def _rules(document: Document, file: EnvironmentFile, names: list[str]) -> tuple[list[PartFile], list[str]]:
+    """The rule of each part: a rule for its own name goes before any pattern, a later pattern before an earlier."""
+    chosen = {name: PartFile() for name in names}
+    faults = []
+    for key in sorted(file.parts, key=lambda key: key in chosen):
+        matched = _matching(key, names)
+        if not matched:
+            faults.append(fail(document, ("parts", key), f"no part of this name; {one_of(key, names)}"))
+        chosen |= dict.fromkeys(matched, file.parts[key])
+    return list(chosen.values()), faults
+
+
+def _unknown_names(document: Document, file: EnvironmentFile, names: list[str]) -> list[str]:
+    """A line for each part that seats and controls name and that is not there."""
+    wanted: list[tuple[tuple[str | int, ...], str]] = []
+    for seat, rest in file.seats.items():
+        wanted += [(("seats", seat, "cushion", "part"), rest.cushion.part)]
+        wanted += [(("seats", seat, "back", "part"), rest.back.part)]
+        wanted += [(("seats", seat, "moves", k), key) for k, key in enumerate(rest.moves)]
+    wanted += [(("controls", key, "part"), control.part) for key, control in file.controls.items() if control.part]
+    known = set(names)
+    return [fail(document, path, f"no part {name!r}; {one_of(name, names)}") for path, name in wanted
+            if name not in known and not (path[2] == "moves" and _matching(name, names))]  # fmt: skip
+
+
+def _complete(environment: Environment, file: EnvironmentFile, found: tuple[list[PartFile], list[str]]) -> Environment:
+    rules, notes = found
+    return replace(
+        environment,
+        description=file.description,
+        hidden=np.array([rule.hidden for rule in rules], dtype=np.bool_),
+        see_through=np.array([rule.see_through for rule in rules], dtype=np.bool_),
+        allowances=tuple(_allowances(rules)),
+        seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
+        points=dict(file.points),
+        controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in file.controls.items()),
+        warnings=(*notes, *environment.warnings),
+    )
+
+
+def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:
+    for part, rule in enumerate(rules):
+        for allow in rule.allow:
+            yield Allowance(part, _segments(allow.segments), allow.depth)
+
+
+def _segments(given: str | list[str]) -> tuple[str, ...]:
+    return (given,) if isinstance(given, str) else tuple(given)
+
+
+def _seat(name: str, seat: SeatFile, parts: Iterable[str]) -> Seat:
+    def rest(given: RestFile) -> Rest:
+        return Rest(given.part, _segments(given.segments), given.depth)
+
+    moves = tuple(dict.fromkeys(part for key in seat.moves for part in _matching(key, parts)))
+    return Seat(name, seat.srp, seat.back_angle, seat.cushion_angle, seat.yaw, rest(seat.cushion), rest(seat.back),
+                seat.travel.forward, seat.travel.up, moves)  # fmt: skip

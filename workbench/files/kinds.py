@@ -1,0 +1,72 @@
+"""Which kind of file a file is, and checking it whole."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from workbench.errors import InputError
+from workbench.files.bodies import load_body
+from workbench.files.body_schema import BodyFile
+from workbench.files.environment_schema import EnvironmentFile
+from workbench.files.environments import load_environment
+from workbench.files.postures import PosturesFile, load_postures, posture_path
+from workbench.files.results import ResultFile
+from workbench.files.schema import validate
+from workbench.files.studies import load_study
+from workbench.files.study_schema import StudyFile
+from workbench.files.yaml_text import read_yaml
+
+__all__ = ["KINDS", "check_file", "json_schemas", "kind_of"]
+
+KINDS: dict[str, str] = {"study": "study", "body": "body", "environment": "environment", "postures": "postures"}
+
+
+def kind_of(path: Path) -> str:
+    """study, body, environment or postures, by the key that names each; "mesh" for what does not end in .yaml.
+
+    InputError where a YAML file has none of these keys.
+    """
+    if path.is_dir():
+        return "environment"
+    if path.suffix.lower() not in (".yaml", ".yml"):
+        return "mesh"
+    document = read_yaml(path)
+    keys = document.value if isinstance(document.value, dict) else {}
+    for key, kind in KINDS.items():
+        if key in keys:
+            return kind
+    raise InputError(f"{document.where(())}: one of the keys {', '.join(KINDS)} must say what this file is")
+
+
+def check_file(path: Path) -> list[str]:
+    """Load a file with all it names; returns its warnings, raises InputError for its faults."""
+    if not path.exists():
+        raise InputError(f"{path}: no such file")
+    kind = kind_of(path)
+    if kind == "study":
+        return list(load_study(path).warnings)
+    if kind == "body":
+        body = load_body(path)
+        postures = posture_path(path)
+        if postures is not None:
+            load_postures(postures, body)
+        return []
+    if kind == "environment":
+        return list(load_environment(path).warnings)
+    if kind == "postures":
+        validate(read_yaml(path), PosturesFile)
+        return []
+    raise InputError(f"{path}: a YAML file is needed; meshes are looked at with 'workbench inspect'")
+
+
+def json_schemas() -> dict[str, dict[str, Any]]:
+    """The JSON Schemas of all files, by kind; for editors, and of result.json for its readers."""
+    models = {
+        "body": BodyFile,
+        "postures": PosturesFile,
+        "environment": EnvironmentFile,
+        "study": StudyFile,
+        "result": ResultFile,
+    }
+    return {name: model.model_json_schema() for name, model in models.items()}

@@ -1,0 +1,137 @@
+"""Any mesh file as named parts in metres, x forward, y left, z up.
+
+What the file holds is checked before anything is built from it: its size on disk against the memory at hand, the
+files it refers to, its numbers, its unit, its extent. The only module that imports trimesh (binary STL, glTF, 3MF and
+STEP; the text formats have readers of our own, which say why).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError, UsageError, one_of
+from workbench.files.mesh_dae import read_dae
+from workbench.files.mesh_obj import read_obj
+from workbench.files.mesh_parts import RawMesh, RawPart, unique_names, welded
+from workbench.files.mesh_scene import read_glb, read_gltf, read_step, read_stl, read_threemf
+from workbench.files.mesh_text import read_off, read_ply
+from workbench.files.schema import metres_in
+from workbench.model.arrays import Floats
+
+__all__ = ["FORMATS", "LARGEST", "SMALLEST", "axes", "extent", "implausible", "read_mesh", "to_world"]
+
+SMALLEST, LARGEST = 0.3, 60.0
+"""Extents [m] between which a cockpit, a room or a vehicle lies."""
+_Reader = Callable[[Path, bytes], RawMesh]
+FORMATS: dict[str, tuple[_Reader, float]] = {
+    ".obj": (read_obj, 12), ".stl": (read_stl, 16), ".ply": (read_ply, 18), ".off": (read_off, 25),
+    ".glb": (read_glb, 20), ".gltf": (read_gltf, 20), ".dae": (read_dae, 20), ".3mf": (read_threemf, 60),
+    ".step": (read_step, 40), ".stp": (read_step, 40),
+}  # fmt: skip
+"""Reader of each ending, and how many bytes of memory a byte of the file takes at most (measured)."""
+_DIRECTIONS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
+
+
+def read_mesh(path: str | Path) -> RawMesh:
+    """Read a mesh file into named parts, in the file's own unit and axes.
+
+    Corners of equal position are one vertex, names are unique, every number is finite. InputError, one line, where the
+    file is missing, empty, broken, cut short, of an unknown kind, too large for the memory at hand, refers to files
+    outside its folder, or holds no surface; MissingPartError where its kind needs a library that is not installed.
+    """
+    source = Path(path)
+    if source.suffix.lower() not in FORMATS:
+        raise InputError(f"{source}: {source.suffix or 'no ending'} is not a mesh format; {one_of('', FORMATS)}")
+    reader, factor = FORMATS[source.suffix.lower()]
+    raw = reader(source, _bytes(source, factor))
+    if not raw.parts or not any(len(part.faces) for part in raw.parts):
+        raise InputError(f"{source}: holds no surface (no faces)")
+    names = unique_names((part.name for part in raw.parts), source.stem)
+    for name, part in zip(names, raw.parts, strict=True):
+        if not np.all(np.isfinite(part.vertices)):
+            raise InputError(f"{source}: part {name!r}: has vertices that are not finite numbers")
+    parts = tuple(RawPart(name, *welded(p.vertices, p.faces)) for name, p in zip(names, raw.parts, strict=True)
+                  if len(p.faces))  # fmt: skip
+    empty = [name for name, part in zip(names, raw.parts, strict=True) if not len(part.faces)]
+    notes = raw.notes + tuple(f"part {name!r} holds no faces and is left out" for name in empty)
+    return replace(raw, parts=parts, notes=notes)
+
+
+def _bytes(source: Path, factor: float) -> bytes:
+    try:
+        size = source.stat().st_size
+        need, have = size * factor, _free_memory()
+        if source.is_file() and have is not None and need > have:
+            raise InputError(
+                f"{source}: {size / 2**20:.0f} MiB need up to {need / 2**30:.1f} GiB of memory to read, "
+                f"{have / 2**30:.1f} GiB are free: simplify the mesh or split it"
+            )
+        data = source.read_bytes()
+    except FileNotFoundError:
+        raise InputError(f"{source}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{source}: is a folder, a mesh file is needed") from None
+    except OSError as error:
+        raise InputError(f"{source}: cannot be read ({error.strerror})") from None
+    if not data.strip():
+        raise InputError(f"{source}: is empty")
+    return data
+
+
+def _free_memory() -> int | None:
+    """Bytes of memory that can be had, with what the system would give back from its caches; None where unknown."""
+    try:
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return int(line.split()[1]) * 1024
+        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (OSError, ValueError, AttributeError):
+        return None
+
+
+def axes(up: str, forward: str) -> Floats:
+    """(3, 3) rotation from the file's axes to x forward, y left, z up: `world = axes(...) @ file`.
+
+    up, forward: x, y, z, -x, -y or -z of the file. Always right-handed, so it cannot mirror. UsageError where a
+    direction is unknown or the two are not at right angles.
+    """
+    for name, given in (("up", up), ("forward", forward)):
+        if given not in _DIRECTIONS:
+            raise UsageError(f"{name}: {given!r} is not an axis; {one_of(given, _DIRECTIONS)}")
+    if up[-1] == forward[-1]:
+        raise UsageError(f"forward ({forward}) must be at right angles to up ({up})")
+    x, z = np.array(_DIRECTIONS[forward], dtype=np.float64), np.array(_DIRECTIONS[up], dtype=np.float64)
+    return np.array([x, np.cross(z, x), z])
+
+
+def to_world(raw: RawMesh, rotation: Floats, *, metres: float, move: Floats | None = None) -> tuple[RawPart, ...]:
+    """The parts turned by `rotation` (3, 3) after the unit `metres` is applied, then moved by `move` (3,) [m]."""
+    shift = np.zeros(3) if move is None else move
+    return tuple(RawPart(p.name, p.vertices * metres @ rotation.T + shift, p.faces) for p in raw.parts)
+
+
+def extent(parts: tuple[RawPart, ...]) -> Floats:
+    """(3,) size along each axis of all parts together."""
+    low = np.min([part.vertices.min(axis=0) for part in parts], axis=0)
+    size: Floats = np.max([part.vertices.max(axis=0) for part in parts], axis=0) - low
+    return size
+
+
+def implausible(largest: float, metres: float | None, *, smallest: float = SMALLEST) -> str | None:
+    """What to say about a mesh whose largest extent is `largest` file units of `metres` each; None where it is fine.
+
+    metres None: no unit is known, which is said too.
+    """
+    if metres is not None and smallest <= largest * metres <= LARGEST:
+        return None
+    sizes = [f"{largest * size:.3g} m in {unit}" for unit, size in metres_in.items()]
+    shown = "its largest extent would be " + ", ".join(sizes)
+    if metres is None:
+        return f"the file does not say its unit of length; {shown}: state the unit (length: {', '.join(metres_in)})"
+    return (f"is {largest * metres:.3g} m large, and {smallest:g} to {LARGEST:g} m is plausible; {shown}: "
+            "state the right unit of length")  # fmt: skip

@@ -1,0 +1,151 @@
+"""Result files: their published shape, and output folders that appear complete or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict
+
+from workbench.errors import InputError
+
+__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "dump_json", "write_folder"]
+
+MARK = "result.json"
+
+
+class _Row(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class FindingRow(_Row):
+    """One measured value: lengths in mm, angles in degrees; `sentence` says it in words."""
+
+    case: str
+    person: str
+    other_person: str | None
+    subject: str
+    target: str
+    value: float
+    limit: float
+    unit: str
+    point_mm: tuple[float, float, float] | None
+    sentence: str
+
+
+class VerdictRow(_Row):
+    """One criterion: passed or not, the finding nearest to failing, all breaches."""
+
+    name: str
+    check: str
+    passed: bool
+    sentence: str
+    worst: FindingRow | None
+    breaches: list[FindingRow]
+
+
+class ContactRow(_Row):
+    """One contact: the deepest of a case, a segment and a part (or other segment)."""
+
+    case: str
+    person: str
+    other_person: str | None
+    kind: str
+    segment: str
+    sphere: int
+    subpart: str | None
+    direction: str
+    part: str | None
+    polygon: int | None
+    other_segment: str | None
+    other_sphere: int | None
+    distance_mm: float
+    allowed_mm: float
+    excess_mm: float
+    point_mm: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    sentence: str
+
+
+class StopRow(_Row):
+    """Margin of one joint in one case; null where the joint is free."""
+
+    case: str
+    joint: str
+    margin_deg: float | None
+    motion: str | None
+
+
+class PersonRow(_Row):
+    """One person: body, place, postures by case; clearance_mm[case][segment][part], null where nothing is there."""
+
+    name: str
+    body: str
+    seat: str | None
+    postures: list[str]
+    segments: list[str]
+    clearance_mm: list[list[list[float | None]]]
+    stops: list[StopRow]
+
+
+class ResultFile(_Row):
+    """result.json."""
+
+    format: str = "bubbleman-workbench result 1"
+    study: str
+    kind: str
+    title: str
+    passed: bool
+    environment: str
+    cases: list[str]
+    parts: list[str]
+    verdicts: list[VerdictRow]
+    people: list[PersonRow]
+    contacts: list[ContactRow]
+    warnings: list[str]
+    provenance: dict[str, dict[str, str]]
+
+
+def dump_json(result: ResultFile) -> str:
+    """The text of result.json: the same bytes for the same result."""
+    return json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
+    """Write all files into a folder that appears at once, replacing an earlier result.
+
+    InputError where the folder holds something that is not a result, or cannot be written.
+    """
+    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / MARK).is_file())):
+        raise InputError(f"{folder}: is there already and is not a result of the workbench; choose another --out")
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
+    try:
+        for name, content in files.items():
+            path = partial / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content.encode() if isinstance(content, str) else content)
+        partial.chmod(0o755)
+        _swap(partial, folder)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def _swap(partial: Path, folder: Path) -> None:
+    """Put the complete folder in place of an old one."""
+    if not folder.exists():
+        partial.rename(folder)
+        return
+    old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
+    os.replace(folder, old)
+    partial.rename(folder)
+    shutil.rmtree(old, ignore_errors=True)

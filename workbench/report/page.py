@@ -1,0 +1,155 @@
+"""report.html: one self-contained page with verdicts, pictures, sentences and tables."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from workbench.draw.circles import circles
+from workbench.draw.disks import disks
+from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.sources import PEOPLE_COLOURS
+from workbench.draw.views import four_views
+from workbench.files.results import ResultFile
+from workbench.model.result import Finding, PersonResult, Result
+from workbench.report.words import finding_sentence, headline, part_count
+from workbench.solve.collide import allowed_depth
+
+__all__ = ["page"]
+
+
+NEAR = 0.25
+PICTURE = 520
+MOST_MARKS = 12
+
+Progress = Callable[[str], None]
+
+
+def page(result: Result, rows: ResultFile, *, progress: Progress | None = None) -> str:
+    """The HTML text of a result's report; the same bytes for the same result."""
+    say = progress or (lambda _: None)
+    cases = []
+    for index, name in enumerate(result.study.cases):
+        say(f"pictures of {name}")
+        cases.append(_case(result, index))
+    return _template().render(
+        result=result,
+        rows=rows,
+        headline=headline(result),
+        parts=part_count(result.environment),
+        cases=cases,
+        matrices=[_matrix(result, person, case) for person in result.people for case in range(len(rows.cases))],
+        stops=[_stops(result, index) for index in range(len(result.people))],
+    )
+
+
+@cache
+def _template() -> jinja2.Template:
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("workbench.report", "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template("page.html.j2")
+
+
+def _case(result: Result, case: int) -> dict[str, Any]:
+    """Pictures and numbered findings of one case."""
+    breaches = [(v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case]
+    marked = [(check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))]
+    shown = marked[:MOST_MARKS]
+    rest = [(check, f) for check, f in breaches if (check, f) not in shown]
+    scene = _scene(result, case, [finding for _, finding in shown])
+    views = [
+        {"name": name.replace("_", " "), "png": _png(scene, camera), "svg": Markup(circles(scene, camera))}
+        for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
+    ]
+    say = [finding_sentence(check, finding, result.study.cases) for check, finding in shown]
+    return {
+        "name": result.study.cases[case],
+        "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
+        "views": views,
+        "marked": say,
+        "unmarked": [finding_sentence(check, finding, result.study.cases) for check, finding in rest],
+    }
+
+
+def _scene(result: Result, case: int, findings: list[Finding]) -> Scene:
+    bodies = tuple(
+        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)]) for i, person in enumerate(result.people)
+    )
+    marks = tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
+    name = result.study.cases[case]
+    people = " and ".join(person.name for person in result.people)
+    return Scene(bodies, result.environment, marks, f"{people} in {result.environment.name}, {name}",
+                 f"{len(marks)} marked findings")  # fmt: skip
+
+
+def _png(scene: Scene, camera: Any) -> str:
+    out = io.BytesIO()
+    disks(scene, camera).save(out, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
+
+
+def _matrix(result: Result, person: PersonResult, case: int) -> dict[str, Any]:
+    """Clearance of one person in one case: the parts that are near, nearest first; segments that have spheres."""
+    body, environment = person.placed.body, result.environment
+    distance = person.clearance.distance[case]
+    allowed = allowed_depth(body, environment)
+    columns = [n for n in range(len(body.segments)) if body.start[n + 1] > body.start[n]]
+    least = np.where(np.isfinite(distance), distance, np.inf).min(axis=0)
+    parts = [int(k) for k in np.argsort(least, kind="stable") if least[k] < NEAR]
+    lines = [
+        {"part": environment.parts[k], "cells": [_cell(distance[n, k], allowed[n, k]) for n in columns]} for k in parts
+    ]
+    return {
+        "person": person.name,
+        "case": result.study.cases[case],
+        "columns": [(body.segments[n], body.segment_names[n]) for n in columns],
+        "lines": lines,
+        "left_out": int(np.sum(~environment.hidden)) - len(parts),
+    }
+
+
+def _cell(distance: float, allowed: float) -> dict[str, str]:
+    if not math.isfinite(distance):
+        return {"text": "", "kind": "none"}
+    kind = "far"
+    if distance < -allowed - 1e-9:
+        kind = "hit"
+    elif distance < 0:
+        kind = "rest"
+    elif distance < 0.025:
+        kind = "close"
+    elif distance < 0.1:
+        kind = "near"
+    return {"text": f"{distance * 1000:.0f}".replace("-0", "0") if abs(distance) < 5e-4 else f"{distance * 1000:.0f}",
+            "kind": kind}  # fmt: skip
+
+
+def _stops(result: Result, index: int) -> dict[str, Any]:
+    """Joint-stop margins of one person: joints down, cases across."""
+    person = result.people[index]
+    body = person.placed.body
+    lines = []
+    for j, name in enumerate(body.joint_names):
+        if not np.isfinite(person.margin[:, j]).any():
+            continue
+        cells = [
+            {"text": f"{math.degrees(person.margin[p, j]) + 0.0:.1f}",
+             "motion": person.margin_motion[p][j].replace("_", " "),
+             "kind": "hit" if person.margin[p, j] < -1e-9 else "close" if person.margin[p, j] < 0.0873 else "far"}
+            for p in range(len(person.placed))
+        ]  # fmt: skip
+        lines.append({"joint": name, "cells": cells})
+    return {"person": person.name, "lines": lines}

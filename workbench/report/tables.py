@@ -1,0 +1,59 @@
+"""CSV tables of a result, for spreadsheets."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+
+from workbench.files.results import ResultFile
+
+__all__ = ["csv_tables"]
+
+
+def csv_tables(result: ResultFile) -> dict[str, str]:
+    """File name to CSV text: verdicts, breaches, contacts, clearance (long form), stops."""
+    return {
+        "verdicts.csv": _csv(
+            ["criterion", "check", "passed", "worst_value", "limit", "unit", "sentence"],
+            ([v.name, v.check, "yes" if v.passed else "no", *_numbers(v.worst), v.sentence] for v in result.verdicts),
+        ),
+        "breaches.csv": _csv(
+            ["criterion", "case", "person", "other_person", "subject", "target", "value", "limit", "unit"],
+            ([v.name, b.case, b.person, b.other_person, b.subject, b.target, b.value, b.limit, b.unit]
+             for v in result.verdicts for b in v.breaches),
+        ),
+        "contacts.csv": _csv(
+            ["case", "person", "other_person", "kind", "segment", "sphere", "subpart", "direction", "part", "polygon",
+             "other_segment", "other_sphere", "distance_mm", "allowed_mm", "excess_mm", "x_mm", "y_mm", "z_mm"],
+            ([c.case, c.person, c.other_person, c.kind, c.segment, c.sphere, c.subpart, c.direction, c.part, c.polygon,
+              c.other_segment, c.other_sphere, c.distance_mm, c.allowed_mm, c.excess_mm, *c.point_mm]
+             for c in result.contacts),
+        ),
+        "clearance.csv": _csv(
+            ["case", "person", "segment", "part", "clearance_mm"],
+            ([case, person.name, segment, part, value]
+             for person in result.people
+             for case, rows in zip(result.cases, person.clearance_mm, strict=True)
+             for segment, row in zip(person.segments, rows, strict=True)
+             for part, value in zip(result.parts, row, strict=True) if value is not None),
+        ),
+        "stops.csv": _csv(
+            ["case", "person", "joint", "margin_deg", "motion"],
+            ([s.case, p.name, s.joint, s.margin_deg, s.motion] for p in result.people for s in p.stops),
+        ),
+    }  # fmt: skip
+
+
+def _numbers(worst: object) -> list[object]:
+    return [getattr(worst, "value", ""), getattr(worst, "limit", ""), getattr(worst, "unit", "")]
+
+
+def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """CSV text; a cell that a spreadsheet would take for a formula is quoted with an apostrophe."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(header)
+    for row in rows:
+        writer.writerow(["'" + c if isinstance(c, str) and c[:1] in "=+-@" else c for c in row])
+    return out.getvalue()

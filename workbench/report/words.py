@@ -1,0 +1,86 @@
+"""Deterministic English from data: what passed, what touches what, by how many millimetres."""
+
+from __future__ import annotations
+
+import math
+
+from workbench.model.contacts import Contacts
+from workbench.model.environment import Environment
+from workbench.model.result import Finding, Result, Verdict
+
+__all__ = ["contact_sentence", "finding_sentence", "headline", "millimetres", "verdict_sentence"]
+
+
+def millimetres(metres: float) -> str:
+    """ "12.4 mm" of a length in metres; never "-0.0 mm"."""
+    return f"{_tenths(metres * 1000)} mm"
+
+
+def degrees(radians: float) -> str:
+    """ "12.4 degrees" of an angle in radians."""
+    return f"{_tenths(math.degrees(radians))} degrees"
+
+
+def _tenths(value: float) -> str:
+    text = f"{value:.1f}"
+    return text[1:] if text in ("-0.0",) else text
+
+
+def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> str:
+    """One finding in words, its case and person first: "cruise, pilot: right lower leg, knee cap (front) is ..."."""
+    lead = f"{cases[finding.case]}, {finding.person}: "
+    if check == "stops":
+        motion = finding.target.replace("_", " ")
+        if finding.value < 0:
+            return f"{lead}{finding.subject} is {degrees(-finding.value)} past its stop in {motion}."
+        return f"{lead}{finding.subject} is {degrees(finding.value)} from its stop in {motion}."
+    target = f"{finding.other_person}'s {finding.target}" if finding.other_person else finding.target
+    need = ""
+    if check in ("contact", "self_contact"):
+        if finding.limit < 0:
+            need = f" ({millimetres(-finding.limit)} allowed)"
+    elif finding.value < finding.limit:
+        need = f", {millimetres(finding.limit - finding.value)} less than the {millimetres(finding.limit)} asked for"
+    return f"{lead}{finding.subject} is {_apart(finding.value)} {target}{need}."
+
+
+def _apart(distance: float) -> str:
+    """ "12.4 mm into" or "12.4 mm from"."""
+    return f"{millimetres(-distance)} into" if distance < 0 else f"{millimetres(distance)} from"
+
+
+def contact_sentence(contacts: Contacts, row: int) -> str:
+    """A contact in words: "right hand, thumb tip (front): 12.4 mm into instrument_panel, polygon 117"."""
+    text = f"{contacts.name(row)}: {_apart(float(contacts.distance[row]))} {contacts.other_name(row)}"
+    allowed = float(contacts.allowed[row])
+    return f"{text} ({millimetres(allowed)} allowed)" if allowed > 0 else text
+
+
+def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
+    """A criterion's outcome in one or two sentences."""
+    if verdict.worst is None:
+        return "Nothing was there to be measured."
+    told = finding_sentence(verdict.criterion.check, verdict.worst, cases)
+    if verdict.passed:
+        return f"Nearest to failing: {told}"
+    more = len(verdict.breaches) - 1
+    return told if not more else f"{told} {more} more breach{'es' if more > 1 else ''}."
+
+
+def headline(result: Result) -> str:
+    """The whole result in one sentence."""
+    failed = [verdict for verdict in result.verdicts if not verdict.passed]
+    people, cases = len(result.people), len(result.study.cases)
+    scope = f"{people} {'people' if people > 1 else 'person'} in {cases} case{'s' if cases > 1 else ''}"
+    count = len(result.verdicts)
+    criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
+    if not failed:
+        hold = f"the {criteria} holds" if count == 1 else f"all {criteria} hold"
+        return f"{scope}: {hold}."
+    names = ", ".join(verdict.criterion.name for verdict in failed)
+    return f"{scope}: {len(failed)} of {criteria} failed: {names}."
+
+
+def part_count(environment: Environment) -> str:
+    """ "31 parts, 402 polygons"."""
+    return f"{len(environment.parts)} parts, {len(environment.normal)} polygons"

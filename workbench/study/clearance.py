@@ -1,0 +1,104 @@
+"""The clearance study: seat the people, measure everything in all cases, judge the criteria."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from itertools import combinations
+
+import numpy as np
+
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed, Poses
+from workbench.model.result import PersonResult, Result
+from workbench.model.study import Person, Study
+from workbench.solve.collide import (
+    body_clearance,
+    body_contacts,
+    contacts,
+    nearest,
+    self_clearance,
+    self_contacts,
+)
+from workbench.solve.stops import stops
+from workbench.study.criteria import Measured, verdict
+from workbench.study.placement import adjusted_environment, place_person
+
+__all__ = ["clearance_study"]
+
+PACKAGES = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh")
+
+
+def clearance_study(study: Study) -> Result:
+    """Run a clearance study."""
+    environment = adjusted_environment(study)
+    placed = {person.name: place_person(person, environment) for person in study.people}
+    people = {person.name: _measure(person, placed[person.name], environment) for person in study.people}
+    pairs = list(combinations(placed, 2))
+    measured = Measured(
+        people=people,
+        own={name: self_clearance(body) for name, body in placed.items()},
+        between={(a, b): body_clearance(placed[a], placed[b]) for a, b in pairs},
+    )
+    return Result(
+        study=study,
+        environment=environment,
+        verdicts=tuple(verdict(criterion, measured) for criterion in study.criteria),
+        people=tuple(people.values()),
+        between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
+        provenance={"inputs": _hashes(study), "versions": _versions()},
+        warnings=(*study.warnings, *_warnings(study, tuple(people.values()))),
+    )
+
+
+def _measure(person: Person, placed: Placed, environment: Environment) -> PersonResult:
+    poses = Poses(person.poses.rotations, person.poses.reference, placed.world_from_segment[:, person.poses.reference])
+    margins = stops(person.body, poses)
+    joints = range(len(person.body.joints))
+    return PersonResult(
+        name=person.name,
+        placed=placed,
+        contacts=contacts(placed, environment),
+        self_contacts=self_contacts(placed),
+        clearance=nearest(placed, environment),
+        margin=margins.margin,
+        margin_motion=tuple(tuple(margins.motion(p, j) for j in joints) for p in range(len(placed))),
+    )
+
+
+def _warnings(study: Study, people: tuple[PersonResult, ...]) -> list[str]:
+    """What a reader of the result must know: joints beyond their stops, a body swallowed by a part."""
+    found = []
+    for person in people:
+        body = person.placed.body
+        for case, joint in np.argwhere(person.margin < -1e-9):
+            found.append(
+                f"{person.name}, {study.cases[case]}: {body.joint_names[joint]} is "
+                f"{-np.degrees(person.margin[case, joint]):.1f} degrees past its stop in "
+                f"{person.margin_motion[case][joint].replace('_', ' ')}"
+            )
+        with_spheres = np.diff(body.start) > 0
+        radius = body.radius[person.clearance.sphere[:, with_spheres]]
+        inside = person.clearance.distance[:, with_spheres] < -radius
+        for case, part in np.argwhere(np.all(inside, axis=1)):
+            found.append(
+                f"{person.name}, {study.cases[case]}: the whole body is inside the solid part "
+                f"{person.clearance.other.parts[part]!r}; if that part is a shell around people, "  # type: ignore[union-attr]
+                f"say 'solid: false' for it"
+            )
+    return found
+
+
+def _hashes(study: Study) -> dict[str, str]:
+    return {f"{role}": hashlib.sha256(path.read_bytes()).hexdigest() for role, path in sorted(study.inputs.items())}
+
+
+def _versions() -> dict[str, str]:
+    found = {"python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "not installed"
+    return found

@@ -1,0 +1,130 @@
+"""Criteria: each check is one function from what was measured to findings, and one row in a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats
+from workbench.model.contacts import Clearance
+from workbench.model.result import Finding, PersonResult, Verdict
+from workbench.model.study import Criterion
+from workbench.solve.collide import allowed_depth
+
+__all__ = ["Measured", "verdict"]
+
+LENGTH_TOLERANCE = 1e-9
+ANGLE_TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """Everything the checks look at: people, their own segments' clearance, and that between people."""
+
+    people: Mapping[str, PersonResult]
+    own: Mapping[str, Clearance]
+    between: Mapping[tuple[str, str], Clearance]
+
+
+def verdict(criterion: Criterion, measured: Measured) -> Verdict:
+    """How one criterion came out."""
+    tolerance = ANGLE_TOLERANCE if criterion.check == "stops" else LENGTH_TOLERANCE
+    findings = sorted(CHECKS[criterion.check](criterion, measured), key=lambda f: (f.value - f.limit, f.case, f.person))
+    breaches = tuple(f for f in findings if f.value < f.limit - tolerance)
+    return Verdict(criterion, not breaches, findings[0] if findings else None, breaches)
+
+
+def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """Overlap with parts beyond what the parts allow: distance plus allowed depth must not be negative."""
+    for person in _wanted(criterion, measured):
+        allowed = allowed_depth(person.placed.body, person.clearance.other)  # type: ignore[arg-type]
+        keep = _keep(criterion, person.clearance)
+        yield from _pairs(person.clearance, (person.clearance.distance, -allowed, keep), (person.name, ""))
+
+
+def _clearance(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """Distance to parts; pairs whose contact is allowed by rule are left out."""
+    for person in _wanted(criterion, measured):
+        allowed = allowed_depth(person.placed.body, person.clearance.other)  # type: ignore[arg-type]
+        keep = _keep(criterion, person.clearance) & (allowed == 0)
+        limit = np.full(allowed.shape, criterion.at_least)
+        yield from _pairs(person.clearance, (person.clearance.distance, limit, keep), (person.name, ""))
+
+
+def _self_contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """Overlap of non-adjacent segments beyond the body's allowance for soft flesh."""
+    for person in _wanted(criterion, measured):
+        own = measured.own[person.name]
+        wanted = np.isin(own.body.segments, criterion.segments)
+        keep = wanted[:, None] | wanted[None, :]
+        yield from _pairs(own, (own.distance, -own.body.allowance, keep), (person.name, ""))
+
+
+def _between_people(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    for (one, other), near in measured.between.items():
+        if one in criterion.people or other in criterion.people:
+            rows, columns = (np.isin(body.segments, criterion.segments)  # type: ignore[union-attr]
+                             for body in (near.body, near.other))  # fmt: skip
+            keep = rows[:, None] | columns[None, :]
+            limit = np.full(keep.shape, criterion.at_least)
+            yield from _pairs(near, (near.distance, limit, keep), (one, other))
+
+
+def _stops(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """Margin of each joint whose distal segment is wanted."""
+    for person in _wanted(criterion, measured):
+        body = person.placed.body
+        for case, joint in np.argwhere(np.isfinite(person.margin)):
+            if body.segments[joint + 1] in criterion.segments:
+                yield Finding(
+                    case=int(case),
+                    person=person.name,
+                    other_person="",
+                    subject=body.joint_names[joint],
+                    target=person.margin_motion[case][joint],
+                    value=float(person.margin[case, joint]),
+                    limit=criterion.at_least,
+                )
+
+
+CHECKS: dict[str, Callable[[Criterion, Measured], Iterator[Finding]]] = {
+    "contact": _contact,
+    "clearance": _clearance,
+    "self_contact": _self_contact,
+    "between_people": _between_people,
+    "stops": _stops,
+}
+
+
+def _wanted(criterion: Criterion, measured: Measured) -> list[PersonResult]:
+    return [person for name, person in measured.people.items() if name in criterion.people]
+
+
+def _keep(criterion: Criterion, near: Clearance) -> Bools:
+    """(N, K) the segments and parts a criterion is about."""
+    rows = np.isin(near.body.segments, criterion.segments)
+    return rows[:, None] & np.isin(near.other.parts, criterion.parts)[None, :]  # type: ignore[union-attr]
+
+
+def _pairs(near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[str, str]) -> Iterator[Finding]:
+    """The worst finding of each case, and every breach."""
+    distance, limit, keep = rule
+    room = np.where(keep & np.isfinite(distance), distance - limit, np.inf)
+    for case in range(len(room)):
+        if not np.isfinite(room[case]).any():
+            continue
+        tightest = np.unravel_index(np.argmin(room[case]), keep.shape)
+        for row, column in {(int(tightest[0]), int(tightest[1])), *map(tuple, np.argwhere(room[case] < 0).tolist())}:
+            where = (case, row, column)
+            yield Finding(
+                case=case,
+                person=people[0],
+                other_person=people[1],
+                subject=near.name(where),
+                target=near.other_name(where),
+                value=float(distance[where]),
+                limit=float(limit[row, column]),
+                point=tuple(near.point[where].tolist()),  # type: ignore[arg-type]
+            )

@@ -1,0 +1,49 @@
+"""People into their places: seats are adjusted with the parts that move along, bodies settle into them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed, Poses
+from workbench.model.study import Person, Study
+from workbench.shape.parts import moved
+from workbench.solve.forward import place
+from workbench.solve.seating import seat_attitude, seat_body, seat_planes
+
+__all__ = ["adjusted_environment", "place_person"]
+
+
+def adjusted_environment(study: Study) -> Environment:
+    """The environment with every occupied seat where its sitter has put it."""
+    environment = study.environment
+    for person in study.people:
+        if person.seat is not None and (person.forward or person.up):
+            seat = environment.seat(person.seat)
+            environment = moved(environment, seat.moves, _travel(person, environment))
+    return environment
+
+
+def place_person(person: Person, environment: Environment) -> Placed:
+    """The person's body in all cases, in its seat, standing on its point, or where its poses say."""
+    poses = person.poses
+    if person.seat is not None:
+        seat = environment.seat(person.seat)
+        world = poses.world_from_reference.copy()
+        world[:, :, :3] = seat_attitude(seat)
+        srp = np.array(seat.srp) + _travel(person, environment)
+        poses = seat_body(person.body, Poses(poses.rotations, poses.reference, world), seat, srp=srp)
+    if person.stand is not None:
+        centres = place(person.body, poses).centres
+        world = poses.world_from_reference.copy()
+        lowest = np.min(centres[:, :, 2] - person.body.radius, axis=1)
+        world[:, :, 3] += np.array(person.stand) - np.stack([world[:, 0, 3], world[:, 1, 3], lowest], axis=1)
+        poses = Poses(poses.rotations, poses.reference, world)
+    return place(person.body, poses)
+
+
+def _travel(person: Person, environment: Environment) -> np.ndarray:
+    """(3,) [m] how far the person's seat stands from its reference position: horizontally ahead, and up."""
+    centre = seat_planes(environment.seat(person.seat or ""))[2]
+    ahead = np.array([centre[1], -centre[0], 0.0])
+    return ahead * person.forward + np.array([0.0, 0.0, person.up])
