@@ -85,12 +85,8 @@ def body_text(data: Row) -> str:
 # ---------------------------------------------------------------------------------------------- left and right
 
 
-def _right(mnemonic: str) -> str:
-    return "R" + mnemonic[1:]
-
-
 def _is_left(mnemonic: str) -> bool:
-    """Whether a segment or joint has a twin: LT, the lower torso, and LC.flexion-like names are handled by callers."""
+    """Whether a segment or joint stands on the left; LT is the lower torso."""
     return mnemonic.startswith("L") and mnemonic != "LT"
 
 
@@ -99,11 +95,13 @@ def _is_right(mnemonic: str) -> bool:
 
 
 def _left(mnemonic: str) -> str:
+    """The left twin of what stands on the right, else the same."""
     return "L" + mnemonic[1:] if _is_right(mnemonic) else mnemonic
 
 
-def _twin(mnemonic: str) -> str:
-    return _right(mnemonic) if _is_left(mnemonic) else mnemonic
+def _right(mnemonic: str) -> str:
+    """The right twin of what stands on the left, else the same."""
+    return "R" + mnemonic[1:] if _is_left(mnemonic) else mnemonic
 
 
 def _both_sides(table: dict[str, Row]) -> dict[str, Row]:
@@ -121,9 +119,9 @@ def _mirrored_row(row: Row) -> Row:
         if key in row:
             twin[key] = [float(v) for v in np.array(row[key]) * MIRROR]
     if "between" in row:
-        twin["between"] = [_twin(name) for name in row["between"]]
+        twin["between"] = [_right(name) for name in row["between"]]
     if "twist_along" in row:
-        twin["twist_along"] = _twin(row["twist_along"])
+        twin["twist_along"] = _right(row["twist_along"])
     return twin
 
 
@@ -277,7 +275,7 @@ def _allowance_lines(allowances: list[list[Any]]) -> list[str]:
 
 
 def _other(mnemonic: str) -> str:
-    return _left(mnemonic) if _is_right(mnemonic) else _twin(mnemonic)
+    return _left(mnemonic) if _is_right(mnemonic) else _right(mnemonic)
 
 
 if __name__ == "__main__":

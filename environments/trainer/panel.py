@@ -45,7 +45,12 @@ GAUGES = {
     "voltmeter": (RIGHT, 104.0, 50.0, 29.0),
 }
 # The radios from the top down: height of the foot of the front on the centre facet, height of the front.
-RADIOS = {"audio_panel": (236.0, 32.0), "nav_com_radio": (166.0, 66.0), "nav_com_radio_two": (96.0, 66.0), "transponder": (52.0, 40.0)}
+RADIOS = {
+    "audio_panel": (236.0, 32.0),
+    "nav_com_radio": (166.0, 66.0),
+    "nav_com_radio_two": (96.0, 66.0),
+    "transponder": (52.0, 40.0),
+}
 SWITCHES = ("master", "alternator", "avionics", "fuel_pump", "nav_light", "strobe", "landing_light", "pitot_heat")
 # Push-pull knobs: facet, x, y.
 KNOBS = {
@@ -65,7 +70,7 @@ def behind(depth: float) -> Manifold:
 
 def plate() -> Manifold:
     """The panel without its holes."""
-    half = [(0, 852), (120, 850), (260, 845), (380, 834), (470, 818), (510, 802), (528, 784)]
+    half = [(0, 852), (120, 850), (260, 845), (380, 831), (470, 813), (510, 797), (528, 780)]
     half += [(530, 668), (554, 664), (556, 600), (538, 580), (505, 575), (118, 575), (104, 548), (0, 548)]
     outline = half + [(-y, z) for y, z in half[-2:0:-1]]
     return (behind(0.0) - behind(THICK)) ^ prism(outline, "x", 300.0, 900.0)
@@ -78,7 +83,7 @@ def gauge(x: float, y: float, radius: float) -> Manifold:
     turn = radians(x + 2.0 * y)  # no two pointers alike
     tip, side = np.array([sin(turn), cos(turn)]), np.array([cos(turn), -sin(turn)])
     outline = [-8.0 * tip - 2.5 * side, -8.0 * tip + 2.5 * side, 0.72 * radius * tip + side, 0.72 * radius * tip - side]
-    pointer = prism(np.array(outline) + [x, y], "z", 3.0, 4.5)  # free of the face
+    pointer = prism(np.array(outline) + np.array([x, y]), "z", 3.0, 4.5)  # free of the face
     return union([case, bezel, pointer])
 
 
@@ -98,12 +103,18 @@ def knob(x: float, y: float) -> Manifold:
 
 def rocker(x: float, y: float) -> Manifold:
     """A rocker switch, its upper end pressed."""
-    return hull([(x + a, y + b, c) for a in (-7.5, 7.5) for b, c in ((-13.0, 3.0), (13.0, 3.0), (13.0, 6.0), (-2.0, 9.0), (-13.0, 13.0))])
+    return hull(
+        [
+            (x + a, y + b, c)
+            for a in (-7.5, 7.5)
+            for b, c in ((-13.0, 3.0), (13.0, 3.0), (13.0, 6.0), (-2.0, 9.0), (-13.0, 13.0))
+        ]
+    )
 
 
 def switch_parts() -> Parts:
     """The switch panel with its row of switches, the key and the starter."""
-    panel = box((-290.0, 14.0, 0.0), (-14.0, 60.0, 3.0))
+    panel = box((-290.0, 14.0, 0.2), (-14.0, 60.0, 3.0))
     drawn = {f"{name}_switch": rocker(-268.0 + 33.0 * k, 37.0) for k, name in enumerate(SWITCHES)}
     key = disc((-326.0, 100.0, 0.0), AHEAD, 16.0, 6.0) + box((-328.0, 88.0, 6.0), (-324.0, 112.0, 28.0))
     starter = disc((-326.0, 50.0, 0.0), AHEAD, 15.0, 6.0) + disc((-326.0, 50.0, 6.0), AHEAD, 10.0, 8.0, sides=16)
@@ -113,11 +124,30 @@ def switch_parts() -> Parts:
 
 def right_parts() -> Parts:
     """Glove box, circuit breakers and grab handle of the right facet."""
-    lid = hull([(x, y, z) for x0, x1, y0, y1, z in ((164, 332, 20, 104, 0), (164, 332, 20, 104, 2), (168, 328, 24, 100, 5)) for x in (x0, x1) for y in (y0, y1)])
+    lid = hull(
+        [
+            (x, y, z)
+            for x0, x1, y0, y1, z in ((164, 332, 20, 104, 0.2), (164, 332, 20, 104, 2), (168, 328, 24, 100, 5))
+            for x in (x0, x1)
+            for y in (y0, y1)
+        ]
+    )
     lid += disc((248.0, 88.0, 5.0), AHEAD, 8.0, 10.0, sides=16)
-    breakers = [disc((180.0 + 22.0 * i, 132.0 + 24.0 * j, 2.5), AHEAD, 7.0, 11.0, sides=8) for i in range(5) for j in range(2)]
-    board = box((164.0, 116.0, 0.0), (284.0, 172.0, 3.0))
-    handle = sweep([(200.0, 212.0, 0.0), (200.0, 212.0, 34.0), (212.0, 212.0, 46.0), (308.0, 204.0, 46.0), (320.0, 203.0, 34.0), (320.0, 203.0, 0.0)], 8.0)
+    breakers = [
+        disc((200.0 + 22.0 * i, 132.0 + 24.0 * j, 2.5), AHEAD, 7.0, 11.0, sides=8) for i in range(5) for j in range(2)
+    ]
+    board = box((188.0, 116.0, 0.2), (300.0, 172.0, 3.0))
+    handle = sweep(
+        [
+            (194.0, 210.0, 0.2),
+            (194.0, 210.0, 34.0),
+            (206.0, 210.0, 46.0),
+            (284.0, 206.0, 46.0),
+            (296.0, 205.0, 34.0),
+            (296.0, 205.0, 0.2),
+        ],
+        8.0,
+    )
     drawn = {"glove_box": lid, "circuit_breakers": union([board, *breakers]), "grab_handle": handle}
     return {name: place(solid, RIGHT) for name, solid in drawn.items()}
 
@@ -132,19 +162,23 @@ def coaming() -> Manifold:
     """The glare shield: falls away forward and to the sides, its edge aft of the panel's top."""
     edge = [(600.0, -522.0), (608.0, -440.0), (620.0, -300.0), (630.0, -180.0), (632.0, 0.0)]
     edge += [(x, -y) for x, y in reversed(edge[:-1])]
-    top = np.array([[(x + t * (962.0 - x), y * (1.0 - 0.1 * t), shelf(t, y)) for x, y in edge] for t in (0.0, 0.03, 0.5, 1.0)])
+    top = np.array(
+        [[(x + t * (962.0 - x), y * (1.0 - 0.17 * t), shelf(t, y)) for x, y in edge] for t in (0.0, 0.03, 0.5, 1.0)]
+    )
     top[0, :, 2] -= 7.0
     return shell(top - [0.0, 0.0, 14.0] + np.array([0.0, 0.0, 7.0]) * (np.arange(4) == 0)[:, None, None], top)
 
 
 def shelf(t: float, y: float) -> float:
     """Height of the coaming, t of the way forward."""
-    return 882.0 - 74.0 * t - (58.0 - 14.0 * t) * abs(y / 522.0) ** 2.4
+    return 882.0 - 74.0 * t - (58.0 - 14.0 * t) * float(abs(y / 522.0) ** 2.4)
 
 
 def compass() -> Manifold:
     """The magnetic compass, on the coaming."""
-    return hull([*sphere_points((780.0, 0.0, 890.0), 30.0), (752, -22, 852), (808, -22, 848), (752, 22, 852), (808, 22, 848)])
+    return hull(
+        [*sphere_points((780.0, 0.0, 890.0), 30.0), (752, -22, 857), (808, -22, 845), (752, 22, 857), (808, 22, 845)]
+    )
 
 
 def sphere_points(centre: tuple[float, float, float], radius: float) -> Floats:
@@ -168,4 +202,11 @@ def panel_parts() -> Parts:
         panel -= place(disc((x, y, -90.0), AHEAD, 5.0, 200.0, sides=10), placement)
     vents = {"left_air_vent": place(vent().translate((-330.0, 176.0, 0.0)), LEFT)}
     vents["right_air_vent"] = mirrored(vents["left_air_vent"])
-    return {"instrument_panel": panel} | parts | switch_parts() | right_parts() | vents | {"coaming": coaming(), "compass": compass()}
+    return (
+        {"instrument_panel": panel}
+        | parts
+        | switch_parts()
+        | right_parts()
+        | vents
+        | {"coaming": coaming(), "compass": compass()}
+    )

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = ["box", "disc", "frame", "hull", "loft", "mirrored", "place", "prism", "shell", "sweep", "union", "write_obj"]
 
 Floats = NDArray[np.float64]
-GRID = 0.1  # vertices are written on this grid [mm]
-LEAST_HEIGHT = 0.15  # a triangle lower than this is a needle [mm]
+DIGITS = 4  # vertices are written in metres with so many decimals: 0.1 mm
+GRID = 10.0 ** (3 - DIGITS)  # [mm]
+LEAST_HEIGHT = 0.1  # a triangle lower than this is a needle [mm]
 AXES = {"x": [2, 0, 1], "y": [0, 2, 1], "z": [0, 1, 2]}  # where x, y, z are found in (outline, height)
 
 
@@ -25,8 +26,11 @@ def loft(rings: ArrayLike) -> Manifold:
     here, there = np.arange(n), np.roll(np.arange(n), -1)
     a, b, c, d = (np.ravel(start + k) for k in (here, there, there + n, here + n))
     first, last = _cap(points[0]), _cap(points[-1]) + (m - 1) * n
-    faces = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1), first[:, ::-1], last])
-    return _outward(points.reshape(-1, 3), faces)
+    flat = points.reshape(-1, 3)
+    shorter = np.linalg.norm(flat[a] - flat[c], axis=1) <= np.linalg.norm(flat[b] - flat[d], axis=1)
+    one = np.where(shorter, [a, b, c], [a, b, d]).T  # cut along the shorter diagonal: the same on either side
+    two = np.where(shorter, [a, c, d], [b, c, d]).T
+    return _outward(flat, np.concatenate([one, two, first[:, ::-1], last]))
 
 
 def _cap(ring: Floats) -> NDArray[np.int64]:
@@ -130,21 +134,21 @@ def write_obj(path: Path, parts: dict[str, Manifold], title: str) -> None:
     for name, solid in parts.items():
         vertices, faces = _gridded(name, solid)
         lines.append(f"o {name}")
-        lines += ["v " + " ".join(f"{c / 10000:.4f}" for c in row) for row in vertices.tolist()]
+        lines += ["v " + " ".join(f"{c / 10**DIGITS:.{DIGITS}f}" for c in row) for row in vertices.tolist()]
         lines += [f"f {a + base} {b + base} {c + base}" for a, b, c in faces.tolist()]
         base += len(vertices)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _gridded(name: str, solid: Manifold) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Vertices [0.1 mm] and triangles of a solid in an order that depends on nothing but its shape."""
-    mesh = solid.simplify(GRID).to_mesh64()
+    """Vertices [GRID] and triangles of a solid in an order that depends on nothing but its shape."""
+    mesh = solid.simplify(LEAST_HEIGHT).to_mesh64()
     whole = np.rint(np.asarray(mesh.vert_properties)[:, :3] / GRID).astype(np.int64)
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
     faces = index.reshape(-1)[np.asarray(mesh.tri_verts).astype(np.int64)]
     faces = np.array([np.roll(f, -int(np.argmin(f))) for f in faces])
     faces = faces[np.lexsort(faces.T[::-1])]
-    _check(name, vertices * GRID, faces)
+    _check(name, vertices.astype(np.float64) * GRID, faces)
     return vertices, faces
 
 

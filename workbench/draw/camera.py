@@ -59,8 +59,7 @@ class Camera:
 
     def enlarged(self, factor: int) -> Camera:
         """The same view on a picture of `factor` times as many pixels each way."""
-        size = {"width": self.width * factor, "height": self.height * factor}
-        return replace(self, scale=self.scale * factor, **size)
+        return replace(self, scale=self.scale * factor, width=self.width * factor, height=self.height * factor)
 
 
 def standard_view(name: str, bounds: ArrayLike, *, width: int = 640, height: int = 640, margin: float = 0.06) -> Camera:

@@ -7,7 +7,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import FAMILIES, INK, PAPER, hexadecimal
+from workbench.draw.colours import INK, INKS, PAPER, hexadecimal
 from workbench.draw.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.marks import DOT, TEXT_SIZE, placed_marks, scale_bar
 from workbench.draw.scene import Scene
@@ -65,12 +65,12 @@ def _circles(scene: Scene, camera: Camera) -> list[str]:
     """One circle a sphere. Paper shines through a little less with each circle: what is far sinks back."""
     spheres, flat = scene.spheres, projected_disks(scene, camera)
     share = depth_share(flat.front)
-    ink = [np.array(FAMILIES[shown.colour][0], dtype=np.float64) * 0.4 for shown in scene.bodies]
-    parts = [f'<g class="bodies" fill="{hexadecimal(PAPER)}" fill-opacity="0.5">']
+    ink = [np.array(INKS[shown.colour], dtype=np.float64) for shown in scene.bodies]
+    parts = [f'<g class="bodies" fill="{hexadecimal(PAPER)}" fill-opacity="0.45">']
     for sphere in flat.order:
         x, y, radius = flat.disk[sphere]
         near = float(share[sphere])
-        stroke = np.array(PAPER) + (ink[spheres.body[sphere]] - np.array(PAPER)) * (0.38 + 0.62 * near)
+        stroke = np.array(PAPER) + (ink[spheres.body[sphere]] - np.array(PAPER)) * (0.5 + 0.5 * near)
         parts.append(
             f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius:.1f}" stroke="{hexadecimal(stroke)}"'
             f' stroke-width="{0.5 + 0.7 * near:.2f}"/>'
@@ -91,7 +91,8 @@ def _marks(scene: Scene, camera: Camera) -> list[str]:
             leaders.append(f'<path stroke="{colour}" d="M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}"/>')
             labels.append(
                 f'<rect x="{u - a:.1f}" y="{v - b:.1f}" width="{2 * a:.1f}" height="{2 * b:.1f}" rx="4" fill="#fff"'
-                f' stroke="{colour}"/><text x="{u:.1f}" y="{v:.1f}" dy=".36em" fill="{colour}">{escape(mark.text)}</text>'
+                f' stroke="{colour}"/><text x="{u:.1f}" y="{v:.1f}" dy=".36em" fill="{colour}">'
+                f"{escape(mark.text)}</text>"
             )
     return [
         '<g class="marks">',

@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["FAMILIES", "GLASS", "INK", "MARKS", "PAPER", "SECTION", "Colour", "hexadecimal", "ramp"]
+__all__ = ["FAMILIES", "GLASS", "INK", "INKS", "MARKS", "PAPER", "SECTION", "Colour", "hexadecimal", "ramp"]
 
 Colour = tuple[int, int, int]
 
@@ -17,11 +17,20 @@ SECTION: Colour = (176, 184, 194)
 
 # far, near. Near is light: on a white page the dark outline holds the form together, and what is far sinks back.
 FAMILIES: dict[str, tuple[Colour, Colour]] = {
-    "warm": ((122, 104, 92), (250, 236, 218)),
-    "blue": ((82, 104, 138), (214, 231, 248)),
-    "green": ((86, 118, 98), (216, 240, 218)),
-    "rose": ((138, 92, 106), (250, 222, 228)),
-    "grey": ((104, 104, 104), (238, 238, 238)),
+    "warm": ((140, 118, 103), (252, 238, 220)),
+    "blue": ((98, 122, 158), (214, 231, 248)),
+    "green": ((98, 130, 110), (216, 240, 218)),
+    "rose": ((150, 104, 118), (250, 222, 228)),
+    "grey": ((116, 116, 116), (238, 238, 238)),
+}
+
+# The same hues for thin lines.
+INKS: dict[str, Colour] = {
+    "warm": (66, 48, 36),
+    "blue": (20, 58, 122),
+    "green": (24, 86, 50),
+    "rose": (130, 34, 66),
+    "grey": (40, 40, 40),
 }
 
 MARKS: dict[str, Colour] = {
@@ -40,5 +49,5 @@ def ramp(family: str, share: Floats) -> Floats:
 
 def hexadecimal(colour: Floats | Colour) -> str:
     """'#rrggbb' of a colour of 0 to 255."""
-    red, green, blue = (int(round(float(value))) for value in colour)
+    red, green, blue = (round(float(value)) for value in colour)
     return f"#{red:02x}{green:02x}{blue:02x}"

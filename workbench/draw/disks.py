@@ -7,20 +7,23 @@ is a veil over it, what stands nearer than every body is cut away (see visibilit
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import FAMILIES, GLASS, INK, PAPER, SECTION, ramp
+from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
 from workbench.draw.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.marks import DOT, TEXT_SIZE, placed_marks, scale_bar
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 
 __all__ = ["disks"]
 
-_JUMP = 0.018  # [m] a step in depth that is drawn as an outline within a body
+_Pixels = NDArray[np.float32]
+
+_JUMP = 0.03  # [m] a step in depth that is drawn as an outline within a body
 _LIGHT = np.array([-0.35, 0.62, 0.70])  # right, up, toward: over the viewer's left shoulder
 _WALL_DARK, _WALL_LIGHT = np.array([190.0, 197.0, 206.0]), np.array([244.0, 246.0, 248.0])
 
@@ -32,44 +35,46 @@ def disks(scene: Scene, camera: Camera, *, supersample: int = 2, veil: float = 0
     """
     fine = camera.enlarged(supersample)
     layers = visible_layers(scene, fine)
-    picture = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
+    picture: _Pixels = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
     if scene.environment is not None:
         _paint_environment(picture, scene.environment, fine, layers)
-    _paint_bodies(picture, scene, fine, layers, veil)
+    _paint_bodies(picture, scene, fine, (layers, _outline(layers, supersample)), veil)
     if scene.environment is not None:
         _paint_glass(picture, layers)
         edges, clear = drawn_edges(scene.environment, fine, layers.cut)
         _paint_lines(picture, visible_lines(edges, clear, layers), supersample)
-    image = Image.fromarray(np.round(picture).astype(np.uint8), "RGB")
+    image = Image.fromarray(np.round(picture).astype(np.uint8))
     _draw_dots(image, scene, camera, supersample)
     image = image.resize((camera.width, camera.height), Image.Resampling.BOX)
     _draw_texts(image, scene, camera)
     return image
 
 
-def _paint_environment(picture: Floats, environment: Environment, camera: Camera, layers: Layers) -> None:
+def _paint_environment(picture: _Pixels, environment: Environment, camera: Camera, layers: Layers) -> None:
     """Flat shade by the polygon's normal, either side alike; paler with distance; cut faces in one plain tint."""
     light = _LIGHT @ np.array([camera.right, camera.up, camera.toward])
     normal = environment.normal[triangle_polygons(environment)]
     facing = np.where(normal @ camera.toward < 0, -1.0, 1.0)
     lit = np.clip((normal @ light) * facing / np.linalg.norm(light), 0.0, 1.0)[:, None]
     colour = (_WALL_DARK + (_WALL_LIGHT - _WALL_DARK) * lit).astype(np.float32)
-    seen = layers.triangle >= 0
-    fade = _fade(layers.depth[seen], layers)[:, None]
-    picture[seen] = colour[layers.triangle[seen]] * (1 - fade) + np.array(PAPER, dtype=np.float32) * fade
+    colour = np.concatenate([colour, np.array([PAPER], dtype=np.float32)])  # the last one, found by -1: nothing here
+    np.take(colour, layers.triangle, axis=0, out=picture, mode="wrap")
+    picture += (np.float32(255.0) - picture) * _fade(layers)[..., None]
     picture[layers.section] = SECTION
 
 
-def _fade(depth: Floats, layers: Layers) -> Floats:
-    """How far the environment at `depth` [m] has faded into the paper: 0 at the bodies, more beyond."""
+def _fade(layers: Layers) -> _Pixels:
+    """How far the environment has faded into the paper: 0 up to the farthest point of a body, more beyond; 0 without one."""
     body = layers.body_depth[layers.sphere >= 0]
-    near = float(body.min()) if len(body) else float(np.max(layers.depth, initial=0.0))
-    faded: Floats = np.clip((near - depth) / 1.5, 0.0, 1.0).astype(np.float32) * np.float32(0.6)
-    return faded
+    if not len(body):
+        return np.zeros(layers.depth.shape, dtype=np.float32)
+    near = float(body.min())
+    return np.clip((near - layers.depth) / 1.5, 0.0, 1.0).astype(np.float32) * np.float32(0.6)
 
 
-def _paint_bodies(picture: Floats, scene: Scene, camera: Camera, layers: Layers, veil: float) -> None:
-    """One shade a sphere, a darker line where the body's depth jumps, a veil of what stands in front."""
+def _paint_bodies(picture: _Pixels, scene: Scene, camera: Camera, seen: tuple[Layers, Bools], veil: float) -> None:
+    """One shade a sphere, a darker line at the outline, a veil of what stands in front."""
+    layers, outline = seen
     spheres, flat = scene.spheres, projected_disks(scene, camera)
     share = depth_share(flat.front)
     colour = np.zeros((len(share), 3), dtype=np.float32)
@@ -78,32 +83,37 @@ def _paint_bodies(picture: Floats, scene: Scene, camera: Camera, layers: Layers,
         colour[mine] = ramp(shown.colour, share[mine])
     here = layers.sphere >= 0
     body = colour[layers.sphere[here]]
-    body[_outline(layers)[here]] *= 0.42
+    body[outline[here]] *= 0.42
     front = layers.veiled[here][:, None] * np.float32(veil)
     picture[here] = picture[here] * front + body * (1 - front)
 
 
-def _outline(layers: Layers) -> Bools:
-    """Body pixels with a neighbour that lies more than _JUMP farther: a silhouette, or a limb before the trunk."""
+def _outline(layers: Layers, width: int) -> Bools:
+    """Body pixels near one that lies more than _JUMP farther: a silhouette, or a limb before the trunk.
+
+    width: of the line [pixels of the layers].
+    """
     depth = layers.body_depth
     found = np.zeros(depth.shape, dtype=np.bool_)
-    with np.errstate(invalid="ignore"):  # background minus background
-        down, across = depth[1:] - depth[:-1], depth[:, 1:] - depth[:, :-1]
-    found[1:] |= down > _JUMP
-    found[:-1] |= down < -_JUMP
-    found[:, 1:] |= across > _JUMP
-    found[:, :-1] |= across < -_JUMP
+    for step in range(1, width + 1):
+        with np.errstate(invalid="ignore"):  # background minus background
+            down, across = depth[step:] - depth[:-step], depth[:, step:] - depth[:, :-step]
+        found[step:] |= down > _JUMP
+        found[:-step] |= down < -_JUMP
+        found[:, step:] |= across > _JUMP
+        found[:, :-step] |= across < -_JUMP
     return found
 
 
-def _paint_glass(picture: Floats, layers: Layers) -> None:
+def _paint_glass(picture: _Pixels, layers: Layers) -> None:
     """A thin tint where a see-through part is the foremost thing."""
     foremost = np.maximum(layers.depth, layers.body_depth)
     tinted = (layers.glass >= 0) & (layers.glass_depth > foremost)
-    picture[tinted] = picture[tinted] * np.float32(0.86) + np.array(GLASS, dtype=np.float32) * np.float32(0.14)
+    share = tinted.astype(np.float32)[..., None] * np.float32(0.1)
+    picture += (np.array(GLASS, dtype=np.float32) - picture) * share
 
 
-def _paint_lines(picture: Floats, lines: Lines, supersample: int) -> None:
+def _paint_lines(picture: _Pixels, lines: Lines, supersample: int) -> None:
     """Edges in ink through a mask of opacities, far to near."""
     mask = Image.new("L", (picture.shape[1], picture.shape[0]), 0)
     draw = ImageDraw.Draw(mask)

@@ -125,17 +125,20 @@ def _states(points: Floats, clear: Bools, layers: Layers) -> Ints:
     state = np.zeros(len(points), dtype=np.int64)
     here = (column >= 0) & (column < width) & (row >= 0) & (row < height) & (points[:, 2] <= layers.cut + _BIAS)
     at, depth = (row[here], column[here]), points[here, 2]
-    free = depth >= _farthest_around(layers.depth)[at] - _BIAS
+    free = depth >= _farthest_around(layers.depth, at) - _BIAS
     body = layers.sphere[at] >= 0
     behind = body & (depth < layers.body_depth[at])
     state[here] = np.where(free & ~behind, np.where(body | clear[here], 1, 2), 0)
     return state
 
 
-def _farthest_around(depth: Floats) -> Floats:
-    """The least depth among each pixel and its eight neighbours: an edge must not be hidden by its own surface."""
-    rows = np.pad(depth, ((1, 1), (0, 0)), mode="edge")
-    least = np.minimum(np.minimum(rows[:-2], rows[1:-1]), rows[2:])
-    columns = np.pad(least, ((0, 0), (1, 1)), mode="edge")
-    around: Floats = np.minimum(np.minimum(columns[:, :-2], columns[:, 1:-1]), columns[:, 2:])
-    return around
+def _farthest_around(depth: Floats, at: tuple[Ints, Ints]) -> Floats:
+    """The least depth among pixels (row, column) and their eight neighbours: no surface hides its own edge."""
+    row, column = at
+    least = np.full(len(row), np.inf)
+    for down in (-1, 0, 1):
+        near = np.clip(row + down, 0, depth.shape[0] - 1) * depth.shape[1]
+        for across in (-1, 0, 1):
+            here = near + np.clip(column + across, 0, depth.shape[1] - 1)
+            np.minimum(least, depth.ravel()[here], out=least)
+    return least

@@ -14,7 +14,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["Mark", "Scene", "SceneBody", "Spheres", "numbered"]
+__all__ = ["Mark", "Scene", "SceneBody", "Spheres", "numbered", "shown_corners"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,14 +80,24 @@ class Scene:
 
     @property
     def bounds(self) -> Floats:
-        """(2, 3) the box [m] around all spheres; around the environment where there is no body."""
+        """(2, 3) the box [m] around all spheres; around what is shown of the environment where there is no body."""
         spheres = self.spheres
         if len(spheres.radius):
             reach = spheres.radius[:, None]
             return np.array([(spheres.centre - reach).min(axis=0), (spheres.centre + reach).max(axis=0)])
-        if self.environment is None or not len(self.environment.vertices):
+        corners = shown_corners(self.environment)
+        if not len(corners):
             raise UsageError("scene: nothing to show; give a body or an environment")
-        return self.environment.bounds
+        return np.array([corners.min(axis=0), corners.max(axis=0)])
+
+
+def shown_corners(environment: Environment | None) -> Floats:
+    """(V, 3) the corners [m] of all polygons that are not of hidden parts; none without an environment."""
+    if environment is None:
+        return np.empty((0, 3))
+    shown = ~environment.hidden[environment.polygon_part]
+    edges = environment.edges[np.repeat(shown, np.diff(environment.edge_start))]
+    return environment.vertices[np.unique(edges)]
 
 
 def numbered(points: Iterable[Iterable[float]], *, kind: str = "contact") -> tuple[Mark, ...]:

@@ -111,13 +111,11 @@ def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
 def _fill(
     environment: Environment, camera: Camera, chosen: Ints, cut: float, depth: Floats, ids: Ints, was_cut: Bools
 ) -> None:
-    """Fill the chosen triangles; `ids` receives numbers of the environment's triangles."""
+    """Fill the chosen triangles of an environment."""
     corners = project(camera, environment.vertices)[environment.triangles[chosen]]
     away = environment.normal[triangle_polygons(environment)[chosen]] @ camera.toward < 0
     corners[away, :, 2] -= _BEHIND
-    fill_triangles(np.ascontiguousarray(corners), cut, depth, ids, was_cut)
-    found = ids >= 0
-    ids[found] = chosen[ids[found]]
+    fill_triangles(np.ascontiguousarray(corners), chosen, cut, depth, ids, was_cut)
 
 
 def _sections(environment: Environment, camera: Camera, triangle: Ints, cut_here: Bools) -> Bools:

@@ -23,9 +23,12 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_dae"]
 
-_UNUSED = frozenset(
-    ["library_images", "library_effects", "library_materials", "library_animations", "library_animation_clips", "library_cameras", "library_lights", "library_physics_scenes", "library_physics_models", "library_physics_materials", "library_controllers", "bind_material", "extra", "instance_camera", "instance_light", "instance_physics_scene"]
-)
+_UNUSED = frozenset([
+    "library_images", "library_effects", "library_materials", "library_animations", "library_animation_clips",
+    "library_cameras", "library_lights", "library_physics_scenes", "library_physics_models",
+    "library_physics_materials", "library_controllers", "bind_material", "extra", "instance_camera", "instance_light",
+    "instance_physics_scene",
+])  # fmt: skip
 _MOST_DEEP = 200
 
 
@@ -55,7 +58,7 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
     except problems as error:
         raise InputError(f"{path}: broken COLLADA: {_first_line(error)}") from None
     notes = (f"{lines} sets of lines are not surfaces and are left out",) if lines else ()
-    metres = None if told is None else float(document.assetInfo.unitmeter)
+    metres = None if told is None else _unit(path, told)
     return RawMesh(str(path), "DAE", tuple(parts), metres, notes)
 
 
@@ -126,6 +129,17 @@ def _part(collada: Any, geometry: Any, placed: tuple[Floats, str]) -> Iterator[R
         mirrored = np.linalg.det(matrix[:3, :3]) < 0
         yield RawPart(name or geometry.name or geometry.id, np.concatenate(vertices),
                       together[:, ::-1] if mirrored else together)  # fmt: skip
+
+
+def _unit(path: Path, told: ElementTree.Element) -> float:
+    text = told.get("meter", "1")
+    try:
+        metres = float(text)
+    except ValueError:
+        metres = 0.0
+    if not 1e-6 <= metres <= 1e3:
+        raise InputError(f"{path}: unit: its length in metres is needed, got meter={text[:30]!r}")
+    return metres
 
 
 def _tag(item: ElementTree.Element) -> str:

@@ -18,10 +18,14 @@ from workbench.files.mesh_parts import RawMesh, RawPart, triangulated
 
 __all__ = ["outside_folder", "read_obj"]
 
-_SKIPPED = frozenset(
-    ["vt", "vn", "vp", "s", "mg", "usemtl", "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj", "trace_obj"]
-)  # fmt: skip
-_CURVES = frozenset(["l", "p", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "end", "con"])
+_SKIPPED = frozenset([
+    "vt", "vn", "vp", "s", "mg", "usemtl", "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj",
+    "trace_obj",
+])  # fmt: skip
+_CURVES = frozenset([
+    "l", "p", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole",
+    "scrv", "sp", "end", "con",
+])  # fmt: skip
 
 
 def read_obj(path: Path, data: bytes) -> RawMesh:
@@ -29,7 +33,7 @@ def read_obj(path: Path, data: bytes) -> RawMesh:
     reader = _Reader(path)
     for number, words in _lines(path, data):
         reader.take(number, words)
-    return reader.finished()
+    return reader.finished(whole=data.endswith((b"\n", b"\r")))
 
 
 def outside_folder(reference: str) -> bool:
@@ -119,7 +123,7 @@ class _Reader:
     def _wrong(self, number: int, what: str) -> InputError:
         return InputError(f"{self.path}:{number}: {what}")
 
-    def finished(self) -> RawMesh:
+    def finished(self, *, whole: bool) -> RawMesh:
         vertices = np.frombuffer(self.vertices, dtype=np.float64).reshape(-1, 3)
         parts = []
         for name, flat in self.corners.items():
@@ -130,5 +134,6 @@ class _Reader:
             used, corners = np.unique(corners, return_inverse=True)
             counts = np.frombuffer(self.counts[name], dtype=np.int64)
             parts.append(RawPart(name, vertices[used], triangulated(vertices[used], corners, counts)))
-        notes = (f"{self.curves} lines of curves or points are not surfaces and are left out",) if self.curves else ()
-        return RawMesh(str(self.path), "OBJ", tuple(parts), notes=notes)
+        notes = [f"{self.curves} lines of curves or points are not surfaces and are left out"] if self.curves else []
+        notes += [] if whole else ["the last line has no end: the file may be cut short"]
+        return RawMesh(str(self.path), "OBJ", tuple(parts), notes=tuple(notes))

@@ -1,4 +1,4 @@
-"""Binary STL, glTF, 3MF and STEP, by trimesh, with what it would pass over in silence turned into errors."""
+"""Binary STL, glTF and 3MF, by trimesh, with what it would pass over in silence turned into errors."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import json
 import logging
 import struct
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,17 +16,17 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from workbench.errors import InputError, MissingPartError
+from workbench.errors import InputError
 from workbench.files.mesh_obj import outside_folder
 from workbench.files.mesh_parts import RawMesh, RawPart
 from workbench.files.mesh_text import read_text_stl
 from workbench.model.arrays import Floats
 
-__all__ = ["read_glb", "read_gltf", "read_step", "read_stl", "read_threemf"]
+__all__ = ["read_glb", "read_gltf", "read_stl", "read_threemf"]
 
 _PROBLEMS = (ValueError, KeyError, IndexError, TypeError, AttributeError, OverflowError, MemoryError, RuntimeError,
              StopIteration, EOFError, ArithmeticError, AssertionError, OSError, SyntaxError, NameError, struct.error,
-             zipfile.BadZipFile)  # fmt: skip
+             zipfile.BadZipFile, zlib.error)  # fmt: skip
 """What trimesh and the parsers under it were seen to raise on broken files (SyntaxError: lxml's parse errors)."""
 _LENGTHS = {"micron": 1e-6, "millimeter": 1e-3, "millimeters": 1e-3, "centimeter": 0.01, "centimeters": 0.01,
             "inch": 0.0254, "inches": 0.0254, "foot": 0.3048, "feet": 0.3048, "meter": 1.0, "meters": 1.0}  # fmt: skip
@@ -56,17 +57,6 @@ def read_threemf(path: Path, data: bytes) -> RawMesh:
     parts = tuple(_parts(path, data, "3mf", units))
     metres = _LENGTHS.get(units.pop()) if len(units) == 1 else None
     return RawMesh(str(path), "3MF", parts, metres)
-
-
-def read_step(path: Path, data: bytes) -> RawMesh:
-    """The bodies of a STEP file, cut into triangles by cascadio, which reports metres."""
-    try:
-        import cascadio  # noqa: F401
-    except ImportError:
-        raise MissingPartError(f"{path}: STEP files need cascadio: pip install cascadio") from None
-    if not data.lstrip().startswith(b"ISO-10303-21") or b"END-ISO-10303-21" not in data:
-        raise InputError(f"{path}: not a STEP file, or cut short (ISO-10303-21 to END-ISO-10303-21)")
-    return RawMesh(str(path), "STEP", tuple(_parts(path, data, "step")), 1.0)
 
 
 def read_glb(path: Path, data: bytes) -> RawMesh:

@@ -102,10 +102,11 @@ def _triangle_span(row: int, corner: Floats, turn: float, width: int) -> tuple[i
 
 
 @njit(cache=True)
-def fill_triangles(corners: Floats, cut: float, depth: Floats, ids: Ints, was_cut: Bools) -> None:
+def fill_triangles(corners: Floats, number: Ints, cut: float, depth: Floats, ids: Ints, was_cut: Bools) -> None:
     """Depth buffer of triangles `corners` (T, 3, 3): x, y [pixels], depth [m]; on a tie the first one stays.
 
-    Fragments nearer than `cut` [m] are left out and noted in `was_cut`. depth, ids, was_cut: (height, width).
+    ids receives the foremost triangle's `number` (T,). Fragments nearer than `cut` [m] are left out and noted in
+    `was_cut`. depth, ids, was_cut: (height, width).
     """
     height, width = depth.shape
     for triangle in range(len(corners)):
@@ -131,4 +132,4 @@ def fill_triangles(corners: Floats, cut: float, depth: Floats, ids: Ints, was_cu
                     was_cut[row, column] = True
                 elif front > depth[row, column]:
                     depth[row, column] = front
-                    ids[row, column] = triangle
+                    ids[row, column] = number[triangle]

@@ -14,7 +14,7 @@ from workbench.model.vocabulary import DIRECTIONS
 __all__ = ["Body"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Body:
     """A body of N segments, J = N - 1 joints and S spheres; lengths [m], angles [rad], masses [kg].
 
@@ -60,6 +60,9 @@ class Body:
     twist_share: Floats
     allowance: Floats
     fit_error: Floats
+
+    def __repr__(self) -> str:
+        return f"Body({self.name}: {len(self.segments)} segments, {len(self.sphere_names)} spheres)"
 
     def __post_init__(self) -> None:
         n, s = len(self.segments), len(self.sphere_names)

@@ -24,7 +24,7 @@ def relation(distance: Floats, *, tolerance: float = TANGENT_TOLERANCE) -> Ints:
     return np.where(distance > tolerance, 1, np.where(distance < -tolerance, -1, 0))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Contacts:
     """C contacts of a body with an environment or with a body (perhaps itself).
 
@@ -47,6 +47,9 @@ class Contacts:
     facing: Ints
     other_facing: Ints
     allowed: Floats
+
+    def __repr__(self) -> str:
+        return f"Contacts({len(self)} of {self.body!r} with {self.other!r})"
 
     def __post_init__(self) -> None:
         count = len(self.distance)

@@ -75,7 +75,7 @@ class Quality:
     watertight: bool
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Environment:
     """K parts made of F planar polygons with E edges over V vertices; lengths [m].
 
@@ -108,6 +108,9 @@ class Environment:
     controls: tuple[Control, ...] = ()
     quality: tuple[Quality, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"Environment({self.name}: {len(self.parts)} parts, {len(self.normal)} polygons)"
 
     def __post_init__(self) -> None:
         k, f = len(self.parts), len(self.normal)

@@ -13,7 +13,7 @@ from workbench.model.body import Body
 __all__ = ["Placed", "Poses"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Poses:
     """P poses of a body with J joints.
 
@@ -25,6 +25,9 @@ class Poses:
     reference: int
     world_from_reference: Floats
     time: Floats | None = None
+
+    def __repr__(self) -> str:
+        return f"Poses({len(self)} poses of {self.rotations.shape[1]} joints)"
 
     def __post_init__(self) -> None:
         rotations = frozen(self.rotations, np.float64, (None, None, 4), "poses.rotations")
@@ -45,7 +48,7 @@ class Poses:
         return len(self.rotations)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Placed:
     """P placed bodies: world_from_segment (P, N, 3, 4), sphere centres (P, S, 3) [m].
 
@@ -56,6 +59,9 @@ class Placed:
     world_from_segment: Floats
     centres: Floats
     window: Bools
+
+    def __repr__(self) -> str:
+        return f"Placed({len(self)} poses of {self.body!r})"
 
     def __post_init__(self) -> None:
         n, s = len(self.body.segments), len(self.body.sphere_names)

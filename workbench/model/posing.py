@@ -83,10 +83,10 @@ def attitude_matrix(*, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) 
 
 
 def compose(body: Body, angles: Floats) -> Floats:
-    """Quaternions (J, 4) from the two swing components and the twist (J, 3) [rad]."""
+    """Quaternions (..., J, 4) from the two swing components and the twist (..., J, 3) [rad]."""
     axes = body.stops.axes
-    vector = angles[:, 0, None] * axes[:, 0] + angles[:, 1, None] * axes[:, 1]
-    return multiply(exponential(vector), exponential(angles[:, 2, None] * axes[:, 2]))
+    vector = angles[..., 0, None] * axes[:, 0] + angles[..., 1, None] * axes[:, 1]
+    return multiply(exponential(vector), exponential(angles[..., 2, None] * axes[:, 2]))
 
 
 def angles_of(body: Body, poses: Poses) -> Floats:

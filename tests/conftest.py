@@ -1,0 +1,200 @@
+"""The zoo: small named fixtures that all tests share."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+os.environ.setdefault("NO_COLOR", "1")
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, settings
+
+import workbench as wb
+from workbench.files.assembly import built
+from workbench.files.mesh_parts import RawPart
+from workbench.files.postures import load_postures, posture_path, posture_pose
+
+ROOT = Path(__file__).resolve().parents[1]
+SHARED = ROOT.parent / "shared" / "data"
+
+settings.register_profile(
+    "tests", deadline=None, derandomize=True, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+settings.load_profile("tests")
+
+ONE_ARM = """
+body: one_arm
+length: mm
+segments:
+  BASE: {name: base, number: 1, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 50]]}
+  UPPER:
+    name: upper arm
+    number: 2
+    mass: 2
+    directions: {front: +x, left: +y, top: +z}
+    spheres: [[0, 0, 150, 40], [0, 0, 0, 40], [0, 0, -150, 40]]
+  LOWER:
+    name: lower arm
+    number: 3
+    mass: 1
+    directions: {front: +x, left: +y, top: +z}
+    twist_along: WRIST
+    spheres: [[0, 0, 100, 30], [20, 0, 0, 30], [20, 0, -100, 30]]
+  HAND:
+    name: hand
+    number: 4
+    mass: 0.5
+    directions: {back: -y, top: -z, left: +x}
+    spheres: [[0, 0, 50, 30], [0, 0, -50, 20, fingertip, top], [30, 0, 0, 15, thumb tip]]
+joints:
+  SHOULDER:
+    name: shoulder
+    number: 1
+    between: [BASE, UPPER]
+    at: {BASE: [0, 0, 0], UPPER: [0, 0, 150]}
+    stop: cone
+    swing:
+      - {motion: [flexion, extension], axis: -y, limits: [113, 20]}
+      - {motion: [abduction, adduction], axis: -x, limits: [53, 31]}
+    twist: {motion: [medial_rotation, lateral_rotation], axis: +z, limits: [39, 34]}
+  ELBOW:
+    name: elbow
+    number: 2
+    between: [UPPER, LOWER]
+    at: {UPPER: [0, 0, -150], LOWER: [0, 0, 100]}
+    stop: hinge
+    play: 2
+    swing:
+      - {motion: [flexion, extension], axis: -y, limits: [142, 0]}
+      - {motion: [abduction, adduction], axis: -x, limits: [0, 0]}
+    twist: {motion: [medial_rotation, lateral_rotation], axis: +z, limits: [35, 43]}
+    couplings:
+      - {limit: medial_rotation, driver: ELBOW.flexion, from: [0, 90], to: [0, 35]}
+  WRIST:
+    name: wrist
+    number: 3
+    between: [LOWER, HAND]
+    at: {LOWER: [0, 0, -100], HAND: [0, 0, 50]}
+    stop: free
+    swing:
+      - {motion: [flexion, extension], axis: +x, limits: [90, 80]}
+      - {motion: [radial_deviation, ulnar_deviation], axis: -y, limits: [27, 40]}
+    twist: {motion: [pronation, supination], axis: +z, limits: [77, 113]}
+allowances:
+  - {between: [BASE, LOWER], depth: 5}
+"""
+
+
+@pytest.fixture(scope="session")
+def one_arm(tmp_path_factory):
+    """A base, two arm segments and a hand; 700 mm of arm hanging down; hand-checkable numbers."""
+    path = tmp_path_factory.mktemp("zoo") / "one_arm.yaml"
+    path.write_text(ONE_ARM)
+    return wb.load_body(path)
+
+
+@pytest.fixture(scope="session")
+def two_spheres(tmp_path_factory):
+    """Two spheres of 10 mm that share no joint: middle and end of a chain of three, 100 mm apart."""
+    text = """
+body: two_spheres
+length: mm
+segments:
+  A: {name: first, number: 1, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 10, ball]]}
+  M: {name: rod, number: 2, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 1], [100, 0, 0, 1]]}
+  B: {name: second, number: 3, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 10]]}
+joints:
+  J: &joint
+    name: one
+    number: 1
+    between: [A, M]
+    at: {A: [0, 0, 0], M: [0, 0, 0]}
+    stop: free
+    swing:
+      - {motion: [flexion, extension], axis: +y, limits: [180, 180]}
+      - {motion: [bend_left, bend_right], axis: -x, limits: [180, 180]}
+    twist: {motion: [turn_left, turn_right], axis: +z, limits: [180, 180]}
+  K:
+    name: two
+    number: 2
+    between: [M, B]
+    at: {M: [100, 0, 0], B: [0, 0, 0]}
+    stop: free
+    swing:
+      - {motion: [flexion, extension], axis: +y, limits: [180, 180]}
+      - {motion: [bend_left, bend_right], axis: -x, limits: [180, 180]}
+    twist: {motion: [turn_left, turn_right], axis: +z, limits: [180, 180]}
+"""
+    path = tmp_path_factory.mktemp("zoo") / "two_spheres.yaml"
+    path.write_text(text.replace("&joint", ""))
+    return wb.load_body(path)
+
+
+@pytest.fixture(scope="session")
+def bubbleman():
+    return wb.load_body("bubbleman")
+
+
+@pytest.fixture(scope="session")
+def postures(bubbleman):
+    """The posture library for bubbleman, checked."""
+    return load_postures(posture_path("bubbleman"), bubbleman)[0]
+
+
+@pytest.fixture(scope="session")
+def library(bubbleman, postures):
+    """Bubbleman in all named postures, placed; and their names."""
+    poses = wb.join_poses([posture_pose(bubbleman, postures, name) for name in postures.postures])
+    return wb.place(bubbleman, poses), list(postures.postures)
+
+
+BOX = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+BOX_FACES = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+                      [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]])  # fmt: skip
+
+
+def box_part(name, low, high):
+    return RawPart(name, np.asarray(low) + BOX * (np.asarray(high, dtype=float) - low), BOX_FACES)
+
+
+def environment_of(*parts, solid="auto"):
+    """An environment of raw parts."""
+    made, faults = built("made", parts, solid=[solid] * len(parts))
+    assert not faults
+    return made
+
+
+@pytest.fixture(scope="session")
+def unit_box():
+    """One solid cube of 1 m at the origin."""
+    return environment_of(box_part("box", [0, 0, 0], [1, 1, 1]))
+
+
+@pytest.fixture(scope="session")
+def box_cab():
+    """Floor, wall and post: three solid boxes around the one arm."""
+    return environment_of(
+        box_part("floor", [-1, -1, -0.9], [1, 1, -0.8]),
+        box_part("wall", [0.4, -1, -0.8], [0.45, 1, 0.5]),
+        box_part("post", [-0.2, 0.15, -0.8], [-0.1, 0.25, 0.5]),
+    )
+
+
+@pytest.fixture
+def random_arm(one_arm):
+    """Make P random poses of the one arm."""
+
+    def make(count, seed=0, spread=1.0):
+        rng = np.random.default_rng(seed)
+        q = rng.normal(size=(count, 3, 4))
+        q[..., 0] += 1 / max(spread, 1e-9)
+        q /= np.linalg.norm(q, axis=-1, keepdims=True)
+        world = np.zeros((count, 3, 4))
+        world[:, :, :3] = np.linalg.qr(rng.normal(size=(count, 3, 3)))[0]
+        world[:, 0, :3] *= np.sign(np.linalg.det(world[:, :, :3]))[:, None]
+        world[:, :, 3] = rng.normal(size=(count, 3)) * 0.3
+        return wb.Poses(q, 0, world)
+
+    return make

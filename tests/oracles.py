@@ -1,0 +1,114 @@
+"""Slow and obvious: what every kernel must equal. One table feeds the tests and the benchmarks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+
+def matrix(q):
+    """Rotation matrix of a quaternion by its action on the axes: q v q*."""
+
+    def times(a, b):
+        return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+
+    inverse = q * [1, -1, -1, -1] / (q @ q)
+    return np.stack([times(times(q, np.array([0.0, *axis])), inverse)[1:] for axis in np.eye(3)], axis=1)
+
+
+def forward(body, poses):
+    """World transforms as 4 x 4 products from the reference segment outward, one segment at a time."""
+    n = len(body.segments)
+    world = np.full((len(poses), n, 4, 4), np.nan)
+    for p in range(len(poses)):
+        done = {poses.reference}
+        world[p, poses.reference] = np.vstack([poses.world_from_reference[p], [0, 0, 0, 1]])
+        while len(done) < n:
+            for child in range(1, n):
+                parent, j = int(body.parent[child]), child - 1
+                parent_from_child = np.eye(4)
+                parent_from_child[:3, :3] = matrix(poses.rotations[p, j])
+                shift = parent_from_child[:3, :3] @ body.joint_in_child[j]
+                parent_from_child[:3, 3] = body.joint_in_parent[j] - shift
+                if parent in done and child not in done:
+                    world[p, child] = world[p, parent] @ parent_from_child
+                    done.add(child)
+                elif child in done and parent not in done:
+                    world[p, parent] = world[p, child] @ np.linalg.inv(parent_from_child)
+                    done.add(parent)
+    return world[:, :, :3]
+
+
+def point_segment(p, a, b):
+    """Distance of a point to a line segment."""
+    d = b - a
+    t = np.clip((p - a) @ d / (d @ d), 0, 1) if d @ d > 0 else 0.0
+    return np.linalg.norm(p - a - t * d)
+
+
+def point_triangle(p, corners):
+    """Distance of a point to a triangle: its plane where the foot is inside, else its nearest edge."""
+    a, b, c = corners
+    edges = min(point_segment(p, a, b), point_segment(p, b, c), point_segment(p, c, a))
+    n = np.cross(b - a, c - a)
+    if n @ n <= 1e-30:
+        return edges
+    foot = p - n * (n @ (p - a)) / (n @ n)
+    sides = [np.cross(v - u, foot - u) @ n for u, v in ((a, b), (b, c), (c, a))]
+    return min(edges, np.linalg.norm(p - foot)) if min(sides) >= 0 else edges
+
+
+def winding(p, triangles):
+    """Winding number of triangles about a point."""
+    total = 0.0
+    for corners in triangles:
+        a, b, c = corners - p
+        la, lb, lc = np.linalg.norm([a, b, c], axis=1)
+        total += 2 * np.arctan2(a @ np.cross(b, c), la * lb * lc + (a @ b) * lc + (b @ c) * la + (c @ a) * lb)
+    return total / (4 * np.pi)
+
+
+def clearance(placed, environment):
+    """Signed clearance (P, N, K) from every triangle of every part to every sphere."""
+    body = placed.body
+    out = np.full((len(placed), len(body.segments), len(environment.parts)), np.inf)
+    corners = environment.vertices[environment.triangles]
+    for p, n, k in np.ndindex(out.shape):
+        polygons = environment.polygons(k)
+        part = corners[environment.triangle_start[polygons.start]:environment.triangle_start[polygons.stop]]
+        rows = range(*body.spheres(n).indices(len(body.radius)))
+        if environment.hidden[k] or not len(part) or not rows:
+            continue
+        for s in rows:
+            c = placed.centres[p, s]
+            gap = min(point_triangle(c, t) for t in part)
+            if environment.solid[k] and abs(winding(c, part)) > 0.5:
+                gap = -gap
+            out[p, n, k] = min(out[p, n, k], gap - body.radius[s])
+    return out
+
+
+def sphere_pairs(placed):
+    """All overlapping sphere pairs of non-adjacent segments: {(pose, i, j): I}."""
+    body = placed.body
+    segment = body.sphere_segment
+    found = {}
+    for p in range(len(placed)):
+        for i in range(len(body.radius)):
+            for j in range(i + 1, len(body.radius)):
+                gap = np.linalg.norm(placed.centres[p, i] - placed.centres[p, j]) - body.radius[i] - body.radius[j]
+                if gap < -1e-9 and not body.adjacent[segment[i], segment[j]]:
+                    found[p, i, j] = gap
+    return found
+
+
+def circle_touches_polygon(centre, radius, loops):
+    """The paper's predicate in the plane: does a circle (2D) touch a polygon given as loops of corners (even-odd)?"""
+    inside = False
+    for loop in loops:
+        for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True):
+            if point_segment(centre, a, b) < radius:
+                return True
+            if (a[1] > centre[1]) != (b[1] > centre[1]):
+                crossing = (b[0] - a[0]) * (centre[1] - a[1]) / (b[1] - a[1]) + a[0]
+                inside ^= bool(centre[0] < crossing)
+    return inside

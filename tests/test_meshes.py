@@ -1,0 +1,299 @@
+"""Mesh files: what is read, and what is refused in one clear line."""
+
+from __future__ import annotations
+
+import base64
+import io
+import json
+import random
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from tests.conftest import SHARED
+from workbench.errors import InputError, MissingPartError, UsageError
+from workbench.files import meshes
+from workbench.files.mesh_parts import unique_names
+from workbench.files.mesh_quality import examined
+from workbench.files.meshes import axes, extent, read_mesh
+
+ENVIRONMENTS = SHARED / "environments"
+TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+
+def box(size=(2.0, 4.0, 6.0)):
+    return trimesh.creation.box(extents=size)
+
+
+def written(folder: Path, name: str, content: str | bytes) -> Path:
+    path = folder / name
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def refused(path: Path, *words: str) -> str:
+    with pytest.raises(InputError) as caught:
+        read_mesh(path)
+    message = str(caught.value)
+    assert "\n" not in message and str(path.parent) in message
+    assert all(word in message for word in words), message
+    return message
+
+
+def real(name: str) -> Path:
+    path = SHARED / name
+    if not path.exists():
+        pytest.skip(f"no {name}")
+    return path
+
+
+def dae(body: str, *, head: str = "", unit: str = '<unit meter="0.0254"/>') -> str:
+    """A COLLADA file with one triangle, geometry #tri, and the given visual scene."""
+    return f"""<?xml version="1.0"?>{head}<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+    <asset>{unit}</asset><library_geometries><geometry id="tri"><mesh>
+    <source id="p"><float_array id="pa" count="9">0 0 0 1 0 0 0 1 0</float_array><technique_common>
+    <accessor source="#pa" count="3" stride="3"><param name="X" type="float"/><param name="Y" type="float"/>
+    <param name="Z" type="float"/></accessor></technique_common></source>
+    <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+    <triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+    </mesh></geometry></library_geometries><library_visual_scenes><visual_scene id="s">{body}</visual_scene>
+    </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
+
+
+@pytest.mark.parametrize("form", ["stl", "stl_ascii", "ply", "off", "obj", "glb", "3mf"])
+def test_a_box_is_a_closed_box_in_every_format(tmp_path, form):
+    content = trimesh.Scene({"seat": box()}).export(file_type=form) if form in ("glb", "3mf") else box().export(
+        file_type=form)  # fmt: skip
+    raw = read_mesh(written(tmp_path, f"seat.{form[:3]}", content))
+    assert [part.name for part in raw.parts] in (["seat"], ["geometry"], ["world"])
+    assert extent(raw.parts) == pytest.approx([2, 4, 6])
+    assert len(raw.parts[0].vertices) == 8 and examined(raw.parts[0])[1].closed
+
+
+@pytest.mark.parametrize(("form", "metres"), [("stl", None), ("ply", None), ("off", None), ("obj", None), ("glb", 1.0)])
+def test_only_some_formats_tell_their_unit(tmp_path, form, metres):
+    content = trimesh.Scene([box()]).export(file_type="glb") if form == "glb" else box().export(file_type=form)
+    assert read_mesh(written(tmp_path, f"a.{form}", content)).metres == metres
+
+
+def test_objects_and_groups_of_an_obj_keep_their_names(tmp_path):
+    text = TRIANGLE + "o left seat\nf 1 2 3\no desk\ng desk_top\nf 1 2 3\ng leg\nf 3 2 1\ng desk_top\nf 2 3 1\n"
+    raw = read_mesh(written(tmp_path, "a.obj", text))
+    assert [(part.name, len(part.faces)) for part in raw.parts] == [("left seat", 1), ("desk_top", 2), ("desk_leg", 1)]
+
+
+def test_negative_indices_of_an_obj_count_from_where_they_stand(tmp_path):
+    text = f"o a\n{TRIANGLE}f -3 -2 -1\no b\nv 0 0 5\nv 1 0 5\nv 0 1 5\nf -3 -2 -1\n"
+    raw = read_mesh(written(tmp_path, "a.obj", text))
+    assert [float(part.vertices[0, 2]) for part in raw.parts] == [0, 5]
+
+
+def test_a_missing_material_file_does_not_matter(tmp_path):
+    text = f"mtllib gone.mtl\nusemtl wood\n{TRIANGLE}f 1/1/1 2/2/2 3/3/3\n"
+    assert len(read_mesh(written(tmp_path, "a.obj", text)).parts[0].faces) == 1
+
+
+@pytest.mark.parametrize("where", ["../a.mtl", "/etc/passwd", "http://a/b.mtl", "C:\\a.mtl", "sub/../../a.mtl"])
+def test_an_obj_that_refers_outside_its_folder_is_refused(tmp_path, where):
+    refused(written(tmp_path, "a.obj", f"mtllib {where}\n{TRIANGLE}f 1 2 3\n"), "a.obj:1", "outside its own folder")
+
+
+@pytest.mark.parametrize(("line", "word"), [
+    ("f 1 2 9", "vertex 9"), ("f 1 2", "three vertices"), ("f 0 1 2", "three vertices"), ("f a b c", "whole numbers"),
+    ("v 1 2", "three numbers"), ("v 1 2 x", "three numbers"), ("hello", "not a line of an OBJ"), ("call b.obj", "another"),
+    ("f -9 1 2", "three vertices"), ("v nan 0 0\nf 1 2 4", "not finite"), ("v 1e999 0 0\nf 1 2 4", "not finite"),
+])  # fmt: skip
+def test_a_broken_line_of_an_obj_is_named(tmp_path, line, word):
+    refused(written(tmp_path, "a.obj", f"{TRIANGLE}f 1 2 3\n{line}\n"), word)
+
+
+def test_curves_of_an_obj_are_told_to_be_left_out(tmp_path):
+    raw = read_mesh(written(tmp_path, "a.obj", f"{TRIANGLE}f 1 2 3\nl 1 2\n"))
+    assert raw.notes == ("1 lines of curves or points are not surfaces and are left out",)
+
+
+def test_a_text_stl_with_two_solids_has_two_parts():
+    raw = read_mesh(real("nasty/assimp/triangle_with_two_solids.stl"))
+    assert [part.name for part in raw.parts] == ["testTriangle_1", "testTriangle_2"]
+
+
+def test_a_text_stl_whose_second_solid_has_no_end_is_refused(tmp_path):
+    text = box().export(file_type="stl_ascii")
+    refused(written(tmp_path, "a.stl", text + text.rpartition("endsolid")[0]), "cut short")
+
+
+def test_a_node_of_a_dae_gives_its_name_and_transforms_and_the_file_its_unit(tmp_path):
+    node = '<node name="desk"><translate>0 0 7</translate><instance_geometry url="#tri"/></node>'
+    raw = read_mesh(written(tmp_path, "a.dae", dae(node + node)))
+    assert raw.metres == 0.0254 and [part.name for part in raw.parts] == ["desk", "desk_2"]
+    assert raw.parts[0].vertices[:, 2].tolist() == [7, 7, 7]
+
+
+def test_a_mirrored_instance_keeps_its_outside_outside(tmp_path):
+    node = '<node name="a"><scale>1 1 -1</scale><instance_geometry url="#tri"/></node>'
+    part = read_mesh(written(tmp_path, "a.dae", dae(node))).parts[0]
+    a, b, c = part.vertices[part.faces[0]]
+    assert np.cross(b - a, c - a)[2] == -1
+
+
+@pytest.mark.parametrize(("body", "word"), [
+    ('<node><instance_controller url="#skin"/></node>', "skinned"),
+    ('<node><instance_geometry url="../b.dae#tri"/></node>', "another file"),
+    ('<node><instance_geometry url="#gone"/></node>', "not found"),
+    ("", "no surface"),
+])  # fmt: skip
+def test_a_dae_that_would_come_out_empty_or_in_part_is_refused(tmp_path, body, word):
+    refused(written(tmp_path, "a.dae", dae(body)), word)
+
+
+def test_a_dae_that_grows_without_bound_is_refused_at_once(tmp_path):
+    bomb = "".join(f'<!ENTITY l{k} "{f"&l{k - 1};" * 10 if k else "lol"}">' for k in range(12))
+    text = dae("<node>&l11;</node>", head=f"<!DOCTYPE COLLADA [{bomb}]>")
+    refused(written(tmp_path, "a.dae", text), "DOCTYPE")
+    refused(written(tmp_path, "b.dae", text.replace('"1.0"', '"1.0" encoding="UTF-16"').encode("utf-16")), "DOCTYPE")
+
+
+@pytest.mark.parametrize("meter", ["x", "0", "-1", "nan", "1e9"])
+def test_a_dae_with_a_senseless_unit_is_refused(tmp_path, meter):
+    node = '<node><instance_geometry url="#tri"/></node>'
+    refused(written(tmp_path, "a.dae", dae(node, unit=f'<unit meter="{meter}"/>')), "unit")
+
+
+def gltf(**change) -> str:
+    """A glTF file with one box, its buffer inside."""
+    files = trimesh.Scene({"box": box()}).export(file_type="gltf")
+    tree = json.loads(files["model.gltf"])
+    for buffer in tree["buffers"]:
+        buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(files[buffer["uri"]]).decode()
+    return json.dumps(tree | change)
+
+
+@pytest.mark.parametrize("uri", ["../b.bin", "%2e%2e/b.bin", "/b.bin", "https://a/b.bin", "file:///b.bin"])
+def test_a_gltf_that_refers_outside_its_folder_is_refused(tmp_path, uri):
+    text = gltf(buffers=[{"uri": uri, "byteLength": 840}])
+    refused(written(tmp_path, "a.gltf", text), "outside its own folder")
+
+
+def test_a_gltf_that_cannot_be_read_whole_is_refused(tmp_path):
+    assert len(read_mesh(written(tmp_path, "a.gltf", gltf())).parts) == 1
+    refused(written(tmp_path, "b.gltf", gltf(extensionsUsed=["KHR_draco_mesh_compression"])), "compressed")
+    refused(written(tmp_path, "c.gltf", gltf(buffers=[{"uri": "gone.bin", "byteLength": 840}])), "gone.bin")
+    refused(written(tmp_path, "d.gltf", gltf(accessors=[{"count": 10**12, "componentType": 5126, "type": "VEC3"}])),
+            "does not hold")  # fmt: skip
+
+
+def test_both_instances_of_a_gltf_mesh_are_there():
+    raw = read_mesh(real("environments/trimesh/CesiumMilkTruck.glb"))
+    assert [part.name for part in raw.parts] == ["Cesium_Milk_Truck", "Wheels", "Wheels_2"]
+    assert extent(raw.parts) == pytest.approx([4.869, 2.583, 2.792], abs=1e-3)
+
+
+def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path):
+    raw = read_mesh(written(tmp_path, "a.3mf", trimesh.Scene({"box": box()}).export(file_type="3mf")))
+    assert raw.metres == 0.001
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for k in range(40):
+            archive.writestr(f"{k}", b"\0" * 2**26)
+    refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to 2.5 GiB")
+
+
+@pytest.mark.parametrize("form", ["ascii 1.0", "binary_little_endian 1.0", "binary_big_endian 1.0"])
+def test_a_ply_may_mix_triangles_and_quadrilaterals(tmp_path, form):
+    head = ("ply\nformat {}\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 2\nproperty list uchar int vertex_indices\nend_header\n").format(form)  # fmt: skip
+    points, faces = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)], [(1, 4, 2), (0, 1, 2, 3)]
+    order = ">" if "big" in form else "<"
+    body = b"".join(np.array(p, order + "f4").tobytes() for p in points)
+    body += b"".join(bytes([len(f)]) + np.array(f, order + "i4").tobytes() for f in faces)
+    text = "".join(" ".join(map(str, row)) + "\n" for row in [*points, *[(len(f), *f) for f in faces]]).encode()
+    raw = read_mesh(written(tmp_path, "a.ply", head.encode() + (text if form.startswith("a") else body)))
+    assert len(raw.parts[0].faces) == 3 and extent(raw.parts) == pytest.approx([2, 1, 0])
+
+
+def test_the_step_part_is_five_inches_long():
+    pytest.importorskip("cascadio")
+    raw = read_mesh(real("environments/trimesh/featuretype.STEP"))
+    assert raw.metres == 1 and extent(raw.parts) == pytest.approx([0.127, 0.0635, 0.034925], abs=1e-5)
+
+
+def test_step_without_cascadio_says_how_to_get_it(tmp_path, monkeypatch):
+    monkeypatch.setattr("workbench.files.mesh_step.find_spec", lambda name: None)
+    with pytest.raises(MissingPartError, match="pip install cascadio"):
+        read_mesh(written(tmp_path, "a.step", "ISO-10303-21;\nEND-ISO-10303-21;\n"))
+
+
+def test_a_broken_step_file_cannot_end_the_workbench(tmp_path):
+    pytest.importorskip("cascadio")
+    text = real("environments/trimesh/featuretype.STEP").read_bytes()
+    refused(written(tmp_path, "a.step", text[: len(text) // 2]), "cut short")
+    refused(written(tmp_path, "b.step", text[:20000] + text[60000:70000] + text[-30:]), "STEP")
+
+
+def test_what_is_not_there_or_not_a_mesh_is_one_line(tmp_path):
+    refused(tmp_path / "gone.stl", "no such file")
+    refused(written(tmp_path, "a.stl", b""), "is empty")
+    refused(written(tmp_path, "a.xyz", b"0 0 0"), ".xyz", ".obj")
+    (tmp_path / "folder.obj").mkdir()
+    refused(tmp_path / "folder.obj", "folder")
+
+
+@pytest.mark.parametrize("ending", sorted(meshes.FORMATS))
+def test_binary_garbage_and_text_are_refused_in_every_format(tmp_path, ending):
+    garbage = random.Random(7).randbytes(5000)
+    for name, content in (("a", garbage), ("b", b"hello, this is text\n" * 20), ("c", box().export(file_type="glb")[:-9])):
+        refused(written(tmp_path, name + ending, content))
+
+
+@pytest.mark.parametrize("form", ["stl", "stl_ascii", "ply", "off", "obj", "glb", "3mf", "dae", "gltf"])
+def test_damaged_files_are_read_or_refused_and_never_end_in_a_traceback(tmp_path, form):
+    chance = random.Random(form)
+    whole = {"dae": lambda: dae('<node><instance_geometry url="#tri"/></node>'), "gltf": gltf}.get(
+        form, lambda: trimesh.Scene([box()]).export(file_type=form) if form in ("glb", "3mf") else box().export(
+            file_type=form))()  # fmt: skip
+    data = whole.encode() if isinstance(whole, str) else whole
+    for _ in range(60):
+        broken = bytearray(data[: chance.randrange(1, len(data) + 1)] if chance.random() < 0.3 else data)
+        for _ in range(chance.choice([0, 1, 8])):
+            broken[chance.randrange(len(broken))] = chance.randrange(256)
+        try:
+            assert read_mesh(written(tmp_path, f"a.{form[:4]}" if form == "gltf" else f"a.{form[:3]}", bytes(broken))).parts
+        except InputError as error:
+            assert "\n" not in str(error)
+
+
+def test_a_mesh_too_large_for_the_memory_says_what_it_needs(tmp_path, monkeypatch):
+    monkeypatch.setattr(meshes, "_free_memory", lambda: 100_000)
+    refused(written(tmp_path, "a.stl", b"\0" * 2**20), "1 MiB", "of memory")
+
+
+def test_axes_put_right_are_never_mirrored():
+    names = ["x", "y", "z", "-x", "-y", "-z"]
+    for up in names:
+        for forward in (name for name in names if name[-1] != up[-1]):
+            assert np.linalg.det(axes(up, forward)) == pytest.approx(1)
+    assert (axes("y", "-z") @ [0, 1, 0]).tolist() == [0, 0, 1]
+    assert (axes("y", "-z") @ [0, 0, -1]).tolist() == [1, 0, 0]
+
+
+@pytest.mark.parametrize(("up", "forward"), [("y", "y"), ("y", "-y"), ("w", "x"), ("z", "+x")])
+def test_axes_that_span_no_frame_are_refused(up, forward):
+    with pytest.raises(UsageError):
+        axes(up, forward)
+
+
+def test_names_become_unique_in_order():
+    assert unique_names(["seat", "seat", "", "seat_2", "seat"], "mesh") == ["seat", "seat_3", "mesh", "seat_2", "seat_4"]
+
+
+@pytest.mark.parametrize(("name", "size"), [
+    ("polaris_ranger_ev/polaris.dae", 107.467), ("prius_cardemo/hybrid_body.obj", 461.829),
+    ("gazebo_control_console/console.dae", 2625.193), ("iss_astrobee/astrobee_iss/meshes/jpm.dae", 10.175),
+    ("assistive_gym/wheelchair__wheelchair_permobil_reduced_compressed.obj", 8.25), ("gazebo_suv/suv.obj", 83.669),
+    ("iss_astrobee/astrobee_handrail_30/meshes/handrail_30.dae", 0.783), ("gazebo_bus_stop/bench.dae", 1.6),
+])  # fmt: skip
+def test_real_files_have_the_size_they_should_in_their_own_units(name, size):
+    assert extent(read_mesh(real(f"environments/{name}")).parts).max() == pytest.approx(size, abs=1e-3)
