@@ -15,7 +15,7 @@ import trimesh
 
 from tests.conftest import SHARED
 from workbench.errors import InputError, MissingPartError, UsageError
-from workbench.files import meshes
+from workbench.files import mesh_scene, meshes
 from workbench.files.mesh_parts import unique_names
 from workbench.files.mesh_quality import examined
 from workbench.files.meshes import axes, extent, read_mesh
@@ -103,7 +103,8 @@ def test_an_obj_that_refers_outside_its_folder_is_refused(tmp_path, where):
 
 @pytest.mark.parametrize(("line", "word"), [
     ("f 1 2 9", "vertex 9"), ("f 1 2", "three vertices"), ("f 0 1 2", "three vertices"), ("f a b c", "whole numbers"),
-    ("v 1 2", "three numbers"), ("v 1 2 x", "three numbers"), ("hello", "not a line of an OBJ"), ("call b.obj", "another"),
+    ("v 1 2", "three numbers"), ("v 1 2 x", "three numbers"), ("hello", "not a line of an OBJ"),
+    ("call b.obj", "another"),
     ("f -9 1 2", "three vertices"), ("v nan 0 0\nf 1 2 4", "not finite"), ("v 1e999 0 0\nf 1 2 4", "not finite"),
 ])  # fmt: skip
 def test_a_broken_line_of_an_obj_is_named(tmp_path, line, word):
@@ -191,20 +192,20 @@ def test_both_instances_of_a_gltf_mesh_are_there():
     assert extent(raw.parts) == pytest.approx([4.869, 2.583, 2.792], abs=1e-3)
 
 
-def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path):
+def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, monkeypatch):
     raw = read_mesh(written(tmp_path, "a.3mf", trimesh.Scene({"box": box()}).export(file_type="3mf")))
     assert raw.metres == 0.001
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for k in range(40):
-            archive.writestr(f"{k}", b"\0" * 2**26)
-    refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to 2.5 GiB")
+        archive.writestr("3D/3dmodel.model", b"\0" * 2**24)
+    monkeypatch.setattr(mesh_scene, "_MOST_UNPACKED", 2**23)
+    refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to")
 
 
 @pytest.mark.parametrize("form", ["ascii 1.0", "binary_little_endian 1.0", "binary_big_endian 1.0"])
 def test_a_ply_may_mix_triangles_and_quadrilaterals(tmp_path, form):
-    head = ("ply\nformat {}\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
-            "element face 2\nproperty list uchar int vertex_indices\nend_header\n").format(form)  # fmt: skip
+    head = f"ply\nformat {form}\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
+    head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
     points, faces = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)], [(1, 4, 2), (0, 1, 2, 3)]
     order = ">" if "big" in form else "<"
     body = b"".join(np.array(p, order + "f4").tobytes() for p in points)
@@ -244,7 +245,11 @@ def test_what_is_not_there_or_not_a_mesh_is_one_line(tmp_path):
 @pytest.mark.parametrize("ending", sorted(meshes.FORMATS))
 def test_binary_garbage_and_text_are_refused_in_every_format(tmp_path, ending):
     garbage = random.Random(7).randbytes(5000)
-    for name, content in (("a", garbage), ("b", b"hello, this is text\n" * 20), ("c", box().export(file_type="glb")[:-9])):
+    for name, content in (
+        ("a", garbage),
+        ("b", b"hello, this is text\n" * 20),
+        ("c", box().export(file_type="glb")[:-9]),
+    ):
         refused(written(tmp_path, name + ending, content))
 
 
@@ -260,7 +265,9 @@ def test_damaged_files_are_read_or_refused_and_never_end_in_a_traceback(tmp_path
         for _ in range(chance.choice([0, 1, 8])):
             broken[chance.randrange(len(broken))] = chance.randrange(256)
         try:
-            assert read_mesh(written(tmp_path, f"a.{form[:4]}" if form == "gltf" else f"a.{form[:3]}", bytes(broken))).parts
+            assert read_mesh(
+                written(tmp_path, f"a.{form[:4]}" if form == "gltf" else f"a.{form[:3]}", bytes(broken))
+            ).parts
         except InputError as error:
             assert "\n" not in str(error)
 
@@ -286,7 +293,13 @@ def test_axes_that_span_no_frame_are_refused(up, forward):
 
 
 def test_names_become_unique_in_order():
-    assert unique_names(["seat", "seat", "", "seat_2", "seat"], "mesh") == ["seat", "seat_3", "mesh", "seat_2", "seat_4"]
+    assert unique_names(["seat", "seat", "", "seat_2", "seat"], "mesh") == [
+        "seat",
+        "seat_3",
+        "mesh",
+        "seat_2",
+        "seat_4",
+    ]
 
 
 @pytest.mark.parametrize(("name", "size"), [

@@ -132,6 +132,34 @@ def test_the_circle_is_the_smallest_that_encloses(points):
     assert radius[0] == pytest.approx(smallest_radius(ring), abs=1e-9)
 
 
+def distance_to_polygon(vertices, merged: Polygons, polygon: int, point) -> float:
+    """To the plane where the foot is inside by the even-odd rule, else to the nearest edge: slow and obvious."""
+    normal = merged.normal[polygon]
+    height = point @ normal - merged.offset[polygon]
+    axis = int(np.abs(normal).argmax())
+    a, b = vertices[merged.edges[merged.edge_start[polygon] : merged.edge_start[polygon + 1]].T]
+    (p, q), foot = (np.delete(side, axis, axis=1) for side in (a, b)), np.delete(point - height * normal, axis)
+    crosses = (p[:, 1] > foot[1]) != (q[:, 1] > foot[1])
+    rise = np.where(crosses, q[:, 1] - p[:, 1], 1)
+    if np.sum(crosses & (p[:, 0] + (foot[1] - p[:, 1]) * (q - p)[:, 0] / rise > foot[0])) % 2:
+        return abs(height)
+    along = np.clip(((point - a) * (b - a)).sum(axis=1) / ((b - a) ** 2).sum(axis=1), 0, 1)
+    return float(np.linalg.norm(point - a - along[:, None] * (b - a), axis=1).min())
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_merging_leaves_every_distance_as_it_was(seed):
+    random = np.random.default_rng(seed)
+    vertices, faces = grid(4, lambda x, y: np.where(x > 0.4, 0.3, 0.0))
+    faces = faces[random.random(len(faces)) < 0.8]
+    merged = merge_coplanar(vertices, faces)
+    point = random.uniform(-0.5, 1.5, 3)
+    nearest = trimesh.triangles.closest_point(vertices[faces], np.tile(point, (len(faces), 1)))
+    wanted = np.linalg.norm(nearest - point, axis=1).min()
+    found = min(distance_to_polygon(vertices, merged, k, point) for k in range(len(merged.normal)))
+    assert len(merged.normal) < len(faces) and found == pytest.approx(wanted, abs=1e-9)
+
+
 def smallest_radius(points):
     """Every circle on two or three of the points, and the smallest that holds all: slow and obvious."""
     best = np.inf if len(np.unique(points, axis=0)) > 1 else 0.0

@@ -126,8 +126,8 @@ def inspect(
     source: str,
     *,
     units: str | None = None,
-    up: str | None = None,
-    forward: str | None = None,
+    up: str = "z",
+    forward: str = "x",
     as_json: Json = False,
 ) -> int:
     """Show the parts, sizes, quality and warnings of a mesh file or an environment.
@@ -143,13 +143,17 @@ def inspect(
     forward
         the mesh's forward axis
     """
-    from workbench.files.inspection import inspect_source
+    from workbench.files.inspection import inspect_environment, inspect_mesh
+    from workbench.files.kinds import is_mesh
+    from workbench.report.inspection_text import inspection_lines
 
-    found = inspect_source(source, length=units, up=up, forward=forward)
-    if as_json:
-        print(_dumped(found))
+    if is_mesh(source):
+        found = inspect_mesh(source, length=units, up=up, forward=forward)
     else:
-        _print_inspection(found)
+        if units is not None or (up, forward) != ("z", "x"):
+            raise UsageError("--units, --up and --forward are for mesh files; an environment says its own")
+        found = inspect_environment(source)
+    print(_dumped(found) if as_json else "\n".join(inspection_lines(found)))
     return 0
 
 
@@ -298,8 +302,3 @@ class _progress:  # noqa: N801
     def __exit__(self, *_: object) -> None:
         if self.status is not None:
             self.status.stop()
-
-
-def _print_inspection(found: Inspection) -> None:
-    for line in found.lines():
-        print(line)

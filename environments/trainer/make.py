@@ -315,14 +315,14 @@ def lever_parts() -> Parts:
     )
     flap = sweep([(40.0, 22.0, 262.0), (60.0, 22.0, 292.0), (170.0, 22.0, 338.0)], 6.0, sides=8)
     handle = [(165.0, 22.0, 336.0), (172.0, 22.0, 339.0), (262.0, 22.0, 376.0), (268.0, 22.0, 379.0)]
-    brake = sweep([(-70.0, -20.0, 258.0), (-30.0, -20.0, 294.0)], 6.0, sides=6)
+    brake = sweep([(40.0, -20.0, 264.0), (80.0, -20.0, 302.0)], 6.0, sides=6)
     pointer = hull([(356 + x, y, z) for x in (-34, 26) for y in (-6, 6) for z in (293, 314)])
     return {
         "throttle_lever": throttle,
         "propeller_lever": propeller,
         "mixture_lever": mixture,
         "flap_lever": flap + sweep(handle, [9.0, 13.0, 13.0, 8.0]),
-        "parking_brake": brake + sweep([(-30.0, -42.0, 294.0), (-30.0, 2.0, 294.0)], 9.0),
+        "parking_brake": brake + sweep([(80.0, -42.0, 302.0), (80.0, 2.0, 302.0)], 9.0),
         "fuel_selector": disc((356.0, 0.0, 287.0), UP, 30.0, 8.0) + pointer,
     }
 

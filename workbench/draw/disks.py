@@ -64,7 +64,7 @@ def _paint_environment(picture: _Pixels, environment: Environment, camera: Camer
 
 
 def _fade(layers: Layers) -> _Pixels:
-    """How far the environment has faded into the paper: 0 up to the farthest point of a body, more beyond; 0 without one."""
+    """How far the environment has faded into the paper: 0 as far as the bodies reach, more beyond."""
     body = layers.body_depth[layers.sphere >= 0]
     if not len(body):
         return np.zeros(layers.depth.shape, dtype=np.float32)

@@ -80,16 +80,15 @@ def visible_layers(scene: Scene, camera: Camera) -> Layers:
     paint_disks(disks.disk, disks.order, sphere)
     sphere_depths(disks.disk, disks.centre, disks.radius, body_depth)
     cut = float(disks.front.max()) + _SLACK if len(disks.front) else np.inf
-    triangle, depth, cut_here = _empty(size)
-    glass, glass_depth, _ = _empty(size)
+    opaque, glass = _buffers(size), _buffers(size)
     section = np.zeros(size, dtype=np.bool_)
     if scene.environment is not None:
-        opaque, clear = _triangle_kinds(scene.environment)
-        _fill(scene.environment, camera, opaque, cut, depth, triangle, cut_here)
-        _fill(scene.environment, camera, clear, cut, glass_depth, glass, np.zeros(size, dtype=np.bool_))
-        section = _sections(scene.environment, camera, triangle, cut_here)
-        depth[section] = cut
-    return Layers(cut, sphere, body_depth, triangle, depth, section, glass, glass_depth)
+        solid, clear = _triangle_kinds(scene.environment)
+        _fill(scene.environment, camera, cut, solid, opaque)
+        _fill(scene.environment, camera, cut, clear, glass)
+        section = _sections(scene.environment, camera, opaque)
+        opaque.depth[section] = cut
+    return Layers(cut, sphere, body_depth, opaque.triangle, opaque.depth, section, glass.triangle, glass.depth)
 
 
 def triangle_polygons(environment: Environment) -> Ints:
@@ -97,8 +96,16 @@ def triangle_polygons(environment: Environment) -> Ints:
     return np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
 
 
-def _empty(size: tuple[int, int]) -> tuple[Ints, Floats, Bools]:
-    return np.full(size, -1, dtype=np.int64), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_)
+class _Buffers(NamedTuple):
+    """Foremost triangle, its depth, and whether something nearer was cut away; (height, width) each."""
+
+    triangle: Ints
+    depth: Floats
+    was_cut: Bools
+
+
+def _buffers(size: tuple[int, int]) -> _Buffers:
+    return _Buffers(np.full(size, -1, dtype=np.int64), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_))
 
 
 def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
@@ -108,22 +115,20 @@ def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
     return np.flatnonzero(shown & ~clear), np.flatnonzero(shown & clear)
 
 
-def _fill(
-    environment: Environment, camera: Camera, chosen: Ints, cut: float, depth: Floats, ids: Ints, was_cut: Bools
-) -> None:
+def _fill(environment: Environment, camera: Camera, cut: float, chosen: Ints, into: _Buffers) -> None:
     """Fill the chosen triangles of an environment."""
     corners = project(camera, environment.vertices)[environment.triangles[chosen]]
     away = environment.normal[triangle_polygons(environment)[chosen]] @ camera.toward < 0
     corners[away, :, 2] -= _BEHIND
-    fill_triangles(np.ascontiguousarray(corners), chosen, cut, depth, ids, was_cut)
+    fill_triangles(np.ascontiguousarray(corners), chosen, cut, into.depth, into.triangle, into.was_cut)
 
 
-def _sections(environment: Environment, camera: Camera, triangle: Ints, cut_here: Bools) -> Bools:
+def _sections(environment: Environment, camera: Camera, opaque: _Buffers) -> Bools:
     """Pixels where the plane went through a solid: something was cut here and a solid is seen from inside."""
     polygon = triangle_polygons(environment)
     inside = environment.solid[environment.polygon_part[polygon]] & (environment.normal[polygon] @ camera.toward < 0)
-    found: Bools = (triangle >= 0) & cut_here
-    found[found] = inside[triangle[found]]
+    found: Bools = (opaque.triangle >= 0) & opaque.was_cut
+    found[found] = inside[opaque.triangle[found]]
     return found
 
 

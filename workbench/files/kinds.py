@@ -17,7 +17,7 @@ from workbench.files.studies import load_study
 from workbench.files.study_schema import StudyFile
 from workbench.files.yaml_text import read_yaml
 
-__all__ = ["KINDS", "check_file", "json_schemas", "kind_of"]
+__all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of"]
 
 KINDS: dict[str, str] = {"study": "study", "body": "body", "environment": "environment", "postures": "postures"}
 
@@ -37,6 +37,12 @@ def kind_of(path: Path) -> str:
         if key in keys:
             return kind
     raise InputError(f"{document.where(())}: one of the keys {', '.join(KINDS)} must say what this file is")
+
+
+def is_mesh(source: str) -> bool:
+    """True where a source is a mesh file by its ending, False for environment folders, YAML files and bare names."""
+    path = Path(source)
+    return not path.is_dir() and path.suffix.lower() not in ("", ".yaml", ".yml")
 
 
 def check_file(path: Path) -> list[str]:

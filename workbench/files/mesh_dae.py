@@ -50,7 +50,7 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
     problems = (collada.DaeError, collada.scene.DaeInstanceNotLoadedError, ValueError, KeyError, IndexError, TypeError,
                 AttributeError, OverflowError, MemoryError, struct.error, DeprecationWarning)  # fmt: skip
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             document = collada.Collada(io.BytesIO(ElementTree.tostring(tree)), ignore=None)
             nodes = document.scene.nodes if document.scene else []

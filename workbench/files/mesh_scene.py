@@ -136,7 +136,8 @@ def _joined(name: str, placed: list[tuple[Floats, Any]]) -> RawPart:
         if triangles.min(initial=0) < 0 or triangles.max(initial=-1) >= len(points):
             raise ValueError("a face names a vertex that is not there")
         mirrored = np.linalg.det(matrix[:3, :3]) < 0
-        vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
+        with np.errstate(all="ignore"):
+            vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
         faces.append((triangles[:, ::-1] if mirrored else triangles) + count)
         count += len(points)
     return RawPart(name, np.concatenate(vertices), np.concatenate(faces))
@@ -147,7 +148,7 @@ def _scene(path: Path, data: bytes, kind: str) -> Any:
 
     folder = trimesh.resolvers.FilePathResolver(str(path.resolve()))
     options = {"skip_materials": True} if kind in ("glb", "gltf") else {}
-    with _no_quiet_warnings(path):
+    with _no_quiet_warnings(path), np.errstate(all="ignore"):  # read_mesh tells what is not finite
         try:
             return trimesh.load_scene(io.BytesIO(data), file_type=kind, resolver=folder, process=False, **options)
         except (*_PROBLEMS, ImportError) as error:

@@ -27,6 +27,7 @@ __all__ = ["FORMATS", "LARGEST", "SMALLEST", "axes", "extent", "implausible", "r
 
 SMALLEST, LARGEST = 0.3, 60.0
 """Extents [m] between which a cockpit, a room or a vehicle lies."""
+_FARTHEST = 1e9
 _Reader = Callable[[Path, bytes], RawMesh]
 FORMATS: dict[str, tuple[_Reader, float]] = {
     ".obj": (read_obj, 28), ".stl": (read_stl, 23), ".ply": (read_ply, 60), ".off": (read_off, 60),
@@ -56,6 +57,8 @@ def read_mesh(path: str | Path) -> RawMesh:
     for name, part in zip(names, raw.parts, strict=True):
         if not np.all(np.isfinite(part.vertices)):
             raise InputError(f"{source}: part {name!r}: has vertices that are not finite numbers")
+        if np.any(np.abs(part.vertices) > _FARTHEST):
+            raise InputError(f"{source}: part {name!r}: has vertices farther than {_FARTHEST:g} units: damaged?")
     parts = tuple(RawPart(name, *welded(p.vertices, p.faces)) for name, p in zip(names, raw.parts, strict=True)
                   if len(p.faces))  # fmt: skip
     empty = [name for name, part in zip(names, raw.parts, strict=True) if not len(part.faces)]

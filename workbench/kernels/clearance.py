@@ -38,7 +38,8 @@ def _segment_part(centres, radius, first, last, faces, part, witness):  # type: 
             continue
         x, y, z = centres[s, 0], centres[s, 1], centres[s, 2]
         gap = math.sqrt(box_gap(x, y, z, faces.low[root], faces.high[root]))
-        if gap - radius[s] > best:
+        # a centre inside the box of a solid may be deeper than any outside
+        if gap - radius[s] > best and (gap > 0.0 or faces.solid[part] == 0):
             continue
         sign = -1.0 if _inside(x, y, z, faces, part) else 1.0
         reach = best + radius[s]

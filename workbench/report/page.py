@@ -26,7 +26,7 @@ from workbench.solve.collide import allowed_depth
 __all__ = ["page"]
 
 
-NEAR = 0.25
+NEAR = 0.12
 PICTURE = 520
 MOST_MARKS = 12
 

@@ -57,8 +57,8 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     for j in np.flatnonzero(kind == StopKind.CONE):
         _cone(angles[:, j, :2], limits[:, j, :2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
     for j in np.flatnonzero(kind == StopKind.HINGE):
-        _hinge(angles[:, j, :2], limits[:, j, :2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
-    for j in np.flatnonzero((kind != StopKind.FREE) & (kind != StopKind.POLYGON)):
+        _hinge(angles[:, j], (limits[:, j], body.stops.play[j]), (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
+    for j in np.flatnonzero(kind == StopKind.CONE):
         _twist(angles[:, j, 2], limits[:, j, 2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
     composed = compose(body, legal)
     for j in np.flatnonzero(kind == StopKind.POLYGON):
@@ -69,13 +69,11 @@ def stops(body: Body, poses: Poses) -> StopMargins:
 
 
 def stop_limits(body: Body, angles: Floats) -> Floats:
-    """(P, J, 3, 2) [rad] limits of every motion in every pose: the couplings applied, play added to hinges' twist."""
+    """(P, J, 3, 2) [rad] limits of every motion in every pose, the couplings applied."""
     limits = np.broadcast_to(body.stops.limits, (len(angles), *body.stops.limits.shape)).copy()
     for c in body.stops.couplings:
         driver = angles[:, c.driver_joint, c.driver_axis]
         limits[:, c.joint, c.axis, c.side] = np.interp(driver, c.driver_angle, c.limit)
-    hinge = body.stops.kind == StopKind.HINGE
-    limits[:, hinge, 1:] += body.stops.play[hinge, None, None]
     return limits
 
 
@@ -92,14 +90,22 @@ def _cone(swing: Floats, limits: Floats, out: Columns) -> None:
     legal[:, :2] = np.where(distance[:, None] < 0, point, swing)
 
 
-def _hinge(swing: Floats, limits: Floats, out: Columns) -> None:
-    """The hinge axis against its range, the other swing axis against its play."""
+def _hinge(angles: Floats, rule: tuple[Floats, Floats], out: Columns) -> None:
+    """The hinge axis against its range; the other axes and the twist against limit plus play.
+
+    Within its play an axis is no nearer to a stop, so it counts only beyond.
+    """
     margin, axis, side, legal = out
-    room = np.stack([limits[..., 0] - swing, limits[..., 1] + swing], axis=-1).reshape(len(swing), 4)
-    tight = np.argmin(room, axis=1)
-    margin[:] = np.take_along_axis(room, tight[:, None], axis=1)[:, 0]
+    limits, play = rule
+    slack = np.array([0.0, play, play])
+    far, near = limits[..., 0] + slack, limits[..., 1] + slack
+    room = np.stack([far - angles, near + angles], axis=-1)
+    room[np.abs(angles) <= slack] = np.inf
+    room[:, 0] = np.stack([far[:, 0] - angles[:, 0], near[:, 0] + angles[:, 0]], axis=-1)
+    tight = np.argmin(room.reshape(len(room), 6), axis=1)
+    margin[:] = np.take_along_axis(room.reshape(len(room), 6), tight[:, None], axis=1)[:, 0]
     axis[:], side[:] = tight // 2, tight % 2
-    legal[:, :2] = np.clip(swing, -limits[..., 1], limits[..., 0])
+    legal[:] = np.clip(angles, -near, far)
 
 
 def _twist(twist: Floats, limits: Floats, out: Columns) -> None:
