@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from workbench.files.circles import enclosing_circles
 from workbench.files.mesh_parts import triangulated, welded
-from workbench.files.polygons import PLANE_TOLERANCE, Polygons, degenerate_faces, merge_coplanar
+from workbench.files.planes import degenerate_faces
+from workbench.files.polygons import PLANE_TOLERANCE, Polygons, merge_coplanar
 
 
 def plate(ring, faces):

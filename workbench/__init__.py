@@ -73,7 +73,36 @@ _HOME: dict[str, str] = {
     "run": "study.run",
 }
 
-__all__ = sorted([*_HOME, "__version__"])
+__all__ = [
+    "Body",
+    "Clearance",
+    "Contacts",
+    "Environment",
+    "InputError",
+    "MissingPartError",
+    "Placed",
+    "Poses",
+    "Result",
+    "Study",
+    "UsageError",
+    "WorkbenchError",
+    "__version__",
+    "body_clearance",
+    "body_contacts",
+    "clearance",
+    "contacts",
+    "join_poses",
+    "load_body",
+    "load_environment",
+    "load_study",
+    "place",
+    "pose",
+    "rereference",
+    "run",
+    "self_contacts",
+    "stops",
+    "update",
+]
 
 
 def __getattr__(name: str) -> Any:

@@ -22,7 +22,9 @@ def axis_vector(axis: str | tuple[float, float, float]) -> Floats:
         vector = np.zeros(3)
         vector["xyz".index(axis[1])] = 1.0 if axis[0] == "+" else -1.0
         return vector
-    return np.array(axis, dtype=np.float64) / max(float(np.linalg.norm(axis)), 1e-300)
+    given = np.array(axis, dtype=np.float64)
+    unit: Floats = given / max(float(np.linalg.norm(given)), 1e-300)
+    return unit
 
 
 def pack_stops(document: Document, file: BodyFile, tree: tuple[list[str], list[str]]) -> Stops:
@@ -121,7 +123,8 @@ def _vertices(polygon: PolygonFile) -> Floats:
     around = np.cos(clock)[:, None] * up + np.sin(clock)[:, None] * side
     points = np.cos(polar)[:, None] * centre + np.sin(polar)[:, None] * around
     # counter-clockwise about the centre whichever way the file's clock runs
-    return points if np.cross(up, side) @ centre > 0 else points[::-1]
+    boundary: Floats = points if np.cross(up, side) @ centre > 0 else points[::-1]
+    return boundary
 
 
 def _coupling(file: BodyFile, joints: list[str], entry: tuple[int, CouplingFile]) -> Coupling:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from pydantic import BaseModel
+
 from workbench.errors import InputError
 from workbench.files.bodies import load_body
 from workbench.files.body_schema import BodyFile
@@ -68,7 +70,7 @@ def check_file(path: Path) -> list[str]:
 
 def json_schemas() -> dict[str, dict[str, Any]]:
     """The JSON Schemas of all files, by kind; for editors, and of result.json for its readers."""
-    models = {
+    models: dict[str, type[BaseModel]] = {
         "body": BodyFile,
         "postures": PosturesFile,
         "environment": EnvironmentFile,

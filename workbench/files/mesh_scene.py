@@ -54,7 +54,7 @@ def read_threemf(path: Path, data: bytes) -> RawMesh:
     if unpacked > _MOST_UNPACKED:
         raise InputError(f"{path}: unpacks to {unpacked / 2**30:.1f} GiB; at most {_MOST_UNPACKED >> 30} are read")
     units: set[str] = set()
-    parts = tuple(_parts(path, data, "3mf", units))
+    parts = tuple(_parts(path, data, "3mf", units=units))
     metres = _LENGTHS.get(units.pop()) if len(units) == 1 else None
     return RawMesh(str(path), "3MF", parts, metres)
 
@@ -101,7 +101,7 @@ def _checked(path: Path, text: bytes) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _parts(path: Path, data: bytes, kind: str, units: set[str] | None = None) -> Iterator[RawPart]:
+def _parts(path: Path, data: bytes, kind: str, *, units: set[str] | None = None) -> Iterator[RawPart]:
     """Everything in the scene, transforms applied; the pieces of one glTF mesh are one part again."""
     scene = _scene(path, data, kind)
     try:

@@ -40,10 +40,11 @@ def read_text_stl(path: Path, data: bytes) -> RawMesh:
             raise InputError(f"{path}:{number}: not a line of a text STL file ({line.strip()[:40]!r})")
     if open_solid or not solids:
         raise InputError(f"{path}: cut short: solid {solids[-1][0] if solids else ''!r} has no end")
-    return RawMesh(str(path), "STL", tuple(_solid(path, *solid) for solid in solids if solid[1]))
+    return RawMesh(str(path), "STL", tuple(_solid(path, solid) for solid in solids if solid[1]))
 
 
-def _solid(path: Path, name: str, corners: list[list[str]], line: int) -> RawPart:
+def _solid(path: Path, solid: tuple[str, list[list[str]], int]) -> RawPart:
+    name, corners, line = solid
     if len(corners) % 3:
         raise InputError(f"{path}:{line}: solid {name!r}: {len(corners)} vertices do not make triangles")
     vertices = _numbers(path, [word for corner in corners for word in corner]).reshape(-1, 3)

@@ -14,14 +14,13 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from workbench.files.circles import enclosing_circles
+from workbench.files.planes import Faced, faced
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["PLANE_TOLERANCE", "Polygons", "degenerate_faces", "merge_coplanar", "shared_edges"]
+__all__ = ["PLANE_TOLERANCE", "Polygons", "merge_coplanar", "shared_edges"]
 
 PLANE_TOLERANCE = 1e-6
 """How far a corner may lie from its polygon's plane [m]."""
-_FLAT = 1e-9
-"""A face lower than this above its longest edge [m] has no area: its normal is rounding noise."""
 _GROWING = 4
 """Attempts to find the largest planes in a region that bends, before it is halved and halved again."""
 _STEPS = 64
@@ -44,35 +43,13 @@ class Polygons:
     face_polygon: Ints
 
 
-@dataclass(frozen=True)
-class _Mesh:
-    """Triangles with their planes: area vectors (T, 3), unit normals (T, 3), areas (T,), who is degenerate (T,)."""
-
-    vertices: Floats
-    faces: Ints
-    vector: Floats
-    normal: Floats
-    area: Floats
-    flat: Bools
-
-    def only(self, kept: Bools) -> _Mesh:
-        """The same mesh with fewer faces."""
-        return _Mesh(self.vertices, self.faces[kept], self.vector[kept], self.normal[kept], self.area[kept],
-                     self.flat[kept])  # fmt: skip
-
-    def heights(self, faces: Ints, normal: Floats) -> Floats:
-        """(n, 3) signed heights of the corners of `faces` along one normal for each [m]."""
-        heights: Floats = np.einsum("nkc,nc->nk", self.vertices[self.faces[faces]], normal)
-        return heights
-
-
 def merge_coplanar(vertices: Floats, faces: Ints) -> Polygons:
     """Merge the triangles `faces` (T, 3) over `vertices` (V, 3) [m] into planar polygons.
 
     Triangles are neighbours when they share vertex indices: merge equal positions first. No face is dropped: a
     degenerate one becomes a polygon of three edges in some plane through its longest edge.
     """
-    mesh = _planes(vertices, faces)
+    mesh = faced(vertices, faces)
     pairs, halves = shared_edges(faces)
     links = pairs[_linked(mesh, pairs)]
     label = _regions(mesh, links)
@@ -84,11 +61,6 @@ def merge_coplanar(vertices: Floats, faces: Ints) -> Polygons:
     order = np.argsort(label, kind="stable")
     start = np.concatenate([[0], np.cumsum(np.bincount(label, minlength=polygons))])
     return Polygons(edges, edge_start, normal, offset, centre, radius, faces[order], start, label)
-
-
-def degenerate_faces(vertices: Floats, faces: Ints) -> Bools:
-    """(T,) whether a triangle has no area: two corners in one place, or all three on one line."""
-    return _planes(vertices, faces).flat
 
 
 def shared_edges(faces: Ints) -> tuple[Ints, Ints]:
@@ -110,30 +82,7 @@ def shared_edges(faces: Ints) -> tuple[Ints, Ints]:
     return np.column_stack([one // 3, other // 3]), across
 
 
-def _planes(vertices: Floats, faces: Ints) -> _Mesh:
-    corner = vertices[faces]
-    side = np.roll(corner, -1, axis=1) - corner
-    vector = np.cross(side[:, 0], side[:, 1]) / 2
-    length = np.sqrt(np.einsum("nkc,nkc->nk", side, side))
-    area = np.sqrt(np.einsum("nc,nc->n", vector, vector))
-    flat = 2 * area <= _FLAT * length.max(axis=1, initial=0)
-    normal = vector / np.where(flat, 1, area)[:, None]
-    longest = side[np.arange(len(faces)), length.argmax(axis=1)] if len(faces) else np.zeros((0, 3))
-    normal[flat] = _across(longest[flat])
-    return _Mesh(vertices, faces, vector, normal, area, flat)
-
-
-def _across(direction: Floats) -> Floats:
-    """(n, 3) some unit vector at right angles to each direction; z where the direction is nothing."""
-    smallest = np.eye(3)[np.abs(direction).argmin(axis=1)]
-    normal = np.cross(direction, smallest)
-    length = np.linalg.norm(normal, axis=1)
-    normal[length == 0] = (0, 0, 1)
-    unit: Floats = normal / np.where(length == 0, 1, length)[:, None]
-    return unit
-
-
-def _linked(mesh: _Mesh, pairs: Ints) -> Bools:
+def _linked(mesh: Faced, pairs: Ints) -> Bools:
     """Whether the smaller of two neighbours lies in the plane of the larger, facing the same way.
 
     One-sided on purpose: the plane of a sliver is rounding noise, that of its large neighbour is not.
@@ -153,7 +102,7 @@ def _components(links: Ints, count: int) -> Ints:
     return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
-def _regions(mesh: _Mesh, links: Ints) -> Ints:
+def _regions(mesh: Faced, links: Ints) -> Ints:
     """(T,) the polygon of each face: connected, and flat to the tolerance. Polygons count from their first faces."""
     piece, done = np.zeros(len(mesh.faces), dtype=np.int64), 0
     left = np.arange(len(mesh.faces))
@@ -175,7 +124,7 @@ def _regions(mesh: _Mesh, links: Ints) -> Ints:
     return ranked
 
 
-def _bent(mesh: _Mesh, label: Ints) -> Bools:
+def _bent(mesh: Faced, label: Ints) -> Bools:
     """(T,) whether a face belongs to a region whose corners leave the region's plane by more than the tolerance.
 
     One that faces back counts too: a grain smaller than the tolerance, closed on itself, has no outline at all.
@@ -189,7 +138,7 @@ def _bent(mesh: _Mesh, label: Ints) -> Bools:
     return bent
 
 
-def _grown(mesh: _Mesh, label: Ints, links: Ints) -> Bools:
+def _grown(mesh: Faced, label: Ints, links: Ints) -> Bools:
     """Which links to keep when each region is cut where it leaves the plane of its largest triangle.
 
     The plane is fitted twice, since that of one triangle is too uncertain far away from it.
@@ -209,7 +158,7 @@ def _grown(mesh: _Mesh, label: Ints, links: Ints) -> Bools:
     return same
 
 
-def _halved(mesh: _Mesh, label: Ints, links: Ints) -> Bools:
+def _halved(mesh: Faced, label: Ints, links: Ints) -> Bools:
     """Which links to keep when each region is cut across the middle of its longest extent."""
     polygons = int(label.max()) + 1
     middle = mesh.vertices[mesh.faces].mean(axis=1)
@@ -221,7 +170,7 @@ def _halved(mesh: _Mesh, label: Ints, links: Ints) -> Bools:
     return same
 
 
-def _mean_normals(mesh: _Mesh, label: Ints, polygons: int) -> Floats:
+def _mean_normals(mesh: Faced, label: Ints, polygons: int) -> Floats:
     """(F, 3) unit normals of regions: the sum of the area vectors, which only the region's outline decides."""
     total = np.column_stack([np.bincount(label, mesh.vector[:, k], polygons) for k in range(3)])
     length = np.linalg.norm(total, axis=1)
@@ -229,7 +178,7 @@ def _mean_normals(mesh: _Mesh, label: Ints, polygons: int) -> Floats:
     return unit
 
 
-def _spread(mesh: _Mesh, label: Ints, normal: Floats) -> tuple[Floats, Floats]:
+def _spread(mesh: Faced, label: Ints, normal: Floats) -> tuple[Floats, Floats]:
     """(F,), (F,) least and greatest height of a region's corners along its normal [m]; 0 for a region of nothing."""
     height = mesh.heights(np.arange(len(label)), normal[label])
     low, high = np.zeros(len(normal)), np.zeros(len(normal))
@@ -241,7 +190,7 @@ def _spread(mesh: _Mesh, label: Ints, normal: Floats) -> tuple[Floats, Floats]:
     return low, high
 
 
-def _region_planes(mesh: _Mesh, label: Ints, polygons: int) -> tuple[Floats, Floats]:
+def _region_planes(mesh: Faced, label: Ints, polygons: int) -> tuple[Floats, Floats]:
     normal = _mean_normals(mesh, label, polygons)
     alone = np.flatnonzero(mesh.flat)
     normal[label[alone]] = mesh.normal[alone]
@@ -249,7 +198,7 @@ def _region_planes(mesh: _Mesh, label: Ints, polygons: int) -> tuple[Floats, Flo
     return normal, (low + high) / 2
 
 
-def _outlines(mesh: _Mesh, label: Ints, across: Ints) -> tuple[Ints, Ints]:
+def _outlines(mesh: Faced, label: Ints, across: Ints) -> tuple[Ints, Ints]:
     """Edges (E, 2) of all polygons, and where each polygon's begin (F + 1,): what two of its faces share is gone."""
     owner = np.repeat(label, 3)
     inner = (across >= 0) & (label[across] == owner)

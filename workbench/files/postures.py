@@ -17,8 +17,17 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix, motion_of, pose
 
-__all__ = ["AnglesFile", "AttitudeFile", "PostureFile", "PosturesFile", "Turns", "flat_angles", "load_postures",
-           "posture_pose", "posture_path"]  # fmt: skip
+__all__ = [
+    "AnglesFile",
+    "AttitudeFile",
+    "PostureFile",
+    "PosturesFile",
+    "Turns",
+    "flat_angles",
+    "load_postures",
+    "posture_path",
+    "posture_pose",
+]  # fmt: skip
 
 Angle = Annotated[float, Field(ge=-720, le=720)]
 AnglesFile = dict[str, dict[str, Angle]]

@@ -117,11 +117,10 @@ def _real_path(value: Any, loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
     """The part of pydantic's location that exists in the file: tags of unions and validators drop out."""
     path: list[str | int] = []
     for step in loc:
-        if (isinstance(value, dict) and step in value) or (
-            isinstance(value, list) and isinstance(step, int) and step < len(value)
-        ):
+        known = value if isinstance(value, dict) else dict(enumerate(value)) if isinstance(value, list) else {}
+        if step in known:
+            value = known[step]
             path.append(step)
-            value = value[step]
     return tuple(path)
 
 

@@ -113,6 +113,12 @@ def _scalar(text: str) -> Any:
     return float("nan") if _NAN.match(text) else text
 
 
+def _spot(event: yaml.Event) -> Position:
+    """Line and column of an event, from 1."""
+    mark = event.start_mark
+    return (mark.line + 1, mark.column + 1) if mark else (1, 1)
+
+
 @dataclass
 class _Open:
     """A list or mapping that is still being filled."""
@@ -164,8 +170,8 @@ class _Builder:
                 self._anchors[event.anchor], self._sizes[event.anchor] = value, 1
             self._put(event, value)
         else:
-            if event.tag not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):
-                raise self._wrong(event, f"tag {event.tag} is not supported; remove it")
+            if getattr(event, "tag", None) not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):
+                raise self._wrong(event, "this tag is not supported; remove it")
             if len(self._open) >= MOST_DEPTH:
                 raise self._wrong(event, f"nested deeper than {MOST_DEPTH} levels")
             value = [] if isinstance(event, yaml.SequenceStartEvent) else {}
@@ -176,7 +182,7 @@ class _Builder:
 
     def _put(self, event: yaml.NodeEvent, value: Any) -> Path_:
         """Store a finished or opened value where it belongs; returns its path."""
-        spot = (event.start_mark.line + 1, event.start_mark.column + 1)
+        spot = _spot(event)
         if not self._open:
             self.value, self.done, self.positions[()] = value, True, spot
             return ()
@@ -211,5 +217,5 @@ class _Builder:
             raise self._wrong(event, f"the file grows past {MOST_VALUES} values; aliases may be nested too far")
 
     def _wrong(self, event: yaml.Event, what: str) -> InputError:
-        mark = event.start_mark
-        return InputError(f"{self.file}:{mark.line + 1}:{mark.column + 1}: {what}")
+        line, column = _spot(event)
+        return InputError(f"{self.file}:{line}:{column}: {what}")

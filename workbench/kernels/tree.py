@@ -20,7 +20,7 @@ def build_tree(low: NDArray[np.float64], high: NDArray[np.float64], groups: NDAr
 
     Returns low, high, child, first, last (nodes), item (boxes in leaf order), root (groups; -1 where empty).
     """
-    return _build(low, high, groups)  # type: ignore[no-any-return]
+    return _build(low, high, groups)
 
 
 @njit(cache=True)

@@ -21,7 +21,7 @@ def frozen(values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: 
 
     Raises InputError where the shape is another, naming `what`.
     """
-    array = np.array(values, dtype=dtype, order="C")
+    array: NDArray[Any] = np.array(values, dtype=dtype, order="C")
     fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
         raise InputError(f"{what}: an array of shape {shape} is needed (None: any), got {array.shape}")

@@ -11,7 +11,8 @@ __all__ = ["conjugate", "exponential", "multiply", "rotate", "shortest", "swing_
 
 def conjugate(q: Floats) -> Floats:
     """The inverse rotations (..., 4)."""
-    return q * np.array([1.0, -1.0, -1.0, -1.0])
+    inverse: Floats = q * np.array([1.0, -1.0, -1.0, -1.0])
+    return inverse
 
 
 def rotate(q: Floats, v: Floats) -> Floats:

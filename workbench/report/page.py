@@ -86,7 +86,8 @@ def _case(result: Result, case: int) -> dict[str, Any]:
 
 def _scene(result: Result, case: int, findings: list[Finding]) -> Scene:
     bodies = tuple(
-        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)]) for i, person in enumerate(result.people)
+        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
+        for i, person in enumerate(result.people)
     )
     marks = tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
     name = result.study.cases[case]

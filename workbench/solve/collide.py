@@ -195,7 +195,8 @@ def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints
     """(C,) the entry of the six-direction table nearest to a world direction (C, 3), by (pose, segment)."""
     pose, segment = where
     local = np.einsum("cji,cj->ci", placed.world_from_segment[pose, segment][..., :3], direction)
-    return np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
+    side: Ints = np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
+    return side
 
 
 def _near_side(placed: Placed, found: tuple[Floats, Ints, Floats]) -> Ints:

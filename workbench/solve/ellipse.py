@@ -21,7 +21,7 @@ def nearest_on_cone(swing: Floats, limits: Floats) -> tuple[Floats, Floats, Floa
     Returns the point (P, 2), the signed distance (P,) (positive inside) and the outward normal there (P, 2).
     """
     limits = np.maximum(limits, LEAST)
-    turn = np.arange(SAMPLES) * (2 * np.pi / SAMPLES)
+    turn = np.linspace(0.0, 2 * np.pi, SAMPLES, endpoint=False, dtype=np.float64)
     gap = _curve(turn[None], limits) - swing[:, None]
     best = turn[np.argmin(np.sum(gap**2, axis=-1), axis=1)]
     low, high = best - 2 * np.pi / SAMPLES, best + 2 * np.pi / SAMPLES

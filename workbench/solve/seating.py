@@ -13,8 +13,8 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Rest, Seat
 from workbench.model.poses import Placed, Poses
-from workbench.solve.forward import place
 from workbench.model.posing import attitude_matrix
+from workbench.solve.forward import place
 
 __all__ = ["seat_attitude", "seat_body", "seat_planes"]
 
@@ -58,4 +58,6 @@ def _support(placed: Placed, normal: Floats, rest: Rest) -> Floats:
     wanted = np.isin(body.sphere_segment, [body.segments.index(n) for n in names if n in body.segments])
     if not wanted.any():
         raise InputError(f"body {body.name} has no spheres in {list(rest.segments)}, which rest on {rest.part!r}")
-    return np.min(placed.centres[:, wanted] @ normal - body.radius[wanted], axis=1)
+    heights: Floats = placed.centres[:, wanted] @ normal - body.radius[wanted]
+    lowest: Floats = heights.min(axis=1)
+    return lowest

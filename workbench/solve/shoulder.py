@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 
 __all__ = ["nearest_on_polygon"]
 
@@ -33,11 +33,12 @@ def nearest_on_polygon(direction: Floats, polygon: Floats, centre: Floats) -> tu
     return point, np.where(_inside(direction, polygon, (normal, centre)), angle, -angle)
 
 
-def _inside(direction: Floats, polygon: Floats, frame: tuple[Floats, Floats]) -> np.ndarray:
+def _inside(direction: Floats, polygon: Floats, frame: tuple[Floats, Floats]) -> Bools:
     """In the wedge between the centre and an edge, a direction is inside on the centre's side of the edge."""
     normal, centre = frame
     to = np.cross(centre, polygon)
     left = direction @ to.T >= 0
     right = direction @ np.roll(to, -1, axis=0).T < 0
     wedge = np.argmax(left & right, axis=1)
-    return np.sum(direction * normal[wedge], axis=1) >= 0
+    inside: Bools = np.sum(direction * normal[wedge], axis=1) >= 0
+    return inside

@@ -15,10 +15,10 @@ import numpy as np
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
-from workbench.model.stops import StopKind
-from workbench.solve.ellipse import nearest_on_cone
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import conjugate, multiply, rotate, shortest
+from workbench.model.stops import StopKind
+from workbench.solve.ellipse import nearest_on_cone
 from workbench.solve.shoulder import nearest_on_polygon
 
 __all__ = ["StopMargins", "stop_limits", "stops"]
@@ -43,7 +43,7 @@ class StopMargins:
 
     def motion(self, pose: int, joint: int) -> str:
         """Name of the motion whose stop is nearest."""
-        return self.body.stops.motions[joint][self.axis[pose, joint]][self.side[pose, joint]]
+        return self.body.stops.motions[joint][int(self.axis[pose, joint])][int(self.side[pose, joint])]
 
 
 def stops(body: Body, poses: Poses) -> StopMargins:

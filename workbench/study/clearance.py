@@ -37,6 +37,7 @@ def clearance_study(study: Study) -> Result:
     people = {person.name: _measure(person, placed[person.name], environment) for person in study.people}
     pairs = list(combinations(placed, 2))
     measured = Measured(
+        environment=environment,
         people=people,
         own={name: self_clearance(body) for name, body in placed.items()},
         between={(a, b): body_clearance(placed[a], placed[b]) for a, b in pairs},
@@ -84,7 +85,7 @@ def _warnings(study: Study, people: tuple[PersonResult, ...]) -> list[str]:
         for case, part in np.argwhere(np.all(inside, axis=1)):
             found.append(
                 f"{person.name}, {study.cases[case]}: the whole body is inside the solid part "
-                f"{person.clearance.other.parts[part]!r}; if that part is a shell around people, "  # type: ignore[union-attr]
+                f"{study.environment.parts[part]!r}; if that part is a shell around people, "
                 f"say 'solid: false' for it"
             )
     return found

@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats
 from workbench.model.contacts import Clearance
+from workbench.model.environment import Environment
 from workbench.model.result import Finding, PersonResult, Verdict
 from workbench.model.study import Criterion
 from workbench.solve.collide import allowed_depth
@@ -23,6 +24,7 @@ ANGLE_TOLERANCE = 1e-9
 class Measured:
     """Everything the checks look at: people, their own segments' clearance, and that between people."""
 
+    environment: Environment
     people: Mapping[str, PersonResult]
     own: Mapping[str, Clearance]
     between: Mapping[tuple[str, str], Clearance]
@@ -39,16 +41,16 @@ def verdict(criterion: Criterion, measured: Measured) -> Verdict:
 def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     """Overlap with parts beyond what the parts allow: distance plus allowed depth must not be negative."""
     for person in _wanted(criterion, measured):
-        allowed = allowed_depth(person.placed.body, person.clearance.other)  # type: ignore[arg-type]
-        keep = _keep(criterion, person.clearance)
+        allowed = allowed_depth(person.placed.body, measured.environment)
+        keep = _keep(criterion, person, measured.environment)
         yield from _pairs(person.clearance, (person.clearance.distance, -allowed, keep), (person.name, ""))
 
 
 def _clearance(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     """Distance to parts; pairs whose contact is allowed by rule are left out."""
     for person in _wanted(criterion, measured):
-        allowed = allowed_depth(person.placed.body, person.clearance.other)  # type: ignore[arg-type]
-        keep = _keep(criterion, person.clearance) & (allowed == 0)
+        allowed = allowed_depth(person.placed.body, measured.environment)
+        keep = _keep(criterion, person, measured.environment) & (allowed == 0)
         limit = np.full(allowed.shape, criterion.at_least)
         yield from _pairs(person.clearance, (person.clearance.distance, limit, keep), (person.name, ""))
 
@@ -65,8 +67,8 @@ def _self_contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]
 def _between_people(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     for (one, other), near in measured.between.items():
         if one in criterion.people or other in criterion.people:
-            rows, columns = (np.isin(body.segments, criterion.segments)  # type: ignore[union-attr]
-                             for body in (near.body, near.other))  # fmt: skip
+            rows, columns = (np.isin(measured.people[name].placed.body.segments, criterion.segments)
+                             for name in (one, other))  # fmt: skip
             keep = rows[:, None] | columns[None, :]
             limit = np.full(keep.shape, criterion.at_least)
             yield from _pairs(near, (near.distance, limit, keep), (one, other))
@@ -102,10 +104,10 @@ def _wanted(criterion: Criterion, measured: Measured) -> list[PersonResult]:
     return [person for name, person in measured.people.items() if name in criterion.people]
 
 
-def _keep(criterion: Criterion, near: Clearance) -> Bools:
+def _keep(criterion: Criterion, person: PersonResult, environment: Environment) -> Bools:
     """(N, K) the segments and parts a criterion is about."""
-    rows = np.isin(near.body.segments, criterion.segments)
-    return rows[:, None] & np.isin(near.other.parts, criterion.parts)[None, :]  # type: ignore[union-attr]
+    rows = np.isin(person.placed.body.segments, criterion.segments)
+    return rows[:, None] & np.isin(environment.parts, criterion.parts)[None, :]
 
 
 def _pairs(near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[str, str]) -> Iterator[Finding]:
@@ -126,5 +128,5 @@ def _pairs(near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[st
                 target=near.other_name(where),
                 value=float(distance[where]),
                 limit=float(limit[row, column]),
-                point=tuple(near.point[where].tolist()),  # type: ignore[arg-type]
+                point=tuple(near.point[where].tolist()),
             )

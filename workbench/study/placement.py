@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.study import Person, Study
@@ -42,8 +43,9 @@ def place_person(person: Person, environment: Environment) -> Placed:
     return place(person.body, poses)
 
 
-def _travel(person: Person, environment: Environment) -> np.ndarray:
+def _travel(person: Person, environment: Environment) -> Floats:
     """(3,) [m] how far the person's seat stands from its reference position: horizontally ahead, and up."""
     centre = seat_planes(environment.seat(person.seat or ""))[2]
     ahead = np.array([centre[1], -centre[0], 0.0])
-    return ahead * person.forward + np.array([0.0, 0.0, person.up])
+    travel: Floats = ahead * person.forward + np.array([0.0, 0.0, person.up])
+    return travel
