@@ -5,6 +5,7 @@ Exit codes: 0 fine, 1 ran and a criterion failed, 2 usage, 3 bad input, 4 an opt
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import sys
@@ -37,6 +38,8 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line; returns the exit code."""
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a terminal that cannot show a letter shows its number
     try:
         code = app(
             list(sys.argv[1:] if arguments is None else arguments),
@@ -44,15 +47,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
             print_error=False,
             result_action="return_value",
         )
+        sys.stdout.flush()
     except CycloptsError as error:
         _tell(f"workbench: {error}".rstrip() + "\nworkbench --help lists the commands.")
         return 2
     except WorkbenchError as error:
         _tell(str(error))
         return error.exit_code
-    except BrokenPipeError:
+    except BrokenPipeError:  # the reader has seen enough; what is left to print must not fail again at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:
+        _tell(f"{f'{error.filename}: ' if error.filename else ''}cannot read or write: {error.strerror}")
+        return 3
     except KeyboardInterrupt:
         _tell("stopped")
         return 130
@@ -200,6 +207,7 @@ def render(
         partial.write_bytes(picture)
         partial.replace(out)
     except OSError as error:
+        partial.unlink(missing_ok=True)
         raise InputError(f"{out}: cannot be written ({error.strerror})") from None
     print(out)
     return 0
@@ -267,8 +275,9 @@ def doctor(*, as_json: Json = False) -> int:
 
 
 def json_text(data: Any) -> str:
-    """JSON with stable layout."""
-    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
+    """JSON with stable layout; letters as they are where stdout can show them all."""
+    plain = "utf" not in (sys.stdout.encoding or "utf-8").lower()
+    return json.dumps(data, indent=1, ensure_ascii=plain, allow_nan=False)
 
 
 def _dumped(data: ResultFile | Inspection | list[Any] | dict[str, Any]) -> str:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 __all__ = ["box", "disc", "frame", "hull", "loft", "mirrored", "place", "prism", "shell", "sweep", "union", "write_obj"]
 
 Floats = NDArray[np.float64]
-DIGITS = 4  # vertices are written in metres with so many decimals: 0.1 mm
+DIGITS = 7  # vertices are written in metres to 0.1 micrometre, so that what is planar stays planar
 GRID = 10.0 ** (3 - DIGITS)  # [mm]
 LEAST_HEIGHT = 0.1  # a triangle lower than this is a needle [mm]
 AXES = {"x": [2, 0, 1], "y": [0, 2, 1], "z": [0, 1, 2]}  # where x, y, z are found in (outline, height)

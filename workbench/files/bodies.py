@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +13,11 @@ from workbench.errors import InputError
 from workbench.files.body_checks import depth_first, direction_table, segment_faults, tree_faults
 from workbench.files.body_geometry import enclosing, line_of, twist_lines, twist_share
 from workbench.files.body_schema import BodyFile, SegmentFile
-from workbench.files.body_stops import pack_stops
+from workbench.files.body_stops import pack_stops, stop_faults
 from workbench.files.catalogue import find
 from workbench.files.schema import validate
-from workbench.files.yaml_text import Document, read_yaml
+from workbench.files.yaml_text import read_yaml
+from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.vocabulary import DIRECTIONS
 
@@ -34,36 +36,17 @@ def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     """
     document = read_yaml(body_path(source, near=near))
     file = validate(document, BodyFile)
-    faults = tree_faults(document, file)
+    faults = tree_faults(document, file) + segment_faults(document, file) + stop_faults(document, file)
     if faults:
         raise InputError(faults)
-    order, joints = depth_first(file)
-    faults = segment_faults(document, file)
-    if faults:
-        raise InputError(faults)
-    return _pack(document, file, (order, joints))
+    return _pack(file, depth_first(file))
 
 
-def _pack(document: Document, file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
+def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
     order, joints = tree
-    index = {name: i for i, name in enumerate(order)}
     segments = [file.segments[name] for name in order]
-    rows = [row for segment in segments for row in segment.spheres]
-    counts = [len(segment.spheres) for segment in segments]
-    start = np.concatenate([[0], np.cumsum(counts)])
-    centre = np.array([row[:3] for row in rows]).reshape(-1, 3)
-    radius = np.array([row[3] for row in rows])
-    in_child = np.array([file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]).reshape(-1, 3)
-    in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(-1, 3)
-    lines = twist_lines((order, joints), file, (in_parent, in_child))
-    share = twist_share(lines, (centre, start))
-    around = [
-        enclosing((centre[a:b], radius[a:b]), line_of(lines, n)) for n, (a, b) in enumerate(pairwise(start.tolist()))
-    ]
-    allowance = np.zeros((len(order), len(order)))
-    for row in file.allowances:
-        a, b = (index[name] for name in row.between)
-        allowance[a, b] = allowance[b, a] = row.depth
+    entries = [file.joints[name] for name in joints]
+    index = {name: i for i, name in enumerate(order)}
     return Body(
         name=file.body,
         description=file.description,
@@ -71,28 +54,55 @@ def _pack(document: Document, file: BodyFile, tree: tuple[list[str], list[str]])
         segment_names=tuple(s.name for s in segments),
         segment_numbers=tuple(s.number for s in segments),
         joints=tuple(joints),
-        joint_names=tuple(file.joints[j].name for j in joints),
-        joint_numbers=tuple(file.joints[j].number for j in joints),
-        parent=np.array([-1] + [index[file.joints[j].between[0]] for j in joints]),
-        joint_in_parent=in_parent,
-        joint_in_child=in_child,
-        stops=pack_stops(document, file, (order, joints)),
+        joint_names=tuple(j.name for j in entries),
+        joint_numbers=tuple(j.number for j in entries),
+        parent=np.array([-1] + [index[j.between[0]] for j in entries]),
+        stops=pack_stops(file, tree),
         mass=np.array([s.mass for s in segments]),
-        centre=centre,
-        radius=radius,
-        start=start,
-        enclosing_centre=np.array([c for c, _ in around]).reshape(-1, 3),
-        enclosing_radius=np.array([r for _, r in around]),
-        sphere_names=tuple(row[4] if len(row) > 4 else "" for row in rows),
-        sphere_direction=np.array([DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], dtype=np.int64),
         directions=np.array([direction_table(s) for s in segments]),
-        twist_joint=lines[0],
-        twist_point=lines[1],
-        twist_axis=lines[2],
-        twist_share=share,
-        allowance=allowance,
+        allowance=_allowance(file, index),
         fit_error=np.array([_fit_error(segment) for segment in segments]),
+        **_spheres(file, tree),
     )
+
+
+def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any]:
+    """The fields of a Body that hold spheres, joints and what is derived from both."""
+    order, joints = tree
+    segments = [file.segments[name] for name in order]
+    rows = [row for segment in segments for row in segment.spheres]
+    start = np.concatenate([[0], np.cumsum([len(segment.spheres) for segment in segments])])
+    centre, radius = np.array([row[:3] for row in rows]).reshape(-1, 3), np.array([row[3] for row in rows])
+    in_child = np.array([file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]).reshape(-1, 3)
+    in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(-1, 3)
+    lines = twist_lines(tree, file, (in_parent, in_child))
+    around = [
+        enclosing((centre[a:b], radius[a:b]), line_of(lines, n)) for n, (a, b) in enumerate(pairwise(start.tolist()))
+    ]
+    return {
+        "joint_in_parent": in_parent,
+        "joint_in_child": in_child,
+        "centre": centre,
+        "radius": radius,
+        "start": start,
+        "enclosing_centre": np.array([c for c, _ in around]).reshape(-1, 3),
+        "enclosing_radius": np.array([r for _, r in around]),
+        "sphere_names": tuple(row[4] if len(row) > 4 else "" for row in rows),
+        "sphere_direction": np.array([DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64),
+        "twist_joint": lines[0],
+        "twist_point": lines[1],
+        "twist_axis": lines[2],
+        "twist_share": twist_share(lines, (centre, start)),
+    }
+
+
+def _allowance(file: BodyFile, index: dict[str, int]) -> Floats:
+    """(N, N) the overlap of soft flesh that is no contact, both ways."""
+    depth = np.zeros((len(index), len(index)))
+    for row in file.allowances:
+        a, b = (index[name] for name in row.between)
+        depth[a, b] = depth[b, a] = row.depth
+    return depth
 
 
 def _fit_error(segment: SegmentFile) -> tuple[float, float]:

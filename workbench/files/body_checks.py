@@ -68,11 +68,8 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
     faults = []
     for name, segment in file.segments.items():
         key = ("segments", name)
-        if (twist := segment.twist_along) is not None:
-            distal = [j for j, joint in file.joints.items() if joint.between[0] == name]
-            if twist not in distal:
-                faults.append(fail(document, (*key, "twist_along"), f"not a distal joint of {name} (got {twist!r}); "
-                                                                    f"{one_of(twist, distal)}"))  # fmt: skip
+        if problem := _twist_problem(file, name):
+            faults.append(fail(document, (*key, "twist_along"), problem))
         named = [row[4] for row in segment.spheres if len(row) > 4]
         for twice in sorted({label for label in named if named.count(label) > 1}):
             faults.append(fail(document, (*key, "spheres"), f"two spheres are named {twice!r}"))
@@ -94,9 +91,26 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
     return faults
 
 
+def _twist_problem(file: BodyFile, name: str) -> str:
+    """Twist is shared along the line from the proximal joint (the origin, at the stage) to a distal one."""
+    twist = file.segments[name].twist_along
+    if twist is None:
+        return ""
+    distal = [j for j, joint in file.joints.items() if joint.between[0] == name]
+    if twist not in distal:
+        return f"not a distal joint of {name} (got {twist!r}); {one_of(twist, distal)}"
+    proximal = [joint.at[name] for joint in file.joints.values() if joint.between[1] == name and name in joint.at]
+    ends = [(proximal or [(0.0, 0.0, 0.0)])[0], file.joints[twist].at.get(name)]
+    if ends[1] is not None and float(np.linalg.norm(np.subtract(*ends))) <= JOINT_SPHERE_TOLERANCE:
+        return f"joint {twist} lies where the proximal joint of {name} is: no line for the twist to be shared along"
+    return ""
+
+
 def _joint_sphere(document: Document, file: BodyFile, entry: tuple[str, JointFile]) -> list[str]:
     """The paper's rule: a sphere sits exactly at every joint, in at least one of the two segments."""
     name, joint = entry
+    if not set(joint.between) <= set(joint.at) & set(file.segments):
+        return []  # told already
     nearest = np.inf
     for segment in joint.between:
         for row in file.segments[segment].spheres:

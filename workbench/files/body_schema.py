@@ -4,21 +4,42 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from workbench.files.schema import Degrees, FileModel, Length, LengthUnit, Vector
 
 __all__ = ["AllowanceFile", "BodyFile", "CouplingFile", "JointFile", "MotionFile", "PolygonFile", "SegmentFile"]
 
 Direction = Literal["front", "back", "left", "right", "top", "bottom"]
-Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"] | Annotated[tuple[float, float, float], Field(strict=False)]
+
+
+def _axis_kind(given: object) -> str:
+    return "vector" if isinstance(given, (list, tuple)) else "name"
+
+
+Axis = Annotated[
+    Annotated[Literal["+x", "-x", "+y", "-y", "+z", "-z"], Tag("name")]
+    | Annotated[tuple[float, float, float], Field(strict=False), Tag("vector")],
+    Discriminator(_axis_kind),
+]
 Name = Annotated[str, Field(min_length=1, max_length=80)]
 Radius = Annotated[Length, Field(gt=0)]
-Sphere = (
-    Annotated[tuple[Length, Length, Length, Radius], Field(strict=False)]
-    | Annotated[tuple[Length, Length, Length, Radius, Name], Field(strict=False)]
-    | Annotated[tuple[Length, Length, Length, Radius, Name, Direction], Field(strict=False)]
-)
+
+
+def _row_length(given: object) -> str | None:
+    return str(len(given)) if isinstance(given, (list, tuple)) else None
+
+
+Sphere = Annotated[
+    Annotated[tuple[Length, Length, Length, Radius], Field(strict=False), Tag("4")]
+    | Annotated[tuple[Length, Length, Length, Radius, Name], Field(strict=False), Tag("5")]
+    | Annotated[tuple[Length, Length, Length, Radius, Name, Direction], Field(strict=False), Tag("6")],
+    Discriminator(
+        _row_length,
+        custom_error_type="sphere_row",
+        custom_error_message="a sphere is [x, y, z, radius], then optionally a name and a direction",
+    ),
+]
 Pair = Annotated[tuple[str, str], Field(strict=False)]
 DegreePair = Annotated[tuple[Degrees, Degrees], Field(strict=False)]
 NonNegative = Annotated[Degrees, Field(ge=0)]

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.errors import InputError, one_of
+from workbench.errors import one_of
 from workbench.files.body_schema import BodyFile, CouplingFile, JointFile, MotionFile, PolygonFile
 from workbench.files.schema import fail
 from workbench.files.yaml_text import Document
 from workbench.model.arrays import Floats
 from workbench.model.stops import Coupling, StopKind, Stops
 
-__all__ = ["axis_vector", "pack_stops"]
+__all__ = ["axis_vector", "pack_stops", "stop_faults"]
 
 POLYGON_VERTICES = 360
 
@@ -27,12 +27,14 @@ def axis_vector(axis: str | tuple[float, float, float]) -> Floats:
     return unit
 
 
-def pack_stops(document: Document, file: BodyFile, tree: tuple[list[str], list[str]]) -> Stops:
-    """The stops of all joints in body order; InputError lists every fault."""
+def stop_faults(document: Document, file: BodyFile) -> list[str]:
+    """Axes, motion names, couplings and polygons that no schema can check, of all joints."""
+    return [line for name in file.joints for line in _faults(document, file, name)]
+
+
+def pack_stops(file: BodyFile, tree: tuple[list[str], list[str]]) -> Stops:
+    """The stops of all joints in body order, from a file without faults."""
     order, joints = tree
-    faults = [line for name in joints for line in _faults(document, file, name)]
-    if faults:
-        raise InputError(faults)
     entries = [file.joints[name] for name in joints]
     count = len(entries)
     couplings = [_coupling(file, joints, (j, row)) for j, entry in enumerate(entries) for row in entry.couplings]
@@ -92,11 +94,12 @@ def _polygon_faults(document: Document, file: BodyFile, name: str) -> list[str]:
     assert polygon is not None
     faults = []
     above = {joint.between[1]: joint.between[0] for joint in file.joints.values()}
-    ancestor: str | None = file.joints[name].between[0]
-    while ancestor is not None and ancestor != polygon.frame:
-        ancestor = above.get(ancestor)
-    if ancestor is None:
-        what = f"{polygon.frame!r} is not a segment between the stage and joint {name}"
+    ancestors, segment = {file.joints[name].between[0]: None}, file.joints[name].between[0]
+    while segment in above and above[segment] not in ancestors:  # a tree may turn out to be a circle
+        segment = above[segment]
+        ancestors[segment] = None
+    if polygon.frame not in ancestors:
+        what = f"no segment {polygon.frame!r} between the stage and joint {name}; {one_of(polygon.frame, ancestors)}"
         faults.append(fail(document, (*key, "frame"), what))
     frame = np.array([axis_vector(v) for v in (polygon.centre, polygon.clock_0, polygon.clock_90)])
     if not np.allclose(frame @ frame.T, np.eye(3), atol=5e-3):

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from workbench.errors import InputError, one_of
 
-__all__ = ["find", "names", "roots"]
+__all__ = ["find", "is_file", "names", "roots"]
 
 
 def roots() -> list[Path]:
@@ -32,22 +32,29 @@ def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> 
     if is_path:
         for folder in folders:
             path = folder / name
-            if path.is_dir() and inner:
-                path = path / inner
-            if path.is_file():
-                return path
+            for candidate in (path, path / inner) if inner else (path,):
+                if is_file(candidate):
+                    return candidate
         raise InputError(f"{name}: no such file (looked from {', '.join(str(f) for f in dict.fromkeys(folders))})")
     for root in ([near.parent] if near else []) + roots():
         path = root / kind / name / inner if inner else root / kind / f"{name}.yaml"
-        if path.is_file():
+        if is_file(path):
             return path
-    raise InputError(f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner))}")
+    raise InputError(f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner, near=near))}")
 
 
-def names(kind: str, inner: str = "") -> list[str]:
-    """The bare names that `find` knows from here, sorted."""
+def is_file(path: Path) -> bool:
+    """True for a file; False too where the name cannot be one (too long) or its folder may not be entered."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
+def names(kind: str, inner: str = "", *, near: Path | None = None) -> list[str]:
+    """The bare names that `find` knows from here, or from a file in the folder `near`, sorted."""
     found: set[str] = set()
-    for root in roots():
+    for root in ([near.parent] if near else []) + roots():
         pattern = f"{kind}/*/{inner}" if inner else f"{kind}/*.yaml"
         found |= {p.parent.name if inner else p.stem for p in root.glob(pattern)}
     return sorted(found)

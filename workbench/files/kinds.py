@@ -19,26 +19,41 @@ from workbench.files.studies import load_study
 from workbench.files.study_schema import StudyFile
 from workbench.files.yaml_text import read_yaml
 
-__all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of"]
+__all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
 
-KINDS: dict[str, str] = {"study": "study", "body": "body", "environment": "environment", "postures": "postures"}
+KINDS = ("study", "body", "environment", "postures")
+_MODELS: dict[str, type[BaseModel]] = {
+    "body": BodyFile,
+    "postures": PosturesFile,
+    "environment": EnvironmentFile,
+    "study": StudyFile,
+    "result": ResultFile,
+}
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment or postures, by the key that names each; "mesh" for what does not end in .yaml.
+    """study, body, environment or postures, by the keys of the file; "mesh" for what does not end in .yaml.
 
-    InputError where a YAML file has none of these keys.
+    InputError where a YAML file has no key that names its kind.
     """
     if path.is_dir():
         return "environment"
     if path.suffix.lower() not in (".yaml", ".yml"):
         return "mesh"
-    document = read_yaml(path)
-    keys = document.value if isinstance(document.value, dict) else {}
-    for key, kind in KINDS.items():
-        if key in keys:
-            return kind
-    raise InputError(f"{document.where(())}: one of the keys {', '.join(KINDS)} must say what this file is")
+    kind = named_kind(path)
+    if kind is None:
+        raise InputError(f"{path}:1:1: one of the keys {', '.join(KINDS)} must say what this file is")
+    return kind
+
+
+def named_kind(path: Path) -> str | None:
+    """The kind of a YAML file whose keys fit best, so that one misspelt key does not make it another kind; None where
+    none of the keys that name a kind is there."""
+    value = read_yaml(path).value
+    keys = set(value) if isinstance(value, dict) else set()
+    if not keys & set(KINDS):
+        return None
+    return max(KINDS, key=lambda kind: (len(keys & set(_MODELS[kind].model_fields)), kind in keys))
 
 
 def is_mesh(source: str) -> bool:
@@ -70,11 +85,4 @@ def check_file(path: Path) -> list[str]:
 
 def json_schemas() -> dict[str, dict[str, Any]]:
     """The JSON Schemas of all files, by kind; for editors, and of result.json for its readers."""
-    models: dict[str, type[BaseModel]] = {
-        "body": BodyFile,
-        "postures": PosturesFile,
-        "environment": EnvironmentFile,
-        "study": StudyFile,
-        "result": ResultFile,
-    }
-    return {name: model.model_json_schema() for name, model in models.items()}
+    return {name: model.model_json_schema() for name, model in _MODELS.items()}

@@ -11,6 +11,7 @@ from pydantic import Field
 from workbench.errors import InputError, one_of
 from workbench.files.bodies import body_path
 from workbench.files.body_schema import BodyFile
+from workbench.files.catalogue import is_file
 from workbench.files.schema import FileModel, fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
@@ -65,10 +66,15 @@ class PosturesFile(FileModel):
 
 
 def posture_path(body: str | Path, *, near: Path | None = None) -> Path | None:
-    """The posture file that a body file names, or None."""
+    """The posture file that a body file names, or None; InputError where it names one that is not there."""
     path = body_path(body, near=near)
-    named = validate(read_yaml(path), BodyFile).postures
-    return path.parent / named if named else None
+    document = read_yaml(path)
+    named = validate(document, BodyFile).postures
+    if named is None:
+        return None
+    if not is_file(path.parent / named):
+        raise InputError(fail(document, ("postures",), f"no such file {named!r} in {path.parent}"))
+    return path.parent / named
 
 
 def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
@@ -83,10 +89,14 @@ def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
         turns, problems = flat_angles(body, posture.angles)
         del turns
         faults += [fail(document, ("postures", name, "angles", *key), what) for key, what in problems]
-        for joint in posture.rotations:
+        for joint, quaternion in posture.rotations.items():
+            where = ("postures", name, "rotations", joint)
             if joint not in body.joints:
                 what = f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"
-                faults.append(fail(document, ("postures", name, "rotations", joint), what))
+                faults.append(fail(document, where, what))
+            if not 1e-9 <= math.hypot(*quaternion) < math.inf:
+                what = f"a rotation w, x, y, z is needed, whose length is not zero (got {list(quaternion)})"
+                faults.append(fail(document, where, what))
     if faults:
         raise InputError(faults)
     return file, document
@@ -97,6 +107,8 @@ def flat_angles(body: Body, angles: AnglesFile) -> tuple[Turns, list[tuple[tuple
     turns: Turns = {}
     faults: list[tuple[tuple[str, ...], str]] = []
     for key, motions in angles.items():
+        if not key.replace(",", " ").split():
+            faults.append(((key,), f"no joint is named here; {one_of(key, body.joints)}"))
         for joint in key.replace(",", " ").split():
             if joint not in body.joints:
                 faults.append(((key,), f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -120,11 +119,13 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
     InputError where the folder holds something that is not a result, or cannot be written.
     """
-    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / MARK).is_file())):
-        raise InputError(f"{folder}: is there already and is not a result of the workbench; choose another --out")
     try:
+        folder = folder.resolve()
+        _refuse_foreign(folder)
         folder.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+        partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder.parent))
+    except RuntimeError:
+        raise InputError(f"{folder}: cannot be written (symbolic links in a circle)") from None
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
     try:
@@ -140,12 +141,22 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
         shutil.rmtree(partial, ignore_errors=True)
 
 
+def _refuse_foreign(folder: Path) -> None:
+    """What is not a result of the workbench, nor empty, is never replaced."""
+    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / MARK).is_file())):
+        raise InputError(f"{folder}: is there already and is not a result of the workbench; choose another --out")
+
+
 def _swap(partial: Path, folder: Path) -> None:
-    """Put the complete folder in place of an old one."""
+    """Put the complete folder in place of an old one, which comes back if that fails."""
     if not folder.exists():
         partial.rename(folder)
         return
-    old = Path(tempfile.mkdtemp(prefix=f".{folder.name}.old.", dir=folder.parent))
-    os.replace(folder, old)
-    partial.rename(folder)
-    shutil.rmtree(old, ignore_errors=True)
+    old = Path(tempfile.mkdtemp(prefix=".replaced-", dir=folder.parent))
+    try:
+        folder.replace(old)
+        partial.rename(folder)
+    finally:
+        if not folder.exists():
+            old.rename(folder)
+        shutil.rmtree(old, ignore_errors=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable
+from reprlib import Repr
 from types import UnionType
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
@@ -22,6 +23,7 @@ from pydantic import (
     ValidationInfo,
     WithJsonSchema,
 )
+from pydantic_core import ErrorDetails
 
 from workbench.errors import InputError, one_of
 from workbench.files.yaml_text import Document
@@ -67,9 +69,25 @@ _LENGTH_SCHEMA = {
     "description": "a number in the file's unit of length, or a string with its unit",
 }
 Length = Annotated[float, BeforeValidator(_length), AfterValidator(_plausible), WithJsonSchema(_LENGTH_SCHEMA)]
-Degrees = Annotated[float, AfterValidator(math.radians), Field(ge=-720, le=720)]
+Degrees = Annotated[float, Field(ge=-720, le=720), AfterValidator(math.radians)]
 Vector = Annotated[tuple[Length, Length, Length], Field(strict=False)]
 LengthUnit = Annotated[str, Field(pattern=r"^(mm|cm|m|in|ft)$", description="mm, cm, m, in or ft")]
+
+_SAID = {
+    "dict_type": "a mapping of keys is needed",
+    "model_type": "a mapping of keys is needed",
+    "list_type": "a list is needed",
+    "tuple_type": "a list is needed",
+    "string_type": "a text is needed",
+    "float_type": "a number is needed",
+    "int_type": "a whole number is needed",
+    "bool_type": "true or false is needed",
+    "too_long": "at most {max_length} are possible",
+    "too_short": "at least {min_length} are needed",
+}
+_shown_short = Repr()
+_shown_short.maxlevel, _shown_short.maxlist, _shown_short.maxdict = 3, 8, 8
+_shown_short.maxstring = _shown_short.maxother = _shown_short.maxlong = 60
 
 Model = TypeVar("Model", bound=FileModel)
 
@@ -80,16 +98,19 @@ def validate(document: Document, model: type[Model]) -> Model:
         raise InputError(f"{document.where(())}: a mapping of keys is needed, got {_shown(document.value)}")
     unit = document.value.get("length")
     scale = metres_in.get(unit, math.nan) if isinstance(unit, str) else math.nan
-    if "length" not in model.model_fields:
-        scale = 1.0
-    elif math.isnan(scale):
-        given = "it is missing" if unit is None else f"got {_shown(unit)}"
-        raise InputError(f"{document.where(('length',))}: length: the unit of length is needed ({given}), "
-                         f"one of {', '.join(metres_in)}")  # fmt: skip
+    faults = []
+    if "length" in model.model_fields and math.isnan(scale):
+        given = "it is missing" if "length" not in document.value else f"got {_shown(unit)}"
+        faults.append(f"{document.where(('length',))}: length: the unit of length is needed ({given}), "
+                      f"one of {', '.join(metres_in)}")  # fmt: skip
     try:
-        return model.model_validate(document.value, context={"metres": scale})
+        # without a unit the rest is still checked, in the smallest one, in which nothing is too far away
+        valid = model.model_validate(document.value, context={"metres": 0.001 if math.isnan(scale) else scale})
     except ValidationError as error:
-        raise InputError(_lines(document, model, error)) from None
+        raise InputError(faults + _lines(document, model, error)) from None
+    if faults:
+        raise InputError(faults)
+    return valid
 
 
 def fail(document: Document, path: Iterable[str | int], what: str) -> str:
@@ -102,15 +123,26 @@ def _lines(document: Document, model: type[FileModel], error: ValidationError) -
     lines: dict[str, None] = {}
     for fault in error.errors(include_url=False):
         path = _real_path(document.value, fault["loc"])
-        message = str(fault["msg"]).removeprefix("Value error, ")
+        if path == ("length",) or (fault["type"] == "missing" and fault["loc"] == ("length",)):
+            continue  # told already, with what was given
         if fault["type"] == "extra_forbidden":
             what = f"unknown key {path[-1]!r}; {one_of(str(path[-1]), _keys(model, path[:-1]))}"
-        elif fault["type"] == "missing":
+        elif fault["type"] == "missing" and isinstance(fault["loc"][-1], str):
             what = f"key {fault['loc'][-1]!r} is missing"
         else:
-            what = f"{message[:1].lower()}{message[1:]} (got {_shown(fault['input'])})"
+            what = f"{_said(fault)} (got {_shown(fault['input'])})"
         lines[fail(document, path, what)] = None
     return list(lines)
+
+
+def _said(fault: ErrorDetails) -> str:
+    """What is wrong in the words of the file, not of Python."""
+    if fault["type"] == "missing":
+        return f"value {int(fault['loc'][-1]) + 1} of the list is missing"
+    if fault["type"] in _SAID:
+        return _SAID[fault["type"]].format(**fault.get("ctx", {}))
+    message = str(fault["msg"]).removeprefix("Value error, ")
+    return message[:1].lower() + message[1:]
 
 
 def _real_path(value: Any, loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
@@ -161,9 +193,14 @@ def _flat(kind: Any) -> list[Any]:
 
 
 def _dotted(path: Iterable[str | int]) -> str:
-    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path).lstrip(".")
+    return "".join(f"[{step}]" if isinstance(step, int) else f".{_one_line(step)}" for step in path).removeprefix(".")
+
+
+def _one_line(key: str) -> str:
+    return key if key.isprintable() and key else repr(key)
 
 
 def _shown(value: Any) -> str:
-    text = repr(value)
+    """A value for a message: never long, however much an alias makes of it."""
+    text = _shown_short.repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

@@ -26,33 +26,29 @@ from workbench.model.study import Criterion, Person, Study
 __all__ = ["load_study"]
 
 Loaded = tuple[Body, PosturesFile]
+Found = tuple[Environment | None, dict[str, Loaded]]
+Inputs = dict[str, Path]
 
 
 def load_study(source: str | Path) -> Study:
     """Load a study by catalogue name or path, with all it names.
 
-    InputError lists every fault of the study file with its line, or the faults of a file it names.
+    InputError lists every fault of the study file with its line, and the faults of the files it names.
     """
     path = find("studies", str(source))
     document = read_yaml(path)
     file = validate(document, StudyFile)
-    environment = load_environment(file.environment, near=path.parent)
-    inputs = {"study": path}
-    inputs |= {f"environment {p.name}": p for p in environment_files(file.environment, near=path.parent)}
+    environment, inputs, faults = _environment(document, file, path)
     bodies: dict[str, Loaded] = {}
-    for name, person in file.people.items():
-        postures = posture_path(person.body, near=path.parent)
-        if postures is None:
-            what = f"body {person.body!r} names no postures file, so no posture can be named here"
-            raise InputError(fail(document, ("people", name, "body"), what))
-        body = load_body(person.body, near=path.parent)
-        bodies[name] = (body, load_postures(postures, body)[0])
-        inputs[f"body {body.name}"] = body_path(person.body, near=path.parent)
-        inputs[f"postures {postures.name}"] = postures
-    faults = _people_faults(document, file, environment) + _case_faults(document, file, bodies)
-    faults += [line for row, criterion in enumerate(file.criteria)
-               for line in _criterion_faults(document, (row, criterion), (environment, bodies))]  # fmt: skip
-    if faults:
+    for name in file.people:
+        body, files, problems = _body(document, file, (name, path))
+        inputs |= files
+        faults += [line for line in problems if line not in faults]
+        if body is not None:
+            bodies[name] = body
+    faults += _people_faults(document, file, environment) + _case_faults(document, file, bodies)
+    faults += _criteria_faults(document, file, (environment, bodies))
+    if faults or environment is None:
         raise InputError(faults)
     return Study(
         name=file.study,
@@ -68,29 +64,69 @@ def load_study(source: str | Path) -> Study:
     )
 
 
-def _people_faults(document: Document, file: StudyFile, environment: Environment) -> list[str]:
+def _environment(document: Document, file: StudyFile, path: Path) -> tuple[Environment | None, Inputs, list[str]]:
+    """The environment and the files it and the study are made of, or what is wrong."""
+    inputs = {"study": path}
+    try:
+        source = find("environments", file.environment, "environment.yaml", near=path.parent)
+    except InputError as error:
+        return None, inputs, [fail(document, ("environment",), problem) for problem in error.problems]
+    try:
+        environment = load_environment(source)
+        return environment, inputs | {f"environment {p.name}": p for p in environment_files(source)}, []
+    except InputError as error:
+        return None, inputs, list(error.problems)
+
+
+def _body(document: Document, file: StudyFile, who: tuple[str, Path]) -> tuple[Loaded | None, Inputs, list[str]]:
+    """One person's body and postures and their files, or what is wrong."""
+    name, path = who
+    key = ("people", name, "body")
+    try:
+        source = body_path(file.people[name].body, near=path.parent)
+    except InputError as error:
+        return None, {}, [fail(document, key, problem) for problem in error.problems]
+    try:
+        body = load_body(source)
+        postures = posture_path(source)
+        if postures is None:
+            what = f"body {body.name!r} names no postures file, so no posture can be named here"
+            return None, {}, [fail(document, key, what)]
+        loaded = body, load_postures(postures, body)[0]
+    except InputError as error:
+        return None, {}, list(error.problems)
+    return loaded, {f"body {body.name}": source, f"postures {postures.name}": postures}, []
+
+
+def _people_faults(document: Document, file: StudyFile, environment: Environment | None) -> list[str]:
     faults = []
-    seats = {seat.name: seat for seat in environment.seats}
     taken: dict[str, str] = {}
     for name, person in file.people.items():
         key = ("people", name)
         if person.seat is None:
             continue
-        if person.seat not in seats:
-            what = f"environment {environment.name} has no seat {person.seat!r}; {one_of(person.seat, seats)}"
-            faults.append(fail(document, (*key, "seat"), what))
-            continue
         if person.seat in taken:
             faults.append(fail(document, (*key, "seat"), f"{taken[person.seat]!r} sits in {person.seat!r} already"))
-        taken[person.seat] = name
-        if person.adjust:
-            seat = seats[person.seat]
-            for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
-                value = getattr(person.adjust, way)
-                if not low - 1e-9 <= value <= high + 1e-9:
-                    what = (f"beyond the travel of seat {seat.name} ({1000 * low:g} to {1000 * high:g} mm, "
-                            f"got {1000 * value:g})")  # fmt: skip
-                    faults.append(fail(document, (*key, "adjust", way), what))
+        taken.setdefault(person.seat, name)
+        if environment is not None:
+            faults += _seat_faults(document, (name, person), environment)
+    return faults
+
+
+def _seat_faults(document: Document, entry: tuple[str, PersonFile], environment: Environment) -> list[str]:
+    """The seat is there, and adjusted within its travel."""
+    name, person = entry
+    seats = {seat.name: seat for seat in environment.seats}
+    if person.seat not in seats:
+        what = f"environment {environment.name} has no seat {person.seat!r}; {one_of(str(person.seat), seats)}"
+        return [fail(document, ("people", name, "seat"), what)]
+    faults, seat = [], seats[person.seat]
+    for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
+        value = getattr(person.adjust, way, 0.0)
+        if not low - 1e-9 <= value <= high + 1e-9:
+            travel = f"{1000 * low:g} to {1000 * high:g} mm"
+            what = f"beyond the travel of seat {seat.name}, {travel} (got {1000 * value:g} mm)"
+            faults.append(fail(document, ("people", name, "adjust", way), what))
     return faults
 
 
@@ -108,6 +144,7 @@ def _case_faults(document: Document, file: StudyFile, bodies: dict[str, Loaded])
             where = (*key, "people", name)
             if name not in file.people:
                 faults.append(fail(document, where, f"nobody is called {name!r}; {one_of(name, file.people)}"))
+            if name not in bodies:
                 continue
             body, postures = bodies[name]
             if entry.posture not in postures.postures:
@@ -115,40 +152,55 @@ def _case_faults(document: Document, file: StudyFile, bodies: dict[str, Loaded])
                 faults.append(fail(document, (*where, "posture"), what))
             problems = flat_angles(body, entry.angles)[1]
             faults += [fail(document, (*where, "angles", *path), what) for path, what in problems]
-    for name, person in file.people.items():
-        if person.at and person.at.segment not in bodies[name][0].segments:
-            what = f"unknown segment {person.at.segment!r}; {one_of(person.at.segment, bodies[name][0].segments)}"
+    for name, (body, _) in bodies.items():
+        at = file.people[name].at
+        if at and at.segment not in body.segments:
+            what = f"unknown segment {at.segment!r}; {one_of(at.segment, body.segments)}"
             faults.append(fail(document, ("people", name, "at", "segment"), what))
     return faults
 
 
-def _criterion_faults(document: Document, entry: tuple[int, CriterionFile],
-                      loaded: tuple[Environment, dict[str, Loaded]]) -> list[str]:  # fmt: skip
-    row, criterion = entry
+def _criteria_faults(document: Document, file: StudyFile, loaded: Found) -> list[str]:
+    """Names are of something that is there; what could not be loaded is not asked about."""
     environment, bodies = loaded
-    faults = []
-    segments = {name for body, _ in bodies.values() for name in body.segments}
-    for field, valid in (("people", list(bodies)), ("segments", sorted(segments)), ("parts", environment.parts)):
-        for place, name in enumerate(getattr(criterion, field) or ()):
-            if not any(fnmatchcase(known, name) for known in valid):
-                what = f"nothing is called {name!r}; {one_of(name, valid)}"
-                faults.append(fail(document, ("criteria", row, field, place), what))
-    if criterion.check == "between_people" and len(bodies) < 2:
-        faults.append(fail(document, ("criteria", row, "check"), "between_people needs two people or more"))
+    hidden = set(environment.parts) - set(_visible(environment)) if environment else set()
+    valid: dict[str, list[str]] = {"people": list(file.people)}
+    if len(bodies) == len(file.people):
+        valid["segments"] = list(dict.fromkeys(name for body, _ in bodies.values() for name in body.segments))
+    if environment is not None:
+        valid["parts"] = _visible(environment)
+    faults, seen = [], set()
+    for row, criterion in enumerate(file.criteria):
+        key = ("criteria", row)
+        if criterion.name in seen:
+            faults.append(fail(document, (*key, "name"), f"two criteria are named {criterion.name!r}"))
+        seen.add(criterion.name)
+        for field, names in valid.items():
+            for place, name in enumerate(getattr(criterion, field) or ()):
+                if not any(fnmatchcase(known, name) for known in names):
+                    what = f"part {name!r} is hidden, so it is not checked" if name in hidden else \
+                           f"nothing is called {name!r}"  # fmt: skip
+                    faults.append(fail(document, (*key, field, place), f"{what}; {one_of(name, names)}"))
+        if criterion.check == "between_people" and len(file.people) < 2:
+            faults.append(fail(document, (*key, "check"), "between_people needs two people or more"))
     return faults
+
+
+def _visible(environment: Environment) -> list[str]:
+    """The parts that are checked: a hidden one is neither drawn nor measured."""
+    return [name for name, hidden in zip(environment.parts, environment.hidden, strict=True) if not hidden]
 
 
 def _criterion(file: StudyFile, row: CriterionFile, loaded: tuple[Environment, dict[str, Loaded]]) -> Criterion:
     environment, bodies = loaded
     segments = list(dict.fromkeys(name for body, _ in bodies.values() for name in body.segments))
-    seen = [name for name, hidden in zip(environment.parts, environment.hidden, strict=True) if not hidden]
     at_least = math.radians(row.degrees or 0.0) if row.check == "stops" else row.at_least or 0.0
     return Criterion(
         name=row.name,
         check=row.check,
         people=_matching(row.people, file.people),
         segments=_matching(row.segments, segments),
-        parts=_matching(row.parts, seen),
+        parts=_matching(row.parts, _visible(environment)),
         at_least=at_least,
     )
 

@@ -12,6 +12,7 @@ from workbench.files.schema import FileModel, Length, LengthUnit, Vector
 __all__ = ["CaseFile", "CriterionFile", "PersonFile", "StudyFile"]
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
+Names = Annotated[list[str], Field(min_length=1)]
 
 
 class AdjustFile(FileModel):
@@ -73,9 +74,9 @@ class CriterionFile(FileModel):
 
     name: Name
     check: Literal["contact", "clearance", "self_contact", "between_people", "stops"]
-    people: list[str] | None = None
-    segments: list[str] | None = None
-    parts: list[str] | None = None
+    people: Names | None = None
+    segments: Names | None = None
+    parts: Names | None = None
     at_least: Length | None = None
     degrees: Annotated[float, Field(ge=-180, le=180)] | None = None
 

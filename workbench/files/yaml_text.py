@@ -7,6 +7,7 @@ expand to is counted, so a small file cannot grow into a large one.
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +22,7 @@ __all__ = ["Document", "parse_yaml", "read_yaml"]
 MOST_VALUES = 2_000_000
 MOST_DEPTH = 64
 MOST_BYTES = 64 * 2**20
+LONGEST_INTEGER = 40
 
 # YAML 1.2.2 section 10.3.2, core schema.
 _NULL = re.compile(r"(?:null|Null|NULL|~|)\Z")
@@ -32,6 +34,8 @@ _HEX = re.compile(r"0x[0-9a-fA-F]+\Z")
 _FLOAT = re.compile(r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?\Z")
 _INF = re.compile(r"([-+]?)\.(?:inf|Inf|INF)\Z")
 _NAN = re.compile(r"\.(?:nan|NaN|NAN)\Z")
+# YAML 1.2.2 section 5.1: all but these may stand in a file.
+_FORBIDDEN = re.compile("[^\t\n\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 Position = tuple[int, int]
 Path_ = tuple[str | int, ...]
@@ -69,9 +73,11 @@ def read_yaml(path: str | Path) -> Document:
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{source}: not a text file in UTF-8 (byte {error.start} is {data[error.start]:#04x})") from None
+        before = data[: error.start].decode("utf-8-sig")
+        byte = f"byte {error.start} is {data[error.start]:#04x}"
+        raise InputError(f"{source}:{_end(before)}: not a text file in UTF-8 ({byte})") from None
     if not text.strip():
-        raise InputError(f"{source}: is empty")
+        raise InputError(f"{source}:1:1: is empty")
     return parse_yaml(text, str(source))
 
 
@@ -86,10 +92,32 @@ def parse_yaml(text: str, file: str) -> Document:
         spot = f"{file}:{mark.line + 1}:{mark.column + 1}" if mark else file
         raise InputError(f"{spot}: not YAML: {error.problem or error.context}") from None
     except yaml.YAMLError as error:
-        raise InputError(f"{file}: not YAML: {str(error).splitlines()[0]}") from None
+        raise InputError(f"{_forbidden(text, file)}: not YAML: {str(error).splitlines()[0]}") from None
     if not builder.done:
-        raise InputError(f"{file}: holds no value")
+        raise InputError(f"{file}:1:1: holds no value")
     return Document(file, builder.value, builder.positions)
+
+
+def _forbidden(text: str, file: str) -> str:
+    """`file:line:column` of the first character that YAML forbids: the parser itself counts only bytes there."""
+    found = _FORBIDDEN.search(text)
+    if not found:
+        return file
+    return f"{file}:{_end(text[: found.start()])}"
+
+
+def _end(before: str) -> str:
+    """`line:column` of what follows this text."""
+    return f"{before.count(chr(10)) + 1}:{len(before) - before.rfind(chr(10))}"
+
+
+def _integer(digits: str, base: int) -> int | float:
+    """A whole number; what is too large for any use becomes a float, so that it cannot overflow later."""
+    if len(digits) < LONGEST_INTEGER:
+        return int(digits, base)
+    if base == 10:
+        return float(digits)
+    return float(int(digits, base)) if len(digits) < 250 else math.inf
 
 
 def _scalar(text: str) -> Any:
@@ -101,11 +129,11 @@ def _scalar(text: str) -> Any:
     if _FALSE.match(text):
         return False
     if _INT.match(text):
-        return int(text) if len(text) < 40 else float(text)
+        return _integer(text, 10)
     if _OCT.match(text):
-        return int(text[2:], 8)
+        return _integer(text[2:], 8)
     if _HEX.match(text):
-        return int(text[2:], 16)
+        return _integer(text[2:], 16)
     if _FLOAT.match(text):
         return float(text)
     if inf := _INF.match(text):
@@ -128,6 +156,7 @@ class _Open:
     anchor: str | None
     key: Any = None
     has_key: bool = False
+    height: int = 1
 
 
 class _Builder:
@@ -141,6 +170,7 @@ class _Builder:
         self._open: list[_Open] = []
         self._anchors: dict[str, Any] = {}
         self._sizes: dict[str, int] = {}
+        self._heights: dict[str, int] = {}
         self._values = 0
 
     def take(self, event: yaml.Event) -> None:
@@ -151,8 +181,10 @@ class _Builder:
             self._node(event)
         elif isinstance(event, (yaml.SequenceEndEvent, yaml.MappingEndEvent)):
             closed = self._open.pop()
+            self._raise(closed.height)
             if closed.anchor:
                 self._anchors[closed.anchor] = closed.value
+                self._heights[closed.anchor] = closed.height
                 self._sizes[closed.anchor] = self._values - self._sizes[closed.anchor]
 
     def _node(self, event: yaml.NodeEvent) -> None:
@@ -160,6 +192,8 @@ class _Builder:
             if event.anchor not in self._anchors:
                 raise self._wrong(event, f"alias *{event.anchor} has no finished anchor &{event.anchor} before it")
             self._count(event, self._sizes[event.anchor])
+            self._deep(event, self._heights[event.anchor])
+            self._raise(self._heights[event.anchor])
             self._put(event, self._anchors[event.anchor])
         elif isinstance(event, yaml.ScalarEvent):
             if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
@@ -167,13 +201,12 @@ class _Builder:
             plain = event.implicit[0]
             value = _scalar(event.value) if plain and not event.tag else event.value
             if event.anchor:
-                self._anchors[event.anchor], self._sizes[event.anchor] = value, 1
+                self._anchors[event.anchor], self._sizes[event.anchor], self._heights[event.anchor] = value, 1, 0
             self._put(event, value)
         else:
             if getattr(event, "tag", None) not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):
                 raise self._wrong(event, "this tag is not supported; remove it")
-            if len(self._open) >= MOST_DEPTH:
-                raise self._wrong(event, f"nested deeper than {MOST_DEPTH} levels")
+            self._deep(event, 1)
             value = [] if isinstance(event, yaml.SequenceStartEvent) else {}
             path = self._put(event, value)
             if event.anchor:
@@ -215,6 +248,15 @@ class _Builder:
         self._values += values
         if self._values > MOST_VALUES:
             raise self._wrong(event, f"the file grows past {MOST_VALUES} values; aliases may be nested too far")
+
+    def _deep(self, event: yaml.NodeEvent, levels: int) -> None:
+        if len(self._open) + levels > MOST_DEPTH:
+            raise self._wrong(event, f"nested deeper than {MOST_DEPTH} levels")
+
+    def _raise(self, height: int) -> None:
+        """The innermost open value holds something of this many levels."""
+        if self._open:
+            self._open[-1].height = max(self._open[-1].height, height + 1)
 
     def _wrong(self, event: yaml.Event, what: str) -> InputError:
         line, column = _spot(event)

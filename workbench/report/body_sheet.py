@@ -7,7 +7,7 @@ from typing import Any
 
 from workbench.files.bodies import load_body
 from workbench.files.catalogue import find, names
-from workbench.files.kinds import kind_of
+from workbench.files.kinds import named_kind
 from workbench.files.postures import load_postures, posture_path
 from workbench.model.body import Body
 from workbench.model.stops import StopKind
@@ -17,7 +17,7 @@ __all__ = ["body_list", "body_sheet", "body_text"]
 
 def body_list() -> list[dict[str, Any]]:
     """One row for each body of the catalogue."""
-    bodies = [load_body(name) for name in names("bodies") if kind_of(find("bodies", name)) == "body"]
+    bodies = [load_body(name) for name in names("bodies") if named_kind(find("bodies", name)) == "body"]
     return [_head(body) for body in bodies]
 
 
@@ -72,8 +72,8 @@ def _joint(body: Body, j: int) -> dict[str, Any]:
 
 def body_text(sheet: dict[str, Any]) -> str:
     """A body sheet for reading."""
-    lines = [f"{sheet['name']}: {sheet['description']}",
-             f"{sheet['segments']} segments, {sheet['spheres']} spheres, {sheet['mass_kg']} kg", "", "segments"]  # fmt: skip
+    size = f"{sheet['segments']} segments, {sheet['spheres']} spheres, {sheet['mass_kg']} kg"
+    lines = [f"{sheet['name']}: {sheet['description']}", size, "", "segments"]
     for s in sheet["segment_table"]:
         subparts = ": " + ", ".join(s["subparts"]) if s["subparts"] else ""
         lines.append(f"  {s['number']:>3} {s['segment']:<4} {s['name']} ({s['mass_kg']} kg, "

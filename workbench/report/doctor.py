@@ -13,7 +13,9 @@ NEEDED = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh", "manifold
           "jinja2", "cyclopts", "rich", "pycollada", "lxml")  # fmt: skip
 OPTIONAL = {"cascadio": "STEP files: pip install 'bubbleman-workbench[step]'"}
 # VTK ends the process with a signal where there is no EGL: only a child process can find that out.
-PROBE = "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(16, 16)); p.add_mesh(pyvista.Sphere()); p.show()"
+PROBE = (
+    "import pyvista; p = pyvista.Plotter(off_screen=True, window_size=(16, 16)); p.add_mesh(pyvista.Sphere()); p.show()"
+)
 
 
 def doctor_report() -> dict[str, str]:

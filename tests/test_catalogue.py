@@ -1,0 +1,170 @@
+"""Every body, environment and study that comes along loads, checks and runs; names follow the paper."""
+
+from __future__ import annotations
+
+import csv
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.conftest import ROOT
+from workbench.files.kinds import check_file, json_schemas
+from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
+from workbench.report.data import result_file
+from workbench.report.folder import write_report
+
+YAML = sorted([*ROOT.glob("bodies/*.yaml"), *ROOT.glob("environments/*/environment.yaml"), *ROOT.glob("studies/*.yaml")])
+STUDIES = sorted(p.stem for p in ROOT.glob("studies/*.yaml"))
+
+
+def is_data(path):
+    head = path.read_text()[:4000]
+    return any(f"\n{key}:" in "\n" + head for key in ("body", "environment", "study", "postures"))
+
+
+@pytest.mark.parametrize("path", [p for p in YAML if is_data(p)], ids=lambda p: p.name if "env" not in p.name else p.parent.name)
+def test_every_file_of_the_catalogue_checks_without_a_warning(path):
+    assert check_file(path) == []
+
+
+def test_bubbleman_has_the_papers_segments_with_their_numbers_and_names(bubbleman):
+    table = {(n, s, name) for n, s, name in zip(bubbleman.segment_numbers, bubbleman.segments,
+                                                bubbleman.segment_names, strict=True)}  # fmt: skip
+    assert table == set(PAPER_SEGMENTS)
+
+
+def test_bubbleman_has_the_papers_joints_between_the_papers_segments(bubbleman):
+    rows = set()
+    for j, name in enumerate(bubbleman.joints):
+        parent = bubbleman.segments[bubbleman.parent[j + 1]]
+        rows.add((bubbleman.joint_numbers[j], name, bubbleman.joint_names[j], parent, bubbleman.segments[j + 1]))
+    assert rows == set(PAPER_JOINTS)
+
+
+def test_bubbleman_is_of_250_to_400_spheres_and_median_mass(bubbleman):
+    assert 250 <= len(bubbleman.radius) <= 400
+    assert bubbleman.mass.sum() == pytest.approx(84.6, abs=0.05)
+
+
+def test_the_right_hand_has_the_papers_directions(bubbleman):
+    table = dict(zip(("front", "back", "left", "right", "top", "bottom"),
+                     bubbleman.directions[bubbleman.segment("RHN")].tolist(), strict=True))  # fmt: skip
+    assert (table["back"], table["top"], table["left"]) == ([0, -1, 0], [0, 0, -1], [1, 0, 0])
+
+
+def median(name):
+    path = ROOT.parent / "shared" / "reference" / "ansur2_percentiles.csv"
+    if not path.exists():
+        pytest.skip("reference table not here")
+    return next(float(row["M50"]) for row in csv.DictReader(path.read_text().splitlines()) if row["dim"] == name)
+
+
+def extent(library, posture, *, segments, axis):
+    placed, names = library
+    body, p = placed.body, names.index(posture)
+    rows = np.isin(body.sphere_segment, [body.segment(s) for s in segments])
+    c, r = placed.centres[p, rows, axis], body.radius[rows]
+    return 1000 * (c - r).min(), 1000 * (c + r).max()
+
+
+def test_bubbleman_stands_1755_mm_tall(library):
+    low, high = extent(library, "standing", segments=library[0].body.segments, axis=2)
+    assert high - low == pytest.approx(median("stature"), abs=3)
+
+
+@pytest.mark.parametrize(("measure", "segments", "axis"), [
+    ("footlength", ["LF"], 0), ("footbreadthhorizontal", ["LF"], 1), ("headbreadth", ["H"], 1),
+    ("handlength", ["LHN"], 2),
+])  # fmt: skip
+def test_bubblemans_parts_have_median_extents(library, measure, segments, axis):
+    low, high = extent(library, "standing", segments=segments, axis=axis)
+    # ears stand out from the head's breadth; the hand is measured to its wrist crease
+    slack = {"headbreadth": 30, "handlength": 35}.get(measure, 8)
+    assert high - low == pytest.approx(median(measure), abs=slack)
+
+
+def test_bubbleman_sits_918_mm_tall(library):
+    low, _ = extent(library, "seated", segments=["LT"], axis=2)
+    _, high = extent(library, "seated", segments=["H"], axis=2)
+    assert high - low == pytest.approx(median("sittingheight"), abs=5)
+
+
+def test_left_and_right_mirror_each_other(bubbleman):
+    for name in bubbleman.segments:
+        if name.startswith("L") and name not in ("LT",):
+            left, right = (bubbleman.centre[bubbleman.spheres(bubbleman.segment(s))] for s in (name, "R" + name[1:]))
+            assert np.allclose(left * [1, -1, 1], right, atol=1e-9), name
+
+
+def test_all_library_postures_are_within_the_joint_stops(bubbleman, postures):
+    from workbench.files.postures import posture_pose
+
+    for name in postures.postures:
+        margins = wb.stops(bubbleman, posture_pose(bubbleman, postures, name))
+        assert margins.margin.min() >= -1e-9, name
+
+
+def test_bubbleman_is_made_by_its_script_to_the_byte(tmp_path):
+    made = {p: p.read_bytes() for p in ROOT.glob("bodies/*.yaml")}
+    subprocess.run([sys.executable, ROOT / "bodies" / "make_bubbleman.py"], check=True, capture_output=True)
+    assert {p: p.read_bytes() for p in made} == made
+
+
+def test_the_trainer_is_made_by_its_script_to_the_byte():
+    path = ROOT / "environments" / "trainer" / "trainer.obj"
+    before = path.read_bytes()
+    subprocess.run([sys.executable, path.with_name("make.py")], check=True, capture_output=True)
+    assert path.read_bytes() == before
+
+
+def test_the_trainer_has_25_parts_and_20_controls_and_all_are_solid():
+    trainer = wb.load_environment("trainer")
+    assert len(trainer.parts) >= 25
+    assert len(trainer.controls) >= 20
+    assert trainer.solid.all() and not trainer.warnings
+    assert {c.zone for c in trainer.controls} == {1, 2, 3}
+
+
+def test_a_seat_reference_point_is_where_cushion_and_back_planes_meet():
+    from workbench.solve.seating import seat_planes
+
+    trainer = wb.load_environment("trainer")
+    for seat in trainer.seats:
+        cushion, back, _ = seat_planes(seat)
+        for part, normal in ((seat.cushion.part, cushion), (seat.back.part, back)):
+            polygons = trainer.polygons(trainer.part(part))
+            height = trainer.normal[polygons] @ normal
+            facing = np.flatnonzero(height > 1 - 1e-4) + polygons.start
+            gap = np.abs(trainer.normal[facing] @ np.array(seat.srp) - trainer.offset[facing])
+            assert gap.min() < 1e-4, (seat.name, part)
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_study_runs_to_the_same_bytes_twice(name, tmp_path):
+    study = wb.load_study(name)
+    result = wb.run(study)
+    first, second = tmp_path / "first", tmp_path / "second"
+    write_report(result, first)
+    write_report(wb.run(wb.load_study(name)), second)
+    assert sorted(p.name for p in first.iterdir()) == sorted(p.name for p in second.iterdir())
+    assert all((second / p.name).read_bytes() == p.read_bytes() for p in first.iterdir())
+
+
+def test_the_first_study_passes_and_its_sitters_rest_on_their_seats():
+    result = wb.run(wb.load_study("trainer_clearance"))
+    assert [v.criterion.name for v in result.verdicts if not v.passed] == []
+    rows = result_file(result)
+    rest = {(c.person, c.part) for c in rows.contacts if c.part and "seat" in c.part}
+    assert {("pilot", "left_seat_pan"), ("pilot", "left_seat_back")} <= rest
+    deepest = max(-c.distance_mm for c in rows.contacts if c.part == "left_seat_pan")
+    assert deepest == pytest.approx(20, abs=0.5)
+
+
+@pytest.mark.parametrize("kind", ["body", "postures", "environment", "study", "result"])
+def test_published_schemas_are_those_of_the_code(kind):
+    published = json.loads((ROOT / "docs" / "schemas" / f"{kind}.schema.json").read_text())
+    assert published == json_schemas()[kind]
