@@ -204,8 +204,9 @@ class _Builder:
                 self._anchors[event.anchor], self._sizes[event.anchor], self._heights[event.anchor] = value, 1, 0
             self._put(event, value)
         else:
-            if getattr(event, "tag", None) not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):
-                raise self._wrong(event, "this tag is not supported; remove it")
+            tag = getattr(event, "tag", None)
+            if tag not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):
+                raise self._wrong(event, f"tag {tag} is not supported; remove it")
             self._deep(event, 1)
             value = [] if isinstance(event, yaml.SequenceStartEvent) else {}
             path = self._put(event, value)

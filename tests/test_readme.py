@@ -1,0 +1,68 @@
+"""The README is true: its code runs, its commands exist, its picture is there, it is short."""
+
+from __future__ import annotations
+
+import re
+import shlex
+
+import pytest
+
+from tests.conftest import ROOT
+from workbench.cli import app
+
+TEXT = (ROOT / "README.md").read_text()
+BLOCKS = re.findall(r"```(\w+)\n(.*?)```", TEXT, re.S)
+
+
+def test_the_readme_has_code_and_is_under_120_lines():
+    assert [kind for kind, _ in BLOCKS].count("python") >= 1
+    assert [kind for kind, _ in BLOCKS].count("sh") >= 3
+    assert TEXT.count("\n") <= 120
+
+
+def test_the_python_block_runs_and_prints_contacts(capsys):
+    for code in (code for kind, code in BLOCKS if kind == "python"):
+        exec(compile(code, "README.md", "exec"), {})
+    assert " mm, " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("line", [line for kind, code in BLOCKS if kind == "sh" for line in code.splitlines()
+                                  if line.startswith("workbench ")])  # fmt: skip
+def test_every_command_line_parses(line):
+    command, bound, _ = app.parse_args(shlex.split(line)[1:], exit_on_error=False, print_error=False)
+    assert command.__name__ in {"run", "check", "inspect", "render"}
+    assert bound.arguments
+
+
+def test_links_lead_to_files():
+    for target in re.findall(r"\]\(([^)#]+)\)", TEXT):
+        assert (ROOT / target).exists(), target
+
+
+def test_the_first_lines_run_the_first_study():
+    head = "\n".join(TEXT.splitlines()[:20])
+    assert "workbench run studies/trainer_clearance.yaml" in head
+    assert "docs/images/trainer.png" in head
+
+
+def test_the_quoted_sentence_is_what_the_study_says():
+    import workbench as wb
+    from workbench.report.words import verdict_sentence
+
+    result = wb.run(wb.load_study("trainer_clearance"))
+    said = [f"passed  {v.criterion.name}: {verdict_sentence(v, result.study.cases)}" for v in result.verdicts]
+    quoted = re.search(r"```text\n(.*?)\n```", TEXT, re.S)[1]
+    assert quoted in said
+
+
+def test_the_formats_document_shows_files_that_load(tmp_path):
+    document = (ROOT / "docs" / "file-formats.md").read_text()
+    from workbench.files.postures import PosturesFile
+    from workbench.files.schema import validate
+    from workbench.files.study_schema import StudyFile
+    from workbench.files.yaml_text import parse_yaml
+
+    blocks = re.findall(r"```yaml\n(.*?)```", document, re.S)
+    assert len(blocks) == 4
+    validate(parse_yaml(blocks[1], "postures"), PosturesFile)
+    assert validate(parse_yaml(blocks[3], "study"), StudyFile).study == "trainer_clearance"
