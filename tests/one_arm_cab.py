@@ -71,7 +71,7 @@ def write_cab(folder: Path, *, study: str = STUDY, body: str = ONE_ARM, postures
     """Write body, postures, environment and study as a catalogue; returns the study's file."""
     for kind in ("bodies", "environments/cab", "studies"):
         (folder / kind).mkdir(parents=True, exist_ok=True)
-    (folder / "bodies/one_arm.yaml").write_text(body.replace("length: mm", "length: mm\npostures: arms.yaml", 1).lstrip())
+    (folder / "bodies/one_arm.yaml").write_text(body.replace("length: mm", "length: mm\npostures: arms.yaml", 1))
     (folder / "bodies/arms.yaml").write_text(postures)
     (folder / "environments/cab/cab.obj").write_text(boxes(PARTS))
     (folder / "environments/cab/environment.yaml").write_text(environment)

@@ -177,6 +177,15 @@ def test_a_roll_cage_that_is_too_low_fails_and_says_by_how_much(study_file, caps
     assert "less than the 250.0 mm asked for" in said
 
 
+def test_a_joint_past_its_stop_is_warned_of_before_the_open_edges_of_the_mesh(study_file):
+    bent = study_file.with_name("bent.yaml")
+    text = study_file.read_text(encoding="utf-8").replace("LE RE: {flexion: 41}", "LE RE: {flexion: 150}")
+    bent.write_text(text, encoding="utf-8")
+    said = wb.run(wb.load_study(bent)).warnings
+    assert "driver, driving: left elbow is 8.0 degrees past its stop in flexion" in said[:2]
+    assert "open edges" in said[-1]
+
+
 def test_a_mesh_outside_its_folder_is_refused(study_file):
     away = study_file.parent / "away.yaml"
     text = (DATA / "ranger_environment.yaml").read_text(encoding="utf-8")

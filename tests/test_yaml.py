@@ -85,7 +85,7 @@ def test_a_merge_key_is_only_a_name():
         ("a: &a [1, *a]", "f.yaml:1:11: alias *a has no finished anchor"),
         ("? [1, 2]\n: 3", "f.yaml:1:3: a key must be a name"),
         ("a: &a [1]\n*a : 2", "f.yaml:2:1: a key must be a name"),
-        ("a: [1, 2", "f.yaml:1:4: not YAML"),
+        ("a: [1, 2", "f.yaml:2:1: not YAML"),
         ("a:\n\t- 1", "f.yaml:2:1: not YAML: found character that cannot start any token"),
         ("a: 'x", "f.yaml:1:6: not YAML"),
         ("a: b: c", "f.yaml:1:5: not YAML: mapping values are not allowed"),
@@ -177,9 +177,10 @@ NUMBERS = st.none() | st.booleans() | st.integers(-(10**38), 10**38) | st.floats
 
 
 def values(texts):
-    return st.recursive(
-        NUMBERS | texts, lambda inner: st.lists(inner, max_size=4) | st.dictionaries(texts, inner, max_size=4), max_leaves=12
-    )
+    def longer(inner):
+        return st.lists(inner, max_size=4) | st.dictionaries(texts, inner, max_size=4)
+
+    return st.recursive(NUMBERS | texts, longer, max_leaves=12)
 
 
 def told(text):

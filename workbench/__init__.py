@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from workbench.model.body import Body as Body
     from workbench.model.contacts import Clearance as Clearance
     from workbench.model.contacts import Contacts as Contacts
+    from workbench.model.contacts import relation as relation
     from workbench.model.environment import Environment as Environment
     from workbench.model.poses import Placed as Placed
     from workbench.model.poses import Poses as Poses
@@ -54,6 +55,7 @@ _HOME: dict[str, str] = {
     "Body": "model.body",
     "Clearance": "model.contacts",
     "Contacts": "model.contacts",
+    "relation": "model.contacts",
     "Environment": "model.environment",
     "Placed": "model.poses",
     "Poses": "model.poses",
@@ -97,6 +99,7 @@ __all__ = [
     "load_study",
     "place",
     "pose",
+    "relation",
     "rereference",
     "run",
     "self_contacts",

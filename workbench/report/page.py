@@ -89,11 +89,23 @@ def _scene(result: Result, case: int, findings: list[Finding]) -> Scene:
         SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
         for i, person in enumerate(result.people)
     )
-    marks = tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
+    marks = _resting(result, case)
+    marks += tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
     name = result.study.cases[case]
     people = " and ".join(person.name for person in result.people)
     return Scene(bodies, result.environment, marks, f"{people} in {result.environment.name}, {name}",
-                 f"{len(marks)} marked findings")  # fmt: skip
+                 f"{len(findings)} numbered findings, {len(marks) - len(findings)} allowed contacts")  # fmt: skip
+
+
+def _resting(result: Result, case: int) -> tuple[Mark, ...]:
+    """A mark without a number for each contact that is allowed: the deepest of each segment and part."""
+    marks = []
+    for person in result.people:
+        deepest = person.contacts.deepest()
+        for row in np.flatnonzero((deepest.pose == case) & (deepest.excess <= 0)):
+            x, y, z = deepest.point[row].tolist()
+            marks.append(Mark((x, y, z), "", "allowed"))
+    return tuple(marks)
 
 
 def _png(scene: Scene, camera: Any) -> str:

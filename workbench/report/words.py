@@ -75,7 +75,7 @@ def headline(result: Result) -> str:
     count = len(result.verdicts)
     criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
     if not failed:
-        hold = f"the {criteria} holds" if count == 1 else f"all {criteria} hold"
+        hold = {1: "the criterion holds", 2: "both criteria hold"}.get(count, f"all {criteria} hold")
         return f"{scope}: {hold}."
     names = ", ".join(verdict.criterion.name for verdict in failed)
     return f"{scope}: {len(failed)} of {criteria} failed: {names}."

@@ -49,7 +49,7 @@ def clearance_study(study: Study) -> Result:
         people=tuple(people.values()),
         between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
         provenance={"inputs": _hashes(study), "versions": _versions()},
-        warnings=(*study.warnings, *_warnings(study, tuple(people.values()))),
+        warnings=(*_warnings(study, tuple(people.values())), *study.warnings),
     )
 
 

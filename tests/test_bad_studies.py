@@ -1,0 +1,265 @@
+"""Bad studies, postures and environments: every fault with its line, its key, what was given and what would be right."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import workbench as wb
+from tests.conftest import ONE_ARM, ROOT
+from tests.one_arm_cab import ENVIRONMENT, POSTURES, STUDY, changed, lines_of, write_cab
+from tests.test_bad_bodies import line_with, mutants
+from workbench.cli import main
+from workbench.errors import InputError
+from workbench.files.kinds import check_file, kind_of
+
+
+def problems(folder, **files):
+    path = write_cab(folder, **files)
+    with pytest.raises(InputError) as caught:
+        wb.load_study(path)
+    return caught.value.problems
+
+
+def check(folder, kind, text, words, marked):
+    """Exactly one fault, in this kind of file, on the line where `marked` stands, with these words in it."""
+    found = problems(folder, **{kind: text})
+    name = {"study": "cab_study", "postures": "arms", "environment": "environment", "body": "one_arm"}[kind]
+    assert lines_of(found) == [line_with(text, marked)], found
+    assert f"/{name}.yaml:" in found[0]
+    assert words in found[0], found
+
+
+def test_the_unchanged_study_loads(tmp_path):
+    study = wb.load_study(write_cab(tmp_path))
+    assert [person.name for person in study.people] == ["anna", "bert"]
+    assert study.criteria[1].parts == ("wall",)
+    assert study.criteria[0].parts == ("floor", "wall", "seat")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("environment: cab", "environment: cabb",
+         "environment: no environments entry named 'cabb'; did you mean 'cab'? valid"),
+        ("environment: cab", "environment: ../none.yaml", "environment: ../none.yaml: no such file (looked from "),
+        ("bert: {body: one_arm", "bert: {body: one_leg",
+         "people.bert.body: no bodies entry named 'one_leg'; did you mean"),
+        ("bert: {body: one_arm", "bert: {body: " + "x" * 300, "people.bert.body: no bodies entry named 'xxx"),
+        ("seat: stool", "seat: stul",
+         "people.anna.seat: environment cab has no seat 'stul'; did you mean 'stool'? valid: "),
+        ("forward: 10", "forward: 51", "adjust.forward: beyond the travel of seat stool, -50 to 50 mm (got 51 mm)"),
+        ("up: 0}", "up: -1 in}", "adjust.up: beyond the travel of seat stool, -20 to 20 mm (got -25.4 mm)"),
+        ("seat: stool, adjust: {forward: 10, up: 0}", "adjust: {forward: 1}",
+         "exactly one of 'seat', 'at' and 'stand'"),
+        ("seat: stool", "seat: stool, stand: {on: [0, 0, 0]}", "exactly one of 'seat', 'at' and 'stand' says where"),
+        ("at: {segment: BASE", "adjust: {up: 1}, at: {segment: BASE", "'adjust' moves a seat; give 'seat' too"),
+        ("at: {segment: BASE", "at: {segment: BSAE",
+         "at.segment: unknown segment 'BSAE'; did you mean 'BASE'? valid: BASE,"),
+        ("position: [0, 600, 900]", "position: [0, 600]", "at.position: value 3 of the list is missing (got [0, 600])"),
+        ("position: [0, 600, 900]", "position: [0, .nan, 0]",
+         "at.position[1]: input should be a finite number (got nan)"),
+        ("position: [0, 600, 900]", "position: [0, 6 feet, 0]", "units: mm, cm, m, in, ft (got '6 feet')"),
+        ("attitude: {yaw: 90}", "attitude: {yaw: 9000}", "attitude.yaw: input should be less than or equal to 720"),
+        ("attitude: {yaw: 90}", "attitude: {jaw: 90}",
+         "attitude.jaw: unknown key 'jaw'; did you mean 'yaw'? valid: pitch"),
+        ("bert: {posture: bent}", "bert: {posture: band}",
+         "cases[1].people.bert.posture: no posture 'band'; did you mean"),
+        ("SHOULDER: {flexion: 80}", "SHOLDER: {flexion: 80}",
+         "angles.SHOLDER: body one_arm has no joint 'SHOLDER'; did you"),
+        ("SHOULDER: {flexion: 80}", "SHOULDER WRST: {flexion: 80}", "has no joint 'WRST'; did you mean 'WRIST'"),
+        ("SHOULDER: {flexion: 80}", "'': {flexion: 80}", "angles.'': no joint is named here; valid: SHOULDER"),
+        ("SHOULDER: {flexion: 80}", "SHOULDER: {flexon: 80}",
+         "joint SHOULDER: no motion 'flexon'; did you mean 'flexion'"),
+        ("SHOULDER: {flexion: 80}", "SHOULDER: {flexion: 800}", "flexion: input should be less than or equal to 720"),
+        ("SHOULDER: {flexion: 80}", "SHOULDER: {flexion: .inf}", "finite number (got inf)"),
+        ("SHOULDER: {flexion: 80}", "SHOULDER: 80", "angles.SHOULDER: a mapping of keys is needed (got 80)"),
+        ("name: forward", "name: down", "cases[1].name: two cases are named 'down'"),
+        ("name: joints", "name: nobody is in himself",
+         "criteria[4].name: two criteria are named 'nobody is in himself'"),
+        ("people: [anna]", "people: [ana]",
+         "criteria[1].people[0]: nothing is called 'ana'; did you mean 'anna'? valid: "),
+        ("segments: [HAND]", "segments: [HND]",
+         "criteria[1].segments[0]: nothing is called 'HND'; did you mean 'HAND'"),
+        ("segments: [HAND]", "segments: []", "criteria[1].segments: at least 1 are needed (got [])"),
+        ("segments: [HAND]", "segments: HAND", "criteria[1].segments: a list is needed (got 'HAND')"),
+        ('["w*"]', '["x*"]', "criteria[1].parts[0]: nothing is called 'x*'; valid: floor, wall, seat"),
+        ('["w*"]', "[secret]", "criteria[1].parts[0]: part 'secret' is hidden, so it is not checked; valid: floor"),
+        (", at_least: 100", "", "criteria[1]: a clearance needs 'at_least'"),
+        ("at_least: 100", "degrees: 5, at_least: 9", "criteria[1]: 'degrees' belongs to check: stops"),
+        ("check: self_contact", "check: self_contact, at_least: 3", "'at_least' is a length; self_contact takes none"),
+        ("check: self_contact", "check: self_contact, parts: [wall]",
+         "'parts' belongs to contact and clearance, not to self"),
+        ("check: stops, degrees: 0", "check: stops, at_least: 3", "stops takes none, use 'degrees'"),
+        ("check: stops", "check: stop", "criteria[4].check: input should be 'contact', 'clearance', 'self_contact',
+         'between"),
+        ("kind: clearance", "kind: reach", "kind: input should be 'clearance' (got 'reach')"),
+        ("study: cab_study", "study: ../up", "study: string should match pattern"),
+        ("length: mm", "length: yards", "length: the unit of length is needed (got 'yards'), one of mm, cm, m, in, ft"),
+        ("title: One", "titel: One",
+         "titel: unknown key 'titel'; did you mean 'title'? valid: cases, criteria, description"),
+    ],
+)
+def test_one_fault_of_a_study_is_one_line(tmp_path, old, new, words):
+    text = changed(STUDY, old, new)
+    marked = {"people.anna": "anna: {body", "people.bert": "bert: {body", "criteria[1]": "name: room"}
+    place = words.split(":")[0]
+    shown = marked.get(place, new.splitlines()[0])
+    check(tmp_path, "study", text, words, "name: joints" if place == "criteria[4].name" else shown)
+
+
+def test_two_people_cannot_sit_in_one_seat(tmp_path):
+    text = changed(STUDY, "at: {segment: BASE, position: [0, 600, 900], attitude: {yaw: 90}}", "seat: stool")
+    check(tmp_path, "study", text, "people.bert.seat: 'anna' sits in 'stool' already", "bert: {body")
+
+
+def test_everybody_takes_part_in_every_case(tmp_path):
+    text = changed(STUDY, "      bert: {posture: bent}\n", "      brt: {posture: bent}\n")
+    found = problems(tmp_path, study=text)
+    assert lines_of(found) == [line_with(text, "name: forward") + 1, line_with(text, "brt:")]
+    assert "cases[1].people: the posture of 'bert' is missing" in found[0]
+    assert "nobody is called 'brt'; did you mean 'bert'? valid: anna, bert" in found[1]
+
+
+def test_one_person_alone_has_nobody_to_keep_away_from(tmp_path):
+    text = "\n".join(line for line in STUDY.splitlines() if "bert:" not in line)
+    check(tmp_path, "study", text, "between_people needs two people or more", "another")
+
+
+def test_all_faults_of_a_study_come_at_once_even_where_its_environment_and_a_body_are_unknown(tmp_path):
+    text = STUDY
+    parts = ["environment: cub", "bert: {body: one_leg", "{posture: bant", "people: [ana]", "name: down #"]
+    for old, new in zip(["environment: cab", "bert: {body: one_arm", "{posture: bent, an", "people: [anna]",
+    "name: forward"],
+                        [*parts[:2], "{posture: bant, an", *parts[3:]], strict=True):  # fmt: skip
+        text = changed(text, old, new)
+    found = problems(tmp_path, study=text)
+    assert sorted(lines_of(found)) == sorted(line_with(text, part) for part in parts)
+
+
+def test_faults_of_the_files_a_study_names_come_with_those_of_the_study(tmp_path):
+    found = problems(tmp_path, study=changed(STUDY, "people: [anna]", "people: [ana]"),
+                     body=changed(ONE_ARM, "mass: 2", "mass: two"),
+                     environment=changed(ENVIRONMENT, "part: seat", "part: set"))  # fmt: skip
+    assert len(lines_of(found)) == len(set(found)) == 3
+    assert [name in line for name, line in zip(["environment.yaml", "one_arm",
+    "cab_study"], found, strict=True)] == [True] * 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("reference: BASE", "reference: BSE",
+         "reference: body one_arm has no segment 'BSE'; did you mean 'BASE'? valid: "),
+        ("reference: BASE", "refrence: BASE\nreference: BASE",
+         "refrence: unknown key 'refrence'; did you mean 'reference'"),
+        ("ELBOW: {", "ELBO: {", "postures.bent.angles.ELBO: body one_arm has no joint 'ELBO'; did you mean 'ELBOW'"),
+        ("{flexion: 90}", "{flexin: 90}",
+         "angles.ELBOW.flexin: joint ELBOW: no motion 'flexin'; did you mean 'flexion'"),
+        ("{flexion: 90}", "{flexion: right}", "angles.ELBOW.flexion: a number is needed (got 'right')"),
+        ("{flexion: 90}", "{flexion: -721}", "input should be greater than or equal to -720 (got -721)"),
+        ("    angles:", "    rotations: {WRST: [1, 0, 0, 0]}\n    angles:",
+         "rotations.WRST: body one_arm has no joint 'WRST'"),
+        ("    angles:", "    rotations: {WRIST: [1, 0, 0]}\n    angles:",
+         "rotations.WRIST: value 4 of the list is missing"),
+        ("    angles:", "    rotations: {WRIST: [0, 0, 0, 0]}\n    angles:",
+         "whose length is not zero (got [0.0, 0.0, 0.0"),
+        ("    angles:", "    attitude: {pitch: up}\n    angles:", "bent.attitude.pitch: a number is needed (got 'up')"),
+        ("    angles:", "    angels: {}\n    angles:",
+         "bent.angels: unknown key 'angels'; did you mean 'angles'? valid: angles"),
+        ("hanging: {description: the arm straight down}", "hanging: 5", "hanging: a mapping of keys is needed (got 5)"),
+        ("hanging: {description: the arm straight down}", "bent: {}", "key 'bent' stands twice in one mapping"),
+    ],
+)
+def test_one_fault_of_a_posture_file_is_one_line(tmp_path, old, new, words):
+    text = changed(POSTURES, old, new)
+    marked = "  bent:\n" if "twice" in words else new.splitlines()[0]
+    check(tmp_path, "postures", text, words, marked.rstrip("\n") if "twice" not in words else "description: elbow"
+          ) if "twice" not in words else lines_of(problems(tmp_path, postures=text))  # fmt: skip
+
+
+def test_a_missing_posture_file_is_a_fault_of_the_body_that_names_it(tmp_path):
+    path = write_cab(tmp_path)
+    (tmp_path / "bodies/arms.yaml").unlink()
+    with pytest.raises(InputError) as caught:
+        check_file(tmp_path / "bodies/one_arm.yaml")
+    assert lines_of(caught.value.problems) == [3]
+    with pytest.raises(InputError, match=r"one_arm.yaml:3:1: postures: no such file 'arms.yaml' in "):
+        wb.load_study(path)
+
+
+def test_a_body_without_postures_cannot_be_in_a_study(tmp_path):
+    path = write_cab(tmp_path)
+    (tmp_path / "bodies/one_arm.yaml").write_text(ONE_ARM)
+    with pytest.raises(InputError) as caught:
+        wb.load_study(path)
+    assert len(lines_of(caught.value.problems)) == 2
+    assert "people.anna.body: body 'one_arm' names no postures file" in caught.value.problems[0]
+
+
+@pytest.mark.parametrize(("kind", "data"), [("studies/cab_study.yaml", b""), ("bodies/arms.yaml", b"\xff\xfe\x00"),
+                                            ("environments/cab/environment.yaml", b"a: [1"),
+                                            ("bodies/one_arm.yaml", b"[]")])  # fmt: skip
+def test_a_file_that_is_none_is_told_with_its_name(tmp_path, kind, data):
+    path = write_cab(tmp_path)
+    (tmp_path / kind).write_bytes(data)
+    with pytest.raises(InputError) as caught:
+        wb.load_study(path)
+    assert lines_of(caught.value.problems)
+    assert all(line.startswith(str(tmp_path / "studies/.." / kind)) or kind in line for line in caught.value.problems)
+
+
+def test_a_misspelt_first_key_does_not_make_a_study_an_environment(tmp_path):
+    path = write_cab(tmp_path, study=changed(STUDY, "study: cab_study", "studdy: cab_study"))
+    assert kind_of(path) == "study"
+    with pytest.raises(InputError, match="unknown key 'studdy'; did you mean 'study'"):
+        check_file(path)
+
+
+def test_a_yaml_file_of_no_known_kind_is_told_the_kinds(tmp_path):
+    (tmp_path / "x.yaml").write_text("a: 1\n")
+    with pytest.raises(InputError, match="one of the keys study, body, environment, postures must say what this file is"):
+        check_file(tmp_path / "x.yaml")
+
+
+def test_angles_beyond_the_stops_warn_and_still_run(tmp_path, capsys):
+    path = write_cab(tmp_path, study=changed(STUDY, "SHOULDER: {flexion: 80}", "ELBOW: {flexion: 150}"))
+    assert main(["run", str(path), "--out", str(tmp_path / "out"), "--json"]) == 1
+    told = capsys.readouterr()
+    result = json.loads(told.out)
+    assert told.err == "warning: anna, forward: elbow is 8.0 degrees past its stop in flexion\n"
+    assert result["warnings"] == ["anna, forward: elbow is 8.0 degrees past its stop in flexion"]
+    margin = {(row["case"], row["joint"]): row["margin_deg"] for row in result["people"][0]["stops"]}
+    assert margin[("forward", "ELBOW")] == pytest.approx(-8.0, abs=1e-6)
+
+
+def test_angles_of_a_case_replace_those_of_the_posture_axis_by_axis(tmp_path):
+    text = changed(STUDY, "SHOULDER: {flexion: 80}", "ELBOW: {extension: -30, medial_rotation: 10}")
+    study = wb.load_study(write_cab(tmp_path, study=text))
+    bent = wb.pose(study.people[0].body, {"ELBOW": {"flexion": 30, "medial_rotation": 10}})
+    assert study.people[0].poses.rotations[1] == pytest.approx(bent.rotations[0])
+
+
+def test_sixty_mutants_of_studies_postures_and_environments_load_or_are_bad_input(tmp_path):
+    files = {"studies/cab_study.yaml": STUDY, "bodies/arms.yaml": POSTURES, "environments/cab/environment.yaml": ENVIRONMENT}
+    bad = 0
+    for name, text in files.items():
+        path = write_cab(tmp_path)
+        for data in mutants(text, 20, seed=2):
+            (tmp_path / name).write_bytes(data)
+            try:
+                wb.load_study(path)
+            except InputError as error:
+                bad += 1
+                lines_of(error.problems)
+    assert bad > 20
+
+
+def test_mutants_of_the_shipped_study_are_checked_within_its_catalogue(tmp_path):
+    text, path = (ROOT / "studies/trainer_clearance.yaml").read_text(), tmp_path / "study.yaml"
+    for data in mutants(changed(text, "environment: trainer", "environment: nowhere"), 10, seed=3):
+        path.write_bytes(data)
+        with pytest.raises(InputError) as caught:
+            wb.load_study(path)
+        lines_of(caught.value.problems)
