@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import random
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from tests.conftest import BOX, BOX_FACES, ONE_ARM
@@ -101,3 +103,31 @@ def lines_of(problems: tuple[str, ...]) -> list[int]:
     found = [POSITION.match(problem) for problem in problems]
     assert all(found), problems
     return [int(match[1]) for match in found if match]
+
+
+def line_with(text: str, part: str) -> int:
+    """The number of the first line that holds this part."""
+    return next(n for n, line in enumerate(text.splitlines(), start=1) if part in line)
+
+
+def mutants(text: str, count: int, *, seed: int) -> Iterator[bytes]:
+    """Copies of a text with bytes flipped, lines doubled, dropped or exchanged, numbers and names replaced."""
+    rng = random.Random(seed)
+    odd = [b"-1", b".nan", b"1e308", b"", b"[]", b"null", b"0x" + b"f" * 300, b"x", b"*a", b"\xff"]
+    for _ in range(count):
+        lines, kind = text.encode().split(b"\n"), rng.randrange(6)
+        a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
+        if kind == 0:
+            lines = lines[:a]
+        elif kind == 1:
+            lines.insert(a, lines[b])
+        elif kind == 2:
+            lines[a], lines[b] = lines[b], lines[a]
+        elif kind == 3:
+            lines[a] = lines[a][1:] if lines[a][:1] == b" " else b" " + lines[a]
+        else:
+            words = list(re.finditer(rb"-?[\d.]+" if kind == 4 else rb"\w+|[\[\]{}:,]", lines[a]))
+            if words:
+                word = rng.choice(words)
+                lines[a] = lines[a][: word.start()] + rng.choice(odd) + lines[a][word.end() :]
+        yield b"\n".join(lines)

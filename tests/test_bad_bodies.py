@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import random
-import re
 import warnings
 
 import pytest
 
 import workbench as wb
 from tests.conftest import ONE_ARM, ROOT
-from tests.one_arm_cab import changed, lines_of
+from tests.one_arm_cab import changed, line_with, lines_of, mutants
 from workbench.errors import InputError
 
 BODY = ONE_ARM.lstrip()
@@ -31,10 +29,6 @@ def problems(folder, text, mode="w"):
     with pytest.raises(InputError) as caught:
         wb.load_body(path)
     return caught.value.problems
-
-
-def line_with(text, part):
-    return next(n for n, line in enumerate(text.splitlines(), start=1) if part in line)
 
 
 def check(folder, change, marked, words, text=BODY):
@@ -318,29 +312,6 @@ def test_a_body_cut_off_anywhere_is_bad_input(tmp_path):
     data = BODY.encode()
     for end in range(0, len(data) - 60, 47):
         lines_of(problems(tmp_path, data[:end]))
-
-
-def mutants(text, count, *, seed):
-    """Copies of a text with bytes flipped, lines doubled, dropped or exchanged, numbers and names replaced."""
-    rng = random.Random(seed)
-    odd = [b"-1", b".nan", b"1e308", b"", b"[]", b"null", b"0x" + b"f" * 300, b"x", b"*a", b"\xff"]
-    for _ in range(count):
-        lines, kind = text.encode().split(b"\n"), rng.randrange(6)
-        a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
-        if kind == 0:
-            lines = lines[:a]
-        elif kind == 1:
-            lines.insert(a, lines[b])
-        elif kind == 2:
-            lines[a], lines[b] = lines[b], lines[a]
-        elif kind == 3:
-            lines[a] = lines[a][1:] if lines[a][:1] == b" " else b" " + lines[a]
-        else:
-            words = list(re.finditer(rb"-?[\d.]+" if kind == 4 else rb"\w+|[\[\]{}:,]", lines[a]))
-            if words:
-                word = rng.choice(words)
-                lines[a] = lines[a][: word.start()] + rng.choice(odd) + lines[a][word.end() :]
-        yield b"\n".join(lines)
 
 
 def test_sixty_mutants_of_a_body_are_bodies_or_bad_input(tmp_path):

@@ -133,8 +133,8 @@ def inspect(
     source: str,
     *,
     units: str | None = None,
-    up: str = "z",
-    forward: str = "x",
+    up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    forward: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     as_json: Json = False,
 ) -> int:
     """Show the parts, sizes, quality and warnings of a mesh file or an environment.
@@ -146,9 +146,9 @@ def inspect(
     units
         the unit of length of a mesh file: mm, cm, m, in or ft
     up
-        the mesh's upward axis, such as z or -y
+        the mesh's upward axis, such as z or -y; where not given, y for glTF, what a DAE says, else z
     forward
-        the mesh's forward axis
+        the mesh's forward axis; where not given, z where up is y, else x
     """
     from workbench.files.inspection import inspect_environment, inspect_mesh
     from workbench.files.kinds import is_mesh
@@ -157,7 +157,7 @@ def inspect(
     if is_mesh(source):
         found = inspect_mesh(source, length=units, up=up, forward=forward)
     else:
-        if units is not None or (up, forward) != ("z", "x"):
+        if (units, up, forward) != (None, None, None):
             raise UsageError("--units, --up and --forward are for mesh files; an environment says its own")
         found = inspect_environment(source)
     print(_dumped(found) if as_json else "\n".join(inspection_lines(found)))

@@ -34,7 +34,7 @@ def built(
     polygons = np.diff(part_start)
     closed = [found.closed for _, found in checked]
     faults = [(k, _open(*pair)) for k, pair in enumerate(checked) if wanted[k] is True and not pair[1].closed]
-    warnings = [f"part {part.name}: {said}" for part, found in checked for said in found.sentences()]
+    warnings = _grouped((part.name, said) for part, found in checked for said in found.sentences())
     none = np.zeros(len(checked), dtype=np.bool_)
     environment = Environment(
         name=name, description="", parts=tuple(part.name for part, _ in checked), part_start=part_start,
@@ -58,3 +58,15 @@ def _quality(name: str, found: Faults, polygons: int) -> Quality:
     return Quality(part=name, faces=found.faces, polygons=polygons, degenerate=found.degenerate,
                    duplicate=found.duplicate, open_edges=found.open_edges, inverted=found.turned > 0,
                    watertight=found.closed)  # fmt: skip
+
+
+def _grouped(said: Iterable[tuple[str, str]]) -> list[str]:
+    """One line for each thing said, naming the parts it is said of; many alike are counted after the third."""
+    parts: dict[str, list[str]] = {}
+    for name, sentence in said:
+        parts.setdefault(sentence, []).append(name)
+    lines = []
+    for sentence, names in parts.items():
+        shown = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+        lines.append(f"part{'s' if len(names) > 1 else ''} {shown}: {sentence}")
+    return lines

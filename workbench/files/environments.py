@@ -25,6 +25,8 @@ from workbench.model.posing import attitude_matrix
 __all__ = ["environment_files", "environment_from_mesh", "load_environment"]
 
 _INNER = "environment.yaml"
+_UNEVEN = 0.001
+"""Slack [m] on the depth a sitter sinks in: no cushion in a mesh is quite flat."""
 _SMALL = 0.005
 """One of several meshes of an environment may be this small [m]; the whole may not."""
 
@@ -170,7 +172,7 @@ def _complete(environment: Environment, file: EnvironmentFile, found: tuple[list
         description=file.description,
         hidden=np.array([rule.hidden for rule in rules], dtype=np.bool_),
         see_through=np.array([rule.see_through for rule in rules], dtype=np.bool_),
-        allowances=tuple(_allowances(rules)),
+        allowances=(*_allowances(rules), *_resting(file, environment.parts)),
         seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
         points=dict(file.points),
         controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in file.controls.items()),
@@ -182,6 +184,13 @@ def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:
     for part, rule in enumerate(rules):
         for allow in rule.allow:
             yield Allowance(part, _segments(allow.segments), allow.depth)
+
+
+def _resting(file: EnvironmentFile, parts: tuple[str, ...]) -> Iterator[Allowance]:
+    """Who sits in a seat sinks in as deep as the seat says: that much contact is allowed without another rule."""
+    for seat in file.seats.values():
+        for rest in (seat.cushion, seat.back):
+            yield Allowance(parts.index(rest.part), _segments(rest.segments), rest.depth + _UNEVEN)
 
 
 def _segments(given: str | list[str]) -> tuple[str, ...]:

@@ -63,13 +63,17 @@ class Inspection:
     problem: str | None
 
 
-def inspect_mesh(path: str | Path, *, length: str | None = None, up: str = "z", forward: str = "x") -> Inspection:
-    """Look through a mesh file. length: its unit, where it does not say it or is wrong; up, forward: its axes.
+def inspect_mesh(path: str | Path, *, length: str | None = None, up: str | None = None,
+                 forward: str | None = None) -> Inspection:  # fmt: skip
+    """Look through a mesh file. length: its unit, where it does not say it or is wrong; up, forward: its
+    axes, where None those the file or its format says, else z and x.
 
     InputError where it cannot be read at all, UsageError for wrong axes.
     """
-    rotation = axes(up, forward)
     raw = read_mesh(path)
+    up = up or raw.up or "z"
+    forward = forward or ("z" if up.lstrip("+-") == "y" else "x" if up.lstrip("+-") == "z" else "y")
+    rotation = axes(up, forward)
     try:
         metres = raw.metres if length is None else unit_metres(length)
     except ValueError as error:

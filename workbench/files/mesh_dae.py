@@ -59,7 +59,9 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
         raise InputError(f"{path}: broken COLLADA: {_first_line(error)}") from None
     notes = (f"{lines} sets of lines are not surfaces and are left out",) if lines else ()
     metres = None if told is None else _unit(path, told)
-    return RawMesh(str(path), "DAE", tuple(parts), metres, notes)
+    axis = next((item.text for item in tree.iter() if _tag(item) == "up_axis"), None)
+    up = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}.get((axis or "Y_UP").strip(), "y")  # Y where it is silent
+    return RawMesh(str(path), "DAE", tuple(parts), metres, up, notes)
 
 
 def _cleaned(path: Path, data: bytes) -> ElementTree.Element:

@@ -23,13 +23,15 @@ class RawPart:
 
 @dataclass(frozen=True, eq=False)
 class RawMesh:
-    """A mesh file as read. metres: what one file unit is in metres, None where the file does not say; notes: sentences
+    """A mesh file as read. metres: what one file unit is in metres, None where the file does not say; up: the
+    axis the file or its format says is up, None where neither does; notes: sentences
     about what the file holds besides surfaces."""
 
     file: str
     format: str
     parts: tuple[RawPart, ...]
     metres: float | None = None
+    up: str | None = None
     notes: tuple[str, ...] = ()
 
 

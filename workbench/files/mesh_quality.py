@@ -34,7 +34,7 @@ class Faults:
         said = [
             f"{_count(self.degenerate, 'degenerate face')} kept (without area, they count as lines)",
             f"{_count(self.duplicate, 'duplicate face')} left out (exactly on others)",
-            f"{_count(self.open_edges, 'open edge')}: a surface, not a solid",
+            f"{_count(self.open_edges, 'open edge')}: a surface, not a solid; what lies wholly inside is not noticed",
             f"{_count(self.crowded_edges, 'edge')} shared by more than two faces",
             f"{_count(self.turned, 'closed shell')} inside out: turned for the inside/outside test",
         ]

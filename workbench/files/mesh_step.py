@@ -41,4 +41,4 @@ def read_step(path: Path, data: bytes) -> RawMesh:
         if done.returncode != 0 or not made.is_file():
             raise InputError(f"{path}: broken STEP: OpenCASCADE cannot read it (exit {done.returncode})")
         found = read_glb(made, made.read_bytes())
-    return replace(found, file=str(path), format="STEP")
+    return replace(found, file=str(path), format="STEP", up=None)

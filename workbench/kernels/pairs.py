@@ -57,7 +57,7 @@ def sphere_contacts(one, other, pairs, margin):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def pair_clearance(one, other, pairs, distance, sphere):  # type: ignore[no-untyped-def]
     """Fill distance (P, M) with the least I of each segment pair and sphere (P, M, 2) with the pair that has it."""
-    c1, r1, start1, around1, big1 = one
+    c1, r1, start1 = one[:3]
     c2, r2, start2, around2, big2 = other
     for p in range(c1.shape[0]):
         for m in range(pairs.shape[0]):

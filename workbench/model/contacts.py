@@ -55,7 +55,10 @@ class Contacts:
         count = len(self.distance)
         for name in ("pose", "sphere", "part", "polygon", "other_sphere", "facing", "other_facing"):
             object.__setattr__(self, name, frozen(getattr(self, name), np.int64, (count,), f"contacts.{name}"))
-        for name, shape in (("distance", (count,)), ("allowed", (count,)), ("point", (count, 3)), ("normal", (count, 3))):
+        for name in ("distance", "allowed"):
+            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, (count,), f"contacts.{name}"))
+        for name in ("point", "normal"):
+            shape = (count, 3)
             object.__setattr__(self, name, frozen(getattr(self, name), np.float64, shape, f"contacts.{name}"))
 
     def __len__(self) -> int:

@@ -22,7 +22,7 @@ def rotate(q: Floats, v: Floats) -> Floats:
 
 
 def shortest(a: Floats, b: Floats) -> Floats:
-    """The smallest rotations (..., 4) that take unit vectors a to unit vectors b; a half turn where they are opposite."""
+    """The smallest rotations (..., 4) that take unit vectors a to b; a half turn where they are opposite."""
     cross, dot = np.cross(a, b), np.sum(a * b, axis=-1, keepdims=True)
     q = np.concatenate([1.0 + dot, cross], axis=-1)
     length = np.linalg.norm(q, axis=-1, keepdims=True)

@@ -7,8 +7,6 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from itertools import combinations
 
-import numpy as np
-
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.result import PersonResult, Result
@@ -24,6 +22,7 @@ from workbench.solve.collide import (
 from workbench.solve.stops import stops
 from workbench.study.criteria import Measured, verdict
 from workbench.study.placement import adjusted_environment, place_person
+from workbench.study.warnings import result_warnings
 
 __all__ = ["clearance_study"]
 
@@ -49,7 +48,7 @@ def clearance_study(study: Study) -> Result:
         people=tuple(people.values()),
         between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
         provenance={"inputs": _hashes(study), "versions": _versions()},
-        warnings=(*_warnings(study, tuple(people.values())), *study.warnings),
+        warnings=(*result_warnings(study, environment, tuple(people.values())), *study.warnings),
     )
 
 
@@ -66,29 +65,6 @@ def _measure(person: Person, placed: Placed, environment: Environment) -> Person
         margin=margins.margin,
         margin_motion=tuple(tuple(margins.motion(p, j) for j in joints) for p in range(len(placed))),
     )
-
-
-def _warnings(study: Study, people: tuple[PersonResult, ...]) -> list[str]:
-    """What a reader of the result must know: joints beyond their stops, a body swallowed by a part."""
-    found = []
-    for person in people:
-        body = person.placed.body
-        for case, joint in np.argwhere(person.margin < -1e-9):
-            found.append(
-                f"{person.name}, {study.cases[case]}: {body.joint_names[joint]} is "
-                f"{-np.degrees(person.margin[case, joint]):.1f} degrees past its stop in "
-                f"{person.margin_motion[case][joint].replace('_', ' ')}"
-            )
-        with_spheres = np.diff(body.start) > 0
-        radius = body.radius[person.clearance.sphere[:, with_spheres]]
-        inside = person.clearance.distance[:, with_spheres] < -radius
-        for case, part in np.argwhere(np.all(inside, axis=1)):
-            found.append(
-                f"{person.name}, {study.cases[case]}: the whole body is inside the solid part "
-                f"{study.environment.parts[part]!r}; if that part is a shell around people, "
-                f"say 'solid: false' for it"
-            )
-    return found
 
 
 def _hashes(study: Study) -> dict[str, str]:

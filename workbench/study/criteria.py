@@ -69,7 +69,7 @@ def _between_people(criterion: Criterion, measured: Measured) -> Iterator[Findin
         if one in criterion.people or other in criterion.people:
             rows, columns = (np.isin(measured.people[name].placed.body.segments, criterion.segments)
                              for name in (one, other))  # fmt: skip
-            keep = rows[:, None] | columns[None, :]
+            keep = rows[:, None] & columns[None, :]
             limit = np.full(keep.shape, criterion.at_least)
             yield from _pairs(near, (near.distance, limit, keep), (one, other))
 

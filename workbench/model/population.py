@@ -1,0 +1,152 @@
+"""Population: people as rows of measures. PopulationModel: what is needed to draw people like them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.measures import check_measures
+
+__all__ = ["SEXES", "Population", "PopulationModel", "sex_index"]
+
+SEXES = ("male", "female")
+
+
+def sex_index(sex: str, sexes: tuple[str, ...] = SEXES) -> int:
+    """Index of a sex by its name; InputError lists the valid ones."""
+    if sex not in sexes:
+        raise InputError(f"no sex {sex!r} here; {one_of(sex, sexes)}")
+    return sexes.index(sex)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Population:
+    """P people and M measures of each.
+
+    names (M): the measures; sex (P,): index into SEXES; weight (P,): in the sample, positive; measures (P, M) [m; kg
+    for mass]: positive; source: where they come from; labels (P): what each person is called, or () where nobody is.
+    """
+
+    names: tuple[str, ...]
+    sex: Ints
+    weight: Floats
+    measures: Floats
+    source: str
+    labels: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        men = int((self.sex == 0).sum())
+        return f"Population({self.source}: {men} men, {len(self) - men} women, {len(self.names)} measures)"
+
+    def __post_init__(self) -> None:
+        people, count = len(self.sex), len(self.names)
+        object.__setattr__(self, "sex", frozen(self.sex, np.int64, (people,), "population.sex"))
+        object.__setattr__(self, "weight", frozen(self.weight, np.float64, (people,), "population.weight"))
+        object.__setattr__(self, "measures", frozen(self.measures, np.float64, (people, count), "population.measures"))
+        check_measures(self.names)
+        if not np.all(np.isin(self.sex, range(len(SEXES)))):
+            raise InputError(f"population {self.source}: a sex is an index into {', '.join(SEXES)}")
+        if not np.all((self.weight > 0) & np.isfinite(self.weight)):
+            raise InputError(f"population {self.source}: every weight must be positive and finite")
+        bad = np.argwhere(~((self.measures > 0) & np.isfinite(self.measures)))
+        if len(bad):
+            row, column = bad[0]
+            value = self.measures[row, column]
+            raise InputError(f"population {self.source}: person {row}: {self.names[column]}: must be positive, got {value}")
+        if len(self.labels) not in (0, people):
+            raise InputError(f"population {self.source}: {len(self.labels)} labels for {people} people")
+
+    def __len__(self) -> int:
+        return len(self.sex)
+
+    def column(self, name: str) -> Floats:
+        """(P,) one measure [m; kg for mass]; InputError lists the valid ones."""
+        check_measures([name], self.names)
+        return np.asarray(self.measures[:, self.names.index(name)])
+
+    def of(self, names: Iterable[str]) -> Population:
+        """The same people with these measures only, in this order."""
+        chosen = check_measures(names, self.names)
+        return replace(self, names=chosen, measures=self.measures[:, [self.names.index(name) for name in chosen]])
+
+    def rows(self, keep: Bools | Ints) -> Population:
+        """The people at a mask or at indices."""
+        index = np.arange(len(self))[keep]
+        labels = tuple(self.labels[i] for i in index) if self.labels else ()
+        return replace(self, sex=self.sex[index], weight=self.weight[index], measures=self.measures[index], labels=labels)
+
+    def of_sex(self, sex: str) -> Population:
+        """The people of one sex; InputError where there is none."""
+        keep = self.sex == sex_index(sex)
+        if not keep.any():
+            raise InputError(f"population {self.source}: nobody in it is {sex}")
+        return self.rows(keep)
+
+    def person(self, label: str) -> Population:
+        """The one person of this label; InputError where there is none or several."""
+        found = [row for row, name in enumerate(self.labels) if name == label]
+        if len(found) != 1:
+            said = f"{len(found)} people are called" if found else "nobody is called"
+            raise InputError(f"population {self.source}: {said} {label!r}; {one_of(label, self.labels)}")
+        return self.rows(np.array(found))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PopulationModel:
+    """X sexes, M measures: a quantile table each, and how they go together (a Gaussian copula).
+
+    sexes (X): of SEXES; count (X,): people measured; levels (Q,): shares of the people, 0 to 1; quantiles (X, M, Q)
+    [m; kg for mass]: rising; at the levels 0 and 1 stand the least and the greatest person; correlation (X, M, M): of
+    the normal scores, symmetric and positive definite.
+    """
+
+    name: str
+    description: str
+    source: str
+    names: tuple[str, ...]
+    sexes: tuple[str, ...]
+    count: Ints
+    levels: Floats
+    quantiles: Floats
+    correlation: Floats
+
+    def __repr__(self) -> str:
+        people = ", ".join(f"{n} {sex}" for sex, n in zip(self.sexes, self.count.tolist(), strict=True))
+        return f"PopulationModel({self.name}: {people}, {len(self.names)} measures)"
+
+    def __post_init__(self) -> None:
+        x, m, q = len(self.sexes), len(self.names), len(self.levels)
+        shapes: dict[str, tuple[type, tuple[int, ...]]] = {
+            "count": (np.int64, (x,)),
+            "levels": (np.float64, (q,)),
+            "quantiles": (np.float64, (x, m, q)),
+            "correlation": (np.float64, (x, m, m)),
+        }
+        for field, (dtype, shape) in shapes.items():
+            object.__setattr__(self, field, frozen(getattr(self, field), dtype, shape, f"model.{field}"))
+        check_measures(self.names)
+        self._check()
+
+    def _check(self) -> None:
+        if not self.sexes or len(set(self.sexes)) < len(self.sexes) or not set(self.sexes) <= set(SEXES):
+            raise InputError(f"population {self.name}: one or both of {', '.join(SEXES)} are needed, got {self.sexes}")
+        ends = len(self.levels) > 2 and self.levels[0] == 0 and self.levels[-1] == 1
+        if not ends or not np.all(np.diff(self.levels) > 0):
+            raise InputError(f"population {self.name}: levels must rise from 0 to 1 over three or more")
+        inner = min(self.levels[1], 1 - self.levels[-2])
+        if not np.all(0.5 / self.count < inner):
+            least = int(0.5 / inner) + 1
+            raise InputError(f"population {self.name}: {self.count.min()} people are too few for the level {inner:g}; "
+                             f"{least} are needed")  # fmt: skip
+        if not np.all(np.isfinite(self.quantiles)) or not np.all(np.diff(self.quantiles) > 0):
+            raise InputError(f"population {self.name}: quantiles must be finite and rise")
+        turned = np.swapaxes(self.correlation, 1, 2)
+        unit = np.diagonal(self.correlation, axis1=1, axis2=2)
+        if not np.array_equal(self.correlation, turned) or not np.all(unit == 1):
+            raise InputError(f"population {self.name}: a correlation matrix is symmetric, with ones on its diagonal")
+        if not np.all(np.linalg.eigvalsh(self.correlation) > 0):
+            raise InputError(f"population {self.name}: a correlation matrix has positive eigenvalues only")
