@@ -25,16 +25,17 @@ meshes:
   - {file: cab.obj, length: m, up: z, forward: x}
 parts:
   secret: {hidden: true}
-  seat: {allow: [{segments: [BASE], depth: 60}]}
+  rest: {allow: [{segments: [BASE], depth: 20}]}
+  seat: {allow: [{segments: all, depth: 400}]}
 seats:
   stool:
     srp: [0, 0, 0]
     back_angle: 0
     cushion_angle: 0
     cushion: {part: seat, segments: [BASE], depth: 10}
-    back: {part: seat, segments: [BASE], depth: 10}
+    back: {part: rest, segments: [BASE], depth: 10}
     travel: {forward: [-50, 50], up: [-20, 20]}
-    moves: [seat]
+    moves: [seat, rest]
 """
 STUDY = """study: cab_study
 kind: clearance
@@ -63,7 +64,8 @@ criteria:
 PARTS = {
     "floor": ((-1, -1, -1), (1, 1, -0.9)),
     "wall": ((0.6, -1, -0.9), (0.65, 1, 0.5)),
-    "seat": ((-0.2, -0.2, -0.06), (0.2, -0.1, 0)),
+    "seat": ((-0.2, -0.2, -0.06), (0.2, 0.2, 0)),
+    "rest": ((-0.06, -0.2, 0), (0, 0.2, 0.3)),
     "secret": ((-1, 0.9, 0), (-0.9, 1, 0.1)),
 }
 

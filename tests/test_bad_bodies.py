@@ -239,6 +239,13 @@ def test_what_is_not_one_tree_is_refused(tmp_path, changes, words):
     assert any(words in line for line in found), found
 
 
+def test_a_body_without_a_single_sphere_is_refused(tmp_path):
+    text = "body: ghost\nlength: mm\nsegments:\n  A: {name: a, number: 1, mass: 1, directions: {front: +x, left: +y, top: +z}}\n"
+    assert problems(tmp_path, text) == (
+        f"{tmp_path}/body.yaml:3:1: segments: a body is made of spheres; none of its segments has one",
+    )
+
+
 def test_a_circle_with_a_polygon_ends(tmp_path):
     text = changed(changed(WITH_POLYGON, "[BASE, UPPER]", "[LOWER, UPPER]"), "{BASE: [0", "{LOWER: [0")
     assert any("segments in a circle" in line for line in problems(tmp_path, text))

@@ -36,7 +36,7 @@ def test_the_unchanged_study_loads(tmp_path):
     study = wb.load_study(write_cab(tmp_path))
     assert [person.name for person in study.people] == ["anna", "bert"]
     assert study.criteria[1].parts == ("wall",)
-    assert study.criteria[0].parts == ("floor", "wall", "seat")
+    assert study.criteria[0].parts == ("floor", "wall", "seat", "rest")
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_the_unchanged_study_loads(tmp_path):
          "criteria[1].segments[0]: nothing is called 'HND'; did you mean 'HAND'"),
         ("segments: [HAND]", "segments: []", "criteria[1].segments: at least 1 are needed (got [])"),
         ("segments: [HAND]", "segments: HAND", "criteria[1].segments: a list is needed (got 'HAND')"),
-        ('["w*"]', '["x*"]', "criteria[1].parts[0]: nothing is called 'x*'; valid: floor, wall, seat"),
+        ('["w*"]', '["x*"]', "criteria[1].parts[0]: nothing is called 'x*'; valid: floor, wall, seat, rest"),
         ('["w*"]', "[secret]", "criteria[1].parts[0]: part 'secret' is hidden, so it is not checked; "),
         (", at_least: 100", "", "criteria[1]: a clearance needs 'at_least'"),
         ("at_least: 100", "degrees: 5, at_least: 9", "criteria[1]: 'degrees' belongs to check: stops"),

@@ -13,18 +13,18 @@ from tests.conftest import ROOT
 PACKAGE = ROOT / "workbench"
 FILES = sorted(PACKAGE.rglob("*.py"))
 LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "files"}, {"study"}, {"draw"},
-          {"report", "viewer"}, {"cli"}]  # fmt: skip
+          {"report", "viewer"}, {"cli_people"}, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
     "trimesh": {"files/mesh_scene.py"},
     "collada": {"files/mesh_dae.py"},
     "pydantic": {"files"},
     "yaml": {"files"},
-    "scipy": {"files", "solve", "shape"},
+    "scipy": {"files", "solve", "shape", "people"},
     "PIL": {"draw"},
     "jinja2": {"report"},
     "markupsafe": {"report"},
-    "cyclopts": {"cli.py"},
+    "cyclopts": {"cli.py", "cli_people.py"},
     "rich": {"cli.py"},
     "pyvista": set(),
     "manifold3d": set(),

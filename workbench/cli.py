@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from workbench import __version__
+from workbench.cli_people import people_app
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
@@ -29,9 +30,11 @@ app = App(
     version=__version__,
     help="Human factors with sphere bodies: reach, clearance and collision studies from files.",
     help_epilogue="Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing.",
+    suppress_keyboard_interrupt=False,
 )
 body_app = App(name="body", help="List the bodies there are, or show one.")
 app.command(body_app)
+app.command(people_app)
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
 
@@ -77,6 +80,7 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
     out
         the folder to write; out/<study> where not given
     """
+    from workbench.files.results import check_folder
     from workbench.files.studies import load_study
     from workbench.report.folder import write_report
     from workbench.report.words import headline
@@ -85,9 +89,10 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
     with _progress() as say:
         say(f"reading {study}")
         loaded = load_study(study)
+        folder = out or Path("out") / loaded.name
+        check_folder(folder)  # before the work, not after it
         say("measuring")
         result = run_study(loaded)
-        folder = out or Path("out") / loaded.name
         rows = write_report(result, folder, progress=say)
     for warning in rows.warnings:
         _tell(f"warning: {warning}")

@@ -75,6 +75,8 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
             faults.append(fail(document, (*key, "spheres"), f"two spheres are named {twice!r}"))
         if problem := _direction_problem(segment):
             faults.append(fail(document, (*key, "directions"), problem))
+    if not any(segment.spheres for segment in file.segments.values()):
+        faults.append(fail(document, ("segments",), "a body is made of spheres; none of its segments has one"))
     for kind, entries in (("segments", file.segments), ("joints", file.joints)):
         numbers: dict[int, str] = {}
         for name, entry in entries.items():
@@ -100,8 +102,8 @@ def _twist_problem(file: BodyFile, name: str) -> str:
     if twist not in distal:
         return f"not a distal joint of {name} (got {twist!r}); {one_of(twist, distal)}"
     proximal = [joint.at[name] for joint in file.joints.values() if joint.between[1] == name and name in joint.at]
-    ends = [(proximal or [(0.0, 0.0, 0.0)])[0], file.joints[twist].at.get(name)]
-    if ends[1] is not None and float(np.linalg.norm(np.subtract(*ends))) <= JOINT_SPHERE_TOLERANCE:
+    start, end = (proximal or [(0.0, 0.0, 0.0)])[0], file.joints[twist].at.get(name)
+    if end is not None and float(np.linalg.norm(np.subtract(start, end))) <= JOINT_SPHERE_TOLERANCE:
         return f"joint {twist} lies where the proximal joint of {name} is: no line for the twist to be shared along"
     return ""
 

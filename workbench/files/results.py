@@ -12,7 +12,7 @@ from pydantic import BaseModel, ConfigDict
 
 from workbench.errors import InputError
 
-__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "dump_json", "write_folder"]
+__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "write_folder"]
 
 MARK = "result.json"
 
@@ -119,13 +119,10 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
 
     InputError where the folder holds something that is not a result, or cannot be written.
     """
+    folder = check_folder(folder)
     try:
-        folder = folder.resolve()
-        _refuse_foreign(folder)
         folder.parent.mkdir(parents=True, exist_ok=True)
         partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder.parent))
-    except RuntimeError:
-        raise InputError(f"{folder}: cannot be written (symbolic links in a circle)") from None
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
     try:
@@ -141,10 +138,18 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def _refuse_foreign(folder: Path) -> None:
-    """What is not a result of the workbench, nor empty, is never replaced."""
-    if folder.exists() and (not folder.is_dir() or (any(folder.iterdir()) and not (folder / MARK).is_file())):
+def check_folder(folder: Path) -> Path:
+    """The place of an output folder; InputError where something is there that is not an earlier result, nor empty."""
+    try:
+        place = folder.resolve()
+        foreign = place.exists() and (not place.is_dir() or (any(place.iterdir()) and not (place / MARK).is_file()))
+    except RuntimeError:
+        raise InputError(f"{folder}: cannot be written (symbolic links in a circle)") from None
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
+    if foreign:
         raise InputError(f"{folder}: is there already and is not a result of the workbench; choose another --out")
+    return place
 
 
 def _swap(partial: Path, folder: Path) -> None:

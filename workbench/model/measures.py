@@ -24,10 +24,10 @@ COCKPIT = (
     "acromial_height_sitting",
 )
 # (least, greatest) that a person may measure [m; kg for mass]: 0.45 times the least and 1.4 times the greatest of the
-# 6068 people of ANSUR II, so that a child and a giant pass and a wrong unit does not.
+# 6068 people of ANSUR II (mass by hand), so that a child and a giant pass and a wrong unit does not.
 MEASURES: dict[str, tuple[float, float]] = {
     "stature": (0.63, 2.8),
-    "mass": (16, 200),
+    "mass": (8, 250),
     "sitting_height": (0.34, 1.5),
     "eye_height_sitting": (0.29, 1.3),
     "acromial_height_sitting": (0.21, 1),

@@ -1,0 +1,125 @@
+"""Writes populations/ansur2.yaml and populations/cdc_growth.yaml from raw public tables: figures only, no person.
+
+Run `python bodies/make_populations.py [FOLDER]`; FOLDER holds `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US Army) and
+`growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup ships them). What
+is not there is said and left as it is. The same tables always give the same files.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import textwrap
+from collections.abc import Iterable
+from pathlib import Path
+
+from workbench.files.ansur import read_ansur
+from workbench.files.growth import load_growth
+from workbench.files.populations import load_population_model
+from workbench.model.measures import MASS
+from workbench.model.population import PopulationModel
+from workbench.people.fit import fit_population
+
+__all__ = ["growth_text", "main", "population_text"]
+
+HERE = Path(__file__).resolve().parent
+RAW = HERE.parents[1] / "shared" / "data" / "anthropometry"
+POPULATION = """\
+# ANSUR II as figures: {people}, {measures} measures.
+# From the public files of Gordon et al. 2014, 2012 Anthropometric Survey of U.S. Army Personnel, NATICK/TR-15/007.
+# Each row of `quantiles` is one measure at `percentiles`; 0 and 100 are the least and the greatest person measured.
+# `correlation` is the lower triangle of the correlation of normal (van der Waerden) scores: a Gaussian copula.
+# acromial_height_sitting and cervicale_height_sitting are derived: sitting height - (stature - height standing).
+# Erect, nude postures. Made by make_populations.py: do not edit.
+population: ansur2
+description: {description}
+source: 2012 Anthropometric Survey of U.S. Army Personnel (ANSUR II), NATICK/TR-15/007
+licence: public domain (work of the US government)
+length: mm
+"""
+GROWTH = """\
+# CDC growth charts 2000, ages 2 to 20: rows are [age in months, L, M, S]; M in mm or kg.
+# From Kuczmarski et al. 2002, Vital Health Stat 11(246). value = M (1 + L S z)^(1/L) (Cole & Green 1992).
+# The package pygrowup that ships the table numbers its rows by completed months; the CDC's own age of row 24 is 24.5
+# months (median boy 868.6 mm; at 24.0 months it is 864.5), and so on; only the last row stands at a whole month, 240.
+# Made by make_populations.py: do not edit.
+growth: cdc_growth
+description: stature and mass of children in the USA, 2 to 20 years
+source: CDC growth charts 2000, LMS parameters of stature-for-age and weight-for-age
+licence: public domain (work of the US government)
+length: mm
+"""
+
+
+def main() -> None:
+    """Write what the raw tables of the folder given allow, then read it back."""
+    raw = Path(sys.argv[1]) if len(sys.argv) > 1 else RAW
+    survey = [raw / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
+    if all(path.is_file() for path in survey):
+        description = "soldiers of the US Army, measured 2010 to 2012; fitter and leaner than civilians"
+        model = fit_population(read_ansur(*survey), name="ansur2", description=description)
+        _write("ansur2.yaml", population_text(model))
+        print(load_population_model(HERE / "populations" / "ansur2.yaml"))
+    else:
+        print(f"{raw / 'ansur2'}: raw files not here; ansur2.yaml is left as it is")
+    if (raw / "growth").is_dir():
+        _write("cdc_growth.yaml", growth_text(raw / "growth"))
+        print(load_growth(HERE / "populations" / "cdc_growth.yaml"))
+    else:
+        print(f"{raw / 'growth'}: raw files not here; cdc_growth.yaml is left as it is")
+
+
+def population_text(model: PopulationModel) -> str:
+    """The population file of a model: 0.1 mm, 0.1 kg, correlations to four places."""
+    words = {"male": "men", "female": "women"}
+    people = ", ".join(f"{n} {words[sex]}" for sex, n in zip(model.sexes, model.count.tolist(), strict=True))
+    text = POPULATION.format(people=people, measures=len(model.names), description=model.description)
+    text += _row("percentiles", (f"{100 * level:.6g}" for level in model.levels), 0)
+    for x, sex in enumerate(model.sexes):
+        text += f"{sex}:\n  count: {model.count[x]}\n  quantiles:\n"
+        for name, values in zip(model.names, model.quantiles[x], strict=True):
+            scale = 1.0 if name == MASS else 1000.0
+            text += _row(name, (_short(value * scale, 1) for value in values), 4)
+        text += "  correlation:\n"
+        for row, name in enumerate(model.names):
+            text += _row(name, (_short(value, 4) for value in model.correlation[x, row, : row + 1]), 4)
+    return text
+
+
+def growth_text(folder: Path) -> str:
+    """The growth file, from pygrowup's four tables of CDC's parameters."""
+    text = GROWTH
+    for sex, children in (("male", "boys"), ("female", "girls")):
+        text += f"{sex}:\n"
+        for measure, chart, scale in (("stature", "lhfa", 10.0), (MASS, "wfa", 1.0)):
+            rows = json.loads((folder / f"{chart}_{children}_2_20_zscores.cdc.json").read_text(encoding="utf-8"))
+            text += f"  {measure}:\n"
+            for row in rows:
+                month = float(row["Month"])
+                age = month if row is rows[-1] else month + 0.5
+                power, median, spread = (float(row[key]) for key in "LMS")
+                text += f"    - [{age:g}, {_short(power, 5)}, {_short(median * scale, 3)}, {_short(spread, 6)}]\n"
+    return text
+
+
+def _short(value: float, places: int) -> str:
+    """A number rounded, without what says nothing: 1635.0 is 1635, -0.0 is 0."""
+    text = f"{value:.{places}f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def _row(name: str, cells: Iterable[str], indent: int) -> str:
+    """`name: [cells]`, wrapped at 120 columns."""
+    pad = " " * indent
+    return textwrap.fill(f"{name}: [{', '.join(cells)}]", 120, initial_indent=pad, subsequent_indent=pad + "  ",
+                         break_long_words=False, break_on_hyphens=False) + "\n"  # fmt: skip
+
+
+def _write(name: str, text: str) -> None:
+    folder = HERE / "populations"
+    folder.mkdir(exist_ok=True)
+    (folder / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,209 @@
+"""The commands `workbench people ...`; lengths come out in millimetres, masses in kilograms."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from cyclopts import App, Parameter
+
+from workbench.errors import UsageError
+
+if TYPE_CHECKING:
+    from workbench.model.population import Population, PopulationModel
+
+__all__ = ["people_app"]
+
+people_app = App(name="people", help="Percentile persons, boundary cases, random people, growing children.")
+
+Sex = Literal["male", "female"]
+Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
+Csv = Annotated[bool, Parameter(name="--csv", negative="", help="print one row a person as CSV on stdout")]
+Names = Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")]
+Numbers = Annotated[list[float] | None, Parameter(consume_multiple=True, negative="")]
+LONGEST_HEADING = 9
+
+
+@people_app.command
+def percentile(
+    *, sex: Sex, p: Numbers = None, measures: Names = None, population: Names = None, as_json: Json = False
+) -> int:
+    """Show the measures of one sex at percentiles, each measure by itself.
+
+    Parameters
+    ----------
+    sex
+        male or female
+    p
+        one percentile or more; 5 50 95 where not given
+    measures
+        the measures to show; all where not given
+    population
+        a population file, the name of one that comes along, or raw CSV files of ANSUR II
+    """
+    from workbench.people.percentile import percentile_people
+
+    people = percentile_people(_source(population), sex, p or [5, 50, 95])
+    _show(_chosen(people, measures), as_json=as_json)
+    return 0
+
+
+@people_app.command
+def boundary(
+    *, sex: Sex, share: float = 95, measures: Names = None, population: Names = None, as_json: Json = False
+) -> int:
+    """Show the eight boundary cases of one sex.
+
+    Parameters
+    ----------
+    sex
+        male or female
+    share
+        per cent of the people that the ellipse holds
+    measures
+        the measures that span it; the six of a cockpit where not given
+    population
+        a population file, the name of one that comes along, or raw CSV files of ANSUR II
+    """
+    from workbench.model.measures import COCKPIT
+    from workbench.people.boundary import boundary_cases
+
+    chosen = tuple(_split(measures)) or COCKPIT
+    cases = boundary_cases(_source(population), sex, share=share / 100, measures=chosen)
+    others = [name for name in cases.people.names if name not in chosen]
+    _show(cases.people.of([*chosen, *others]), as_json=as_json)
+    return 0
+
+
+@people_app.command
+def draw(
+    *,
+    count: int,
+    seed: int = 1,
+    men: float = 0.5,
+    measures: Names = None,
+    population: Names = None,
+    as_json: Json = False,
+    as_csv: Csv = False,
+) -> int:
+    """Draw random people; without --json or --csv, show the percentiles of those drawn.
+
+    Parameters
+    ----------
+    count
+        how many people
+    seed
+        the same seed gives the same people
+    men
+        the share of men, 0 to 1
+    measures
+        the measures to show; all where not given
+    population
+        a population file, the name of one that comes along, or raw CSV files of ANSUR II
+    """
+    from workbench.model.population import Population, PopulationModel
+    from workbench.people.draw import draw_people
+    from workbench.people.fit import fit_population
+    from workbench.people.percentile import percentile_people
+
+    if as_json and as_csv:
+        raise UsageError("one of --json and --csv can be printed, not both")
+    source = _source(population)
+    model = source if isinstance(source, PopulationModel) else fit_population(source, name=source.source)
+    people: Population = _chosen(draw_people(model, count, seed=seed, men=men), measures)
+    if as_json or as_csv:
+        _show(people, as_json=as_json, as_csv=as_csv)
+        return 0
+    for code, sex in enumerate(("male", "female")):
+        if (people.sex == code).any():
+            _show(percentile_people(people, sex, [5, 50, 95]))
+    return 0
+
+
+@people_app.command
+def growth(*, sex: Sex, age: float, p: Numbers = None, as_json: Json = False) -> int:
+    """Show stature and mass of children at percentiles of the CDC growth charts.
+
+    Parameters
+    ----------
+    sex
+        male or female
+    age
+        2 to 20 years
+    p
+        one percentile or more; 5 50 95 where not given
+    """
+    from workbench.files.growth import load_growth
+    from workbench.people.growth import growth_people
+
+    _show(growth_people(load_growth(), sex, p or [5, 50, 95], age=age), as_json=as_json)
+    return 0
+
+
+def _source(population: list[str] | None) -> Population | PopulationModel:
+    """The population that is asked for: CSV files together, or one model."""
+    from workbench.files.ansur import read_ansur
+    from workbench.files.populations import load_population_model
+
+    sources = population or ["ansur2"]
+    if all(Path(source).suffix.lower() == ".csv" for source in sources):
+        return read_ansur(*sources)
+    if len(sources) > 1:
+        raise UsageError("--population takes one population, or CSV files")
+    return load_population_model(sources[0])
+
+
+def _split(names: list[str] | None) -> list[str]:
+    """Measures apart by commas or spaces; dashes may stand for underscores."""
+    return [name.replace("-", "_") for word in names or [] for name in word.replace(",", " ").split()]
+
+
+def _chosen(people: Population, measures: list[str] | None) -> Population:
+    return people.of(_split(measures) or people.names)
+
+
+def _show(people: Population, *, as_json: bool = False, as_csv: bool = False) -> None:
+    from workbench.model.population import SEXES
+
+    units = {name: ("kg", 1.0, 2) if name == "mass" else ("mm", 1000.0, 1) for name in people.names}
+    rows: list[dict[str, Any]] = [
+        {"label": label, "sex": SEXES[sex], "measures": {
+            f"{name}_{units[name][0]}": round(float(value) * units[name][1], units[name][2])
+            for name, value in zip(people.names, values, strict=True)}}
+        for label, sex, values in zip(people.labels, people.sex, people.measures, strict=True)
+    ]  # fmt: skip
+    if as_json:
+        text = json.dumps({"source": people.source, "people": rows}, indent=1, allow_nan=False)
+    elif as_csv:
+        text = _csv(rows, [f"{name}_{units[name][0]}" for name in people.names])
+    else:
+        text = _table(people.source, rows)
+    print(text)  # noqa: T201
+
+
+def _csv(rows: list[dict[str, Any]], names: list[str]) -> str:
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["label", "sex", *names])
+    writer.writerows([row["label"], row["sex"], *row["measures"].values()] for row in rows)
+    return out.getvalue().rstrip("\n")
+
+
+def _table(source: str, rows: list[dict[str, Any]]) -> str:
+    """A column a person; where their labels are long, numbers head the columns and the labels stand above."""
+    heads = [row["label"] for row in rows]
+    lines = [f"{source}, {rows[0]['sex']}"] if rows else [source]
+    if any(len(head) > LONGEST_HEADING for head in heads):
+        lines += [f"  {n}  {head}" for n, head in enumerate(heads, 1)]
+        heads = [str(n) for n in range(1, len(rows) + 1)]
+    names = list(rows[0]["measures"]) if rows else []
+    width = max(map(len, names), default=0)
+    lines.append(" " * (width + 2) + "".join(f"{head:>{LONGEST_HEADING}}" for head in heads))
+    for name in names:
+        measure, unit = name.rsplit("_", 1)
+        cells = "".join(f"{row['measures'][name]:>{LONGEST_HEADING}.1f}" for row in rows)
+        lines.append(f"{measure:<{width - 1}} {unit:<2}{cells}")
+    return "\n".join(lines)

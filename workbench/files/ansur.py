@@ -1,0 +1,147 @@
+"""The raw public files of ANSUR II (Gordon et al. 2014, NATICK/TR-15/007), as the US Army published them.
+
+Their traps: latin-1; lengths in mm, but `weightkg` in 0.1 kg and `interpupillarybreadth` in 0.1 mm; `subjectid` in one
+file is `SubjectId` in the other; there is no acromial or cervicale height sitting, which is derived from three columns.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError, UsageError, one_of
+from workbench.model.arrays import Bools, Floats
+from workbench.model.measures import MASS, MEASURES, check_measures
+from workbench.model.population import SEXES, Population
+
+__all__ = ["read_ansur"]
+
+MOST_TOLD = 20
+_SUBJECT, _SEX = "subjectid", "gender"
+_UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
+_SITTING = {"acromial_height_sitting": "acromialheight", "cervicale_height_sitting": "cervicaleheight"}
+
+
+@dataclass(frozen=True)
+class _Table:
+    """A CSV file: its cells by the lower-case name of their column, and the line of each row."""
+
+    path: Path
+    columns: dict[str, list[str]]
+    lines: list[int]
+
+
+def read_ansur(*paths: str | Path, measures: Sequence[str] = tuple(MEASURES)) -> Population:
+    """Read one raw public CSV file or more of ANSUR II, or of the same layout, into one Population.
+
+    measures: those wanted; other columns need not be there. InputError names missing columns, and for absurd values
+    their line and column.
+    """
+    if not paths:
+        raise UsageError("name one CSV file or more")
+    wanted = check_measures(measures)
+    parts = [_people(_table(Path(path)), wanted) for path in paths]
+    return Population(
+        names=wanted,
+        sex=np.concatenate([part.sex for part in parts]),
+        weight=np.concatenate([part.weight for part in parts]),
+        measures=np.concatenate([part.measures for part in parts]),
+        source=", ".join(part.source for part in parts),
+        labels=tuple(label for part in parts for label in part.labels),
+    )
+
+
+def _parts(measure: str) -> tuple[str, ...]:
+    """The columns that a measure is made of: itself, or sitting height - stature + height standing."""
+    if measure in _SITTING:
+        return ("sittingheight", "stature", _SITTING[measure])
+    return ("weightkg",) if measure == MASS else (measure.replace("_", ""),)
+
+
+def _people(table: _Table, measures: tuple[str, ...]) -> Population:
+    needed = dict.fromkeys([_SEX, *(column for measure in measures for column in _parts(measure))])
+    missing = [column for column in needed if column not in table.columns]
+    if missing:
+        raise InputError(f"{table.path}:1: missing columns: {', '.join(missing)}")
+    faults: list[str] = []
+    sex = [_sex(table, row, cell, faults) for row, cell in enumerate(table.columns[_SEX])]
+    raw = {column: _numbers(table, column, faults) for column in needed if column != _SEX}
+    columns, bad = [], dict[str, Bools]()
+    for measure in sorted(measures, key=_SITTING.__contains__):  # what others are derived from is judged first
+        first, *others = _parts(measure)
+        values = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
+        known = np.any([bad.get(part, np.isnan(raw[part])) for part in (first, *others)], axis=0)
+        bad["+".join((first, *others))] = known | _absurd(table, measure, values, known, faults)
+        columns.append((measures.index(measure), values))
+    if faults:
+        more = [f"{table.path}: … and {len(faults) - MOST_TOLD} more"] if len(faults) > MOST_TOLD else []
+        raise InputError(faults[:MOST_TOLD] + more)
+    rows = len(table.lines)
+    values = np.stack([column for _, column in sorted(columns, key=lambda pair: pair[0])], axis=1)
+    labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
+    return Population(measures, np.array(sex), np.ones(rows), values, table.path.name, labels)
+
+
+def _sex(table: _Table, row: int, cell: str, faults: list[str]) -> int:
+    name = cell.strip().lower()
+    if name in SEXES:
+        return SEXES.index(name)
+    faults.append(f"{table.path}:{table.lines[row]}: {_SEX}: got {cell!r}; {one_of(name, SEXES)}")
+    return 0
+
+
+def _numbers(table: _Table, column: str, faults: list[str]) -> Floats:
+    """(P,) SI values of a column; NaN, and a fault, for what is no number."""
+    values = np.full(len(table.lines), np.nan)
+    for row, cell in enumerate(table.columns[column]):
+        try:
+            values[row] = float(cell)
+        except ValueError:
+            faults.append(f"{table.path}:{table.lines[row]}: {column}: a number is needed (got {cell[:40]!r})")
+    return values * _UNITS.get(column, 0.001)
+
+
+def _absurd(table: _Table, measure: str, values: Floats, known: Bools, faults: list[str]) -> Bools:
+    """(P,) where a measure is not that of a person; told unless the fault is `known` already."""
+    low, high = MEASURES[measure]
+    found = ~((values >= low) & (values <= high))
+    unit, scale = ("kg", 1.0) if measure == MASS else ("mm", 1000.0)
+    for row in np.flatnonzero(found & ~known):
+        parts = _parts(measure)
+        column = parts[0] if len(parts) == 1 else f"{parts[-1]} ({measure})"
+        got = f"{values[row] * scale:g} {unit}"
+        faults.append(f"{table.path}:{table.lines[row]}: {column}: {got} is absurd for a person; "
+                      f"{low * scale:g} to {high * scale:g} {unit} is plausible")  # fmt: skip
+    return found
+
+
+def _table(path: Path) -> _Table:
+    try:
+        text = path.read_bytes().removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    reader = csv.reader(io.StringIO(text, newline=""), strict=True)
+    rows, lines = [], []
+    try:
+        header = [cell.strip().lower() for cell in next(reader, [])]
+        for row in reader:
+            if row:
+                rows.append(row)
+                lines.append(reader.line_num)
+    except csv.Error as error:
+        raise InputError(f"{path}:{reader.line_num}: not a CSV file: {error}") from None
+    faults = [f"{path}:1: column {name!r} stands twice" for name in dict.fromkeys(header) if header.count(name) > 1]
+    faults += [f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
+               for line, row in zip(lines, rows, strict=True) if len(row) != len(header)]  # fmt: skip
+    if not rows:
+        faults.append(f"{path}: holds no people")
+    if faults:
+        raise InputError(faults[:MOST_TOLD])
+    return _Table(path, dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True)), lines)

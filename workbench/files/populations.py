@@ -1,0 +1,145 @@
+"""Population files: quantile tables and correlations of each sex, checked row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from workbench.errors import InputError, one_of
+from workbench.files.catalogue import find
+from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
+from workbench.files.yaml_text import Document, read_yaml
+from workbench.model.arrays import Floats
+from workbench.model.measures import MASS, MEASURES
+from workbench.model.population import SEXES, PopulationModel
+
+__all__ = ["PopulationFile", "load_population_model"]
+
+Rows = Annotated[dict[str, list[float]], Field(min_length=1)]
+
+
+class SexFile(FileModel):
+    """One sex: a row of quantiles for each measure, and the lower triangle of the correlation of normal scores."""
+
+    count: Annotated[int, Field(ge=2, le=10**9)]
+    quantiles: Rows
+    correlation: Rows
+
+
+class PopulationFile(FileModel):
+    """A population as figures: the measures of each sex at `percentiles`, in the file's unit of length, and kg."""
+
+    population: str
+    description: str = ""
+    source: str = ""
+    licence: str = ""
+    length: LengthUnit
+    percentiles: Annotated[list[float], Field(min_length=3)]
+    male: SexFile | None = None
+    female: SexFile | None = None
+
+    def sexes(self) -> dict[str, SexFile]:
+        """Those of the two sexes that the file has."""
+        return {sex: part for sex, part in zip(SEXES, (self.male, self.female), strict=True) if part is not None}
+
+
+def load_population_model(source: str | Path) -> PopulationModel:
+    """Read a population file, by path or by its name in bodies/populations; InputError lists all its faults."""
+    document = read_yaml(find("bodies/populations", str(source)))
+    file = validate(document, PopulationFile)
+    faults = list(_level_faults(document, file))
+    if not file.sexes():
+        faults.append(fail(document, (), f"one or both of {', '.join(SEXES)} are needed"))
+    for sex in file.sexes():
+        faults += _sex_faults(document, file, sex)
+    if faults:
+        raise InputError(faults)
+    parts = file.sexes()
+    names = tuple(next(iter(parts.values())).quantiles)
+    units = np.array([_unit(file, name) for name in names])[:, None]
+    return PopulationModel(
+        name=file.population,
+        description=file.description,
+        source=file.source,
+        names=names,
+        sexes=tuple(parts),
+        count=np.array([part.count for part in parts.values()]),
+        levels=np.array(file.percentiles) / 100,
+        quantiles=np.stack([np.array([part.quantiles[n] for n in names]) * units for part in parts.values()]),
+        correlation=np.stack([_square(part) for part in parts.values()]),
+    )
+
+
+def _unit(file: PopulationFile, name: str) -> float:
+    return 1.0 if name == MASS else metres_in[file.length]
+
+
+def _square(part: SexFile) -> Floats:
+    """(M, M) from the rows of the lower triangle."""
+    matrix = np.zeros((len(part.correlation), len(part.correlation)))
+    for i, row in enumerate(part.correlation.values()):
+        matrix[i, : i + 1] = row
+    return np.asarray(np.tril(matrix, -1) + np.tril(matrix).T)
+
+
+def _level_faults(document: Document, file: PopulationFile) -> Iterator[str]:
+    levels = file.percentiles
+    if levels[0] != 0 or levels[-1] != 100:
+        yield fail(document, ("percentiles",), f"must go from 0 to 100 (got {levels[0]:g} to {levels[-1]:g})")
+    for k, (low, high) in enumerate(pairwise(levels)):
+        if high <= low:
+            yield fail(document, ("percentiles", k + 1), f"must be greater than the one before (got {high:g} after {low:g})")
+    edge = min(levels[1], 100 - levels[-2])
+    for sex, part in file.sexes().items():
+        if edge <= 50 / part.count:
+            yield fail(document, (sex, "count"), f"{part.count} people cannot tell the percentile next to 0 or 100 "
+                                                 f"({edge:g}): leave it out")  # fmt: skip
+
+
+def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]:
+    part = file.sexes()[sex]
+    names = list(next(iter(file.sexes().values())).quantiles)
+    faults = []
+    for name, row in part.quantiles.items():
+        where = (sex, "quantiles", name)
+        if name not in MEASURES:
+            faults.append(fail(document, where, f"no such measure; {one_of(name, MEASURES)}"))
+        elif len(row) != len(file.percentiles):
+            faults.append(fail(document, where, f"{len(file.percentiles)} values are needed, one a percentile (got {len(row)})"))
+        else:
+            faults += _row_faults(document, where, row, _unit(file, name))
+    for key, rows in (("quantiles", part.quantiles), ("correlation", part.correlation)):
+        if list(rows) != names:
+            gone, more = [n for n in names if n not in rows], [n for n in rows if n not in names]
+            what = f"missing {', '.join(gone)}" * bool(gone) + " and " * bool(gone and more) + f"extra {', '.join(more)}" * bool(more)
+            faults.append(fail(document, (sex, key), f"all tables need the same measures in the same order: {what or 'another order'}"))
+    return faults or _correlation_faults(document, sex, part)
+
+
+def _row_faults(document: Document, where: tuple[str, str, str], row: list[float], unit: float) -> Iterator[str]:
+    low, high = (limit / unit for limit in MEASURES[where[2]])
+    for k, value in enumerate(row):
+        if not low <= value <= high:
+            yield fail(document, (*where, k), f"{value:g} is absurd for a person; {low:g} to {high:g} is plausible")
+        elif k and value <= row[k - 1]:
+            yield fail(document, (*where, k), f"quantiles must rise (got {value:g} after {row[k - 1]:g})")
+
+
+def _correlation_faults(document: Document, sex: str, part: SexFile) -> list[str]:
+    faults = []
+    for i, (name, row) in enumerate(part.correlation.items()):
+        where = (sex, "correlation", name)
+        if len(row) != i + 1 or row[-1] != 1:
+            faults.append(fail(document, where, f"a row has one value for each measure down to itself: {i + 1}, the last "
+                                                f"of them 1 (got {len(row)}, the last {row[-1] if row else 'missing'})"))  # fmt: skip
+        faults += [fail(document, (*where, k), f"a correlation lies between -1 and 1 (got {value:g})")
+                   for k, value in enumerate(row[:-1]) if not -1 < value < 1]  # fmt: skip
+    if not faults and (least := float(np.linalg.eigvalsh(_square(part)).min())) <= 0:
+        faults.append(fail(document, (sex, "correlation"), "these correlations contradict one another: an eigenvalue of "
+                                                           f"their matrix is {least:.3g}, all must be positive"))  # fmt: skip
+    return faults

@@ -1,0 +1,133 @@
+"""How well a union of spheres fits a surface: distances both ways, volumes, and proved bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from workbench.kernels.balls import widest_gap
+from workbench.kernels.nearest import morton_order
+from workbench.kernels.scanlines import shared_volume
+from workbench.model.arrays import Floats, Ints
+from workbench.shape.polish import union_field
+from workbench.shape.sampling import Samples, random_samples
+from workbench.shape.surface import Surface
+
+__all__ = ["FitQuality", "exposed_points", "fit_quality", "gap_bound", "split_triangles"]
+
+
+@dataclass(frozen=True)
+class FitQuality:
+    """Figures of one fit; distances [m].
+
+    mean, p95: of the distance between the two surfaces, both ways together; to_spheres, to_surface: the largest found
+    from the surface to the spheres and back; outside: how far the surface lies outside the spheres at most (proved);
+    inside: how far the spheres' surface lies outside the surface at most (proved); volume_ratio: spheres to surface;
+    iou: shared volume by joined volume; seconds: processor time of the fit.
+    """
+
+    spheres: int
+    mean: float
+    p95: float
+    to_spheres: float
+    to_surface: float
+    outside: float
+    inside: float
+    volume_ratio: float
+    iou: float
+    seconds: float
+
+    @property
+    def largest(self) -> float:
+        """The larger of both ways (two-sided Hausdorff distance of the samples) [m]."""
+        return max(self.to_spheres, self.to_surface)
+
+
+def fit_quality(
+    surface: Surface, centre: Floats, radius: Floats, *, samples: Samples | None = None, seconds: float = 0.0,
+    count: int = 40_000, seed: int = 1,
+) -> FitQuality:  # fmt: skip
+    """Measure spheres (m, 3), (m,) against a surface with `count` samples each way (or the given ones)."""
+    on_surface = (samples or random_samples(surface, count, seed=seed)).point
+    on_surface = on_surface[morton_order(on_surface)]
+    exposed, _ = exposed_points(centre, radius, count)
+    there = distance_to_union(on_surface, exposed, centre, radius)
+    depth = surface.distance(centre)
+    back = np.abs(surface.distance(exposed))
+    both = np.concatenate([there, back])
+    weight = np.concatenate([np.full(len(there), 0.5 / len(there)), np.full(len(back), 0.5 / max(len(back), 1))])
+    order = np.argsort(both)
+    p95 = both[order][np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())]
+    pitch = max(float(np.ptp(surface.vertices, axis=0).max()) / 400, 1e-4)
+    mesh, union, shared = shared_volume(surface.vertices[surface.faces], centre, radius, pitch)
+    return FitQuality(
+        spheres=len(radius), mean=float(weight @ both), p95=float(p95), to_spheres=float(there.max()),
+        to_surface=float(back.max(initial=0.0)), outside=gap_bound(surface, centre, radius),
+        inside=max(0.0, float((radius + depth).max())), volume_ratio=union / mesh,
+        iou=shared / (mesh + union - shared), seconds=seconds,
+    )  # fmt: skip
+
+
+def distance_to_union(points: Floats, exposed: Floats, centre: Floats, radius: Floats) -> Floats:
+    """Distance (n,) [m] of points (n, 3) to the surface of the union.
+
+    Exact outside, and inside wherever the way straight out of the deepest sphere ends on the surface of the union;
+    elsewhere the nearest of the sampled `exposed` points, at most their spacing too long.
+    """
+    field, ball = union_field(points, centre, radius)
+    away = points - centre[ball]
+    away /= np.maximum(np.linalg.norm(away, axis=1), 1e-12)[:, None]
+    out = centre[ball] + radius[ball][:, None] * away
+    hidden = (field < 0) & (union_field(out, centre, radius)[0] < -1e-9)
+    distance: Floats = np.abs(field)
+    if hidden.any() and len(exposed):
+        distance[hidden] = np.maximum(cKDTree(exposed).query(points[hidden])[0], distance[hidden])
+    return distance
+
+
+def exposed_points(centre: Floats, radius: Floats, count: int) -> tuple[Floats, Ints]:
+    """About `count` points, uniform over the spheres' surface, less those inside other spheres; and whose they are.
+
+    Each sphere carries points on a spiral (Saff & Kuijlaars, Math. Intelligencer 19, 1997), in number as its area.
+    """
+    share = radius**2 / (radius**2).sum()
+    # about a third of the spheres' area is exposed in a fitted body
+    each = np.maximum(12, np.ceil(3 * count * share)).astype(np.int64)
+    owner = np.repeat(np.arange(len(radius)), each)
+    step = np.arange(len(owner)) - np.repeat(np.cumsum(each) - each, each)
+    height = 1 - (2 * step + 1) / each[owner]
+    turn = step * (np.pi * (3 - np.sqrt(5))) + owner
+    flat = np.sqrt(1 - height**2)
+    unit = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
+    point = centre[owner] + radius[owner][:, None] * unit
+    order = morton_order(point)
+    point, owner = point[order], owner[order]
+    shown = union_field(point, centre, radius)[0] > -1e-9
+    return point[shown], owner[shown]
+
+
+def gap_bound(surface: Surface, centre: Floats, radius: Floats) -> float:
+    """Proved upper bound [m] of how far the surface lies outside the union, within 1 % of the true greatest gap."""
+    corners = split_triangles(surface.vertices[surface.faces], 0.02)
+    middle = corners.mean(axis=1)
+    order = morton_order(middle)
+    floor = max(float(union_field(middle[order], centre, radius)[0].max()), 1e-6)
+    points, gaps = np.empty((len(corners), 3)), np.empty((len(corners), 2))
+    widest_gap(corners, centre, radius, floor, 0.01 * floor, points, gaps)
+    floor = max(floor, float(gaps[:, 0].max()))
+    widest_gap(corners, centre, radius, floor, 0.01 * floor, points, gaps)
+    return max(0.0, float(gaps[:, 1].max()))
+
+
+def split_triangles(corners: Floats, longest: float) -> Floats:
+    """Triangles (T, 3, 3) cut into quarters until no side is longer than `longest` [m]."""
+    done = []
+    while len(corners):
+        large = (np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) > longest).any(axis=1)
+        done.append(corners[~large])
+        a, m = corners[large], 0.5 * (corners[large] + np.roll(corners[large], -1, axis=1))
+        quarters = [np.stack([a[:, k], m[:, k], m[:, (k + 2) % 3]], axis=1) for k in range(3)]
+        corners = np.concatenate([*quarters, m])
+    return np.concatenate(done)

@@ -1,0 +1,143 @@
+"""A closed surface, checked and ready to be measured against: what spheres are fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import manifold3d
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import InputError
+from workbench.kernels.nearest import Solid, build_solid, mesh_distance, morton_order
+from workbench.model.arrays import Floats, Ints, frozen
+
+__all__ = ["Surface", "sealed"]
+
+SMALLEST, LARGEST = 0.005, 10.0
+"""Extents [m] that a body or a part of one may have, from a fingertip to a large animal."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Surface:
+    """A closed mesh wound outward that does not cross itself: vertices (V, 3) [m], faces (T, 3).
+
+    volume [m3], area [m2]; notes: what was mended, in words. Made by `sealed`.
+    """
+
+    vertices: Floats
+    faces: Ints
+    notes: tuple[str, ...] = ()
+    solid: Solid = field(init=False)
+    volume: float = field(init=False)
+    area: float = field(init=False)
+
+    def __repr__(self) -> str:
+        return f"Surface({len(self.faces)} triangles, {self.area:.4g} m2, {self.volume * 1e3:.4g} l)"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vertices", frozen(self.vertices, np.float64, (None, 3), "surface.vertices"))
+        object.__setattr__(self, "faces", frozen(self.faces, np.int64, (None, 3), "surface.faces"))
+        corner = self.vertices[self.faces]
+        cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        object.__setattr__(self, "volume", float(np.einsum("tc,tc->", corner[:, 0], cross)) / 6)
+        object.__setattr__(self, "area", float(np.linalg.norm(cross, axis=1).sum()) / 2)
+        object.__setattr__(self, "solid", build_solid(self.vertices, self.faces))
+
+    def distance(self, points: ArrayLike) -> Floats:
+        """Exact signed distance [m] of points (n, 3) to the surface, negative inside; (n,)."""
+        return self.nearest(points)[0]
+
+    def nearest(self, points: ArrayLike) -> tuple[Floats, Ints, Floats]:
+        """Signed distance (n,) [m], face (n,) and nearest point (n, 3) of the surface for points (n, 3)."""
+        at = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
+        count = len(at)
+        distance, face, foot = np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 3))
+        if count:
+            order = morton_order(at)
+            found = np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 3))
+            mesh_distance(at[order], self.solid, *found)
+            distance[order], face[order], foot[order] = found
+        return distance, face, foot
+
+
+def sealed(vertices: ArrayLike, faces: ArrayLike, *, what: str = "mesh") -> Surface:
+    """One closed surface of a closed mesh: overlapping shells become one, enclosed cavities are filled.
+
+    vertices (V, 3) [m], faces (T, 3) wound outward; `what` names the mesh in messages. InputError where the mesh is
+    open, wound inward, crosses itself, or has the size of no body (a wrong unit?).
+    """
+    points, corners = _checked(vertices, faces, what)
+    given = _manifold(points, corners, what)
+    shells = given.decompose()
+    outer = [shell for shell in shells if shell.volume() > 0]
+    if not outer or given.volume() <= 0:
+        raise InputError(f"{what}: is inside out (its volume is {given.volume() * 1e3:.4g} l): turn its faces round")
+    whole = manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add) if len(outer) > 1 else outer[0]
+    shells_left = whole.decompose()
+    kept = [shell for shell in shells_left if shell.volume() > 0]
+    notes = []
+    if len(outer) > len(kept):
+        notes.append(f"{len(outer)} shells are joined to {len(kept)}")
+    voids = len(shells) - len(outer) + len(shells_left) - len(kept)
+    if voids:
+        notes.append(f"{voids} enclosed {'cavity is' if voids == 1 else 'cavities are'} filled")
+    whole = manifold3d.Manifold.compose(kept) if len(kept) > 1 else kept[0]
+    if notes:
+        mesh = whole.to_mesh64()
+        points = np.asarray(mesh.vert_properties, dtype=np.float64)[:, :3]
+        corners = np.asarray(mesh.tri_verts, dtype=np.int64)
+    surface = Surface(points, corners, tuple(notes))
+    _refuse_crossing(surface, what)
+    return surface
+
+
+def _checked(vertices: ArrayLike, faces: ArrayLike, what: str) -> tuple[Floats, Ints]:
+    """The mesh as arrays, its numbers, its size and its edges looked at."""
+    points: Floats = frozen(vertices, np.float64, (None, 3), f"{what}: vertices")
+    corners: Ints = frozen(faces, np.int64, (None, 3), f"{what}: faces")
+    if len(corners) < 4 or corners.min() < 0 or corners.max() >= len(points):
+        raise InputError(f"{what}: a closed mesh of at least 4 faces is needed, of vertices that are there")
+    if not np.all(np.isfinite(points)):
+        raise InputError(f"{what}: has vertices that are not finite numbers")
+    size = float(np.ptp(points[corners.ravel()], axis=0).max())
+    if not SMALLEST <= size <= LARGEST:
+        raise InputError(f"{what}: is {size:.4g} m large, and {SMALLEST:g} to {LARGEST:g} m is plausible for a body or "
+                         "a part of one: a wrong unit of length?")  # fmt: skip
+    tail, head = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+    edges = np.unique(np.stack([tail, head], axis=1), axis=0, return_counts=True)
+    once = set(map(tuple, edges[0].tolist()))
+    lone = sum((b, a) not in once for a, b in once)
+    if lone:
+        where = next(a for a, b in sorted(once) if (b, a) not in once)
+        spot = ", ".join(f"{x:.3f}" for x in points[where])
+        raise InputError(f"{what}: is open or wound inconsistently: {lone} edges have a face on one side only, one at "
+                         f"({spot}) m; close the holes first")  # fmt: skip
+    if edges[1].max() > 1:
+        raise InputError(f"{what}: {int((edges[1] > 1).sum())} edges are shared by more than two faces: "
+                         "not the surface of a solid")  # fmt: skip
+    return points, corners
+
+
+def _manifold(points: Floats, corners: Ints, what: str) -> manifold3d.Manifold:
+    made = manifold3d.Manifold(manifold3d.Mesh64(points.copy(), corners.astype(np.uint64)))
+    if made.status() != manifold3d.Error.NoError:
+        raise InputError(f"{what}: is not the surface of a solid ({str(made.status()).removeprefix('Error.')})")
+    return made
+
+
+def _refuse_crossing(surface: Surface, what: str) -> None:
+    """Look a hair inside each face: where that is not inside, the surface crosses itself or folds onto itself.
+
+    A few such places (a lip, an eyelid) do no harm to a fit; a surface that is so over more than 2 % of its area does.
+    """
+    corner = surface.vertices[surface.faces]
+    cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    length = np.linalg.norm(cross, axis=1)
+    flat = cross / np.maximum(length, 1e-300)[:, None]
+    hair = 1e-5 * float(np.ptp(surface.vertices, axis=0).max())
+    wrong = surface.distance(corner.mean(axis=1) - hair * flat) > 0.5 * hair
+    share = float(length[wrong].sum() / length.sum())
+    if share > 0.02:
+        spot = ", ".join(f"{x:.3f}" for x in corner[wrong][0].mean(axis=0))
+        raise InputError(f"{what}: crosses itself: {share:.0%} of its area lies inside out, for instance at ({spot}) m")
