@@ -240,7 +240,8 @@ def test_what_is_not_one_tree_is_refused(tmp_path, changes, words):
 
 
 def test_a_body_without_a_single_sphere_is_refused(tmp_path):
-    text = "body: ghost\nlength: mm\nsegments:\n  A: {name: a, number: 1, mass: 1, directions: {front: +x, left: +y, top: +z}}\n"
+    table = "directions: {front: +x, left: +y, top: +z}"
+    text = f"body: ghost\nlength: mm\nsegments:\n  A: {{name: a, number: 1, mass: 1, {table}}}\n"
     assert problems(tmp_path, text) == (
         f"{tmp_path}/body.yaml:3:1: segments: a body is made of spheres; none of its segments has one",
     )

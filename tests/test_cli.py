@@ -17,6 +17,7 @@ from tests.one_arm_cab import STUDY, changed, lines_of, write_cab
 from workbench.cli import main
 from workbench.files import results
 from workbench.files.results import write_folder
+from workbench.files.yaml_text import read_yaml
 
 COMMANDS = {"run": "STUDY", "check": "FILES", "inspect": "SOURCE", "render": "SOURCE", "schema": "KIND",
             "doctor": "--json", "body list": "--json", "body show": "BODY"}  # fmt: skip
@@ -107,11 +108,19 @@ def test_the_result_is_valid_by_the_published_schema(capsys, finished):
     jsonschema.validate(json.loads((finished / "result.json").read_text()), json.loads(out))
 
 
-@pytest.mark.parametrize("kind", ["body", "postures", "environment", "study"])
-def test_every_schema_is_a_schema(capsys, kind):
+@pytest.mark.parametrize(
+    ("kind", "file"),
+    [("body", "bodies/one_arm.yaml"), ("postures", "bodies/arms.yaml"), ("study", "studies/cab_study.yaml"),
+     ("environment", "environments/cab/environment.yaml")],
+)  # fmt: skip
+def test_the_schema_of_a_kind_accepts_a_good_file_and_no_misspelt_key(capsys, cab, kind, file):
     code, out, err = answer(capsys, "schema", kind)
     assert (code, err) == (0, "")
     jsonschema.Draft202012Validator.check_schema(json.loads(out))
+    value = read_yaml(cab.parents[1] / file).value
+    jsonschema.validate(value, json.loads(out), cls=jsonschema.Draft202012Validator)
+    with pytest.raises(jsonschema.ValidationError, match="misspelt"):
+        jsonschema.validate(value | {"misspelt": 1}, json.loads(out), cls=jsonschema.Draft202012Validator)
 
 
 def test_check_names_the_good_files_and_all_faults_of_the_bad(capsys, cab, tmp_path):

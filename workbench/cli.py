@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from workbench import __version__
+from workbench.cli_body import body_app
 from workbench.cli_people import people_app
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
@@ -32,7 +33,6 @@ app = App(
     help_epilogue="Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing.",
     suppress_keyboard_interrupt=False,
 )
-body_app = App(name="body", help="List the bodies there are, or show one.")
 app.command(body_app)
 app.command(people_app)
 
@@ -215,36 +215,6 @@ def render(
         partial.unlink(missing_ok=True)
         raise InputError(f"{out}: cannot be written ({error.strerror})") from None
     print(out)
-    return 0
-
-
-@body_app.command(name="list")
-def body_list(*, as_json: Json = False) -> int:
-    """List the bodies there are."""
-    from workbench.report.body_sheet import body_list as listed
-
-    rows = listed()
-    if as_json:
-        print(_dumped(rows))
-    for row in [] if as_json else rows:
-        print(f"{row['name']}: {row['description']} ({row['segments']} segments, {row['spheres']} spheres, "
-              f"{row['mass_kg']} kg)")  # fmt: skip
-    return 0
-
-
-@body_app.command(name="show")
-def body_show(body: str, *, as_json: Json = False) -> int:
-    """Show a body: its segments, joints and postures.
-
-    Parameters
-    ----------
-    body
-        a body file, or the name of one that comes with the workbench
-    """
-    from workbench.report.body_sheet import body_sheet, body_text
-
-    sheet = body_sheet(body)
-    print(_dumped(sheet) if as_json else body_text(sheet))
     return 0
 
 

@@ -104,7 +104,7 @@ def draw(
     population
         a population file, the name of one that comes along, or raw CSV files of ANSUR II
     """
-    from workbench.model.population import Population, PopulationModel
+    from workbench.model.population import PopulationModel
     from workbench.people.draw import draw_people
     from workbench.people.fit import fit_population
     from workbench.people.percentile import percentile_people
@@ -113,7 +113,7 @@ def draw(
         raise UsageError("one of --json and --csv can be printed, not both")
     source = _source(population)
     model = source if isinstance(source, PopulationModel) else fit_population(source, name=source.source)
-    people: Population = _chosen(draw_people(model, count, seed=seed, men=men), measures)
+    people = _chosen(draw_people(model, count, seed=seed, men=men), measures)
     if as_json or as_csv:
         _show(people, as_json=as_json, as_csv=as_csv)
         return 0

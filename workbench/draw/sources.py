@@ -13,6 +13,7 @@ from workbench.files.kinds import kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.studies import load_study
 from workbench.solve.forward import place
+from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
 
 __all__ = ["PEOPLE_COLOURS", "scene_of"]
@@ -31,7 +32,7 @@ def scene_of(source: str, *, posture: str = "standing", case: str | None = None)
         return Scene((), environment, (), environment.name, environment.description)
     if kind == "body":
         return _body_scene(source, posture)
-    study = load_study(source)
+    study, _ = sized(load_study(source))
     wanted = study.cases[0] if case is None else case
     if wanted not in study.cases:
         raise UsageError(f"study {study.name} has no case {wanted!r}; {one_of(wanted, study.cases)}")

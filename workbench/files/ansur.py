@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,6 +24,7 @@ __all__ = ["read_ansur"]
 
 MOST_TOLD = 20
 _SUBJECT, _SEX = "subjectid", "gender"
+_MILLIMETRES = 0.001
 _UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
 _SITTING = {"acromial_height_sitting": "acromialheight", "cervicale_height_sitting": "cervicaleheight"}
 
@@ -74,7 +76,9 @@ def _people(table: _Table, measures: tuple[str, ...]) -> Population:
     columns, bad = [], dict[str, Bools]()
     for measure in sorted(measures, key=_SITTING.__contains__):  # what others are derived from is judged first
         first, *others = _parts(measure)
-        values = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
+        # in whole millimetres first, so that equal people stay equal
+        recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
+        values = recorded * _UNITS.get(first, _MILLIMETRES)
         known = np.any([bad.get(part, np.isnan(raw[part])) for part in (first, *others)], axis=0)
         bad["+".join((first, *others))] = known | _absurd(table, measure, values, known, faults)
         columns.append((measures.index(measure), values))
@@ -96,14 +100,18 @@ def _sex(table: _Table, row: int, cell: str, faults: list[str]) -> int:
 
 
 def _numbers(table: _Table, column: str, faults: list[str]) -> Floats:
-    """(P,) SI values of a column; NaN, and a fault, for what is no number."""
+    """(P,) the numbers of a column as recorded; NaN, and a fault, for what is no number."""
     values = np.full(len(table.lines), np.nan)
     for row, cell in enumerate(table.columns[column]):
         try:
-            values[row] = float(cell)
+            number = float(cell)
         except ValueError:
+            number = math.nan
+        if math.isfinite(number):
+            values[row] = number
+        else:
             faults.append(f"{table.path}:{table.lines[row]}: {column}: a number is needed (got {cell[:40]!r})")
-    return values * _UNITS.get(column, 0.001)
+    return values
 
 
 def _absurd(table: _Table, measure: str, values: Floats, known: Bools, faults: list[str]) -> Bools:

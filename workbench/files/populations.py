@@ -93,12 +93,12 @@ def _level_faults(document: Document, file: PopulationFile) -> Iterator[str]:
         yield fail(document, ("percentiles",), f"must go from 0 to 100 (got {levels[0]:g} to {levels[-1]:g})")
     for k, (low, high) in enumerate(pairwise(levels)):
         if high <= low:
-            yield fail(document, ("percentiles", k + 1), f"must be greater than the one before (got {high:g} after {low:g})")
+            yield fail(document, ("percentiles", k + 1), f"percentiles must rise (got {high:g} after {low:g})")
     edge = min(levels[1], 100 - levels[-2])
     for sex, part in file.sexes().items():
         if edge <= 50 / part.count:
-            yield fail(document, (sex, "count"), f"{part.count} people cannot tell the percentile next to 0 or 100 "
-                                                 f"({edge:g}): leave it out")  # fmt: skip
+            what = f"{part.count} people cannot tell the percentile next to 0 or 100 ({edge:g}): leave it out"
+            yield fail(document, (sex, "count"), what)
 
 
 def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]:
@@ -110,14 +110,16 @@ def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]
         if name not in MEASURES:
             faults.append(fail(document, where, f"no such measure; {one_of(name, MEASURES)}"))
         elif len(row) != len(file.percentiles):
-            faults.append(fail(document, where, f"{len(file.percentiles)} values are needed, one a percentile (got {len(row)})"))
+            what = f"{len(file.percentiles)} values are needed, one a percentile (got {len(row)})"
+            faults.append(fail(document, where, what))
         else:
             faults += _row_faults(document, where, row, _unit(file, name))
     for key, rows in (("quantiles", part.quantiles), ("correlation", part.correlation)):
         if list(rows) != names:
-            gone, more = [n for n in names if n not in rows], [n for n in rows if n not in names]
-            what = f"missing {', '.join(gone)}" * bool(gone) + " and " * bool(gone and more) + f"extra {', '.join(more)}" * bool(more)
-            faults.append(fail(document, (sex, key), f"all tables need the same measures in the same order: {what or 'another order'}"))
+            told = [f"{name} is missing" for name in names if name not in rows]
+            told += [f"{name} is not in the first table" for name in rows if name not in names]
+            what = f"all tables need the same measures in the same order ({', '.join(told) or 'another order'})"
+            faults.append(fail(document, (sex, key), what))
     return faults or _correlation_faults(document, sex, part)
 
 
@@ -135,11 +137,13 @@ def _correlation_faults(document: Document, sex: str, part: SexFile) -> list[str
     for i, (name, row) in enumerate(part.correlation.items()):
         where = (sex, "correlation", name)
         if len(row) != i + 1 or row[-1] != 1:
-            faults.append(fail(document, where, f"a row has one value for each measure down to itself: {i + 1}, the last "
-                                                f"of them 1 (got {len(row)}, the last {row[-1] if row else 'missing'})"))  # fmt: skip
-        faults += [fail(document, (*where, k), f"a correlation lies between -1 and 1 (got {value:g})")
-                   for k, value in enumerate(row[:-1]) if not -1 < value < 1]  # fmt: skip
+            got = f"got {len(row)}, the last {row[-1] if row else 'missing'}"
+            what = f"a row has one value for each measure down to its own: {i + 1}, the last of them 1 ({got})"
+            faults.append(fail(document, where, what))
+        for k, value in enumerate(row[:-1]):
+            if not -1 < value < 1:
+                faults.append(fail(document, (*where, k), f"a correlation lies between -1 and 1 (got {value:g})"))
     if not faults and (least := float(np.linalg.eigvalsh(_square(part)).min())) <= 0:
-        faults.append(fail(document, (sex, "correlation"), "these correlations contradict one another: an eigenvalue of "
-                                                           f"their matrix is {least:.3g}, all must be positive"))  # fmt: skip
+        what = f"they contradict one another: an eigenvalue of their matrix is {least:.3g}, all must be positive"
+        faults.append(fail(document, (sex, "correlation"), what))
     return faults

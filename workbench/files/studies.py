@@ -13,15 +13,16 @@ from workbench.errors import InputError, one_of
 from workbench.files.bodies import body_path, load_body
 from workbench.files.catalogue import find
 from workbench.files.environments import environment_files, load_environment
+from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, flat_angles, load_postures, posture_path, posture_pose
 from workbench.files.schema import fail, validate
-from workbench.files.study_schema import CriterionFile, PersonFile, StudyFile
+from workbench.files.study_schema import CriterionFile, PersonFile, SizeFile, StudyFile
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix, join_poses
-from workbench.model.study import Criterion, Person, Study
+from workbench.model.study import Criterion, Person, Size, Study
 
 __all__ = ["load_study"]
 
@@ -228,6 +229,7 @@ def _person(file: StudyFile, name: str, loaded: Loaded) -> Person:
         forward=person.adjust.forward if person.adjust else 0.0,
         up=person.adjust.up if person.adjust else 0.0,
         stand=person.stand.on if person.stand else None,
+        size=_size(person.size) if person.size else None,
     )
 
 
@@ -240,3 +242,8 @@ def _put(body: Body, poses: Poses, person: PersonFile) -> Poses:
     if person.stand:
         world[:, :, :3] = np.einsum("ij,pjk->pik", attitude_matrix(yaw=math.radians(person.stand.yaw)), world[:, :, :3])
     return Poses(poses.rotations, poses.reference, world)
+
+
+def _size(file: SizeFile) -> Size:
+    mass = {} if file.mass_kg is None else {"mass": file.mass_kg}
+    return Size(file.sex, file.measures | mass, load_population_model(file.population))

@@ -37,10 +37,20 @@ class StandFile(FileModel):
     yaw: Annotated[float, Field(ge=-360, le=360)] = 0.0
 
 
+class SizeFile(FileModel):
+    """A person's size: some measures, the rest as people of the population with these have them."""
+
+    sex: Literal["male", "female"]
+    population: str = "ansur2"
+    measures: Annotated[dict[str, Annotated[Length, Field(gt=0)]], Field(min_length=1)]
+    mass_kg: Annotated[float, Field(gt=0, le=400)] | None = None
+
+
 class PersonFile(FileModel):
-    """A body, and where it is: in a seat, at a place, or standing."""
+    """A body, perhaps to a size, and where it is: in a seat, at a place, or standing."""
 
     body: str
+    size: SizeFile | None = None
     seat: str | None = None
     adjust: AdjustFile | None = None
     at: AtFile | None = None

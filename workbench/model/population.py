@@ -55,8 +55,8 @@ class Population:
         bad = np.argwhere(~((self.measures > 0) & np.isfinite(self.measures)))
         if len(bad):
             row, column = bad[0]
-            value = self.measures[row, column]
-            raise InputError(f"population {self.source}: person {row}: {self.names[column]}: must be positive, got {value}")
+            got = f"{self.names[column]}: must be positive, got {self.measures[row, column]}"
+            raise InputError(f"population {self.source}: person {row}: {got}")
         if len(self.labels) not in (0, people):
             raise InputError(f"population {self.source}: {len(self.labels)} labels for {people} people")
 
@@ -77,7 +77,8 @@ class Population:
         """The people at a mask or at indices."""
         index = np.arange(len(self))[keep]
         labels = tuple(self.labels[i] for i in index) if self.labels else ()
-        return replace(self, sex=self.sex[index], weight=self.weight[index], measures=self.measures[index], labels=labels)
+        measures = self.measures[index]
+        return replace(self, sex=self.sex[index], weight=self.weight[index], measures=measures, labels=labels)
 
     def of_sex(self, sex: str) -> Population:
         """The people of one sex; InputError where there is none."""

@@ -8,9 +8,10 @@ from pathlib import Path
 
 from workbench.model.body import Body
 from workbench.model.environment import Environment
+from workbench.model.population import PopulationModel
 from workbench.model.poses import Poses
 
-__all__ = ["Criterion", "Person", "Study"]
+__all__ = ["Criterion", "Person", "Size", "Study"]
 
 
 @dataclass(frozen=True)
@@ -30,11 +31,21 @@ class Criterion:
 
 
 @dataclass(frozen=True, eq=False)
+class Size:
+    """A person's measures [m; mass in kg], and the population whose people the other measures are taken from."""
+
+    sex: str
+    measures: Mapping[str, float]
+    population: PopulationModel
+
+
+@dataclass(frozen=True, eq=False)
 class Person:
     """One body in all cases of a study: P poses, one a case.
 
     seat: the seat it is put into (its adjustment `forward` and `up` [m]); or `stand`: a point (3,) [m] that the lowest
-    sphere stands on; or neither, where the poses are placed already.
+    sphere stands on; or neither, where the poses are placed already. size: the measures the body is scaled to when the
+    study runs, None for the body as it is.
     """
 
     name: str
@@ -45,6 +56,7 @@ class Person:
     forward: float = 0.0
     up: float = 0.0
     stand: tuple[float, float, float] | None = None
+    size: Size | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from workbench.people.scores import scores_of
 
 __all__ = ["draw_people"]
 
-MOST = 1_000_000
+MOST = 250_000
 
 
 def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0.5) -> Population:

@@ -113,7 +113,7 @@ def gap_bound(surface: Surface, centre: Floats, radius: Floats) -> float:
     corners = split_triangles(surface.vertices[surface.faces], 0.02)
     middle = corners.mean(axis=1)
     order = morton_order(middle)
-    floor = max(float(union_field(middle[order], centre, radius)[0].max()), 1e-6)
+    floor = max(float(union_field(middle[order], centre, radius)[0].max()), 1e-5)
     points, gaps = np.empty((len(corners), 3)), np.empty((len(corners), 2))
     widest_gap(corners, centre, radius, floor, 0.01 * floor, points, gaps)
     floor = max(floor, float(gaps[:, 0].max()))

@@ -114,6 +114,16 @@ class Manikin:
         """Height [m] of the lowest surface, standing, over the stage."""
         return float((self._placed["standing"][0][:, 2] - self.shape.radius).min())
 
+    def overlaps(self) -> Floats:
+        """(N, N) greatest depth [m] to which two segments overlap, standing or sitting; negative where they are apart."""
+        deepest = np.full((len(self.body.segments),) * 2, -np.inf)
+        touching = self.shape.radius[:, None] + self.shape.radius[None, :]
+        for posture in ("standing", "sitting"):
+            centres = self._placed[posture][0]
+            depth = touching - np.linalg.norm(centres[:, None] - centres[None, :], axis=-1)
+            np.maximum.at(deepest, (self._segment[:, None], self._segment[None, :]), depth)
+        return deepest
+
     def value(self, length: Length) -> float:
         """A length [m]; with extreme spheres chosen on another shape, linear in this one's."""
         total = 0.0

@@ -21,6 +21,7 @@ from workbench.solve.collide import (
 )
 from workbench.solve.stops import stops
 from workbench.study.criteria import Measured, verdict
+from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.warnings import result_warnings
 
@@ -31,6 +32,7 @@ PACKAGES = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh")
 
 def clearance_study(study: Study) -> Result:
     """Run a clearance study."""
+    study, told = sized(study)
     environment = adjusted_environment(study)
     placed = {person.name: place_person(person, environment) for person in study.people}
     people = {person.name: _measure(person, placed[person.name], environment) for person in study.people}
@@ -48,7 +50,7 @@ def clearance_study(study: Study) -> Result:
         people=tuple(people.values()),
         between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
         provenance={"inputs": _hashes(study), "versions": _versions()},
-        warnings=(*result_warnings(study, environment, tuple(people.values())), *study.warnings),
+        warnings=(*told, *result_warnings(study, environment, tuple(people.values())), *study.warnings),
     )
 
 

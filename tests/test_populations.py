@@ -1,0 +1,236 @@
+"""Populations as files: what comes along agrees with the raw survey, and what is wrong is named with its line."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from tests.conftest import ROOT, SHARED
+from workbench.errors import InputError, UsageError
+from workbench.files.ansur import read_ansur
+from workbench.files.growth import load_growth
+from workbench.files.populations import load_population_model
+from workbench.model.measures import MEASURES
+from workbench.model.population import SEXES, Population, PopulationModel
+from workbench.people.fit import fit_population
+from workbench.people.percentile import percentile_values
+
+REFERENCE = SHARED.parent / "reference"
+RAW = [SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
+
+TINY = """\
+population: tiny
+length: mm
+percentiles: [0, 50, 100]
+male:
+  count: 100
+  quantiles:
+    stature: [1500, 1750, 2000]
+    mass: [40, 80, 150]
+    span: [1500, 1760, 2050]
+  correlation:
+    stature: [1]
+    mass: [0.5, 1]
+    span: [0.8, 0.4, 1]
+"""
+CSV = """\
+SubjectId,stature,weightkg,interpupillarybreadth,sittingheight,acromialheight,Gender
+a,1756,855,640,918,1440,Male
+b,1628,678,620,857,1335,Female
+"""
+FEW = ["stature", "mass", "interpupillary_breadth", "acromial_height_sitting"]
+
+
+@pytest.fixture(scope="module")
+def raw():
+    if not all(path.is_file() for path in RAW):
+        pytest.skip("raw survey not here")
+    return read_ansur(*RAW)
+
+
+@pytest.fixture
+def people(tmp_path):
+    """Read a CSV text as a file."""
+
+    def read(text, measures=FEW):
+        path = tmp_path / "people.csv"
+        path.write_bytes(text.encode("latin-1"))
+        return read_ansur(path, measures=measures)
+
+    return read
+
+
+@pytest.fixture
+def model(tmp_path):
+    """Read a population file's text."""
+
+    def read(text):
+        path = tmp_path / "tiny.yaml"
+        path.write_text(text)
+        return load_population_model(path)
+
+    return read
+
+
+def test_ansur2_has_both_sexes_and_all_measures():
+    ansur2 = load_population_model("ansur2")
+    assert (ansur2.sexes, ansur2.count.tolist(), ansur2.names) == (SEXES, [4082, 1986], tuple(MEASURES))
+    assert len(MEASURES) >= 40
+    assert repr(ansur2) == "PopulationModel(ansur2: 4082 male, 1986 female, 58 measures)"
+
+
+def test_the_correlation_that_comes_along_is_symmetric_and_positive_definite():
+    for matrix in load_population_model("ansur2").correlation:
+        assert np.array_equal(matrix, matrix.T)
+        assert np.linalg.eigvalsh(matrix).min() > 0.005
+
+
+@pytest.mark.parametrize("sex", SEXES)
+def test_quantiles_that_come_along_are_those_of_the_reference_table_within_a_millimetre(sex):
+    path = REFERENCE / "ansur2_percentiles.csv"
+    if not path.exists():
+        pytest.skip("reference table not here")
+    model, columns = load_population_model("ansur2"), {name.replace("_", ""): k for k, name in enumerate(MEASURES)}
+    table = percentile_values(model, sex, [5, 50, 95])
+    rows = [row for row in csv.DictReader(path.read_text().splitlines()) if row["dim"] in columns]
+    assert len(rows) >= 30
+    for row in rows:
+        want = np.array([float(row[f"{sex[0].upper()}{p}"]) for p in (5, 50, 95)])
+        unit = 0.0001 if row["dim"] == "interpupillarybreadth" else 0.001
+        assert table[:, columns[row["dim"]]] == pytest.approx(want * unit, abs=0.001), row["dim"]
+
+
+@pytest.mark.parametrize("sex", SEXES)
+def test_quantiles_that_come_along_are_those_of_the_raw_survey_within_a_millimetre(raw, sex):
+    model, levels = load_population_model("ansur2"), [1, 5, 25, 50, 75, 95, 99]
+    off = percentile_values(model, sex, levels) - percentile_values(raw, sex, levels)
+    assert np.abs(off[:, np.array(raw.names) != "mass"]).max() < 0.001
+    assert np.abs(off[:, raw.names.index("mass")]).max() < 0.15
+
+
+def test_populations_are_made_by_their_script_to_the_byte(raw):
+    made = {path: path.read_bytes() for path in ROOT.glob("bodies/populations/*.yaml")}
+    done = subprocess.run([sys.executable, ROOT / "bodies" / "make_populations.py"], capture_output=True, text=True)
+    assert done.returncode == 0 and "not here" not in done.stdout
+    assert {path: path.read_bytes() for path in made} == made and len(made) == 2
+
+
+def test_populations_hold_figures_and_stay_small():
+    for path in ROOT.glob("bodies/populations/*.yaml"):
+        assert path.stat().st_size < 120_000
+        assert max(map(len, path.read_text().splitlines())) <= 120
+
+
+def test_the_raw_survey_is_read_whole_in_si_units(raw):
+    assert repr(raw).endswith("4082 men, 1986 women, 58 measures)")
+    for name, middle in (("stature", 1.719), ("mass", 78.5), ("interpupillary_breadth", 0.0635)):
+        assert np.median(raw.column(name)) == pytest.approx(middle, abs=1e-9)
+
+
+def test_a_raw_file_gives_kilograms_and_metres_and_derives_the_acromial_height_sitting(people):
+    two = people(CSV)
+    assert two.measures[0] == pytest.approx([1.756, 85.5, 0.064, 0.602])
+    assert (two.sex.tolist(), two.labels) == ([0, 1], ("a", "b"))
+    assert two.person("b").column("mass") == pytest.approx([67.8])
+
+
+def test_a_raw_file_may_be_latin_1_with_a_byte_order_mark(people):
+    assert len(people("\xef\xbb\xbf" + CSV.replace("a,1756", "Fort Buchanan, Peña".replace(", ", " ") + ",1756"))) == 2
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("stature,", "height,", "people.csv:1: missing columns: stature"),
+    ("Gender", "Group", "people.csv:1: missing columns: gender"),
+    ("b,1628", "b,16280", "people.csv:3: stature: 16280 mm is absurd for a person; 630 to 2800 mm is plausible"),
+    ("a,1756", "a,tall", "people.csv:2: stature: a number is needed (got 'tall')"),
+    ("a,1756", "a,nan", "people.csv:2: stature: a number is needed (got 'nan')"),
+    (",678,", ",67.8,", "people.csv:3: weightkg: 6.78 kg is absurd"),
+    (",640,", ",64,", "people.csv:2: interpupillarybreadth: 6.4 mm is absurd"),
+    (",1440,", ",440,", "people.csv:2: acromialheight (acromial_height_sitting): -398 mm is absurd"),
+    ("Female", "other", "people.csv:3: gender: got 'other'; valid: male, female"),
+    ("1335,Female", "1335", "people.csv:3: 7 cells are needed, one a column (got 6)"),
+    ("weightkg", "stature", "people.csv:1: column 'stature' stands twice"),
+    ("a,", '"a,', "people.csv:3: not a CSV file: unexpected end of data"),
+])  # fmt: skip
+def test_what_is_wrong_in_a_raw_file_is_named_with_line_and_column(people, old, new, told):
+    with pytest.raises(InputError) as error:
+        people(CSV.replace(old, new, 1))
+    assert len(error.value.problems) == 1 and told in error.value.problems[0]
+
+
+def test_a_raw_file_without_people_is_refused(people, tmp_path):
+    with pytest.raises(InputError, match="holds no people"):
+        people(CSV.splitlines()[0])
+    with pytest.raises(InputError, match="no such file"):
+        read_ansur(tmp_path / "gone.csv")
+    with pytest.raises(UsageError, match="name one CSV file"):
+        read_ansur()
+
+
+def test_a_small_population_file_is_read(model):
+    tiny = model(TINY)
+    assert tiny.quantiles[0, :, 1] == pytest.approx([1.75, 80, 1.76])
+    assert tiny.correlation[0, 1].tolist() == [0.5, 1, 0.4]
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("length: mm\n", "", "length: the unit of length is needed"),
+    ("50, 100]", "100, 100]", "tiny.yaml:3:23: percentiles[2]: percentiles must rise"),
+    ("[0, 50,", "[1, 50,", "percentiles: must go from 0 to 100 (got 1 to 100)"),
+    ("count: 100", "count: few", "tiny.yaml:5:3: male.count: a whole number is needed"),
+    ("[0, 50, 100]", "[0, 0.1, 100]", "male.count: 100 people cannot tell"),
+    ("1750, 2000]", "1750]", "tiny.yaml:7:5: male.quantiles.stature: 3 values are needed"),
+    ("1750", "1490", "tiny.yaml:7:21: male.quantiles.stature[1]: quantiles must rise"),
+    ("1750", "17500", "17500 is absurd for a person; 630 to 2800 is plausible"),
+    ("    span: [1500", "    spam: [1500", "no such measure; did you mean 'span'?"),
+    ("    span: [0.8, 0.4, 1]\n", "", "same measures in the same order (span is missing)"),
+    ("mass: [0.5, 1]", "mass: [1]", "tiny.yaml:12:5: male.correlation.mass: a row has one value for each"),
+    ("[0.5, 1]", "[1.5, 1]", "male.correlation.mass[0]: a correlation lies between -1 and 1"),
+    ("[0.8, 0.4, 1]", "[0.99, -0.9, 1]", "male.correlation: they contradict one another"),
+    ("male:", "man:", "tiny.yaml:4:1: man: unknown key 'man'"),
+])  # fmt: skip
+def test_what_is_wrong_in_a_population_file_is_named_with_its_line(model, old, new, told):
+    with pytest.raises(InputError) as error:
+        model(TINY.replace(old, new, 1))
+    assert any(told in line for line in error.value.problems), error.value.problems
+
+
+def test_an_unknown_population_is_told_which_there_are():
+    with pytest.raises(InputError, match="did you mean 'ansur2'"):
+        load_population_model("ansur")
+
+
+def test_a_growth_file_with_two_rows_swapped_is_refused(tmp_path):
+    lines = (ROOT / "bodies" / "populations" / "cdc_growth.yaml").read_text().splitlines(keepends=True)
+    row = next(k for k, line in enumerate(lines) if "- [25.5" in line)
+    lines[row], lines[row + 1] = lines[row + 1], lines[row]
+    path = tmp_path / "growth.yaml"
+    path.write_text("".join(lines))
+    with pytest.raises(InputError, match=rf"growth.yaml:{row + 2}:7: male.stature\[2\]: ages must rise"):
+        load_growth(path)
+
+
+@pytest.mark.parametrize(("change", "told"), [
+    ({"sex": [2]}, "a sex is an index"),
+    ({"weight": [0.0]}, "every weight must be positive"),
+    ({"measures": [[-1.0]]}, "person 0: stature: must be positive, got -1.0"),
+    ({"names": ("height",)}, "no measure 'height'"),
+    ({"labels": ("a", "b")}, "2 labels for 1 people"),
+])  # fmt: skip
+def test_a_population_keeps_its_invariants(change, told):
+    fields = {"names": ("stature",), "sex": [0], "weight": [1.0], "measures": [[1.75]], "source": "test"}
+    with pytest.raises(InputError, match=told):
+        Population(**(fields | change))
+
+
+def test_a_model_fitted_to_few_people_leaves_out_what_they_cannot_tell():
+    chance = np.random.default_rng(1)
+    measures = np.exp(chance.normal(size=(60, 2)) * 0.05) * [1.75, 80]
+    few = Population(("stature", "mass"), np.ones(60), np.ones(60), measures, "sixty women")
+    model = fit_population(few, name="few")
+    assert isinstance(model, PopulationModel) and model.sexes == ("female",)
+    assert model.levels[[0, 1, -2, -1]].tolist() == [0, 0.025, 0.975, 1]

@@ -1,0 +1,140 @@
+"""`workbench body ...`: the bodies there are, their measures, and bodies to measure."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import App, Parameter
+
+from workbench.errors import InputError, UsageError, one_of
+
+__all__ = ["body_app"]
+
+body_app = App(name="body", help="List the bodies there are, show or measure one, or make one to measures.")
+Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
+
+
+@body_app.command(name="list")
+def body_list(*, as_json: Json = False) -> int:
+    """List the bodies there are."""
+    from workbench.report.body_sheet import body_list as listed
+
+    rows = listed()
+    if as_json:
+        print(_json(rows))
+    for row in [] if as_json else rows:
+        print(f"{row['name']}: {row['description']} ({row['segments']} segments, {row['spheres']} spheres, "
+              f"{row['mass_kg']} kg)")  # fmt: skip
+    return 0
+
+
+@body_app.command(name="show")
+def body_show(body: str, *, as_json: Json = False) -> int:
+    """Show a body: its segments, joints and postures.
+
+    Parameters
+    ----------
+    body
+        a body file, or the name of one that comes with the workbench
+    """
+    from workbench.report.body_sheet import body_sheet, body_text
+
+    sheet = body_sheet(body)
+    print(_json(sheet) if as_json else body_text(sheet))
+    return 0
+
+
+@body_app.command(name="measure")
+def body_measure(body: str, *, as_json: Json = False) -> int:
+    """Measure a body as an anthropometer does, by the definitions of ANSUR II.
+
+    Parameters
+    ----------
+    body
+        a body file, or the name of one that comes with the workbench
+    """
+    from workbench.files.bodies import load_body
+    from workbench.shape.measure import measure
+
+    found = {name: round(1000 * value, 1) for name, value in measure(load_body(body)).items()}
+    if as_json:
+        print(_json({"body": body, "measures_mm": found}))
+    for name, value in {} if as_json else found.items():
+        print(f"{name:<34} {value:>7.1f} mm")
+    return 0
+
+
+@body_app.command(name="scale")
+def body_scale(
+    body: str,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    sex: str = "male",
+    population: str = "ansur2",
+    **measures: str,
+) -> int:
+    """Make a body with given measures, one flag each: --stature "1625 mm" --sitting-height "33.8 in" --mass "60 kg".
+
+    Measures that are not given follow from those that are, as people of the population have them.
+
+    Parameters
+    ----------
+    body
+        the body to start from: a file, or the name of one that comes with the workbench
+    out
+        the body file to write
+    sex
+        male or female: whose figures the other measures follow
+    population
+        the population whose figures they are
+    measures
+        measures by name, with units
+    """
+    from workbench.files.bodies import body_path, load_body
+    from workbench.files.body_writer import body_text
+    from workbench.files.populations import load_population_model
+    from workbench.study.persons import person_body
+
+    if not measures:
+        raise UsageError('workbench body scale: give one measure or more, such as --stature "1625 mm"')
+    wanted = {name.replace("-", "_"): _quantity(name.replace("-", "_"), text) for name, text in measures.items()}
+    made = person_body(load_body(body), load_population_model(population), sex=sex, measures=wanted)
+    for warning in made.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    told = ", ".join(f"{name} {text}" for name, text in measures.items())
+    text = body_text(made.body, body_path(body), name=out.stem, description=f"{body}, {sex}, to {told}")
+    partial = out.with_name(f".{out.name}.partial")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_text(text)
+        partial.replace(out)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror})") from None
+    print(out)
+    return 0
+
+
+def _quantity(name: str, text: str) -> float:
+    """Metres, or kilograms of a mass."""
+    from workbench.files.schema import to_metres
+    from workbench.shape.measure import MEASURES
+
+    if name == "mass":
+        number, _, unit = text.strip().partition(" ")
+        factor = {"kg": 1.0, "lb": 0.45359237}.get(unit.strip())
+        if factor is None or not number.replace(".", "", 1).isdigit():
+            raise UsageError(f"--mass: a mass such as '60 kg' or '132 lb' is needed, got {text!r}")
+        return float(number) * factor
+    if name not in MEASURES:
+        raise UsageError(f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'])}")
+    try:
+        return to_metres(text)
+    except ValueError as error:
+        raise UsageError(f"--{name.replace('_', '-')}: {error}, got {text!r}") from None
+
+
+def _json(data: Any) -> str:
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False)
