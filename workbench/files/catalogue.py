@@ -56,5 +56,13 @@ def names(kind: str, inner: str = "", *, near: Path | None = None) -> list[str]:
     found: set[str] = set()
     for root in ([near.parent] if near else []) + roots():
         pattern = f"{kind}/*/{inner}" if inner else f"{kind}/*.yaml"
-        found |= {p.parent.name if inner else p.stem for p in root.glob(pattern)}
+        files = [p for p in root.glob(pattern) if inner or _is_entry(kind, p)]
+        found |= {p.parent.name if inner else p.stem for p in files}
     return sorted(found)
+
+
+def _is_entry(kind: str, path: Path) -> bool:
+    """True where a YAML file beside others is an entry by itself and not something that entries refer to."""
+    key = {"bodies": "body:", "studies": "study:"}.get(kind)
+    text = path.read_text(encoding="utf-8", errors="replace")
+    return key is None or any(line.startswith(key) for line in text.splitlines())

@@ -12,6 +12,7 @@ from workbench.files.schema import Degrees, FileModel, Length, LengthUnit, Vecto
 __all__ = ["AllowFile", "ControlFile", "EnvironmentFile", "MeshFile", "PartFile", "RestFile", "SeatFile", "unit_metres"]
 
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
+SeatAngle = Annotated[float, Field(ge=-45, le=90), AfterValidator(math.radians)]
 Depth = Annotated[Length, Field(ge=0, le=1)]
 Range = Annotated[tuple[Length, Length], Field(strict=False)]
 Name = Annotated[str, Field(min_length=1)]
@@ -98,8 +99,8 @@ class SeatFile(FileModel):
     """A seat; see `workbench.model.environment.Seat`."""
 
     srp: Vector
-    back_angle: Annotated[Degrees, Field(ge=-math.pi / 4, le=math.pi / 2)]
-    cushion_angle: Annotated[Degrees, Field(ge=-math.pi / 4, le=math.pi / 2)]
+    back_angle: SeatAngle
+    cushion_angle: SeatAngle
     yaw: Degrees = 0.0
     cushion: RestFile
     back: RestFile

@@ -74,7 +74,8 @@ def _environment(document: Document, file: StudyFile, path: Path) -> tuple[Envir
         return None, inputs, [fail(document, ("environment",), problem) for problem in error.problems]
     try:
         environment = load_environment(source)
-        return environment, inputs | {f"environment {p.name}": p for p in environment_files(source)}, []
+        files = {f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)}
+        return environment, inputs | files, []
     except InputError as error:
         return None, inputs, list(error.problems)
 
@@ -96,7 +97,26 @@ def _body(document: Document, file: StudyFile, who: tuple[str, Path]) -> tuple[L
         loaded = body, load_postures(postures, body)[0]
     except InputError as error:
         return None, {}, list(error.problems)
-    return loaded, {f"body {body.name}": source, f"postures {postures.name}": postures}, []
+    files = {f"body of {name}": source, f"postures of {name}": postures}
+    size = file.people[name].size
+    try:
+        if size is not None:
+            files[f"population of {name}"] = find("bodies/populations", size.population, near=path.parent)
+            load_population_model(size.population)
+    except InputError as error:
+        where = ("people", name, "size", "population")
+        return None, {}, [fail(document, where, problem) for problem in error.problems]
+    return loaded, files, _size_faults(document, file, name)
+
+
+def _size_faults(document: Document, file: StudyFile, name: str) -> list[str]:
+    """Measures of a person's size that its population does not know."""
+    size = file.people[name].size
+    if size is None:
+        return []
+    known = load_population_model(size.population).names
+    return [fail(document, ("people", name, "size", "measures", measure), f"no measure {measure!r}; "
+                 f"{one_of(measure, known)}") for measure in size.measures if measure not in known]  # fmt: skip
 
 
 def _people_faults(document: Document, file: StudyFile, environment: Environment | None) -> list[str]:

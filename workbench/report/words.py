@@ -59,7 +59,7 @@ def contact_sentence(contacts: Contacts, row: int) -> str:
 def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
     """A criterion's outcome in one or two sentences."""
     if verdict.worst is None:
-        return "Nothing was there to be measured."
+        return "Nothing was there to be measured: what it asks about is hidden, allowed to touch, or not in this study."
     told = finding_sentence(verdict.criterion.check, verdict.worst, cases)
     if verdict.passed:
         return f"Nearest to failing: {told}"

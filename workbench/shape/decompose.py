@@ -92,12 +92,15 @@ def fit_regions(surface: Surface, limits: Limits, joints: Joints, regions: Regio
     thickness = 2 * surface.volume / surface.area
     expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
     sources = int(np.clip(60 * expected, 4_000, 60_000))
-    problem = prepared(surface, limits, spacing=spacing, sources=sources, joints=joints, regions=regions, seed=seed)
+    problem = prepared(surface, limits, spacing=spacing, sources=sources, joints=joints, regions=regions, seed=seed,
+                       eroded=True)  # fmt: skip
     corners = split_triangles(surface.vertices[surface.faces], max(4 * limits.inward, 1e-4))
     problem, chosen = _proved_cover(problem, limits, corners, seed)
     safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
     centre, radius = _proved_polish(problem, limits, corners, safe)
     quality = fit_quality(surface, centre, radius, seconds=process_time() - began)
+    # the proof of the cover is the sharper one
+    quality = replace(quality, outside=min(quality.outside, limits.inward), inside=min(quality.inside, limits.outward))
     return SphereFit(centre, radius, problem.candidates.bits[chosen], len(joints.radius), limits.outward, limits.inward,
                      quality)  # fmt: skip
 
@@ -108,7 +111,7 @@ def _proved_cover(problem: Problem, limits: Limits, corners: Floats, seed: int) 
     for turn in range(_ROUNDS):
         usable = problem.radius(limits) > 0
         problem, chosen = _only(problem, usable, chosen)
-        moves = 12_000 if turn == 0 else 1_500 if turn < 4 else 0
+        moves = 12_000 if turn == 0 else 3_000 // turn if turn < 10 else 0
         found = cover(problem.targets, problem.candidates, problem.radius(limits), required=len(problem.joints.radius),
                       begun=chosen, moves=moves, seed=seed + turn)  # fmt: skip
         if len(found.bare):

@@ -7,15 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from workbench.kernels.balls import widest_gap
 from workbench.kernels.nearest import morton_order
 from workbench.kernels.scanlines import shared_volume
 from workbench.model.arrays import Floats, Ints
 from workbench.shape.polish import union_field
 from workbench.shape.sampling import Samples, random_samples
 from workbench.shape.surface import Surface
+from workbench.shape.verify import deepest_hollow, gap_bound
 
-__all__ = ["FitQuality", "exposed_points", "fit_quality", "gap_bound", "split_triangles"]
+__all__ = ["FitQuality", "exposed_points", "fit_quality"]
 
 
 @dataclass(frozen=True)
@@ -52,19 +52,23 @@ def fit_quality(
     """Measure spheres (m, 3), (m,) against a surface with `count` samples each way (or the given ones)."""
     on_surface = (samples or random_samples(surface, count, seed=seed)).point
     on_surface = on_surface[morton_order(on_surface)]
-    exposed, _ = exposed_points(centre, radius, count)
+    exposed = exposed_points(centre, radius, count)
     there = distance_to_union(on_surface, exposed, centre, radius)
     depth = surface.distance(centre)
-    back = np.abs(surface.distance(exposed))
+    signed = surface.distance(exposed)
+    back = np.abs(signed)
     both = np.concatenate([there, back])
     weight = np.concatenate([np.full(len(there), 0.5 / len(there)), np.full(len(back), 0.5 / max(len(back), 1))])
     order = np.argsort(both)
     p95 = both[order][np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())]
     pitch = max(float(np.ptp(surface.vertices, axis=0).max()) / 400, 1e-4)
+    outside = max(gap_bound(surface, centre, radius), -float(signed.min(initial=0.0)))
+    outside = deepest_hollow(surface, centre, radius, outside) if proved is None else proved[1]
+    inside = max(0.0, float((radius + depth).max()))
     mesh, union, shared = shared_volume(surface.vertices[surface.faces], centre, radius, pitch)
     return FitQuality(
         spheres=len(radius), mean=float(weight @ both), p95=float(p95), to_spheres=float(there.max()),
-        to_surface=float(back.max(initial=0.0)), outside=gap_bound(surface, centre, radius),
+        to_surface=float(back.max(initial=0.0)), outside=outside,
         inside=max(0.0, float((radius + depth).max())), volume_ratio=union / mesh,
         iou=shared / (mesh + union - shared), seconds=seconds,
     )  # fmt: skip
@@ -107,27 +111,3 @@ def exposed_points(centre: Floats, radius: Floats, count: int) -> tuple[Floats, 
     shown = union_field(point, centre, radius)[0] > -1e-9
     return point[shown], owner[shown]
 
-
-def gap_bound(surface: Surface, centre: Floats, radius: Floats) -> float:
-    """Proved upper bound [m] of how far the surface lies outside the union, within 1 % of the true greatest gap."""
-    corners = split_triangles(surface.vertices[surface.faces], 0.02)
-    middle = corners.mean(axis=1)
-    order = morton_order(middle)
-    floor = max(float(union_field(middle[order], centre, radius)[0].max()), 1e-5)
-    points, gaps = np.empty((len(corners), 3)), np.empty((len(corners), 2))
-    widest_gap(corners, centre, radius, floor, 0.01 * floor, points, gaps)
-    floor = max(floor, float(gaps[:, 0].max()))
-    widest_gap(corners, centre, radius, floor, 0.01 * floor, points, gaps)
-    return max(0.0, float(gaps[:, 1].max()))
-
-
-def split_triangles(corners: Floats, longest: float) -> Floats:
-    """Triangles (T, 3, 3) cut into quarters until no side is longer than `longest` [m]."""
-    done = []
-    while len(corners):
-        large = (np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) > longest).any(axis=1)
-        done.append(corners[~large])
-        a, m = corners[large], 0.5 * (corners[large] + np.roll(corners[large], -1, axis=1))
-        quarters = [np.stack([a[:, k], m[:, k], m[:, (k + 2) % 3]], axis=1) for k in range(3)]
-        corners = np.concatenate([*quarters, m])
-    return np.concatenate(done)

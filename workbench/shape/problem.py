@@ -49,9 +49,14 @@ class Problem:
 
 
 def prepared(
-    surface: Surface, limits: Limits, *, spacing: float, sources: int, joints: Joints, regions: Regions, seed: int
-) -> Problem:
-    """Samples `spacing` [m] apart, candidates under about `sources` of them, and inner points against voids."""
+    surface: Surface, limits: Limits, *, spacing: float, sources: int, joints: Joints, regions: Regions, seed: int,
+    eroded: bool = False,
+) -> Problem:  # fmt: skip
+    """Samples `spacing` [m] apart, candidates under about `sources` of them, and inner points against voids.
+
+    eroded: hold, in place of a sample, the point limits.inward below it wherever the part is that thick: no void can
+    then reach deeper than the tolerance.
+    """
     most = 0.7 * surface.area / spacing**2
     if most > _MOST_SAMPLES:
         reach = np.sqrt(most / _MOST_SAMPLES) * min(limits.outward, limits.inward) * 1e3
@@ -66,6 +71,11 @@ def prepared(
     inner = _inner_targets(balls, limits)
     first = Candidates(joints.centre, -surface.distance(joints.centre), joints.bits)
     on_surface = Targets(samples.point, np.full(len(samples), 0.97 * limits.inward), regions.may(samples.point))
+    if eroded:
+        below = samples.point - 0.99 * limits.inward * samples.normal
+        thick = surface.distance(below) < -0.9 * limits.inward
+        margin = np.where(thick, -0.01 * limits.inward, on_surface.margin)
+        on_surface = Targets(np.where(thick[:, None], below, samples.point), margin, on_surface.may)
     return Problem(surface, regions, joints, samples, joined_targets([on_surface, inner]), joined_candidates([first, balls]))
 
 
@@ -92,7 +102,8 @@ def with_more(problem: Problem, limits: Limits, bare: Samples, hollow: Floats) -
             balls.append(inner_balls(problem.surface, bare, limits, slack=slack, bits=regions.own(bare.point)))
     if len(hollow):
         everyone = np.full(len(hollow), np.int64(2**62 - 1))
-        targets.append(Targets(hollow, np.zeros(len(hollow)), everyone))
+        # not at the rim of a sphere, where it was found, but well inside one
+        targets.append(Targets(hollow, np.full(len(hollow), -0.1 * limits.inward), everyone))
         balls.append(Candidates(hollow, -problem.surface.distance(hollow), regions.own(hollow)))
     return replace(problem, targets=joined_targets(targets), candidates=joined_candidates(balls))
 

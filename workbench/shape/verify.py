@@ -1,7 +1,8 @@
-"""Does a union of spheres keep to its tolerances everywhere? What does not is handed back, to be covered too.
+"""Does a union of spheres keep to its tolerances everywhere? Proved, not sampled; what does not is handed back.
 
-The surface is proved triangle by triangle, not sampled. What the spheres leave hollow inside is sampled on their own
-exposed surface: a place there that is deeper under the surface than the inward tolerance is a void.
+The surface is proved triangle by triangle: the field of one sphere is convex, so its greatest value on a triangle is at
+a corner. The spheres' own exposed surface is proved patch by patch: depth under the surface changes by no more than the
+way gone. What cannot be proved is cut into quarters, down to 1 % of the tolerance.
 """
 
 from __future__ import annotations
@@ -9,28 +10,104 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.kernels.balls import widest_gap
-from workbench.model.arrays import Floats, Ints
-from workbench.shape.candidates import Limits
-from workbench.shape.fit_quality import exposed_points
+from workbench.kernels.nearest import morton_order
+from workbench.model.arrays import Floats
+from workbench.shape.polish import union_field
 from workbench.shape.surface import Surface
 
-__all__ = ["bare_places", "hollow_places"]
+__all__ = ["bare_places", "deepest_hollow", "gap_bound", "hollow_places", "split_triangles"]
 
 FINE = 0.01
 """Share of the tolerance kept back, so that what is proved to within this share holds in full."""
+_GOLDEN = 0.5 * (1 + np.sqrt(5))
 
 
-def bare_places(corners: Floats, centre: Floats, radius: Floats, limits: Limits) -> tuple[Floats, Ints]:
-    """Points (k, 3) of triangles (T, 3, 3) that are not proved within limits.inward of the union; their triangles."""
+def bare_places(corners: Floats, centre: Floats, radius: Floats, inward: float) -> Floats:
+    """Points (k, 3) of triangles (T, 3, 3) that are not proved to lie within `inward` [m] of the union."""
     points, gaps = np.empty((len(corners), 3)), np.empty((len(corners), 2))
-    widest_gap(corners, centre, radius, (1 - FINE) * limits.inward, FINE * limits.inward, points, gaps)
+    widest_gap(corners, centre, radius, (1 - FINE) * inward, FINE * inward, points, gaps)
     # rounding of the last digits is not a fault
-    bad = np.flatnonzero(gaps[:, 1] > limits.inward * (1 + 1e-9))
-    return points[bad], bad
+    return points[gaps[:, 1] > inward * (1 + 1e-9)]
 
 
-def hollow_places(surface: Surface, centre: Floats, radius: Floats, limits: Limits, *, count: int) -> tuple[Floats, Ints]:
-    """Points (k, 3) on the exposed spheres that lie deeper than limits.inward under the surface; their spheres."""
-    exposed, owner = exposed_points(centre, radius, count)
-    deep = surface.distance(exposed) < -(1 - 4 * FINE) * limits.inward
-    return exposed[deep], owner[deep]
+def hollow_places(surface: Surface, centre: Floats, radius: Floats, inward: float) -> Floats:
+    """Points (k, 3) of the exposed spheres that are not proved to lie at most `inward` [m] under the surface."""
+    return _deep_patches(surface, (centre, radius), inward, FINE * inward)[0]
+
+
+def deepest_hollow(surface: Surface, centre: Floats, radius: Floats, floor: float) -> float:
+    """Proved upper bound [m], to 2 %, of how deep the union's surface lies under the surface; at least `floor`."""
+    bound = max(floor, 1e-5)
+    for _ in range(60):
+        _, upper = _deep_patches(surface, (centre, radius), bound, 0.02 * bound)
+        if upper <= bound * (1 + 1e-9):
+            return bound
+        bound = min(max(1.02 * bound, upper), 1.25 * bound)
+    return float(np.inf)
+
+
+def gap_bound(surface: Surface, centre: Floats, radius: Floats) -> float:
+    """Proved upper bound [m] of how far the surface lies outside the union, within 1 % of the true greatest gap."""
+    corners = split_triangles(surface.vertices[surface.faces], 0.02)
+    middle = corners.mean(axis=1)
+    floor = max(float(union_field(middle[morton_order(middle)], centre, radius)[0].max()), 1e-5)
+    points, gaps = np.empty((len(corners), 3)), np.empty((len(corners), 2))
+    for _ in range(2):
+        widest_gap(corners, centre, radius, floor, FINE * floor, points, gaps)
+        floor = max(floor, float(gaps[:, 0].max()))
+    return max(0.0, float(gaps[:, 1].max()))
+
+
+def split_triangles(corners: Floats, longest: float) -> Floats:
+    """Triangles (T, 3, 3) cut into quarters until no side is longer than `longest` [m]."""
+    done = []
+    while len(corners):
+        large = (np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2) > longest).any(axis=1)
+        done.append(corners[~large])
+        corners = _quarters(corners[large])
+    return np.concatenate(done)
+
+
+def _quarters(corners: Floats) -> Floats:
+    middle = 0.5 * (corners + np.roll(corners, -1, axis=1))
+    outer = [np.stack([corners[:, k], middle[:, k], middle[:, (k + 2) % 3]], axis=1) for k in range(3)]
+    return np.concatenate([*outer, middle])
+
+
+def _deep_patches(
+    surface: Surface, spheres: tuple[Floats, Floats], inward: float, fine: float
+) -> tuple[Floats, float]:
+    """Middles (k, 3) of patches of the exposed spheres that are not proved at most `inward` deep, and a bound [m] of
+    the depth of all patches."""
+    centre, radius = spheres
+    corner = np.tile(_icosahedron(), (len(radius), 1, 1))
+    owner = np.repeat(np.arange(len(radius)), 20)
+    deep, upper = [], inward
+    while len(owner):
+        unit = corner.sum(axis=1)
+        unit /= np.linalg.norm(unit, axis=1)[:, None]
+        reach = radius[owner] * np.linalg.norm(corner - unit[:, None], axis=2).max(axis=1)
+        middle = centre[owner] + radius[owner][:, None] * unit
+        order = morton_order(middle)
+        corner, owner, reach, middle = corner[order], owner[order], reach[order], middle[order]
+        open_ = np.flatnonzero(union_field(middle, centre, radius)[0] > -reach)
+        depth = -surface.distance(middle[open_])
+        left = depth + reach[open_] > inward
+        open_, depth = open_[left], depth[left]
+        last = reach[open_] <= fine
+        deep.append(middle[open_[last]])
+        upper = max(upper, float((depth + reach[open_])[last].max(initial=0.0)))
+        rest = open_[~last]
+        owner, corner = np.tile(owner[rest], 4), _quarters(corner[rest])
+        corner /= np.linalg.norm(corner, axis=2)[:, :, None]
+    return np.concatenate(deep) if deep else np.zeros((0, 3)), upper
+
+
+def _icosahedron() -> Floats:
+    """(20, 3, 3) corners of the faces, unit vectors."""
+    points = [(0.0, a, b * _GOLDEN) for a in (-1, 1) for b in (-1, 1)]
+    ring = np.array([np.roll(p, k) for k in range(3) for p in points]) / np.sqrt(1 + _GOLDEN**2)
+    near = ring @ ring.T > 0.4
+    faces = [(i, j, k) for i in range(12) for j in range(i) for k in range(j) if near[i, j] and near[j, k] and near[i, k]]
+    return ring[np.array(faces)]
+

@@ -35,7 +35,8 @@ def verdict(criterion: Criterion, measured: Measured) -> Verdict:
     tolerance = ANGLE_TOLERANCE if criterion.check == "stops" else LENGTH_TOLERANCE
     findings = sorted(CHECKS[criterion.check](criterion, measured), key=lambda f: (f.value - f.limit, f.case, f.person))
     breaches = tuple(f for f in findings if f.value < f.limit - tolerance)
-    return Verdict(criterion, not breaches, findings[0] if findings else None, breaches)
+    # a criterion that looked at nothing has shown nothing
+    return Verdict(criterion, bool(findings) and not breaches, findings[0] if findings else None, breaches)
 
 
 def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:

@@ -1,0 +1,315 @@
+"""People: draws, percentiles, boundary cases, conditional means, growth, shares, against the survey and known laws."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from tests.conftest import SHARED
+from workbench.cli import main
+from workbench.errors import InputError, UsageError
+from workbench.files.ansur import read_ansur
+from workbench.files.growth import load_growth
+from workbench.files.populations import load_population_model
+from workbench.model.measures import COCKPIT, MEASURES
+from workbench.model.population import SEXES, Population
+from workbench.people.boundary import boundary_cases
+from workbench.people.conditional import condition, improbability
+from workbench.people.draw import draw_people
+from workbench.people.growth import growth_people, growth_percentile, growth_values
+from workbench.people.percentile import percentile_of, percentile_people, percentile_values
+from workbench.people.scores import scores_of
+from workbench.people.share import inside_limits, inside_own_percentiles, share_of
+
+REFERENCE = SHARED.parent / "reference" / "boundary_cases_ansur2_95.csv"
+RAW = [SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
+THREE = ("sitting_height", "buttock_knee_length", "thumb_tip_reach")
+ANSUR2 = load_population_model("ansur2")
+GROWTH = load_growth()
+sexes = st.sampled_from(SEXES)
+measures = st.sampled_from(sorted(MEASURES))
+
+
+@pytest.fixture(scope="module")
+def raw():
+    if not all(path.is_file() for path in RAW):
+        pytest.skip("raw survey not here")
+    return read_ansur(*RAW)
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """20000 men and 20000 women, in whole millimetres as the survey records them."""
+    people = draw_people(ANSUR2, 40000, seed=1)
+    return replace(people, measures=np.round(people.measures, 3))
+
+
+def five(values, sex):
+    """Population of one measure, five people."""
+    return Population(("stature",), np.full(5, SEXES.index(sex)), np.ones(5), np.array(values)[:, None], "five")
+
+
+@pytest.mark.parametrize("sex", SEXES)
+def test_draws_have_the_surveys_quantiles_within_3_mm(raw, sex):
+    """60000 of each sex: of 20000, chance alone moves the 95th percentile of the largest measures by up to 3 mm."""
+    levels, many = [5, 50, 95], draw_people(ANSUR2, 60000, seed=1, men=float(sex == "male"))
+    off = percentile_values(many, sex, levels) - percentile_values(raw, sex, levels)
+    assert np.abs(off[:, np.array(raw.names) != "mass"]).max() < 0.003
+    assert np.abs(off[:, raw.names.index("mass")]).max() < 0.5
+
+
+@pytest.mark.parametrize(("sex", "six", "three"), [("male", 71.8, 78.0), ("female", 69.1, 76.4)])
+def test_as_many_draws_as_people_are_inside_their_own_5_to_95_on_all_cockpit_measures(drawn, sex, six, three):
+    people = drawn.of_sex(sex)
+    assert 100 * inside_own_percentiles(people).mean() == pytest.approx(six, abs=1.5)
+    assert 100 * inside_own_percentiles(people, measures=THREE).mean() == pytest.approx(three, abs=1.5)
+
+
+@pytest.mark.parametrize(("sex", "six", "three"), [("male", 71.8, 78.0), ("female", 69.1, 76.4)])
+def test_the_percentile_trap_of_the_survey(raw, sex, six, three):
+    people = raw.of_sex(sex)
+    assert 100 * inside_own_percentiles(people).mean() == pytest.approx(six, abs=0.05)
+    assert 100 * inside_own_percentiles(people, measures=THREE).mean() == pytest.approx(three, abs=0.05)
+
+
+def test_a_box_from_5th_percentile_woman_to_95th_percentile_man_holds_85_and_82_per_cent(raw):
+    six = raw.of(COCKPIT)
+    low, high = percentile_values(six, "female", 5)[0], percentile_values(six, "male", 95)[0]
+    inside = inside_limits(six, low, high)
+    assert [100 * inside[six.sex == k].mean() for k in (0, 1)] == pytest.approx([85.2, 82.5], abs=0.15)
+
+
+def test_draws_keep_the_surveys_correlations(raw, drawn):
+    for sex in SEXES:
+        r, s = (np.corrcoef(people.of_sex(sex).measures.T) for people in (raw, drawn))
+        assert np.abs(r - s).max() < 0.03
+
+
+@given(st.integers(0, 2**63), st.integers(0, 60), st.floats(0, 1))
+def test_the_same_seed_draws_the_same_people_and_as_many_men_as_asked(seed, count, men):
+    one, two = (draw_people(ANSUR2, count, seed=seed, men=men) for _ in range(2))
+    assert np.array_equal(one.measures, two.measures) and one.labels == two.labels
+    assert (one.sex == 0).sum() == round(count * men) and len(one) == count
+
+
+def test_more_draws_of_a_seed_begin_with_the_same_people():
+    few, many = (draw_people(ANSUR2, count, seed=7, men=1) for count in (3, 30))
+    assert np.allclose(few.measures, many.measures[:3], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("wrong", [{"count": -1}, {"count": 10**9}, {"men": 1.1}, {"men": float("nan")}, {"seed": -1}])
+def test_senseless_draws_are_refused(wrong):
+    options = {"count": 1, "seed": 1, "men": 0.5} | wrong
+    with pytest.raises(UsageError):
+        draw_people(ANSUR2, options.pop("count"), **options)
+
+
+@given(sexes, measures, st.floats(0.03, 99.97))
+def test_the_percentile_of_a_percentile_is_itself(sex, measure, p):
+    value = percentile_values(ANSUR2, sex, p)[0, ANSUR2.names.index(measure)]
+    assert percentile_of(ANSUR2, sex, measure, value) == pytest.approx(p, abs=1e-9)
+
+
+@given(st.lists(st.floats(0.5, 2.5), min_size=5, max_size=5), sexes)
+def test_the_value_at_the_percentile_of_a_person_is_that_person(values, sex):
+    people = five(values, sex)
+    back = percentile_values(people, sex, percentile_of(people, sex, "stature", values))
+    assert back[:, 0] == pytest.approx(values, abs=1e-9)
+
+
+def test_percentiles_of_real_people_are_numpys_and_weights_count():
+    people = five([1.5, 1.6, 1.7, 1.8, 1.9], "male")
+    assert percentile_values(people, "male", [0, 10, 25, 100])[:, 0] == pytest.approx([1.5, 1.54, 1.6, 1.9])
+    heavy = replace(people, weight=[1, 1, 1, 1, 100])
+    assert percentile_values(heavy, "male", 50)[0, 0] > 1.8
+
+
+@pytest.mark.parametrize("p", [-1, 101, float("nan")])
+def test_a_percentile_outside_0_to_100_is_refused(p):
+    with pytest.raises(InputError, match="between 0 and 100"):
+        percentile_people(ANSUR2, "male", [50, p])
+
+
+@pytest.mark.parametrize("sex", SEXES)
+def test_boundary_cases_of_the_survey_are_those_of_the_reference_within_a_millimetre(raw, sex):
+    rows = [r for r in csv.DictReader(REFERENCE.read_text().splitlines()) if r["sex"] == sex[0].upper()]
+    people = boundary_cases(raw, sex).people
+    names = {name.replace("_", ""): name for name in people.names}
+    for column in [name for name in rows[0] if name in names]:
+        want = np.array([float(row[column]) for row in rows]) / 1000
+        assert people.column(names[column]) == pytest.approx(want, abs=0.001), column
+    assert people.column("mass") == pytest.approx([float(row["kg"]) for row in rows], abs=0.1)
+
+
+@pytest.mark.parametrize(("sex", "radius"), [("male", 2.50), ("female", 2.41)])
+def test_the_surveys_ellipse_has_the_known_radius_and_two_axes_explain_89_per_cent(raw, sex, radius):
+    boundary = boundary_cases(raw, sex)
+    assert boundary.radius == pytest.approx(radius, abs=0.005)
+    assert boundary.explained.sum() == pytest.approx(0.889, abs=0.002)
+
+
+@pytest.mark.parametrize("sex", SEXES)
+def test_boundary_cases_of_the_model_are_near_those_of_the_survey(raw, sex):
+    real, model = (boundary_cases(source, sex).people.of(COCKPIT).measures for source in (raw, ANSUR2))
+    assert np.abs(real - model).max() < 0.008
+
+
+@given(sexes, st.lists(measures, min_size=2, max_size=8, unique=True), st.sampled_from([0.9, 0.95, 0.98]))
+def test_boundary_cases_lie_on_their_ellipse(sex, chosen, share):
+    boundary = boundary_cases(ANSUR2, sex, share=share, measures=chosen)
+    scores, people = scores_of(ANSUR2, sex), boundary.people.of(chosen)
+    columns = scores.columns(chosen)
+    z = scores.to_scores(people.measures, columns)
+    variance = np.linalg.eigvalsh(scores.correlation[np.ix_(columns, columns)])[::-1][:2]
+    far = np.hypot(*(z @ boundary.axes.T / np.sqrt(variance)).T)
+    assert far == pytest.approx(np.full(8, boundary.radius), abs=1e-6)
+
+
+def test_boundary_cases_of_nonsense_are_refused():
+    for wrong in ({"share": 1}, {"share": 0}, {"measures": ["stature"]}, {"measures": ["stature", "height"]}):
+        with pytest.raises(InputError):
+            boundary_cases(ANSUR2, "male", **wrong)
+
+
+@given(sexes, st.integers(0, 99))
+def test_the_conditional_mean_given_everything_is_itself(sex, seed):
+    person = draw_people(ANSUR2, 1, seed=seed, men=float(sex == "male"))
+    whole = dict(zip(person.names, person.measures.T, strict=True))
+    told = condition(scores_of(ANSUR2, sex), whole)
+    assert np.array_equal(told.values, person.measures)
+    assert np.all(told.covariance == 0) and np.abs(told.spread).max() < 1e-12
+
+
+@given(sexes, st.lists(measures, max_size=10, unique=True), st.floats(1, 99))
+def test_a_conditional_covariance_is_symmetric_and_positive_semidefinite(sex, chosen, p):
+    row = percentile_values(ANSUR2, sex, p)[0]
+    told = condition(scores_of(ANSUR2, sex), {name: row[ANSUR2.names.index(name)] for name in chosen})
+    assert np.array_equal(told.covariance, told.covariance.T)
+    assert np.linalg.eigvalsh(told.covariance).min() > -1e-9
+    assert np.diag(told.covariance).max() <= 1 + 1e-12
+
+
+def test_given_nothing_everybody_is_at_the_median():
+    told = condition(scores_of(ANSUR2, "female"), {})
+    assert told.values == pytest.approx(percentile_values(ANSUR2, "female", 50))
+
+
+def test_a_conditional_mean_of_real_people_is_the_surveys_regression(raw):
+    """Buttock-knee length = 161.4 + .4839 stature - .5016 sitting height + .7876 kg, residual 11.4 mm."""
+    told = condition(scores_of(raw, "male"), {"stature": [1.8, 1.7], "sitting_height": 0.92, "mass": 90})
+    knee = raw.names.index("buttock_knee_length")
+    want = 161.4 + 0.4839 * np.array([1800, 1700]) - 0.5016 * 920 + 0.7876 * 90
+    assert told.values[:, knee] * 1000 == pytest.approx(want, abs=0.3)
+    assert told.spread[0, knee] * 1000 == pytest.approx(11.4, abs=0.1)
+
+
+def test_a_contradiction_is_named_by_its_measure():
+    mix = {"stature": 1.755, "eye_height_sitting": 0.804, "sitting_height": 0.804}
+    told = improbability(scores_of(ANSUR2, "male"), mix)
+    assert told.worst()[0] == "sitting_height" and told.worst()[1] < -9
+    assert abs(told.z[0]).argmax() == 2 and told.rarer[0] < 1e-9
+
+
+def test_improbability_of_one_measure_is_its_score():
+    told = improbability(scores_of(ANSUR2, "male"), {"stature": percentile_values(ANSUR2, "male", [50, 95])[:, 0]})
+    assert told.z[:, 0] == pytest.approx([0, 1.644854], abs=1e-6)
+    assert np.allclose(told.surprise, told.z) and np.allclose(told.distance, np.abs(told.z[:, 0]))
+    assert told.rarer == pytest.approx([1, 0.1])
+
+
+@pytest.mark.parametrize("wrong", [{"height": 1.8}, {"stature": -1.8}, {"stature": [1.7, 1.8], "span": [1, 2, 3]}])
+def test_given_measures_that_make_no_sense_are_refused(wrong):
+    with pytest.raises(InputError):
+        condition(scores_of(ANSUR2, "male"), wrong)
+
+
+def test_growth_has_the_published_percentiles_of_the_cdc():
+    """Stature of boys of 24.5 months at the 3rd, 5th, 50th, 95th, 97th percentile, and the median at 24.0 months."""
+    want = [0.8026037, 0.8108869, 0.8686161, 0.9263177, 0.9345923]
+    got = growth_values(GROWTH, "male", [3, 5, 50, 95, 97], age=24.5 / 12)[:, 0]
+    assert got == pytest.approx(want, abs=1e-5)
+    assert growth_values(GROWTH, "male", 50, age=2)[0, 0] == pytest.approx(0.8645220, abs=2e-4)
+    assert growth_values(GROWTH, "female", 50, age=20)[0] == pytest.approx([1.63338, 58.219], abs=1e-3)
+
+
+@given(sexes, st.floats(2, 20), st.floats(0.1, 99.9))
+def test_a_childs_percentile_is_the_one_it_was_made_for(sex, age, p):
+    child = growth_people(GROWTH, sex, p, age=age)
+    for name in child.names:
+        assert growth_percentile(GROWTH, sex, name, child.column(name), age=age)[0] == pytest.approx(p, abs=1e-6)
+
+
+@given(sexes, st.floats(2, 19.5), st.floats(1, 99))
+def test_children_grow(sex, age, p):
+    now, later = (growth_values(GROWTH, sex, p, age=at)[0] for at in (age, age + 0.5))
+    assert later[0] > now[0] - 1e-4
+
+
+@pytest.mark.parametrize(("p", "age"), [(50, 1.9), (50, 20.1), (0, 6), (100, 6), (float("nan"), 6), (50, float("nan"))])
+def test_growth_outside_the_charts_is_refused(p, age):
+    with pytest.raises(InputError, match="are known, got"):
+        growth_values(GROWTH, "female", p, age=age)
+
+
+@given(st.integers(1, 400), st.floats(0, 1), st.sampled_from(["wilson", "exact"]), st.sampled_from([0.9, 0.95, 0.99]))
+def test_confidence_intervals_are_those_of_scipy(people, part, method, confidence):
+    inside = round(part * people)
+    told = share_of(np.arange(people) < inside, method=method, confidence=confidence)
+    want = binomtest(inside, people).proportion_ci(confidence, method=method)
+    assert (told.low, told.high) == pytest.approx((want.low, want.high), abs=1e-9)
+
+
+def test_equal_weights_change_nothing_and_one_heavy_person_widens_the_interval():
+    served = np.arange(100) < 72
+    plain = share_of(served)
+    assert str(plain) == "72.0 % of 100 people (95 % confidence: 62.5 to 79.9 %)"
+    assert share_of(served, weight=np.full(100, 3.0)) == plain
+    heavy = share_of(served, weight=np.where(np.arange(100) == 0, 50.0, 1.0))
+    assert heavy.high - heavy.low > plain.high - plain.low
+
+
+@pytest.mark.parametrize("wrong", [{"method": "guess"}, {"confidence": 1.0}, {"weight": [1.0]}, {"weight": [1, 0]}])
+def test_senseless_shares_are_refused(wrong):
+    with pytest.raises(InputError):
+        share_of(np.array([True, False]), **wrong)
+
+
+@pytest.mark.parametrize(("line", "told"), [
+    ("people percentile --sex male --p 5 --measures stature,mass sitting-height", "stature          mm   1647.5"),
+    ("people boundary --sex female --share 90", "2  longest limbs"),
+    ("people draw --count 40 --measures stature", "ansur2, drawn with seed 1, female"),
+    ("people draw --count 2 --seed 3 --men 1 --measures mass --csv", "label,sex,mass_kg\nmale 1,male,"),
+    ("people growth --age 6 --sex male --p 50", "stature   mm   1153.9"),
+])  # fmt: skip
+def test_the_command_line_shows_people_in_millimetres_and_kilograms(line, told, capsys):
+    assert main(line.split()) == 0
+    assert told in capsys.readouterr().out
+
+
+def test_json_of_people_names_each_measure_with_its_unit(capsys):
+    assert main(["people", "boundary", "--sex", "male", "--json"]) == 0
+    people = json.loads(capsys.readouterr().out)["people"]
+    assert len(people) == 8 and people[0]["label"] == "overall large"
+    assert list(people[0]["measures"])[:2] == ["thumb_tip_reach_mm", "buttock_knee_length_mm"]
+
+
+@pytest.mark.parametrize(("line", "code", "told"), [
+    ("people percentile --sex man", 2, "sex"),
+    ("people percentile --sex male --p 101", 3, "a percentile lies between 0 and 100, got 101"),
+    ("people percentile --sex male --measures height", 3, "no measure 'height'"),
+    ("people percentile --sex male --population gone.csv", 3, "gone.csv: no such file"),
+    ("people boundary --sex male --share 100", 3, "between 0 and 1"),
+    ("people draw --count 10 --men 2", 2, "the share of men lies between 0 and 1"),
+    ("people draw --count 1 --json --csv", 2, "not both"),
+    ("people growth --sex male --age 30", 3, "ages from 2 to 20 years are known, got 30"),
+])  # fmt: skip
+def test_the_command_line_says_what_is_wrong_with_people(line, code, told, capsys):
+    assert main(line.split()) == code
+    assert told in capsys.readouterr().err
