@@ -18,7 +18,7 @@ __all__ = ["covered_by_count"]
 
 _GREEDY = 1.17
 """Spheres of the greedy cover for each one left after the improvement (measured on whole bodies and parts)."""
-_MOVES = 25
+_MOVES = 20
 
 
 def covered_by_count(
@@ -32,9 +32,9 @@ def covered_by_count(
     thickness = 2 * surface.volume / surface.area
     guess = min(surface.area / (count * 16 * thickness), thickness)
     limits = limits.scaled(2 * guess / (limits.outward + limits.inward))
-    coarse = _problem(surface, limits, count, joints, seed, per_sphere=40, sources=12)
+    coarse = _problem(surface, limits, count, joints, seed, per_sphere=25, sources=8)
     limits = _bisected(coarse, limits, count)
-    fine = _problem(surface, limits, count, joints, seed, per_sphere=160, sources=60)
+    fine = _problem(surface, limits, count, joints, seed, per_sphere=110, sources=40)
     for _ in range(3):
         found = cover(_with_margin(fine, limits).targets, *_usable(fine, limits), required=len(joints.radius))
         wanted = max(_GREEDY * count, count + 0.5)

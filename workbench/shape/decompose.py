@@ -19,13 +19,13 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.shape.candidates import Limits
 from workbench.shape.count_search import covered_by_count
 from workbench.shape.cover import cover
-from workbench.shape.fit_quality import FitQuality, fit_quality, split_triangles
+from workbench.shape.fit_quality import FitQuality, fit_quality
 from workbench.shape.polish import polished, within_bounds
 from workbench.shape.problem import Joints, Problem, prepared, refuse_bare, with_more
 from workbench.shape.regions import Regions
 from workbench.shape.sampling import Samples
 from workbench.shape.surface import Surface
-from workbench.shape.verify import bare_places, hollow_places
+from workbench.shape.verify import bare_places, hollow_places, split_triangles
 
 __all__ = ["SphereFit", "decompose", "fit_regions"]
 
@@ -98,9 +98,7 @@ def fit_regions(surface: Surface, limits: Limits, joints: Joints, regions: Regio
     problem, chosen = _proved_cover(problem, limits, corners, seed)
     safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
     centre, radius = _proved_polish(problem, limits, corners, safe)
-    quality = fit_quality(surface, centre, radius, seconds=process_time() - began)
-    # the proof of the cover is the sharper one
-    quality = replace(quality, outside=min(quality.outside, limits.inward), inside=min(quality.inside, limits.outward))
+    quality = fit_quality(surface, centre, radius, seconds=process_time() - began, proved=limits.inward)
     return SphereFit(centre, radius, problem.candidates.bits[chosen], len(joints.radius), limits.outward, limits.inward,
                      quality)  # fmt: skip
 
@@ -111,7 +109,7 @@ def _proved_cover(problem: Problem, limits: Limits, corners: Floats, seed: int) 
     for turn in range(_ROUNDS):
         usable = problem.radius(limits) > 0
         problem, chosen = _only(problem, usable, chosen)
-        moves = 12_000 if turn == 0 else 3_000 // turn if turn < 10 else 0
+        moves = 12_000 if turn == 0 else 2_000 if turn < 4 else 0
         found = cover(problem.targets, problem.candidates, problem.radius(limits), required=len(problem.joints.radius),
                       begun=chosen, moves=moves, seed=seed + turn)  # fmt: skip
         if len(found.bare):
@@ -147,10 +145,8 @@ def _retried(problem: Problem, limits: Limits, bare: Ints) -> Problem:
 
 def _faults(problem: Problem, limits: Limits, corners: Floats, spheres: tuple[Floats, Floats]) -> tuple[Samples, Floats]:
     """Places on the surface and inside that the spheres leave open."""
-    bare, _ = bare_places(corners, *spheres, limits)
-    count = int(np.clip(len(problem.samples), 20_000, 60_000))
-    hollow, _ = hollow_places(problem.surface, *spheres, limits, count=count)
-    return _foot(problem.surface, bare), hollow
+    bare = bare_places(corners, *spheres, limits.inward)
+    return _foot(problem.surface, bare), hollow_places(problem.surface, *spheres, limits.inward)
 
 
 def _foot(surface: Surface, points: Floats) -> Samples:

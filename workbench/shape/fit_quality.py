@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from workbench.kernels.nearest import morton_order
 from workbench.kernels.scanlines import shared_volume
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Floats
 from workbench.shape.polish import union_field
 from workbench.shape.sampling import Samples, random_samples
 from workbench.shape.surface import Surface
@@ -23,9 +23,10 @@ class FitQuality:
     """Figures of one fit; distances [m].
 
     mean, p95: of the distance between the two surfaces, both ways together; to_spheres, to_surface: the largest found
-    from the surface to the spheres and back; outside: how far the surface lies outside the spheres at most (proved);
-    inside: how far the spheres' surface lies outside the surface at most (proved); volume_ratio: spheres to surface;
-    iou: shared volume by joined volume; seconds: processor time of the fit.
+    from the surface to that of the spheres and back (a crease narrower than the tolerance that the spheres close counts
+    with its depth); outside: how far the true surface lies outside the spheres at most, hollows between the spheres
+    included; inside: how far the spheres reach out of the surface at most, both proved; volume_ratio: spheres to
+    surface; iou: shared volume by joined volume; seconds: processor time of the fit, this measuring not counted.
     """
 
     spheres: int
@@ -47,14 +48,17 @@ class FitQuality:
 
 def fit_quality(
     surface: Surface, centre: Floats, radius: Floats, *, samples: Samples | None = None, seconds: float = 0.0,
-    count: int = 40_000, seed: int = 1,
+    count: int = 40_000, seed: int = 1, proved: float | None = None,
 ) -> FitQuality:  # fmt: skip
-    """Measure spheres (m, 3), (m,) against a surface with `count` samples each way (or the given ones)."""
+    """Measure spheres (m, 3), (m,) against a surface with `count` samples each way (or the given ones).
+
+    proved [m]: a bound of `outside` that is known already, so that it need not be found.
+    """
     on_surface = (samples or random_samples(surface, count, seed=seed)).point
     on_surface = on_surface[morton_order(on_surface)]
     exposed = exposed_points(centre, radius, count)
     there = distance_to_union(on_surface, exposed, centre, radius)
-    depth = surface.distance(centre)
+    depth = -surface.distance(centre)
     signed = surface.distance(exposed)
     back = np.abs(signed)
     both = np.concatenate([there, back])
@@ -62,14 +66,14 @@ def fit_quality(
     order = np.argsort(both)
     p95 = both[order][np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())]
     pitch = max(float(np.ptp(surface.vertices, axis=0).max()) / 400, 1e-4)
-    outside = max(gap_bound(surface, centre, radius), -float(signed.min(initial=0.0)))
-    outside = deepest_hollow(surface, centre, radius, outside) if proved is None else proved[1]
-    inside = max(0.0, float((radius + depth).max()))
+    if proved is None:
+        found = max(gap_bound(surface, centre, radius), -float(signed.min(initial=0.0)))
+        proved = deepest_hollow(surface, centre, radius, found)
     mesh, union, shared = shared_volume(surface.vertices[surface.faces], centre, radius, pitch)
     return FitQuality(
         spheres=len(radius), mean=float(weight @ both), p95=float(p95), to_spheres=float(there.max()),
-        to_surface=float(back.max(initial=0.0)), outside=outside,
-        inside=max(0.0, float((radius + depth).max())), volume_ratio=union / mesh,
+        to_surface=float(back.max(initial=0.0)), outside=proved,
+        inside=max(0.0, float((radius - depth).max())), volume_ratio=union / mesh,
         iou=shared / (mesh + union - shared), seconds=seconds,
     )  # fmt: skip
 
@@ -91,8 +95,8 @@ def distance_to_union(points: Floats, exposed: Floats, centre: Floats, radius: F
     return distance
 
 
-def exposed_points(centre: Floats, radius: Floats, count: int) -> tuple[Floats, Ints]:
-    """About `count` points, uniform over the spheres' surface, less those inside other spheres; and whose they are.
+def exposed_points(centre: Floats, radius: Floats, count: int) -> Floats:
+    """About `count` points, uniform over the spheres' surface, less those inside other spheres.
 
     Each sphere carries points on a spiral (Saff & Kuijlaars, Math. Intelligencer 19, 1997), in number as its area.
     """
@@ -105,9 +109,8 @@ def exposed_points(centre: Floats, radius: Floats, count: int) -> tuple[Floats, 
     turn = step * (np.pi * (3 - np.sqrt(5))) + owner
     flat = np.sqrt(1 - height**2)
     unit = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
-    point = centre[owner] + radius[owner][:, None] * unit
-    order = morton_order(point)
-    point, owner = point[order], owner[order]
-    shown = union_field(point, centre, radius)[0] > -1e-9
-    return point[shown], owner[shown]
+    point: Floats = centre[owner] + radius[owner][:, None] * unit
+    point = point[morton_order(point)]
+    shown: Floats = point[union_field(point, centre, radius)[0] > -1e-9]
+    return shown
 

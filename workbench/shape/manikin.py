@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.posing import pose
 from workbench.model.quaternions import rotate
@@ -90,7 +90,8 @@ class Manikin:
         self.shape = shape or Shape(body.centre, body.radius, body.joint_in_parent, body.joint_in_child)
         self._segment = body.sphere_segment
         self._frames = {name: _frames(body, angles) for name, angles in POSTURES.items()}
-        self._placed = {name: self._place(frames) for name, frames in self._frames.items()}
+        self._found: dict[tuple[str, ...], Ints] = {}
+        self.placed = {name: self._place(frames) for name, frames in self._frames.items()}
 
     def _place(self, frames: Floats) -> tuple[Floats, Floats]:
         """Sphere centres (S, 3) and joints (J, 3) in the world; the stage at the origin. Linear in the shape."""
@@ -103,32 +104,40 @@ class Manikin:
             origin[n] = joint[n - 1] - frames[n] @ shape.in_child[n - 1]
         return origin[self._segment] + np.einsum("sij,sj->si", frames[self._segment], shape.centre), joint
 
-    def changed(self, shape: Shape) -> Manikin:
-        """The same body with another shape."""
+    def changed(self, shape: Shape, placed: Mapping[str, tuple[Floats, Floats]] | None = None) -> Manikin:
+        """The same body with another shape; placed: its spheres and joints by posture where they are known already."""
         other = object.__new__(Manikin)
         other.body, other.shape, other._segment, other._frames = self.body, shape, self._segment, self._frames
-        other._placed = {name: other._place(frames) for name, frames in self._frames.items()}
+        other._found = self._found
+        other.placed = dict(placed) if placed else {n: other._place(f) for n, f in self._frames.items()}
         return other
 
     def lowest(self) -> float:
         """Height [m] of the lowest surface, standing, over the stage."""
-        return float((self._placed["standing"][0][:, 2] - self.shape.radius).min())
+        return float((self.placed["standing"][0][:, 2] - self.shape.radius).min())
 
     def overlaps(self) -> Floats:
-        """(N, N) greatest depth [m] to which two segments overlap, standing or sitting; negative where they are apart."""
-        deepest = np.full((len(self.body.segments),) * 2, -np.inf)
-        touching = self.shape.radius[:, None] + self.shape.radius[None, :]
+        """(N, N) greatest depth [m] two segments overlap by, standing or sitting; negative where they are apart."""
+        count = len(self.body.segments)
+        filled = np.flatnonzero(np.diff(self.body.start) > 0)
+        first = self.body.start[filled]
+        deepest = np.full((count, count), -np.inf)
+        radius = self.shape.radius
         for posture in ("standing", "sitting"):
-            centres = self._placed[posture][0]
-            depth = touching - np.linalg.norm(centres[:, None] - centres[None, :], axis=-1)
-            np.maximum.at(deepest, (self._segment[:, None], self._segment[None, :]), depth)
+            centres = self.placed[posture][0]
+            square = np.sum(centres**2, axis=1)
+            apart = np.sqrt(np.maximum(square[:, None] + square[None, :] - 2.0 * centres @ centres.T, 0.0))
+            depth = radius[:, None] + radius[None, :] - apart
+            rows = np.maximum.reduceat(np.maximum.reduceat(depth, first, axis=0), first, axis=1)
+            at = np.ix_(filled, filled)
+            deepest[at] = np.maximum(deepest[at], rows)
         return deepest
 
     def value(self, length: Length) -> float:
         """A length [m]; with extreme spheres chosen on another shape, linear in this one's."""
         total = 0.0
         for sign, reach in length.terms:
-            centres, joints = self._placed[reach.posture]
+            centres, joints = self.placed[reach.posture]
             point = joints[reach.joint] if reach.joint >= 0 else centres[reach.sphere]
             total += sign * float(np.dot(reach.direction, point))
             if reach.sphere >= 0 and reach.surface:
@@ -138,7 +147,7 @@ class Manikin:
     def farthest(self, posture: str, direction: Floats, where: Iterable[str]) -> Length:
         """The farthest surface along a direction among segments ("LF") or subparts ("LF/heel")."""
         rows = self._rows(where)
-        reach = self._placed[posture][0][rows] @ direction + self.shape.radius[rows]
+        reach = self.placed[posture][0][rows] @ direction + self.shape.radius[rows]
         best = int(rows[int(np.argmax(reach))])
         return Length(((1.0, Reach(posture, _tuple(direction), sphere=best)),))
 
@@ -149,10 +158,10 @@ class Manikin:
         segments or subparts)."""
         height, half, where = level
         rows = self._rows(where)
-        near = np.abs(self._placed[posture][0][rows] @ along - self.value(height)) <= half
+        near = np.abs(self.placed[posture][0][rows] @ along - self.value(height)) <= half
         if not near.any():
             raise InputError(f"body {self.body.name} has no spheres within {1000 * half:.0f} mm of that level")
-        reach = self._placed[posture][0][rows] @ direction + self.shape.radius[rows]
+        reach = self.placed[posture][0][rows] @ direction + self.shape.radius[rows]
         best = int(rows[int(np.argmax(np.where(near, reach, -np.inf)))])
         return Length(((1.0, Reach(posture, _tuple(direction), sphere=best)),))
 
@@ -165,16 +174,20 @@ class Manikin:
         """A joint along a direction."""
         return Length(((1.0, Reach(posture, _tuple(direction), joint=self.body.joint(name))),))
 
-    def _rows(self, where: Iterable[str]) -> Floats:
-        found: list[int] = []
-        for name in where:
-            segment, _, subpart = name.partition("/")
-            rows = range(*self.body.spheres(self.body.segment(segment)).indices(len(self._segment)))
-            named = [row for row in rows if not subpart or self.body.sphere_names[row] == subpart]
-            if not named:
-                raise InputError(f"body {self.body.name}: segment {segment} has no sphere named {subpart!r}")
-            found += named
-        return np.array(found)
+    def _rows(self, where: Iterable[str]) -> Ints:
+        """The spheres of segments ("LF") or subparts ("LF/heel"); looked up once for all shapes of the body."""
+        key = tuple(where)
+        if key not in self._found:
+            self._found[key] = np.array([row for name in key for row in self._named(name)])
+        return self._found[key]
+
+    def _named(self, name: str) -> list[int]:
+        segment, _, subpart = name.partition("/")
+        rows = range(*self.body.spheres(self.body.segment(segment)).indices(len(self._segment)))
+        named = [row for row in rows if not subpart or self.body.sphere_names[row] == subpart]
+        if not named:
+            raise InputError(f"body {self.body.name}: segment {segment} has no sphere named {subpart!r}")
+        return named
 
 
 def _frames(body: Body, angles: Mapping[str, Mapping[str, float]]) -> Floats:

@@ -103,7 +103,7 @@ def with_more(problem: Problem, limits: Limits, bare: Samples, hollow: Floats) -
     if len(hollow):
         everyone = np.full(len(hollow), np.int64(2**62 - 1))
         # not at the rim of a sphere, where it was found, but well inside one
-        targets.append(Targets(hollow, np.full(len(hollow), -0.1 * limits.inward), everyone))
+        targets.append(Targets(hollow, np.full(len(hollow), -0.03 * limits.inward), everyone))
         balls.append(Candidates(hollow, -problem.surface.distance(hollow), regions.own(hollow)))
     return replace(problem, targets=joined_targets(targets), candidates=joined_candidates(balls))
 

@@ -1,0 +1,126 @@
+"""All the shapes a body can be stretched to: four factors for each pair of segments, along x, y, z and for the radii.
+
+Centres, joints and radii are linear in the factors. Every posture of the anthropometer is too, so the places of all
+spheres and joints for each factor by itself are worked out once a body, and any shape is a sum of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
+from workbench.shape.manikin import POSTURES, Length, Manikin, Shape
+
+__all__ = ["ShapeSpace", "shape_space"]
+
+ROUND, ALONG, SMOOTH, LEAST = 4.0, 0.5, 1.0, 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeSpace:
+    """K factors of a body of N segments. groups (N,): the group of each segment, four factors each; basis: for the
+    fields of Shape the stacked (K, ...) parts; spheres, joints: by posture (K, S, 3) and (K, J, 3); price (K, K): the
+    quadratic cost of factors that leave 1, differ within a segment or between neighbours."""
+
+    base: Manikin
+    groups: Ints
+    basis: Shape
+    spheres: dict[str, Floats]
+    joints: dict[str, Floats]
+    price: Floats
+
+    def shape(self, factors: Floats) -> Shape:
+        """The shape with these factors (K,)."""
+        basis = self.basis
+        return Shape(
+            np.tensordot(factors, basis.centre, axes=1),
+            factors @ basis.radius,
+            np.tensordot(factors, basis.in_parent, axes=1),
+            np.tensordot(factors, basis.in_child, axes=1),
+        )
+
+    def manikin(self, factors: Floats) -> Manikin:
+        """The body with these factors, in all postures."""
+        placed = {
+            name: (np.tensordot(factors, self.spheres[name], axes=1), np.tensordot(factors, self.joints[name], axes=1))
+            for name in POSTURES
+        }
+        return self.base.changed(self.shape(factors), placed)
+
+    def row(self, length: Length) -> Floats:
+        """(K,) what each factor adds to a length whose extreme spheres are held fixed."""
+        total = np.zeros(len(self.price))
+        for sign, reach in length.terms:
+            joint = reach.joint >= 0
+            places = self.joints[reach.posture][:, reach.joint] if joint else self.spheres[reach.posture][:, reach.sphere]
+            total += sign * (places @ np.array(reach.direction))
+            if not joint and reach.surface:
+                total += sign * self.basis.radius[:, reach.sphere]
+        return total
+
+
+@lru_cache(maxsize=16)
+def shape_space(body: Body) -> ShapeSpace:
+    """The shapes of a body, worked out once (nouns are frozen and compare by identity)."""
+    groups = _groups(body)
+    basis = _basis(body, groups)
+    base = Manikin(body)
+    placed = [base.changed(shape).placed for shape in basis]
+    stacked = Shape(*(np.stack([getattr(s, field) for s in basis]) for field in
+                      ("centre", "radius", "in_parent", "in_child")))  # fmt: skip
+    return ShapeSpace(
+        base=base,
+        groups=groups,
+        basis=stacked,
+        spheres={name: np.stack([p[name][0] for p in placed]) for name in POSTURES},
+        joints={name: np.stack([p[name][1] for p in placed]) for name in POSTURES},
+        price=_price(body, groups),
+    )
+
+
+def _groups(body: Body) -> Ints:
+    """(N,) left and right twins, known by their names, change together."""
+    plain = [name.removeprefix("left ").removeprefix("right ") for name in body.segment_names]
+    order = list(dict.fromkeys(plain))
+    return np.array([order.index(name) for name in plain])
+
+
+def _basis(body: Body, groups: Ints) -> list[Shape]:
+    """The shapes whose sums with the factors as weights are all the shapes there are."""
+    segment = body.sphere_segment
+    parent, child = groups[body.parent[1:]], groups[1:]
+    shapes = []
+    for group in range(int(groups.max()) + 1):
+        for axis in range(4):
+            along = np.eye(4)[axis, :3]
+            mine = (groups[segment] == group)[:, None]
+            shapes.append(Shape(
+                body.centre * mine * along,
+                body.radius * mine[:, 0] * float(axis == 3),
+                body.joint_in_parent * (parent == group)[:, None] * along,
+                body.joint_in_child * (child == group)[:, None] * along,
+            ))  # fmt: skip
+    return shapes
+
+
+def _price(body: Body, groups: Ints) -> Floats:
+    """Cross sections stay round (radius against the two axes across); lengths are freer to go their own way."""
+    count = int(groups.max()) + 1
+    unit = np.eye(4 * count)
+    rows = [LEAST * row for row in unit]
+    for group in range(count):
+        centres = body.centre[groups[body.sphere_segment] == group]
+        long = int(np.argmax(np.ptp(centres, axis=0))) if len(centres) else 2
+        for axis in range(3):
+            rows.append((ALONG if axis == long else ROUND) * (unit[4 * group + axis] - unit[4 * group + 3]))
+    for child in range(1, len(groups)):
+        one, other = groups[child], groups[body.parent[child]]
+        if one != other:
+            rows.append(SMOOTH * (unit[4 * one + 3] - unit[4 * other + 3]))
+    stacked = np.array(rows)
+    price: Floats = stacked.T @ stacked
+    return price
