@@ -285,11 +285,12 @@ _ALL: tuple[Callable[[Manikin], Length], ...] = (
     stature, acromial_height, cervicale_height, trochanterion_height, lateral_femoral_epicondyle_height,
     lateral_malleolus_height, sitting_height, eye_height_sitting, acromial_height_sitting, cervicale_height_sitting,
     elbow_rest_height, thigh_clearance, knee_height_sitting, popliteal_height, buttock_knee_length,
-    buttock_popliteal_length, functional_leg_length, abdominal_extension_depth_sitting, hip_breadth_sitting, hip_breadth,
-    bideltoid_breadth, biacromial_breadth, forearm_forearm_breadth, shoulder_elbow_length, acromion_radiale_length,
-    radiale_stylion_length, forearm_hand_length, forearm_center_of_grip_length, hand_length, hand_breadth, thumb_tip_reach,
-    overhead_fingertip_reach_sitting, foot_length, foot_breadth_horizontal, head_length, head_breadth, tragion_top_of_head,
-    interpupillary_breadth, chest_depth, waist_depth, waist_breadth, buttock_depth,
+    buttock_popliteal_length, functional_leg_length, abdominal_extension_depth_sitting, hip_breadth_sitting,
+    hip_breadth, bideltoid_breadth, biacromial_breadth, forearm_forearm_breadth, shoulder_elbow_length,
+    acromion_radiale_length, radiale_stylion_length, forearm_hand_length, forearm_center_of_grip_length,
+    hand_length, hand_breadth, thumb_tip_reach, overhead_fingertip_reach_sitting, foot_length,
+    foot_breadth_horizontal, head_length, head_breadth, tragion_top_of_head, interpupillary_breadth, chest_depth,
+    waist_depth, waist_breadth, buttock_depth,
 )  # fmt: skip
 MEASURES: dict[str, Callable[[Manikin], Length]] = {function.__name__: function for function in _ALL}
 

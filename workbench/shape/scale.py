@@ -66,7 +66,8 @@ def scale(body: Body, measures: Mapping[str, float], *, others: Mapping[str, flo
         factors = _solve(space, (hard, measures), (lengths(manikin, soft), soft))
         _check_factors(body, space.groups, factors)
     worst = max(miss, key=lambda name: abs(miss[name]))
-    raise InputError(f"no shape of {body.name} found with these measures: {worst} stays {1000 * miss[worst]:+.1f} mm off")
+    off = f"{worst} stays {1000 * miss[worst]:+.1f} mm off"
+    raise InputError(f"no shape of {body.name} found with these measures: {off}")
 
 
 def _refuse(measures: Mapping[str, float]) -> None:
@@ -136,7 +137,7 @@ def _flesh(body: Body, manikin: Manikin) -> Floats:
 
     A stouter body presses more flesh together in the very postures in which the first one was not in contact.
     """
-    before, after = shape_space(body).base.overlaps(), manikin.overlaps()
+    before, after = shape_space(body).overlaps, manikin.overlaps()
     more = np.maximum(after - np.maximum(before, 0.0), 0.0)
     return np.where(body.adjacent, 0.0, np.maximum(body.allowance, body.allowance + more))
 

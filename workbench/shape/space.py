@@ -24,7 +24,8 @@ ROUND, ALONG, SMOOTH, LEAST = 4.0, 0.5, 1.0, 0.25
 class ShapeSpace:
     """K factors of a body of N segments. groups (N,): the group of each segment, four factors each; basis: for the
     fields of Shape the stacked (K, ...) parts; spheres, joints: by posture (K, S, 3) and (K, J, 3); price (K, K): the
-    quadratic cost of factors that leave 1, differ within a segment or between neighbours."""
+    quadratic cost of factors that leave 1, differ within a segment or between neighbours; overlaps (N, N): of the
+    unchanged body."""
 
     base: Manikin
     groups: Ints
@@ -32,6 +33,7 @@ class ShapeSpace:
     spheres: dict[str, Floats]
     joints: dict[str, Floats]
     price: Floats
+    overlaps: Floats
 
     def shape(self, factors: Floats) -> Shape:
         """The shape with these factors (K,)."""
@@ -55,10 +57,12 @@ class ShapeSpace:
         """(K,) what each factor adds to a length whose extreme spheres are held fixed."""
         total = np.zeros(len(self.price))
         for sign, reach in length.terms:
-            joint = reach.joint >= 0
-            places = self.joints[reach.posture][:, reach.joint] if joint else self.spheres[reach.posture][:, reach.sphere]
+            if reach.joint >= 0:
+                places = self.joints[reach.posture][:, reach.joint]
+            else:
+                places = self.spheres[reach.posture][:, reach.sphere]
             total += sign * (places @ np.array(reach.direction))
-            if not joint and reach.surface:
+            if reach.joint < 0 and reach.surface:
                 total += sign * self.basis.radius[:, reach.sphere]
         return total
 
@@ -79,6 +83,7 @@ def shape_space(body: Body) -> ShapeSpace:
         spheres={name: np.stack([p[name][0] for p in placed]) for name in POSTURES},
         joints={name: np.stack([p[name][1] for p in placed]) for name in POSTURES},
         price=_price(body, groups),
+        overlaps=base.overlaps(),
     )
 
 
