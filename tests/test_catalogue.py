@@ -17,13 +17,13 @@ from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.data import result_file
 from workbench.report.folder import write_report
 
-YAML = sorted([*ROOT.glob("bodies/*.yaml"), *ROOT.glob("environments/*/environment.yaml"), *ROOT.glob("studies/*.yaml")])
+YAML = sorted([*ROOT.glob("bodies/*.yaml"), *ROOT.glob("bodies/populations/*.yaml"), *ROOT.glob("environments/*/environment.yaml"), *ROOT.glob("studies/*.yaml")])
 STUDIES = sorted(p.stem for p in ROOT.glob("studies/*.yaml"))
 
 
 def is_data(path):
     head = path.read_text()[:4000]
-    return any(f"\n{key}:" in "\n" + head for key in ("body", "environment", "study", "postures"))
+    return any(f"\n{key}:" in "\n" + head for key in ("body", "environment", "study", "postures", "population", "growth"))
 
 
 @pytest.mark.parametrize("path", [p for p in YAML if is_data(p)], ids=lambda p: p.name if "env" not in p.name else p.parent.name)
@@ -164,7 +164,7 @@ def test_the_first_study_passes_and_its_sitters_rest_on_their_seats():
     assert deepest == pytest.approx(20, abs=0.5)
 
 
-@pytest.mark.parametrize("kind", ["body", "postures", "environment", "study", "result"])
+@pytest.mark.parametrize("kind", ["body", "postures", "environment", "study", "population", "growth", "result"])
 def test_published_schemas_are_those_of_the_code(kind):
     published = json.loads((ROOT / "docs" / "schemas" / f"{kind}.schema.json").read_text())
     assert published == json_schemas()[kind]

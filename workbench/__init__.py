@@ -17,8 +17,10 @@ if TYPE_CHECKING:
     from workbench.errors import MissingPartError as MissingPartError
     from workbench.errors import UsageError as UsageError
     from workbench.errors import WorkbenchError as WorkbenchError
+    from workbench.files.ansur import read_ansur as read_ansur
     from workbench.files.bodies import load_body as load_body
     from workbench.files.environments import load_environment as load_environment
+    from workbench.files.populations import load_population_model as load_population_model
     from workbench.files.studies import load_study as load_study
     from workbench.model.body import Body as Body
     from workbench.model.contacts import Clearance as Clearance
@@ -31,6 +33,10 @@ if TYPE_CHECKING:
     from workbench.model.posing import pose as pose
     from workbench.model.result import Result as Result
     from workbench.model.study import Study as Study
+    from workbench.people.boundary import boundary_cases as boundary_cases
+    from workbench.people.draw import draw_people as draw_people
+    from workbench.shape.measure import measure as measure
+    from workbench.shape.scale import scale as scale
     from workbench.solve.collide import body_clearance as body_clearance
     from workbench.solve.collide import body_contacts as body_contacts
     from workbench.solve.collide import clearance as clearance
@@ -40,6 +46,7 @@ if TYPE_CHECKING:
     from workbench.solve.forward import rereference as rereference
     from workbench.solve.forward import update as update
     from workbench.solve.stops import stops as stops
+    from workbench.study.persons import person_body as person_body
     from workbench.study.run import run as run
 
 __version__ = "0.1.0"
@@ -73,6 +80,13 @@ _HOME: dict[str, str] = {
     "update": "solve.forward",
     "stops": "solve.stops",
     "run": "study.run",
+    "person_body": "study.persons",
+    "scale": "shape.scale",
+    "measure": "shape.measure",
+    "boundary_cases": "people.boundary",
+    "draw_people": "people.draw",
+    "read_ansur": "files.ansur",
+    "load_population_model": "files.populations",
 }
 
 __all__ = [
@@ -91,17 +105,24 @@ __all__ = [
     "__version__",
     "body_clearance",
     "body_contacts",
+    "boundary_cases",
     "clearance",
     "contacts",
+    "draw_people",
     "join_poses",
     "load_body",
     "load_environment",
+    "load_population_model",
     "load_study",
+    "measure",
+    "person_body",
     "place",
     "pose",
+    "read_ansur",
     "relation",
     "rereference",
     "run",
+    "scale",
     "self_contacts",
     "stops",
     "update",

@@ -225,7 +225,7 @@ def schema(kind: str) -> int:
     Parameters
     ----------
     kind
-        body, postures, environment, study or result
+        body, postures, environment, study, population, growth or result
     """
     from workbench.files.kinds import json_schemas
 

@@ -181,7 +181,7 @@ def _show(people: Population, *, as_json: bool = False, as_csv: bool = False) ->
         text = _csv(rows, [f"{name}_{units[name][0]}" for name in people.names])
     else:
         text = _table(people.source, rows)
-    print(text)  # noqa: T201
+    print(text)
 
 
 def _csv(rows: list[dict[str, Any]], names: list[str]) -> str:

@@ -12,6 +12,8 @@ from workbench.files.bodies import load_body
 from workbench.files.body_schema import BodyFile
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import load_environment
+from workbench.files.growth import GrowthFile, load_growth
+from workbench.files.populations import PopulationFile, load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.results import ResultFile
 from workbench.files.schema import validate
@@ -21,18 +23,20 @@ from workbench.files.yaml_text import read_yaml
 
 __all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
 
-KINDS = ("study", "body", "environment", "postures")
+KINDS = ("study", "body", "environment", "postures", "population", "growth")
 _MODELS: dict[str, type[BaseModel]] = {
     "body": BodyFile,
     "postures": PosturesFile,
     "environment": EnvironmentFile,
     "study": StudyFile,
+    "population": PopulationFile,
+    "growth": GrowthFile,
     "result": ResultFile,
 }
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment or postures, by the keys of the file; "mesh" for what does not end in .yaml.
+    """study, body, environment, postures, population or growth, by the keys of the file; "mesh" for what does not end in .yaml.
 
     InputError where a YAML file has no key that names its kind.
     """
@@ -79,6 +83,12 @@ def check_file(path: Path) -> list[str]:
         return list(load_environment(path).warnings)
     if kind == "postures":
         validate(read_yaml(path), PosturesFile)
+        return []
+    if kind == "population":
+        load_population_model(path)
+        return []
+    if kind == "growth":
+        load_growth(path)
         return []
     raise InputError(f"{path}: a YAML file is needed; meshes are looked at with 'workbench inspect'")
 
