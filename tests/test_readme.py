@@ -30,7 +30,7 @@ def test_the_python_block_runs_and_prints_contacts(capsys):
                                   if line.startswith("workbench ")])  # fmt: skip
 def test_every_command_line_parses(line):
     command, bound, _ = app.parse_args(shlex.split(line)[1:], exit_on_error=False, print_error=False)
-    assert command.__name__ in {"run", "check", "inspect", "render"}
+    assert command.__name__ in {"run", "check", "inspect", "render", "body_scale", "body_measure", "boundary"}
     assert bound.arguments
 
 
