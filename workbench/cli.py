@@ -201,19 +201,13 @@ def render(
     """
     from workbench.draw.render import render as draw
     from workbench.draw.sources import scene_of
+    from workbench.files.results import write_file
 
     ending = ".svg" if style == "circles" else ".png"
     if out.suffix.lower() != ending:
         raise UsageError(f"a picture of {style} is a {ending} file; got --out {out}")
     picture = draw(scene_of(source, posture=posture, case=case), view=view, style=style, size=size)
-    partial = out.with_name(f".{out.name}.partial")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(picture)
-        partial.replace(out)
-    except OSError as error:
-        partial.unlink(missing_ok=True)
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from None
+    write_file(out, picture)
     print(out)
     return 0
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from cyclopts import App, Parameter
 
-from workbench.errors import InputError, UsageError, one_of
+from workbench.errors import UsageError, one_of
 
 __all__ = ["body_app"]
 
@@ -96,6 +96,7 @@ def body_scale(
     from workbench.files.bodies import body_path, load_body
     from workbench.files.body_writer import body_text
     from workbench.files.populations import load_population_model
+    from workbench.files.results import write_file
     from workbench.study.persons import person_body
 
     if not measures:
@@ -106,13 +107,7 @@ def body_scale(
         print(f"warning: {warning}", file=sys.stderr)
     told = ", ".join(f"{name} {text}" for name, text in measures.items())
     text = body_text(made.body, body_path(body), name=out.stem, description=f"{body}, {sex}, to {told}")
-    partial = out.with_name(f".{out.name}.partial")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(text)
-        partial.replace(out)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from None
+    write_file(out, text)
     print(out)
     return 0
 

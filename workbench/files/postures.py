@@ -11,7 +11,7 @@ from pydantic import Field
 from workbench.errors import InputError, one_of
 from workbench.files.bodies import body_path
 from workbench.files.body_schema import BodyFile
-from workbench.files.catalogue import is_file
+from workbench.files.catalogue import is_file, roots
 from workbench.files.schema import FileModel, fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
@@ -66,15 +66,19 @@ class PosturesFile(FileModel):
 
 
 def posture_path(body: str | Path, *, near: Path | None = None) -> Path | None:
-    """The posture file that a body file names, or None; InputError where it names one that is not there."""
+    """The posture file that a body file names, or None.
+
+    It lies beside the body, or in the catalogue of bodies. InputError where it is in neither.
+    """
     path = body_path(body, near=near)
     document = read_yaml(path)
     named = validate(document, BodyFile).postures
     if named is None:
         return None
-    if not is_file(path.parent / named):
-        raise InputError(fail(document, ("postures",), f"no such file {named!r} in {path.parent}"))
-    return path.parent / named
+    for folder in (path.parent, *(root / "bodies" for root in roots())):
+        if is_file(folder / named):
+            return folder / named
+    raise InputError(fail(document, ("postures",), f"no such file {named!r} in {path.parent} or among the bodies"))
 
 
 def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:

@@ -12,7 +12,8 @@ from pydantic import BaseModel, ConfigDict
 
 from workbench.errors import InputError
 
-__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "write_folder"]
+__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "write_file",
+           "write_folder"]  # fmt: skip
 
 MARK = "result.json"
 
@@ -112,6 +113,18 @@ class ResultFile(_Row):
 def dump_json(result: ResultFile) -> str:
     """The text of result.json: the same bytes for the same result."""
     return json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def write_file(path: Path, content: str | bytes) -> None:
+    """Write one file that appears at once or not at all. InputError where it cannot be written."""
+    partial = path.with_name(f".{path.name}.partial")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial.write_bytes(content.encode() if isinstance(content, str) else content)
+        partial.replace(path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.kernels.balls import widest_gap
 from workbench.kernels.nearest import morton_order
+from workbench.kernels.spacing import thin_points
 from workbench.model.arrays import Floats
 from workbench.shape.polish import union_field
 from workbench.shape.surface import Surface
@@ -19,6 +20,7 @@ __all__ = ["bare_places", "deepest_hollow", "gap_bound", "hollow_places", "split
 
 FINE = 0.01
 """Share of the tolerance kept back, so that what is proved to within this share holds in full."""
+_COARSE = 0.2
 _GOLDEN = 0.5 * (1 + np.sqrt(5))
 
 
@@ -32,7 +34,12 @@ def bare_places(corners: Floats, centre: Floats, radius: Floats, inward: float) 
 
 def hollow_places(surface: Surface, centre: Floats, radius: Floats, inward: float) -> Floats:
     """Points (k, 3) of the exposed spheres that are not proved to lie at most `inward` [m] under the surface."""
-    return _deep_patches(surface, (centre, radius), inward, FINE * inward)[0]
+    # most hollows show themselves before the patches are small: the full proof is for when none does
+    for fine in (_COARSE, FINE):
+        places = _deep_patches(surface, (centre, radius), inward, fine * inward, sure_only=fine > FINE)[0]
+        if len(places):
+            break
+    return places[thin_points(places, 0.5 * inward)] if len(places) else places
 
 
 def deepest_hollow(surface: Surface, centre: Floats, radius: Floats, floor: float) -> float:
@@ -75,7 +82,7 @@ def _quarters(corners: Floats) -> Floats:
 
 
 def _deep_patches(
-    surface: Surface, spheres: tuple[Floats, Floats], inward: float, fine: float
+    surface: Surface, spheres: tuple[Floats, Floats], inward: float, fine: float, *, sure_only: bool = False
 ) -> tuple[Floats, float]:
     """Middles (k, 3) of patches of the exposed spheres that are not proved at most `inward` deep, and a bound [m] of
     the depth of all patches."""
@@ -90,14 +97,15 @@ def _deep_patches(
         middle = centre[owner] + radius[owner][:, None] * unit
         order = morton_order(middle)
         corner, owner, reach, middle = corner[order], owner[order], reach[order], middle[order]
-        open_ = np.flatnonzero(union_field(middle, centre, radius)[0] > -reach)
-        depth = -surface.distance(middle[open_])
-        left = depth + reach[open_] > inward
-        open_, depth = open_[left], depth[left]
-        last = reach[open_] <= fine
-        deep.append(middle[open_[last]])
-        upper = max(upper, float((depth + reach[open_])[last].max(initial=0.0)))
-        rest = open_[~last]
+        field = union_field(middle, centre, radius)[0]
+        left = np.flatnonzero(field > -reach)
+        depth = -surface.distance(middle[left])
+        left, depth = left[depth + reach[left] > inward], depth[depth + reach[left] > inward]
+        sure = (field[left] > -1e-9) & (depth > inward)
+        last = sure | (reach[left] <= fine)
+        deep.append(middle[left[sure if sure_only else last]])
+        upper = max(upper, float((depth + np.where(sure, 0.0, reach[left]))[last].max(initial=0.0)))
+        rest = left[~last]
         owner, corner = np.tile(owner[rest], 4), _quarters(corner[rest])
         corner /= np.linalg.norm(corner, axis=2)[:, :, None]
     return np.concatenate(deep) if deep else np.zeros((0, 3)), upper
