@@ -30,7 +30,7 @@ from workbench.shape.verify import bare_places, hollow_places, split_triangles
 __all__ = ["SphereFit", "decompose", "fit_regions"]
 
 _ROUNDS = 40
-_POLISH_ROUNDS = 8
+_POLISH_ROUNDS = 20
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -172,7 +172,7 @@ def _proved_polish(
         wrong = np.concatenate([bare.point, hollow])
         if not len(wrong):
             return mixed
-        share[_holders(wrong, safe)] *= 0.5 if turn < 3 else 0.0
+        share[_holders(wrong, safe)] *= 0.5 if turn < 2 else 0.0
     return safe
 
 

@@ -48,13 +48,16 @@ class Surface:
         """Exact signed distance [m] of points (n, 3) to the surface, negative inside; (n,)."""
         return self.nearest(points)[0]
 
-    def nearest(self, points: ArrayLike) -> tuple[Floats, Ints, Floats]:
-        """Signed distance (n,) [m], face (n,) and nearest point (n, 3) of the surface for points (n, 3)."""
+    def nearest(self, points: ArrayLike, *, ordered: bool = False) -> tuple[Floats, Ints, Floats]:
+        """Signed distance (n,) [m], face (n,) and nearest point (n, 3) of the surface for points (n, 3).
+
+        ordered: near points stand together already and need not be sorted.
+        """
         at = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
         count = len(at)
         distance, face, foot = np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 3))
         if count:
-            order = morton_order(at)
+            order = np.arange(count) if ordered else morton_order(at)
             found = np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 3))
             mesh_distance(at[order], self.solid, *found)
             distance[order], face[order], foot[order] = found

@@ -2,7 +2,7 @@
 
 The surface is proved triangle by triangle: the field of one sphere is convex, so its greatest value on a triangle is at
 a corner. The spheres' own exposed surface is proved patch by patch: depth under the surface changes by no more than the
-way gone. What cannot be proved is cut into quarters, down to 1 % of the tolerance.
+way gone. What cannot be proved is cut into quarters, down to 2 % of the tolerance.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from workbench.shape.surface import Surface
 
 __all__ = ["bare_places", "deepest_hollow", "gap_bound", "hollow_places", "split_triangles"]
 
-FINE = 0.01
+FINE = 0.02
 """Share of the tolerance kept back, so that what is proved to within this share holds in full."""
 _COARSE = 0.2
 _GOLDEN = 0.5 * (1 + np.sqrt(5))
@@ -54,7 +54,7 @@ def deepest_hollow(surface: Surface, centre: Floats, radius: Floats, floor: floa
 
 
 def gap_bound(surface: Surface, centre: Floats, radius: Floats) -> float:
-    """Proved upper bound [m] of how far the surface lies outside the union, within 1 % of the true greatest gap."""
+    """Proved upper bound [m] of how far the surface lies outside the union, within 2 % of the true greatest gap."""
     corners = split_triangles(surface.vertices[surface.faces], 0.02)
     middle = corners.mean(axis=1)
     floor = max(float(union_field(middle[morton_order(middle)], centre, radius)[0].max()), 1e-5)
@@ -78,7 +78,8 @@ def split_triangles(corners: Floats, longest: float) -> Floats:
 def _quarters(corners: Floats) -> Floats:
     middle = 0.5 * (corners + np.roll(corners, -1, axis=1))
     outer = [np.stack([corners[:, k], middle[:, k], middle[:, (k + 2) % 3]], axis=1) for k in range(3)]
-    return np.concatenate([*outer, middle])
+    # the four quarters of one stand together: what is near stays near
+    return np.stack([*outer, middle], axis=1).reshape(-1, 3, 3)
 
 
 def _deep_patches(
@@ -95,18 +96,16 @@ def _deep_patches(
         unit /= np.linalg.norm(unit, axis=1)[:, None]
         reach = radius[owner] * np.linalg.norm(corner - unit[:, None], axis=2).max(axis=1)
         middle = centre[owner] + radius[owner][:, None] * unit
-        order = morton_order(middle)
-        corner, owner, reach, middle = corner[order], owner[order], reach[order], middle[order]
         field = union_field(middle, centre, radius)[0]
         left = np.flatnonzero(field > -reach)
-        depth = -surface.distance(middle[left])
+        depth = -surface.nearest(middle[left], ordered=True)[0]
         left, depth = left[depth + reach[left] > inward], depth[depth + reach[left] > inward]
         sure = (field[left] > -1e-9) & (depth > inward)
         last = sure | (reach[left] <= fine)
         deep.append(middle[left[sure if sure_only else last]])
         upper = max(upper, float((depth + np.where(sure, 0.0, reach[left]))[last].max(initial=0.0)))
         rest = left[~last]
-        owner, corner = np.tile(owner[rest], 4), _quarters(corner[rest])
+        owner, corner = np.repeat(owner[rest], 4), _quarters(corner[rest])
         corner /= np.linalg.norm(corner, axis=2)[:, :, None]
     return np.concatenate(deep) if deep else np.zeros((0, 3)), upper
 
