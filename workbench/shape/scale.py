@@ -17,13 +17,16 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.shape.manikin import Length, Manikin, Shape
 from workbench.shape.measure import lengths
-from workbench.shape.space import ShapeSpace, shape_space
+from workbench.shape.space import KNOBS, ShapeSpace, shape_space
 
 __all__ = ["LONGER", "scale"]
 
-MOST_STEPS = 40
-CLOSE = 1e-5
+MOST_STEPS = 32
+CLOSE, ENOUGH = 1e-5, 2e-4
+"""[m] Stop at the first; after all steps the second is good enough."""
 FACTORS = (0.4, 1.8)
+TAPER = 0.45
+PATIENCE, GIVE = 4, 1e-9
 SOFT = 2.0e3
 # (longer, shorter): pairs that cannot be the other way round, because the one holds the other.
 LONGER: tuple[tuple[str, str], ...] = (
@@ -55,19 +58,29 @@ def scale(body: Body, measures: Mapping[str, float], *, others: Mapping[str, flo
     _refuse(measures)
     space = shape_space(body)
     soft = {name: value for name, value in (others or {}).items() if name not in measures}
-    factors = np.ones(len(space.price))
+    factors = space.neutral
     miss: dict[str, float] = {}
+    rivals: dict[str, list[Length]] = {name: [] for name in measures}
+    best, nearest = np.inf, factors
     for step in range(MOST_STEPS):
         manikin = space.manikin(factors)
         hard = lengths(manikin, measures)
         miss = {name: manikin.value(length) - measures[name] for name, length in hard.items()}
-        if step and max(map(abs, miss.values()), default=0.0) < CLOSE:
-            return _rebuilt(body, manikin, (space.groups, factors))
-        factors = _solve(space, (hard, measures), (lengths(manikin, soft), soft))
-        _check_factors(body, space.groups, factors)
-    worst = max(miss, key=lambda name: abs(miss[name]))
-    off = f"{worst} stays {1000 * miss[worst]:+.1f} mm off"
-    raise InputError(f"no shape of {body.name} found with these measures: {off}")
+        off = max(map(abs, miss.values()), default=0.0) if step else np.inf
+        best, nearest = (off, factors) if off < best else (best, nearest)
+        if best < CLOSE:
+            break
+        # extreme spheres may take turns; from then on the last few of them are held at the measure together
+        for name, length in hard.items():
+            rivals[name] = [length, *(other for other in rivals[name] if other != length)][: 1 + step // PATIENCE]
+        rows = [(length, measures[name]) for name in measures for length in rivals[name]]
+        factors = _solve(space, rows, [(length, soft[name]) for name, length in lengths(manikin, soft).items()])
+    if best > ENOUGH:
+        worst = max(miss, key=lambda name: abs(miss[name]))
+        raise InputError(f"no shape of {body.name} found with these measures: {worst} stays "
+                         f"{1000 * miss[worst]:+.1f} mm off")  # fmt: skip
+    _check_factors(body, space.groups, nearest)
+    return _rebuilt(body, space.manikin(nearest), (space.groups, nearest))
 
 
 def _refuse(measures: Mapping[str, float]) -> None:
@@ -81,35 +94,42 @@ def _refuse(measures: Mapping[str, float]) -> None:
         raise InputError(faults)
 
 
-Wanted = tuple[Mapping[str, Length], Mapping[str, float]]
-
-
-def _solve(space: ShapeSpace, hard: Wanted, soft: Wanted) -> Floats:
+def _solve(space: ShapeSpace, hard: list[tuple[Length, float]], soft: list[tuple[Length, float]]) -> Floats:
     """The factors of least price with the hard measures exact and the soft ones near."""
     count = len(space.price)
-    rows = np.array([space.row(length) for length in hard[0].values()]).reshape(-1, count)
-    near = np.array([space.row(length) for length in soft[0].values()]).reshape(-1, count)
+    rows = np.array([space.row(length) for length, _ in hard]).reshape(-1, count)
+    near = np.array([space.row(length) for length, _ in soft]).reshape(-1, count)
     price = space.price + SOFT * near.T @ near
-    pull = space.price @ np.ones(count) + SOFT * near.T @ np.array([soft[1][name] for name in soft[0]])
-    system = np.block([[price, rows.T], [rows, -1e-12 * np.eye(len(rows))]])
-    solution: Floats = np.linalg.solve(system, np.concatenate([pull, [hard[1][name] for name in hard[0]]]))
+    pull = space.price @ space.neutral + SOFT * near.T @ np.array([value for _, value in soft])
+    # a trace of give: rivals that cannot both be had must not make the system singular
+    system = np.block([[price, rows.T], [rows, -GIVE * np.eye(len(rows))]])
+    solution: Floats = np.linalg.solve(system, np.concatenate([pull, [value for _, value in hard]]))
     return solution[:count]
 
 
 def _check_factors(body: Body, groups: Ints, factors: Floats) -> None:
-    worst = int(np.argmax(np.abs(np.log(np.maximum(factors, 1e-9)))))
-    if not FACTORS[0] <= factors[worst] <= FACTORS[1]:
-        name = body.segment_names[int(np.flatnonzero(groups == worst // 4)[0])].removeprefix("left ")
-        way = ("depth", "breadth", "length", "girth")[worst % 4]
-        raise InputError(f"no such person: the {name}'s {way} would have to change by a factor of {factors[worst]:.2f} "
+    """A segment that would have to be less than half or nearly twice itself is no person's."""
+    table = factors.reshape(-1, KNOBS)
+    strain = np.abs(np.log(np.maximum(table[:, :4], 1e-9)))
+    group, way = np.unravel_index(int(np.argmax(strain)), strain.shape)
+    name = body.segment_names[int(np.flatnonzero(groups == group)[0])].removeprefix("left ")
+    factor = float(table[group, way])
+    if not FACTORS[0] <= factor <= FACTORS[1]:
+        what = ("depth", "breadth", "length", "girth")[way]
+        raise InputError(f"no such person: the {name}'s {what} would have to change by a factor of {factor:.2f} "
                          f"({FACTORS[0]} to {FACTORS[1]} is possible)")  # fmt: skip
+    most = int(np.argmax(np.abs(table[:, 4])))
+    if abs(table[most, 4]) > TAPER:
+        name = body.segment_names[int(np.flatnonzero(groups == most)[0])].removeprefix("left ")
+        raise InputError(f"no such person: the {name} would be {abs(table[most, 4]):.0%} thicker at one end than it is "
+                         f"({TAPER:.0%} is possible)")  # fmt: skip
 
 
 def _rebuilt(body: Body, manikin: Manikin, change: tuple[Ints, Floats]) -> Body:
     groups, factors = change
     shape = manikin.shape
-    volume = factors.reshape(-1, 4)[:, :3].prod(axis=1)[groups]
-    around = factors.reshape(-1, 4)[groups]
+    volume = factors.reshape(-1, KNOBS)[:, :3].prod(axis=1)[groups]
+    around = factors.reshape(-1, KNOBS)[groups]
     return replace(
         body,
         centre=shape.centre,
@@ -119,8 +139,8 @@ def _rebuilt(body: Body, manikin: Manikin, change: tuple[Ints, Floats]) -> Body:
         mass=body.mass * volume,
         enclosing_centre=body.enclosing_centre * around[:, :3],
         enclosing_radius=_enclosing(body, shape, body.enclosing_centre * around[:, :3]),
-        twist_point=body.twist_point * around[:, :3],
-        twist_axis=_unit(body.twist_axis * around[:, :3]),
+        twist_point=_twist_lines(body, manikin.shape)[0],
+        twist_axis=_twist_lines(body, manikin.shape)[1],
         allowance=_flesh(body, manikin),
     )
 
@@ -151,7 +171,11 @@ def _enclosing(body: Body, shape: Shape, centre: Floats) -> Floats:
     return np.where(radius > 0, radius + 1e-12, 0.0)
 
 
-def _unit(vector: Floats) -> Floats:
-    length = np.linalg.norm(vector, axis=-1, keepdims=True)
-    return np.where(length > 0, vector / np.maximum(length, 1e-300), 0.0)
-
+def _twist_lines(body: Body, shape: Shape) -> tuple[Floats, Floats]:
+    """The lines that twist is shared along, from the scaled proximal to the scaled distal joints."""
+    point, axis = body.twist_point.copy(), body.twist_axis.copy()
+    for n in np.flatnonzero(body.twist_joint >= 0):
+        point[n] = shape.in_child[n - 1] if n else np.zeros(3)
+        span = shape.in_parent[body.twist_joint[n]] - point[n]
+        axis[n] = span / np.linalg.norm(span)
+    return point, axis
