@@ -41,6 +41,25 @@ def test_there_are_35_measures_or_more_and_each_says_what_it_measures():
     assert all(function.__doc__ and len(function.__doc__) > 20 for function in MEASURES.values())
 
 
+def test_the_measures_a_study_may_give_are_those_of_the_anthropometer():
+    from workbench.model.measures import ON_THE_BODY
+
+    assert list(MEASURES) == list(ON_THE_BODY)
+
+
+@pytest.mark.parametrize(("measures", "words"), [
+    ("{stature: 60}", "60 mm is not a person's (630 to 2800 mm is): a wrong unit?"), ("{mass: 60}", "mass_kg: 60"),
+    ("{span: 1500}", "no measure 'span'"),
+])  # fmt: skip
+def test_a_size_that_cannot_be_is_told_where_it_stands(tmp_path, measures, words):
+    text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
+    path = tmp_path / "wrong.yaml"
+    path.write_text(text.replace("seat: left}", f"seat: left, size: {{sex: male, measures: {measures}}}}}"))
+    with pytest.raises(wb.InputError) as caught:
+        wb.load_study(path)
+    assert words in str(caught.value)
+
+
 def test_bubbleman_measures_as_a_median_man(bubbleman):
     # what a rigid body cannot show, or what its definition is known to miss, has more room
     room = {"hip_breadth_sitting": 31, "forearm_forearm_breadth": 37, "functional_leg_length": 83,

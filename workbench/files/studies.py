@@ -21,6 +21,7 @@ from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
+from workbench.model.measures import MEASURES, ON_THE_BODY
 from workbench.model.posing import attitude_matrix, join_poses
 from workbench.model.study import Criterion, Person, Size, Study
 
@@ -110,14 +111,20 @@ def _body(document: Document, file: StudyFile, who: tuple[str, Path]) -> tuple[L
 
 
 def _size_faults(document: Document, file: StudyFile, name: str) -> list[str]:
-    """Measures of a person's size that its population does not know."""
+    """Measures of a person's size that cannot be given, or that no person has."""
     size = file.people[name].size
-    if size is None:
-        return []
-    known = load_population_model(size.population).names
-    return [fail(document, ("people", name, "size", "measures", measure), f"no measure {measure!r}; "
-                 f"{one_of(measure, known)}") for measure in size.measures if measure not in known]  # fmt: skip
-
+    faults = []
+    for measure, value in (size.measures if size else {}).items():
+        where = ("people", name, "size", "measures", measure)
+        if measure == "mass":
+            faults.append(fail(document, where, "a mass is no length; give it beside the measures, as mass_kg: 60"))
+        elif measure not in ON_THE_BODY:
+            faults.append(fail(document, where, f"no measure {measure!r}; {one_of(measure, ON_THE_BODY)}"))
+        elif measure in MEASURES and not MEASURES[measure][0] <= value <= MEASURES[measure][1]:
+            low, high = (1000 * limit for limit in MEASURES[measure])
+            what = f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
+            faults.append(fail(document, where, what))
+    return faults
 
 def _people_faults(document: Document, file: StudyFile, environment: Environment | None) -> list[str]:
     faults = []

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 from workbench.errors import InputError, one_of
 
-__all__ = ["COCKPIT", "MASS", "MEASURES", "check_measures"]
+__all__ = ["COCKPIT", "MASS", "MEASURES", "ON_THE_BODY", "check_measures"]
 
 MASS = "mass"
 # The six of the boundary manikins of cockpits: Zehner, Meindl & Hudson 1993, AL-TR-1992-0164.
@@ -23,6 +23,18 @@ COCKPIT = (
     "eye_height_sitting",
     "acromial_height_sitting",
 )
+# Those that the virtual anthropometer takes, and that a body can be scaled to.
+ON_THE_BODY = (
+    "stature", "acromial_height", "cervicale_height", "trochanterion_height", "lateral_femoral_epicondyle_height",
+    "lateral_malleolus_height", "sitting_height", "eye_height_sitting", "acromial_height_sitting",
+    "cervicale_height_sitting", "elbow_rest_height", "thigh_clearance", "knee_height_sitting", "popliteal_height",
+    "buttock_knee_length", "buttock_popliteal_length", "functional_leg_length", "abdominal_extension_depth_sitting",
+    "hip_breadth_sitting", "hip_breadth", "bideltoid_breadth", "biacromial_breadth", "forearm_forearm_breadth",
+    "shoulder_elbow_length", "acromion_radiale_length", "radiale_stylion_length", "forearm_hand_length",
+    "forearm_center_of_grip_length", "hand_length", "hand_breadth", "thumb_tip_reach",
+    "overhead_fingertip_reach_sitting", "foot_length", "foot_breadth_horizontal", "head_length", "head_breadth",
+    "tragion_top_of_head", "interpupillary_breadth", "chest_depth", "waist_depth", "waist_breadth", "buttock_depth",
+)  # fmt: skip
 # (least, greatest) that a person may measure [m; kg for mass]: 0.45 times the least and 1.4 times the greatest of the
 # 6068 people of ANSUR II (mass by hand), so that a child and a giant pass and a wrong unit does not.
 MEASURES: dict[str, tuple[float, float]] = {

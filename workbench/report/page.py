@@ -67,14 +67,15 @@ def _case(result: Result, case: int) -> dict[str, Any]:
     """Pictures and numbered findings of one case."""
     breaches = [(v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case]
     marked = [(check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))]
-    shown = marked[:MOST_MARKS]
+    shown = list({(f.person, f.other_person, f.subject, f.target): (check, f) for check, f in reversed(marked)}.values())
+    shown = sorted(shown, key=lambda row: marked.index(row))[:MOST_MARKS]
     rest = [(check, f) for check, f in breaches if (check, f) not in shown]
     scene = _scene(result, case, [finding for _, finding in shown])
     views = [
         {"name": name.replace("_", " "), "png": _png(scene, camera), "svg": Markup(circles(scene, camera))}
         for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
     ]
-    say = [finding_sentence(check, finding, result.study.cases) for check, finding in shown]
+    say = [f"{finding_sentence(check, finding, result.study.cases)} {_place(finding)}" for check, finding in shown]
     return {
         "name": result.study.cases[case],
         "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
@@ -82,6 +83,12 @@ def _case(result: Result, case: int) -> dict[str, Any]:
         "marked": say,
         "unmarked": [finding_sentence(check, finding, result.study.cases) for check, finding in rest],
     }
+
+
+def _place(finding: Finding) -> str:
+    """ "(x 520, y -12, z 640 mm)" of a finding with a point."""
+    x, y, z = (round(1000 * c) + 0 for c in finding.point or (0.0, 0.0, 0.0))
+    return f"(x {x}, y {y}, z {z} mm)"
 
 
 def _scene(result: Result, case: int, findings: list[Finding]) -> Scene:

@@ -34,6 +34,9 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
         if finding.value < 0:
             return f"{lead}{finding.subject} is {degrees(-finding.value)} past its stop in {motion}."
         return f"{lead}{finding.subject} is {degrees(finding.value)} from its stop in {motion}."
+    if check == "seated":
+        where = _apart(finding.value)
+        return f"{lead}{finding.subject} is {where} {finding.target}, {millimetres(-finding.limit)} into it was stated."
     target = f"{finding.other_person}'s {finding.target}" if finding.other_person else finding.target
     need = ""
     if check in ("contact", "self_contact"):

@@ -23,7 +23,7 @@ from workbench.solve.stops import stops
 from workbench.study.criteria import Measured, verdict
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
-from workbench.study.warnings import result_warnings
+from workbench.study.warnings import result_warnings, seat_verdicts
 
 __all__ = ["clearance_study"]
 
@@ -46,7 +46,10 @@ def clearance_study(study: Study) -> Result:
     return Result(
         study=study,
         environment=environment,
-        verdicts=tuple(verdict(criterion, measured) for criterion in study.criteria),
+        verdicts=(
+            *seat_verdicts(environment, study, tuple(people.values())),
+            *(verdict(criterion, measured) for criterion in study.criteria),
+        ),
         people=tuple(people.values()),
         between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
         provenance={"inputs": _hashes(study), "versions": _versions()},

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
+from workbench.model.measures import MEASURES as PLAUSIBLE
 from workbench.model.population import PopulationModel
 from workbench.model.study import Study
 from workbench.people.conditional import condition, improbability
@@ -47,10 +50,16 @@ def person_body(body: Body, model: PopulationModel, *, sex: str, measures: Mappi
     values = dict(zip(expected.names, expected.values[0].tolist(), strict=True))
     exact = {name: value for name, value in measures.items() if name != "mass"}
     near = {name: value for name, value in values.items() if name in MEASURES and name not in APART}
-    made = scale(body, exact, others=near)
+    _plausible(measures)
+    told = _improbable(scores, known)
+    try:
+        made = scale(body, exact, others=near)
+    except InputError:
+        made = scale(body, exact)  # what is given comes first; where even that cannot be had, this says so
+        told += ("the measures that are not given could not be drawn near to those of such people",)
     mass = measures.get("mass", values.get("mass", float(made.mass.sum())))
     made = replace(made, mass=made.mass * (mass / made.mass.sum()))
-    return SizedBody(made, values | dict(measures), _improbable(scores, known))
+    return SizedBody(made, values | dict(measures), told)
 
 
 def sized(study: Study) -> tuple[Study, list[str]]:
@@ -79,5 +88,20 @@ def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
     name, surprise = found.worst()
     if abs(surprise) < RARE:
         return ()
-    return (f"{name} {1000 * known[name]:.0f} mm is {abs(surprise):.1f} standard deviations from what the other "
-            f"measures make likely; there may be no such person",)  # fmt: skip
+    shown = f"{known[name]:.0f} kg" if name == "mass" else f"{1000 * known[name]:.0f} mm"
+    against = "what the other measures make likely" if len(known) > 1 else "the middle of the population"
+    return (f"{name} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
+            f"there may be no such person",)  # fmt: skip
+
+
+def _plausible(measures: Mapping[str, float]) -> None:
+    """InputError for a measure that nobody has: most likely a wrong unit."""
+    faults = []
+    for name, value in measures.items():
+        low, high = PLAUSIBLE.get(name, (0.0, np.inf))
+        if not low <= value <= high:
+            unit, factor = ("kg", 1.0) if name == "mass" else ("mm", 1000.0)
+            faults.append(f"{name} {factor * value:g} {unit} is not a person's ({factor * low:g} to {factor * high:g} "
+                          f"{unit} is): a wrong unit?")  # fmt: skip
+    if faults:
+        raise InputError(faults)

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.model.environment import Environment, Rest
-from workbench.model.result import PersonResult
-from workbench.model.study import Study
+from workbench.model.result import Finding, PersonResult, Verdict
+from workbench.model.study import Criterion, Study
 
-__all__ = ["result_warnings"]
+__all__ = ["result_warnings", "seat_verdicts"]
 
-SEAT_TOLERANCE = 0.01
-"""How far [m] the real sinking into a seat may be from the stated depth before it is told."""
+SEAT_TOLERANCE, SEAT_LOST = 0.01, 0.05
+"""How far [m] the real sinking into a seat may be from the stated depth before it is told, and before it fails."""
 
 
 def result_warnings(study: Study, environment: Environment, people: tuple[PersonResult, ...]) -> list[str]:
@@ -53,17 +53,43 @@ def _swallowed(study: Study, person: PersonResult) -> Iterator[str]:
 def _missed(environment: Environment, person: PersonResult, rest: tuple[Rest, str]) -> Iterator[str]:
     """The seat's planes say where a sitter rests; the part itself may be elsewhere."""
     surface, what = rest
-    body = person.placed.body
-    names = body.segments if "all" in surface.segments else surface.segments
-    rows = [body.segments.index(name) for name in names if name in body.segments]
-    if surface.part not in environment.parts or environment.hidden[environment.part(surface.part)]:
-        return
-    gaps = person.clearance.distance[:, rows, environment.part(surface.part)].min(axis=1)
-    worst = int(np.argmax(np.abs(gaps + surface.depth)))
-    gap = float(gaps[worst])
-    if np.isfinite(gap) and abs(gap + surface.depth) > SEAT_TOLERANCE:
+    gaps = _gaps(environment, person, surface)
+    gap = max(gaps, key=lambda gap: abs(gap + surface.depth), default=-surface.depth)
+    if abs(gap + surface.depth) > SEAT_TOLERANCE:
         where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
         yield (
             f"{person.name} is {where} {surface.part!r}, the {what}, where {1000 * surface.depth:.0f} mm deep was "
-            f"stated: check the seat reference point and the seat's angles against the mesh"
+            f"stated: check the seat reference point and the seat's angles against the mesh, and the mesh's unit and axes"
         )
+
+
+def seat_verdicts(environment: Environment, study: Study, people: tuple[PersonResult, ...]) -> list[Verdict]:
+    """A failed verdict where somebody is not on his seat at all; nothing where everybody is.
+
+    Whoever floats or is buried has clearances that mean nothing, whatever the study asks.
+    """
+    lost = []
+    for person, asked in zip(people, study.people, strict=True):
+        if asked.seat is None:
+            continue
+        rest = environment.seat(asked.seat).cushion
+        for case, gap in enumerate(_gaps(environment, person, rest)):
+            if abs(gap + rest.depth) > SEAT_LOST:
+                lost.append(Finding(case, person.name, "", "the sitter", rest.part, float(gap), -rest.depth))
+    if not lost:
+        return []
+    everyone = tuple(person.name for person in people)
+    criterion = Criterion("everybody is on his seat", "seated", everyone, (), (), 0.0)
+    lost.sort(key=lambda finding: -abs(finding.value - finding.limit))
+    return [Verdict(criterion, False, lost[0], tuple(lost))]
+
+
+def _gaps(environment: Environment, person: PersonResult, rest: Rest) -> list[float]:
+    """Distance [m] of whoever rests there to the real part, case by case; nothing where the part is not to be seen."""
+    body = person.placed.body
+    names = body.segments if "all" in rest.segments else rest.segments
+    rows = [body.segments.index(name) for name in names if name in body.segments]
+    if rest.part not in environment.parts or environment.hidden[environment.part(rest.part)]:
+        return []
+    gaps = person.clearance.distance[:, rows, environment.part(rest.part)].min(axis=1)
+    return [float(gap) for gap in gaps if np.isfinite(gap)]
