@@ -81,11 +81,13 @@ class StopRow(_Row):
 
 
 class PersonRow(_Row):
-    """One person: body, place, postures by case; clearance_mm[case][segment][part], null where nothing is there."""
+    """One person: body, size (measures in mm, mass in kg), place, postures by case; clearance_mm[case][segment][part], null where nothing is there."""
 
     name: str
+    description: str
     body: str
     seat: str | None
+    size: dict[str, float] | None
     postures: list[str]
     segments: list[str]
     clearance_mm: list[list[list[float | None]]]

@@ -11,7 +11,7 @@ from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
 from workbench.model.result import Finding, PersonResult, Result, Verdict
 from workbench.model.vocabulary import DIRECTIONS
-from workbench.report.words import contact_sentence, finding_sentence, verdict_sentence
+from workbench.report.words import contact_sentence, finding_sentence, person_words, verdict_sentence
 
 __all__ = ["result_file"]
 
@@ -73,8 +73,11 @@ def _person_row(result: Result, index: int) -> PersonRow:
     body = person.body
     return PersonRow(
         name=person.name,
+        description=person_words(person, float(found.placed.body.mass.sum())),
         body=body.name,
         seat=person.seat,
+        size={name: _micro(value if name == "mass" else 1000 * value) for name, value in person.size.measures.items()}
+        if person.size else None,
         postures=list(person.postures),
         segments=list(body.segments),
         clearance_mm=[

@@ -7,8 +7,10 @@ import math
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
 from workbench.model.result import Finding, Result, Verdict
+from workbench.model.study import Person
 
-__all__ = ["contact_sentence", "finding_sentence", "headline", "millimetres", "verdict_sentence"]
+__all__ = ["contact_sentence", "finding_sentence", "headline", "millimetres", "person_words",
+           "verdict_sentence"]  # fmt: skip
 
 
 def millimetres(metres: float) -> str:
@@ -70,6 +72,22 @@ def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
     return told if not more else f"{told} {more} more breach{'es' if more > 1 else ''}."
 
 
+def person_words(person: Person, mass: float) -> str:
+    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, in seat left, 20 mm forward"."""
+    words = person.body.name
+    if person.size is not None:
+        given = ", ".join(f"{name.replace('_', ' ')} {1000 * value:.0f} mm" for name, value in
+                          person.size.measures.items() if name != "mass")  # fmt: skip
+        words += f" as a {'woman' if person.size.sex == 'female' else 'man'} of {given}"
+    words += f", {mass:.1f} kg"
+    if person.seat is not None:
+        words += f", in seat {person.seat.replace('_', ' ')}"
+        for value, ahead, behind in ((person.forward, "forward", "back"), (person.up, "up", "down")):
+            if value:
+                words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
+    return words
+
+
 def headline(result: Result) -> str:
     """The whole result in one sentence."""
     failed = [verdict for verdict in result.verdicts if not verdict.passed]
@@ -79,11 +97,16 @@ def headline(result: Result) -> str:
     criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
     if not failed:
         hold = {1: "the criterion holds", 2: "both criteria hold"}.get(count, f"all {criteria} hold")
-        return f"{scope}: {hold}."
+        return f"{scope}: {hold}{_warned(result)}."
     names = ", ".join(verdict.criterion.name for verdict in failed)
-    return f"{scope}: {len(failed)} of {criteria} failed: {names}."
+    return f"{scope}: {len(failed)} of {criteria} failed: {names}{_warned(result)}."
 
 
 def part_count(environment: Environment) -> str:
     """ "31 parts, 402 polygons"."""
     return f"{len(environment.parts)} parts, {len(environment.normal)} polygons"
+
+
+def _warned(result: Result) -> str:
+    count = len(result.warnings)
+    return f", with {count} warning{'s' if count > 1 else ''}" if count else ""
