@@ -180,7 +180,7 @@ def render(
     style: str = "disks",
     size: int = 800,
 ) -> int:
-    """Draw a body, an environment or a case of a study into a PNG (disks) or SVG (circles) file.
+    """Draw a body, an environment or a case of a study into a PNG (disks) or SVG (circles, outline) file.
 
     Parameters
     ----------
@@ -195,15 +195,16 @@ def render(
     view
         front, back, left, right, top, bottom or three_quarter
     style
-        disks (PNG) or circles (SVG)
+        disks (PNG), circles (SVG) or outline (SVG)
     size
         width and height in pixels
     """
+    from workbench.draw.render import ENDINGS
     from workbench.draw.render import render as draw
     from workbench.draw.sources import scene_of
     from workbench.files.results import write_file
 
-    ending = ".svg" if style == "circles" else ".png"
+    ending = ENDINGS.get(style, ".png")
     if out.suffix.lower() != ending:
         raise UsageError(f"a picture of {style} is a {ending} file; got --out {out}")
     picture = draw(scene_of(source, posture=posture, case=case), view=view, style=style, size=size)

@@ -13,12 +13,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from workbench.kernels.field import inside_group, near_polygon, nearest_in, reaches, square_bound
-from workbench.kernels.inside import inside_part
+from workbench.kernels.field import deepest, near_polygon, nearest_in, reaches, square_bound
 from workbench.kernels.polygon import point_polygon
-from workbench.kernels.tree import nearest_polygon
 
-__all__ = ["Crowd", "group_clearance", "group_collides"]
+__all__ = ["Crowd", "group_clearance", "group_collides", "witness_points"]
 
 
 class Crowd(NamedTuple):
@@ -40,34 +38,19 @@ class Crowd(NamedTuple):
     shown: NDArray[np.int64]
 
 
-@njit(cache=True)
-def _deepest(x, y, z, faces, shells, field, g):  # type: ignore[no-untyped-def]
-    """Depth of a point in the solids of a group and the nearest polygon of the one it is deepest in; -1 outside."""
-    depth, polygon = -1.0, -1
-    for s in range(field.solid_start[g], field.solid_start[g + 1]):
-        k = field.solid_part[s]
-        if inside_part(x, y, z, faces, shells, k):
-            square, f, _, _, _ = nearest_polygon(x, y, z, faces, k, np.inf)
-            if math.sqrt(square) > depth:
-                depth, polygon = math.sqrt(square), f
-    return depth, polygon
-
-
-@njit(cache=True)
-def _cluster(centres, crowd, c, where, best, scratch):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cluster(centres, p, crowd, c, faces, shells, field, g, best, low, stack, gaps):  # type: ignore[no-untyped-def]
     """Improve best = (signed distance, sphere, polygon) of a segment to a group by the spheres of cluster c."""
-    faces, shells, field, g = where
-    low, stack, gaps = scratch
     a, b = crowd.first[c], crowd.first[c + 1]
     signed, sphere, polygon = best
     lead, promise = a, np.inf
     for i in range(a, b):
         s = crowd.member[i]
-        x, y, z, r = centres[s, 0], centres[s, 1], centres[s, 2], crowd.radius[s]
+        x, y, z, r = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], crowd.radius[s]
         square, sure = square_bound(x, y, z, field, g)
         low[i] = math.sqrt(square) - r
         if not sure:
-            depth, f = _deepest(x, y, z, faces, shells, field, g)
+            depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
             if f >= 0:
                 low[i] = np.inf
                 if -depth - r < signed or (-depth - r == signed and s < sphere):
@@ -79,10 +62,9 @@ def _cluster(centres, crowd, c, where, best, scratch):  # type: ignore[no-untype
         if turn == lead or low[i] > signed or low[i] == np.inf:
             continue
         s = crowd.member[i]
-        x, y, z, r = centres[s, 0], centres[s, 1], centres[s, 2], crowd.radius[s]
+        x, y, z, r = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], crowd.radius[s]
         limit = (signed + r) ** 2 * (1.0 + 1e-12)
-        hint = near_polygon(x, y, z, field, g)
-        square, f = nearest_in(x, y, z, faces, field, g, hint, limit, stack, gaps)
+        square, f = nearest_in(x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps)
         if f >= 0:
             gap = math.sqrt(square) - r
             if gap < signed or (gap == signed and s < sphere):
@@ -90,111 +72,132 @@ def _cluster(centres, crowd, c, where, best, scratch):  # type: ignore[no-untype
     return signed, sphere, polygon
 
 
-@njit(cache=True)
-def _segment(centres, crowd, n, where, scratch, low):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _segment(centres, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps):  # type: ignore[no-untyped-def]
     """Least signed distance of segment n to a group, with the sphere and the polygon."""
-    field, g = where[2], where[3]
     a, b = crowd.start[n], crowd.start[n + 1]
     lead, promise = a, np.inf
     for c in range(a, b):
         m = crowd.middle[c]
-        square, sure = square_bound(centres[m, 0], centres[m, 1], centres[m, 2], field, g)
-        low[c] = math.sqrt(square) - crowd.reach[c] if sure else -np.inf
-        if low[c] < promise:
-            lead, promise = c, low[c]
+        square, sure = square_bound(centres[p, m, 0], centres[p, m, 1], centres[p, m, 2], field, g)
+        lows[c] = math.sqrt(square) - crowd.reach[c] if sure else -np.inf
+        if lows[c] < promise:
+            lead, promise = c, lows[c]
     best = (np.inf, -1, -1)
     for turn in range(a - 1, b):
         c = lead if turn < a else turn
-        if turn != lead and low[c] <= best[0]:
-            best = _cluster(centres, crowd, c, where, best, scratch)
+        if turn != lead and lows[c] <= best[0]:
+            best = _cluster(centres, p, crowd, c, faces, shells, field, g, best, low, stack, gaps)
     return best
 
 
-@njit(cache=True, nogil=True)
-def group_clearance(centres, crowd, faces, shells, field, out):  # type: ignore[no-untyped-def]
-    """Signed clearance of every segment to every group, for every pose.
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def group_clearance(centres, crowd, faces, shells, field, out, space, begin, end):  # type: ignore[no-untyped-def]
+    """Signed clearance of every segment to every group, for the poses begin..end.
 
-    centres (P, S, 3); out: distance (P, N, G), sphere, polygon (P, N, G), point (P, N, G, 3), filled where shown.
+    centres (P, S, 3); out: distance (P, N, G), sphere, polygon (P, N, G), filled where shown. space: stack (64,),
+    gaps (64,), lows (clusters,), low (S,), working space.
     """
-    distance, sphere, polygon, point = out
-    low, scratch = np.empty(len(crowd.middle)), (np.empty(len(crowd.member)), np.empty(64, np.int64), np.empty(64))
-    for p in range(centres.shape[0]):
+    distance, sphere, polygon = out
+    stack, gaps, lows, low = space
+    for p in range(begin, end):
         for n in range(len(crowd.shown)):
             if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
                 continue
             for g in range(len(field.root)):
                 if field.root[g] < 0:
                     continue
-                d, s, f = _segment(centres[p], crowd, n, (faces, shells, field, g), scratch, low)
-                distance[p, n, g], sphere[p, n, g], polygon[p, n, g] = d, s, f
-                x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
-                _, u, v, w = point_polygon(x, y, z, faces, f, np.inf)
-                point[p, n, g, 0], point[p, n, g, 1], point[p, n, g, 2] = u, v, w
+                d, s, f = _segment(centres, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps)
+                distance[p, n, g] = d
+                sphere[p, n, g] = s
+                polygon[p, n, g] = int(field.record[field.begin[f] + 8])
 
 
-@njit(cache=True)
-def _sphere_hits(x, y, z, r, where, allowed, stack):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def witness_points(centres, faces, sphere, polygon, point):  # type: ignore[no-untyped-def]
+    """Fill point (P, N, G, 3): of polygon (P, N, G) nearest to the centre of sphere (P, N, G)."""
+    for p in range(sphere.shape[0]):
+        for n in range(sphere.shape[1]):
+            for g in range(sphere.shape[2]):
+                s = sphere[p, n, g]
+                if s >= 0:
+                    x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
+                    _, u, v, w = point_polygon(x, y, z, faces, polygon[p, n, g], np.inf)
+                    point[p, n, g, 0], point[p, n, g, 1], point[p, n, g, 2] = u, v, w
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere is deeper in a group than allowed."""
-    faces, shells, field, g = where
     square, sure = square_bound(x, y, z, field, g)
-    if not sure and inside_group(x, y, z, faces, shells, field, g):
-        return r > allowed or _deepest(x, y, z, faces, shells, field, g)[0] + r > allowed
+    if not sure:
+        depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+        if f >= 0:
+            return depth + r > allowed
     limit = r - allowed
     if limit <= 0.0 or square >= limit * limit:
         return False
-    return reaches(x, y, z, faces, field, g, limit * limit, stack)
+    return reaches(x, y, z, field, g, limit * limit, stack)
 
 
-@njit(cache=True)
-def _segment_hits(centres, crowd, n, where, allowed, stack):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _segment_hits(centres, p, crowd, n, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere of segment n is deeper in a group than allowed."""
     for c in range(crowd.start[n], crowd.start[n + 1]):
         m = crowd.middle[c]
-        square, sure = square_bound(centres[m, 0], centres[m, 1], centres[m, 2], where[2], where[3])
+        square, sure = square_bound(centres[p, m, 0], centres[p, m, 1], centres[p, m, 2], field, g)
         limit = max(crowd.reach[c] - allowed, 0.0)
         if sure and square >= limit * limit:
             continue
         for i in range(crowd.first[c], crowd.first[c + 1]):
             s = crowd.member[i]
-            if _sphere_hits(centres[s, 0], centres[s, 1], centres[s, 2], crowd.radius[s], where, allowed, stack):
+            x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
+            if _sphere_hits(x, y, z, crowd.radius[s], faces, shells, field, g, allowed, stack, gaps):
                 return True
     return False
 
 
-@njit(cache=True, nogil=True)
-def group_collides(centres, world, crowd, faces, shells, field, allowed, hit):  # type: ignore[no-untyped-def]
-    """Fill hit (P,): is any sphere deeper in a group than allowed (N, G) [m], tolerance included, for its segment?
-
-    centres (P, S, 3), world (P, N, 3, 4). Segments that may collide are tried from the most promising on.
-    """
-    groups = len(field.root)
-    key, pair, stack = np.empty(len(crowd.shown) * groups), np.empty(len(crowd.shown) * groups, np.int64), np.empty(64, np.int64)
-    for p in range(centres.shape[0]):
-        used = 0
-        for n in range(len(crowd.shown)):
-            if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-untyped-def]
+    """Segments and groups that may collide in pose p, the most promising first; how many."""
+    used, groups = 0, len(field.root)
+    for n in range(len(crowd.shown)):
+        if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
+            continue
+        a, b, c = crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2]
+        x = world[p, n, 0, 0] * a + world[p, n, 0, 1] * b + world[p, n, 0, 2] * c + world[p, n, 0, 3]
+        y = world[p, n, 1, 0] * a + world[p, n, 1, 1] * b + world[p, n, 1, 2] * c + world[p, n, 1, 3]
+        z = world[p, n, 2, 0] * a + world[p, n, 2, 1] * b + world[p, n, 2, 2] * c + world[p, n, 2, 3]
+        for g in range(groups):
+            if field.root[g] < 0:
                 continue
-            t, c = world[p, n], crowd.around[n]
-            x = t[0, 0] * c[0] + t[0, 1] * c[1] + t[0, 2] * c[2] + t[0, 3]
-            y = t[1, 0] * c[0] + t[1, 1] * c[1] + t[1, 2] * c[2] + t[1, 3]
-            z = t[2, 0] * c[0] + t[2, 1] * c[1] + t[2, 2] * c[2] + t[2, 3]
-            for g in range(groups):
-                if field.root[g] < 0:
-                    continue
-                square, sure = square_bound(x, y, z, field, g)
-                limit = max(crowd.big[n] - allowed[n, g], 0.0)
-                if sure and square >= limit * limit:
-                    continue
-                rank = math.sqrt(square) - limit
-                at = used
-                while at > 0 and key[at - 1] > rank:
-                    key[at], pair[at] = key[at - 1], pair[at - 1]
-                    at -= 1
-                key[at], pair[at] = rank, n * groups + g
-                used += 1
-        hit[p] = False
+            square, sure = square_bound(x, y, z, field, g)
+            limit = max(crowd.big[n] - allowed[n, g], 0.0)
+            if sure and square >= limit * limit:
+                continue
+            rank, at = math.sqrt(square) - limit, used
+            while at > 0 and key[at - 1] > rank:
+                key[at] = key[at - 1]
+                pair[at] = pair[at - 1]
+                at -= 1
+            key[at] = rank
+            pair[at] = n * groups + g
+            used += 1
+    return used
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, space, begin, end):  # type: ignore[no-untyped-def]
+    """Fill hit (P,) for the poses begin..end: is any sphere deeper in a group than allowed (N, G) [m], tolerance
+    included, for its segment? centres (P, S, 3), world (P, N, 3, 4); space: stack (64,), gaps (64,),
+    key (N G,), pair (N G,), working space."""
+    groups = len(field.root)
+    stack, gaps, key, pair = space
+    for p in range(begin, end):
+        used, found = _candidates(world, p, crowd, field, allowed, key, pair), False
         for i in range(used):
             n, g = pair[i] // groups, pair[i] % groups
-            if _segment_hits(centres[p], crowd, n, (faces, shells, field, g), allowed[n, g], stack):
-                hit[p] = True
+            if _segment_hits(centres, p, crowd, n, faces, shells, field, g, allowed[n, g], stack, gaps):
+                found = True
                 break
+        hit[p] = found

@@ -15,7 +15,6 @@ from numba import njit
 from numpy.typing import NDArray
 
 from workbench.kernels.polygon import point_winding
-from workbench.kernels.tree import box_gap
 
 __all__ = ["Shells", "inside_part", "is_closed"]
 
@@ -39,12 +38,12 @@ def is_closed(triangles: NDArray[np.int64]) -> bool:
     return not np.any(np.bincount(edge, np.sign(head - tail)))
 
 
-@njit(cache=True)
-def _crossing(a, b, c, ray):  # type: ignore[no-untyped-def]
-    """+-1 where a ray from ray[0:3] along ray[3:6] crosses a triangle, 0 where it surely does not, else DOUBT."""
-    x, y, z, d0, d1, d2 = ray
-    a0, a1, a2, b0, b1, b2 = a[0] - x, a[1] - y, a[2] - z, b[0] - x, b[1] - y, b[2] - z
-    c0, c1, c2 = c[0] - x, c[1] - y, c[2] - z
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _crossing(corners, t, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
+    """+-1 where a ray from a point along d crosses triangle t, 0 where it surely does not, else DOUBT."""
+    a0, a1, a2 = corners[t, 0, 0] - x, corners[t, 0, 1] - y, corners[t, 0, 2] - z
+    b0, b1, b2 = corners[t, 1, 0] - x, corners[t, 1, 1] - y, corners[t, 1, 2] - z
+    c0, c1, c2 = corners[t, 2, 0] - x, corners[t, 2, 1] - y, corners[t, 2, 2] - z
     m0, m1, m2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0
     u = d0 * m0 + d1 * m1 + d2 * m2
     v = d0 * (b1 * c2 - b2 * c1) + d1 * (b2 * c0 - b0 * c2) + d2 * (b0 * c1 - b1 * c0)
@@ -64,57 +63,64 @@ def _crossing(a, b, c, ray):  # type: ignore[no-untyped-def]
     return DOUBT
 
 
-@njit(cache=True, inline="always")
-def _slab(low, high, at, along, near, far):  # type: ignore[no-untyped-def]
-    """The part of near..far in which a ray's coordinate lies in low..high."""
-    s, t = (low - at) / along, (high - at) / along
-    return max(near, min(s, t)), min(far, max(s, t))
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _meets(low, high, m, wide, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
+    """True where a ray may meet box m widened by `wide`; no component of its direction is zero."""
+    s, t = (low[m, 0] - wide - x) / d0, (high[m, 0] + wide - x) / d0
+    near, far = max(0.0, min(s, t)), max(s, t)
+    s, t = (low[m, 1] - wide - y) / d1, (high[m, 1] + wide - y) / d1
+    near, far = max(near, min(s, t)), min(far, max(s, t))
+    s, t = (low[m, 2] - wide - z) / d2, (high[m, 2] + wide - z) / d2
+    return max(near, min(s, t)) <= min(far, max(s, t))
 
 
-@njit(cache=True)
-def _crossings(faces, shells, part, ray):  # type: ignore[no-untyped-def]
-    """Signed crossings of a ray with a part, DOUBT where any is in doubt."""
-    stack = np.empty(64, np.int64)
-    stack[0], size, total = faces.root[part], 1, 0
-    wide = 1e-9 * np.max(faces.high[stack[0]] - faces.low[stack[0]])
-    wide += 1e-15 * max(np.max(np.abs(faces.high[stack[0]])), np.max(np.abs(faces.low[stack[0]])))
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _crossings(x, y, z, d0, d1, d2, faces, shells, root, wide, stack):  # type: ignore[no-untyped-def]
+    """Signed crossings of a ray with the polygons under a tree node, DOUBT where any is in doubt."""
+    stack[0] = root
+    size, total = 1, 0
     while size > 0:
         size -= 1
         m = stack[size]
-        near, far = 0.0, np.inf
-        for i in range(3):
-            near, far = _slab(faces.low[m, i] - wide, faces.high[m, i] + wide, ray[i], ray[i + 3], near, far)
-        if near > far:
+        if not _meets(faces.low, faces.high, m, wide, x, y, z, d0, d1, d2):
             continue
         if faces.child[m] >= 0:
-            stack[size], stack[size + 1] = faces.child[m], faces.child[m] + 1
+            stack[size] = faces.child[m]
+            stack[size + 1] = faces.child[m] + 1
             size += 2
             continue
         for s in range(faces.first[m], faces.last[m]):
             f = faces.item[s]
             for t in range(shells.triangle_start[f], shells.triangle_start[f + 1]):
-                corner = faces.corners[t]
-                sign = _crossing(corner[0], corner[1], corner[2], ray)
+                sign = _crossing(faces.corners, t, x, y, z, d0, d1, d2)
                 if sign == DOUBT:
                     return DOUBT
                 total += sign
     return total
 
 
-@njit(cache=True)
-def inside_part(x, y, z, faces, shells, part):  # type: ignore[no-untyped-def]
-    """True where a point lies inside a solid part: its winding number, to the nearest whole, is not zero."""
-    root = faces.root[part]
-    if faces.solid[part] == 0 or box_gap(x, y, z, faces.low[root], faces.high[root]) > 0.0:
+@njit(cache=True, error_model="numpy", _nrt=False)
+def inside_part(x, y, z, faces, shells, part, stack):  # type: ignore[no-untyped-def]
+    """True where a point lies inside a solid part: its winding number, to the nearest whole, is not zero.
+
+    stack (64,) is working space.
+    """
+    m = faces.root[part]
+    if faces.solid[part] == 0 or m < 0:
+        return False
+    up = (faces.high[m, 0] - x, faces.high[m, 1] - y, faces.high[m, 2] - z)
+    down = (x - faces.low[m, 0], y - faces.low[m, 1], z - faces.low[m, 2])
+    least = min(min(up), min(down))
+    if least < 0.0:
         return False
     if shells.closed[part] == 1:
-        low, high = faces.low[root], faces.high[root]
-        gaps = np.array([high[0] - x, high[1] - y, high[2] - z, x - low[0], y - low[1], z - low[2]])
-        way = np.argmin(gaps)
+        far = max(abs(x) + up[0] + down[0], abs(y) + up[1] + down[1], abs(z) + up[2] + down[2])
         for turn in range(4):
-            lean = np.array([0.0371 - 0.0613 * turn, 0.0213 + 0.0457 * turn, -0.0291 + 0.0333 * turn])
-            lean[way % 3] = 1.0 if way < 3 else -1.0
-            total = _crossings(faces, shells, part, (x, y, z, lean[0], lean[1], lean[2]))
+            # the shortest way out, leaning a little, so that it runs along no edge by design
+            d0 = (1.0 if up[0] == least else 0.0) - (1.0 if down[0] == least else 0.0) + 0.0371 - 0.0613 * turn
+            d1 = (1.0 if up[1] == least else 0.0) - (1.0 if down[1] == least else 0.0) + 0.0213 + 0.0457 * turn
+            d2 = (1.0 if up[2] == least else 0.0) - (1.0 if down[2] == least else 0.0) - 0.0291 + 0.0333 * turn
+            total = _crossings(x, y, z, d0, d1, d2, faces, shells, m, 1e-12 * far, stack)
             if total != DOUBT:
                 return total != 0
     return abs(point_winding(x, y, z, faces.corners, faces.corner_start[part], faces.corner_start[part + 1])) > 0.5

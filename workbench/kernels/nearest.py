@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.kernels.tree import box_gap, build_tree
 
-__all__ = ["Solid", "build_solid", "mesh_distance", "morton_order", "shrink_balls"]
+__all__ = ["Solid", "build_solid", "mesh_distance", "morton_order", "nearest_triangle", "shrink_balls"]
 
 
 class Solid(NamedTuple):
@@ -112,13 +112,18 @@ def _on_triangle(x, y, z, c, n):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _nearest(x, y, z, solid, hint, limit):  # type: ignore[no-untyped-def]
-    """Nearest triangle: squared distance, triangle (-1: none within sqrt(limit)), feature, point; `hint` tried first."""
+def nearest_triangle(x, y, z, solid, hint, limit, any_will_do):  # type: ignore[no-untyped-def]
+    """Nearest triangle: squared distance, triangle (-1: none within sqrt(limit)), feature, point; `hint` tried first.
+
+    any_will_do: the first one found within the limit is enough.
+    """
     best, found, feature, bx, by, bz = limit, -1, 0, x, y, z
     if hint >= 0:
         gap, part, qx, qy, qz = _on_triangle(x, y, z, solid.corner[hint], solid.normal[hint, 0])
         if gap < best:
             best, found, feature, bx, by, bz = gap, hint, part, qx, qy, qz
+            if any_will_do:
+                return best, found, feature, bx, by, bz
     stack, gaps = np.empty(64, np.int64), np.empty(64)
     stack[0], gaps[0], size = 0, box_gap(x, y, z, solid.low[0], solid.high[0]), 1
     while size > 0:
@@ -132,6 +137,8 @@ def _nearest(x, y, z, solid, hint, limit):  # type: ignore[no-untyped-def]
                 gap, part, qx, qy, qz = _on_triangle(x, y, z, solid.corner[t], solid.normal[t, 0])
                 if gap < best:
                     best, found, feature, bx, by, bz = gap, t, part, qx, qy, qz
+                    if any_will_do:
+                        return best, found, feature, bx, by, bz
             continue
         far = near + 1
         a = box_gap(x, y, z, solid.low[near], solid.high[near])
@@ -156,7 +163,7 @@ def mesh_distance(points, solid, distance, face, foot):  # type: ignore[no-untyp
     hint = -1
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        square, hint, feature, qx, qy, qz = _nearest(x, y, z, solid, hint, np.inf)
+        square, hint, feature, qx, qy, qz = nearest_triangle(x, y, z, solid, hint, np.inf, False)
         n = solid.normal[hint, feature]
         outside = (x - qx) * n[0] + (y - qy) * n[1] + (z - qz) * n[2] >= 0.0
         distance[i] = math.sqrt(square) if outside else -math.sqrt(square)
@@ -178,7 +185,7 @@ def shrink_balls(points, normals, greatest, slack, solid, centre):  # type: igno
         for _ in range(40):
             cx, cy, cz = x - r * u, y - r * v, z - r * w
             empty = max(r - slack[i], 0.25 * r)
-            _, hint, _, qx, qy, qz = _nearest(cx, cy, cz, solid, hint, empty * empty)
+            _, hint, _, qx, qy, qz = nearest_triangle(cx, cy, cz, solid, hint, empty * empty, False)
             if hint < 0:
                 break
             a, b, c = x - qx, y - qy, z - qz

@@ -18,6 +18,9 @@ from workbench.shape.candidates import Candidates
 
 __all__ = ["Cover", "Targets", "cover", "held_rows", "joined_targets"]
 
+_WORK = 1e9
+"""Entries of the cover that all moves of the improvement may look at: about 3 s."""
+
 
 @dataclass(frozen=True, eq=False)
 class Targets:
@@ -78,6 +81,8 @@ def cover(
         times[item[start[j] : start[j + 1]]] += 1
     greedy_cover(start, item, times, chosen)
     prune_cover(start, item, times, chosen, fixed)
+    # a move looks at about 8 rows and all that could take their place: few large rows make dear moves
+    moves = min(moves, int(_WORK / max(1.0, len(item) * min(1.0, 8 / max(1, chosen.sum())))))
     if moves:
         begin, row = transposed(start, item, len(targets))
         improve_cover(start, item, begin, row, times, chosen, fixed, candidates.centre, moves, target, seed)

@@ -91,7 +91,7 @@ def fit_regions(surface: Surface, limits: Limits, joints: Joints, regions: Regio
     spacing = 0.35 * (limits.outward + limits.inward)
     thickness = 2 * surface.volume / surface.area
     expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
-    sources = int(np.clip(60 * expected, 4_000, 60_000))
+    sources = int(np.clip(60 * expected, 1_500, 60_000))
     problem = prepared(surface, limits, spacing=spacing, sources=sources, joints=joints, regions=regions, seed=seed,
                        eroded=True)  # fmt: skip
     corners = split_triangles(surface.vertices[surface.faces], max(4 * limits.inward, 1e-4))
