@@ -20,7 +20,11 @@ ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 
 settings.register_profile(
-    "tests", deadline=None, derandomize=True, max_examples=int(os.environ.get("WORKBENCH_EXAMPLES", "40")), suppress_health_check=[HealthCheck.function_scoped_fixture]
+    "tests",
+    deadline=None,
+    derandomize=True,
+    max_examples=int(os.environ.get("WORKBENCH_EXAMPLES", "40")),
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("tests")
 
@@ -103,7 +107,8 @@ body: two_spheres
 length: mm
 segments:
   A: {name: first, number: 1, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 10, ball]]}
-  M: {name: rod, number: 2, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 1], [100, 0, 0, 1]]}
+  M:
+    {name: rod, number: 2, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 1], [100, 0, 0, 1]]}
   B: {name: second, number: 3, mass: 1, directions: {front: +x, left: +y, top: +z}, spheres: [[0, 0, 0, 10]]}
 joints:
   J: &joint

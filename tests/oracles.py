@@ -74,7 +74,7 @@ def clearance(placed, environment):
     corners = environment.vertices[environment.triangles]
     for p, n, k in np.ndindex(out.shape):
         polygons = environment.polygons(k)
-        part = corners[environment.triangle_start[polygons.start]:environment.triangle_start[polygons.stop]]
+        part = corners[environment.triangle_start[polygons.start] : environment.triangle_start[polygons.stop]]
         rows = range(*body.spheres(n).indices(len(body.radius)))
         if environment.hidden[k] or not len(part) or not rows:
             continue

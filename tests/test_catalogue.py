@@ -17,16 +17,27 @@ from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.data import result_file
 from workbench.report.folder import write_report
 
-YAML = sorted([*ROOT.glob("bodies/*.yaml"), *ROOT.glob("bodies/populations/*.yaml"), *ROOT.glob("environments/*/environment.yaml"), *ROOT.glob("studies/*.yaml")])
+YAML = sorted(
+    [
+        *ROOT.glob("bodies/*.yaml"),
+        *ROOT.glob("bodies/populations/*.yaml"),
+        *ROOT.glob("environments/*/environment.yaml"),
+        *ROOT.glob("studies/*.yaml"),
+    ]
+)
 STUDIES = sorted(p.stem for p in ROOT.glob("studies/*.yaml"))
 
 
 def is_data(path):
     head = path.read_text()[:4000]
-    return any(f"\n{key}:" in "\n" + head for key in ("body", "environment", "study", "postures", "population", "growth"))
+    return any(
+        f"\n{key}:" in "\n" + head for key in ("body", "environment", "study", "postures", "population", "growth")
+    )
 
 
-@pytest.mark.parametrize("path", [p for p in YAML if is_data(p)], ids=lambda p: p.name if "env" not in p.name else p.parent.name)
+@pytest.mark.parametrize(
+    "path", [p for p in YAML if is_data(p)], ids=lambda p: p.name if "env" not in p.name else p.parent.name
+)
 def test_every_file_of_the_catalogue_checks_without_a_warning(path):
     assert check_file(path) == []
 

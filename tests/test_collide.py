@@ -110,7 +110,9 @@ def test_contacts_are_all_pairs_the_oracle_finds(one_arm, random_arm, box_cab, s
         if gap < margin - 1e-9:
             wanted[s, f] = gap
     outside = rows.rows(rows.distance >= -one_arm.radius[rows.sphere])
-    found = dict(zip(zip(outside.sphere.tolist(), outside.polygon.tolist(), strict=True), outside.distance, strict=True))
+    found = dict(
+        zip(zip(outside.sphere.tolist(), outside.polygon.tolist(), strict=True), outside.distance, strict=True)
+    )
     inside = {(s, f) for s, f in zip(rows.sphere.tolist(), rows.polygon.tolist(), strict=True)} - set(found)
     assert set(found) | inside >= set(wanted)
     assert all(found[key] == pytest.approx(wanted[key], abs=1e-9) for key in found)
@@ -123,7 +125,9 @@ def test_the_deepest_contact_is_the_clearance(one_arm, random_arm, box_cab, seed
     rows = wb.contacts(placed, box_cab)
     deep = rows.deepest()
     for row in range(len(deep)):
-        assert deep.distance[row] == pytest.approx(distance[deep.pose[row], deep.segment[row], deep.part[row]], abs=1e-12)
+        assert deep.distance[row] == pytest.approx(
+            distance[deep.pose[row], deep.segment[row], deep.part[row]], abs=1e-12
+        )
     touched = {(p, s, k) for p, s, k in zip(rows.pose, rows.segment, rows.part, strict=True)}
     assert touched == {tuple(key) for key in np.argwhere(distance < -1e-9)}
 
@@ -253,7 +257,10 @@ def test_standing_and_seated_bodies_do_not_touch_themselves(library):
     placed, names = library
     rows = wb.self_contacts(placed)
     faults = rows.rows(rows.excess > 1e-9).deepest()
-    told = [f"{names[faults.pose[i]]}: {faults.name(i)} {faults.other_name(i)} {faults.excess[i]}" for i in range(len(faults))]
+    told = [
+        f"{names[faults.pose[i]]}: {faults.name(i)} {faults.other_name(i)} {faults.excess[i]}"
+        for i in range(len(faults))
+    ]
     assert told == []
 
 

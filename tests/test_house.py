@@ -112,7 +112,8 @@ def test_importing_the_workbench_loads_no_library_at_all():
 
 
 def test_help_loads_neither_compiler_nor_mesh_library():
-    code = "from workbench.cli import main\nimport contextlib, io\nwith contextlib.redirect_stdout(io.StringIO()): main(['--help'])"
+    code = "from workbench.cli import main\nimport contextlib, io\n"
+    code += "with contextlib.redirect_stdout(io.StringIO()): main(['--help'])"
     assert not loaded_by(code) & {"numba", "scipy", "trimesh", "pyvista", "PIL", "pydantic", "jinja2", "numpy"}
 
 

@@ -103,11 +103,16 @@ def test_scaling_to_its_own_measures_changes_nothing(bubbleman):
 
 def test_a_scaled_body_stands_on_the_floor_with_spheres_at_its_joints(bubbleman, postures):
     small = scale(bubbleman, {"stature": 1.5, "sitting_height": 0.8})
-    placed = wb.place(small, wb.join_poses([posture_pose(small, postures, n) for n in ("standing", "seated", "driving")]))
+    placed = wb.place(
+        small, wb.join_poses([posture_pose(small, postures, n) for n in ("standing", "seated", "driving")])
+    )
     standing = wb.place(small, wb.pose(small, {}))
     assert (standing.centres[0, :, 2] - small.radius).min() == pytest.approx(0, abs=1e-9)
     for j in range(len(small.joints)):
-        at = placed.world_from_segment[:, j + 1, :, :3] @ small.joint_in_child[j] + placed.world_from_segment[:, j + 1, :, 3]
+        at = (
+            placed.world_from_segment[:, j + 1, :, :3] @ small.joint_in_child[j]
+            + placed.world_from_segment[:, j + 1, :, 3]
+        )
         near = np.linalg.norm(placed.centres - at[:, None], axis=-1).min(axis=1)
         assert near.max() < 3e-6, small.joints[j]
 
@@ -128,7 +133,9 @@ def test_any_likely_stature_and_sitting_height_can_be_had(bubbleman, stature, sh
 
 
 def test_contradicting_measures_are_named(bubbleman):
-    with pytest.raises(wb.InputError, match="buttock_knee_length 480 mm is shorter than buttock_popliteal_length 502 mm"):
+    with pytest.raises(
+        wb.InputError, match="buttock_knee_length 480 mm is shorter than buttock_popliteal_length 502 mm"
+    ):
         scale(bubbleman, {"buttock_knee_length": 0.48, "buttock_popliteal_length": 0.502})
 
 
@@ -179,8 +186,8 @@ def test_body_measure_prints_all_measures(capsys):
 
 def test_a_tall_pilot_in_a_study_is_out_of_head_room_and_told_by_how_much(tmp_path):
     text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
-    tall = text.replace("pilot: {body: bubbleman, seat: left}",
-                        "pilot: {body: bubbleman, seat: left, size: {sex: male, measures: {stature: 1900}}}")  # fmt: skip
+    size = "size: {sex: male, measures: {stature: 1900}}"
+    tall = text.replace("pilot: {body: bubbleman, seat: left}", f"pilot: {{body: bubbleman, seat: left, {size}}}")
     path = tmp_path / "tall.yaml"
     path.write_text(tall)
     result = wb.run(wb.load_study(path))

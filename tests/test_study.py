@@ -42,9 +42,13 @@ def test_a_sitter_sinks_into_cushion_and_back_by_exactly_the_stated_depth(bubble
 
 def study(one_arm, *criteria, environment=None, stand=(0.0, 0.0, 0.0), other=None, **person):
     """One arm (and perhaps another) in a box cab, one case."""
-    cab = environment or environment_of(box_part("floor", [-1, -1, -0.1], [1, 1, 0]), box_part("wall", [0.5, -1, 0], [0.6, 1, 1]))
+    cab = environment or environment_of(
+        box_part("floor", [-1, -1, -0.1], [1, 1, 0]), box_part("wall", [0.5, -1, 0], [0.6, 1, 1])
+    )
     one = Person("arm", one_arm, wb.pose(one_arm, person.pop("angles", {})), ("hanging",), stand=stand, **person)
-    people = (one,) if other is None else (one, Person("twin", one_arm, wb.pose(one_arm, {}), ("hanging",), stand=other))
+    people = (
+        (one,) if other is None else (one, Person("twin", one_arm, wb.pose(one_arm, {}), ("hanging",), stand=other))
+    )
     return Study("test", "clearance", "test", "", cab, people, ("hanging",), tuple(criteria), {})
 
 
@@ -57,7 +61,9 @@ def only(result):
 
 
 def test_standing_puts_the_lowest_sphere_on_the_point(one_arm):
-    placed = place_person(study(one_arm, stand=(0.1, 0.2, 0.3)).people[0], environment_of(box_part("b", [0, 0, 0], [1, 1, 1])))
+    placed = place_person(
+        study(one_arm, stand=(0.1, 0.2, 0.3)).people[0], environment_of(box_part("b", [0, 0, 0], [1, 1, 1]))
+    )
     assert (placed.centres[0, :, 2] - one_arm.radius).min() == pytest.approx(0.3)
     assert placed.world_from_segment[0, 0, :2, 3] == pytest.approx([0.1, 0.2])
 
@@ -70,7 +76,10 @@ def test_touching_the_floor_is_no_fault_and_one_micrometre_into_it_is(one_arm):
 def test_allowed_contact_passes_down_to_its_depth(one_arm):
     cab = environment_of(box_part("floor", [-1, -1, -0.1], [1, 1, 0]))
     cab = replace(cab, allowances=(Allowance(0, ("HAND",), 0.01),))
-    made = [study(one_arm, criterion("contact", parts=("floor",)), environment=cab, stand=(0, 0, -d)) for d in (0.009, 0.011)]
+    made = [
+        study(one_arm, criterion("contact", parts=("floor",)), environment=cab, stand=(0, 0, -d))
+        for d in (0.009, 0.011)
+    ]
     assert [wb.run(s).passed for s in made] == [True, False]
 
 
@@ -140,8 +149,11 @@ def test_the_body_of_a_study_need_not_have_20_segments(tmp_path):
       - {motion: [left, right], axis: -x, limits: [90, 90]}
     twist: {motion: [in, out], axis: +z, limits: [10, 10]}
 allowances:""")  # fmt: skip
-    tail = tail.replace("joints:", "  TAIL: {name: tool, number: 5, mass: 0.1, directions: {front: +x, left: +y, top: +z},"
-                        " spheres: [[0, 0, -200, 5, tool tip, bottom]]}\njoints:", 1)  # fmt: skip
+    tool = (
+        "  TAIL: {name: tool, number: 5, mass: 0.1, directions: {front: +x, left: +y, top: +z},"
+        " spheres: [[0, 0, -200, 5, tool tip, bottom]]}\n"
+    )
+    tail = tail.replace("joints:", tool + "joints:", 1)
     path = tmp_path / "tail.yaml"
     path.write_text(tail)
     body = wb.load_body(path)

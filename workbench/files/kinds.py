@@ -36,7 +36,7 @@ _MODELS: dict[str, type[BaseModel]] = {
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment, postures, population or growth, by the keys of the file; "mesh" for what does not end in .yaml.
+    """study, body, environment, postures, population or growth, by the keys of the file; "mesh" where it is not YAML.
 
     InputError where a YAML file has no key that names its kind.
     """

@@ -81,7 +81,10 @@ class StopRow(_Row):
 
 
 class PersonRow(_Row):
-    """One person: body, size (measures in mm, mass in kg), place, postures by case; clearance_mm[case][segment][part], null where nothing is there."""
+    """One person: body, size (measures in mm, mass in kg), place, postures by case.
+
+    clearance_mm[case][segment][part]: null where nothing is there.
+    """
 
     name: str
     description: str

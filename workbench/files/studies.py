@@ -20,8 +20,8 @@ from workbench.files.study_schema import CriterionFile, PersonFile, SizeFile, St
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses
 from workbench.model.measures import MEASURES, ON_THE_BODY
+from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix, join_poses
 from workbench.model.study import Criterion, Person, Size, Study
 
@@ -125,6 +125,7 @@ def _size_faults(document: Document, file: StudyFile, name: str) -> list[str]:
             what = f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
             faults.append(fail(document, where, what))
     return faults
+
 
 def _people_faults(document: Document, file: StudyFile, environment: Environment | None) -> list[str]:
     faults = []

@@ -26,7 +26,9 @@ class Outlines:
     points: tuple[Floats, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "station", frozen(self.station, np.float64, (len(self.points),), f"{self.name}: station"))
+        object.__setattr__(
+            self, "station", frozen(self.station, np.float64, (len(self.points),), f"{self.name}: station")
+        )
         loops = tuple(frozen(p, np.float64, (None, 2), f"{self.name}: points") for p in self.points)
         object.__setattr__(self, "points", loops)
         if self.axis not in (0, 1, 2):

@@ -67,7 +67,9 @@ def _case(result: Result, case: int) -> dict[str, Any]:
     """Pictures and numbered findings of one case."""
     breaches = [(v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case]
     marked = [(check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))]
-    shown = list({(f.person, f.other_person, f.subject, f.target): (check, f) for check, f in reversed(marked)}.values())
+    shown = list(
+        {(f.person, f.other_person, f.subject, f.target): (check, f) for check, f in reversed(marked)}.values()
+    )
     shown = sorted(shown, key=lambda row: marked.index(row))[:MOST_MARKS]
     rest = [(check, f) for check, f in breaches if (check, f) not in shown]
     scene = _scene(result, case, [finding for _, finding in shown])

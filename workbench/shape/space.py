@@ -25,7 +25,9 @@ ROUND, ALONG, SMOOTH, LEAST, EVEN = 4.0, 0.5, 1.0, 0.25, 1.5
 
 @dataclass(frozen=True, eq=False)
 class ShapeSpace:
-    """K factors of a body of N segments. groups (N,): the group of each segment, KNOBS factors each; neutral (K,): those
+    """K factors of a body of N segments.
+
+    groups (N,): the group of each segment, KNOBS factors each; neutral (K,): those
     of the unchanged body; basis: for the
     fields of Shape the stacked (K, ...) parts; spheres, joints: by posture (K, S, 3) and (K, J, 3); price (K, K): the
     quadratic cost of factors that leave 1, differ within a segment or between neighbours; overlaps (N, N): of the

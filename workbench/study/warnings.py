@@ -59,7 +59,7 @@ def _missed(environment: Environment, person: PersonResult, rest: tuple[Rest, st
         where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
         yield (
             f"{person.name} is {where} {surface.part!r}, the {what}, where {1000 * surface.depth:.0f} mm deep was "
-            f"stated: check the seat reference point and the seat's angles against the mesh, and the mesh's unit and axes"
+            f"stated: check the seat reference point, the seat's angles, and the mesh's unit and axes"
         )
 
 
