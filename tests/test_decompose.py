@@ -147,14 +147,14 @@ def test_a_box_with_edges_keeps_the_tolerance():
 
 
 def test_the_same_seed_gives_the_same_spheres_and_another_others(torus):
-    one, same, other = (decompose(torus, outward=0.003, inward=0.003, seed=s, **RADII) for s in (1, 1, 2))
+    one, same, other = (decompose(torus, outward=0.006, inward=0.006, seed=s, **RADII) for s in (1, 1, 2))
     assert np.array_equal(one.centre, same.centre) and np.array_equal(one.radius, same.radius)
     assert one.centre.shape != other.centre.shape or not np.allclose(one.centre, other.centre)
 
 
 def test_a_joint_sphere_stands_exactly_where_asked(capsule):
-    fit = decompose(capsule, outward=0.003, inward=0.003, joints=[[0, 0, 0.1], [0.01, 0, 0.2]], **RADII)
-    assert np.array_equal(fit.centre[:2], [[0, 0, 0.1], [0.01, 0, 0.2]]) and fit.joints == 2
+    fit = decompose(capsule, outward=0.003, inward=0.003, joints=[[0, 0, 0.1], [0.01, 0, -0.12]], **RADII)
+    assert np.array_equal(fit.centre[:2], [[0, 0, 0.1], [0.01, 0, -0.12]]) and fit.joints == 2
     assert np.allclose(fit.radius[:2], [0.05, 0.04], atol=2e-4) and kept(fit, capsule)
     given = decompose(capsule, outward=0.003, inward=0.003, joints=[[0, 0, 0.1, 0.03]], **RADII)
     assert given.radius[0] == 0.03
@@ -191,7 +191,7 @@ def broken(kind):
     if kind == "m large":
         mesh.apply_scale(1000)
     if kind == "crosses itself":
-        mesh.vertices[:, 0] *= np.where(mesh.vertices[:, 2] > 0, 1, -1)
+        mesh = trimesh.creation.torus(0.05, 0.08)
     if kind == "not finite":
         mesh.vertices[0, 0] = np.nan
     return mesh.vertices, mesh.faces

@@ -19,6 +19,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from workbench.kernels.inside import inside_part
+from workbench.kernels.tree import wider
 
 __all__ = ["RECORD", "Field", "deepest", "fill_rows", "near_polygon", "nearest_in", "reaches", "record_gap",
            "square_bound"]  # fmt: skip
@@ -166,7 +167,7 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
     first (-1: none). Equal distances go to the lower polygon: neither the tree nor the hint shows in the answer."""
     best, found = limit, -1
     if hint >= 0:
-        gap = record_gap(x, y, z, field, hint, best)
+        gap = record_gap(x, y, z, field, hint, wider(best))
         if gap <= best:
             best, found = gap, hint
     stack[0] = root
@@ -174,7 +175,7 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
     size = 1
     while size > 0:
         size -= 1
-        if gaps[size] > best:
+        if gaps[size] > wider(best):
             continue
         m = stack[size]
         near = field.link[m, 0]
@@ -183,7 +184,7 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
                 f = field.item[s]
                 if f == hint:
                     continue
-                gap = record_gap(x, y, z, field, f, best)
+                gap = record_gap(x, y, z, field, f, wider(best))
                 if gap < best:
                     best, found = gap, f
                 elif gap == best and gap < np.inf:
@@ -194,11 +195,11 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
         a, b = _box_gap(x, y, z, field, near), _box_gap(x, y, z, field, far)
         if b < a:
             near, far, a, b = far, near, b, a
-        if b <= best:
+        if b <= wider(best):
             stack[size] = far
             gaps[size] = b
             size += 1
-        if a <= best:
+        if a <= wider(best):
             stack[size] = near
             gaps[size] = a
             size += 1

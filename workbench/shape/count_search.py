@@ -43,7 +43,7 @@ def covered_by_count(
         limits = limits.scaled(float(np.clip((len(found.chosen) / wanted) ** 0.9, 0.7, 1.4)))
     for _ in range(30):
         fine = _with_margin(fine, limits)
-        found = cover(fine.targets, *_usable(fine, limits), required=len(joints.radius), moves=_MOVES * count,
+        found = cover(fine.targets, *_usable(fine, limits), required=len(joints.radius), moves=_MOVES,
                       target=count, seed=seed)  # fmt: skip
         if len(found.chosen) == count:
             return fine, limits, found.chosen

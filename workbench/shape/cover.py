@@ -18,8 +18,8 @@ from workbench.shape.candidates import Candidates
 
 __all__ = ["Cover", "Targets", "cover", "held_rows", "joined_targets"]
 
-_WORK = 1e9
-"""Entries of the cover that all moves of the improvement may look at: about 3 s."""
+_WORK = 3e8
+"""Entries of the cover that all moves of the improvement may look at: about 1 s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,8 @@ def cover(
     """Choose few candidates that hold all targets.
 
     The first `required` candidates are taken in any case and stay; `begun` are taken first and may go again; `moves`
-    tries of improvement (each drops 3 to 12 neighbours and covers anew), fewer once `target` spheres are enough.
+    tries of improvement for each sphere (each drops 3 to 12 neighbours and covers anew), fewer once `target` spheres
+    are enough.
     """
     start, item = held_rows(targets, candidates, radius)
     times, chosen, fixed = np.zeros(len(targets), np.int64), np.zeros(len(radius), np.int64), np.zeros(len(radius), np.int64)
@@ -82,7 +83,7 @@ def cover(
     greedy_cover(start, item, times, chosen)
     prune_cover(start, item, times, chosen, fixed)
     # a move looks at about 8 rows and all that could take their place: few large rows make dear moves
-    moves = min(moves, int(_WORK / max(1.0, len(item) * min(1.0, 8 / max(1, chosen.sum())))))
+    moves = min(moves * int(chosen.sum()), int(_WORK / max(1.0, len(item) * min(1.0, 8 / max(1, chosen.sum())))))
     if moves:
         begin, row = transposed(start, item, len(targets))
         improve_cover(start, item, begin, row, times, chosen, fixed, candidates.centre, moves, target, seed)

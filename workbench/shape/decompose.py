@@ -30,7 +30,7 @@ from workbench.shape.verify import bare_places, hollow_places, split_triangles
 __all__ = ["SphereFit", "decompose", "fit_regions"]
 
 _ROUNDS = 40
-_POLISH_ROUNDS = 20
+_POLISH_ROUNDS = 30
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -88,9 +88,10 @@ def decompose(
 def fit_regions(surface: Surface, limits: Limits, joints: Joints, regions: Regions, *, seed: int) -> SphereFit:
     """Fit spheres within limits, those of each region to its own part of the surface, the joints shared."""
     began = process_time()
-    spacing = 0.35 * (limits.outward + limits.inward)
     thickness = 2 * surface.volume / surface.area
     expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
+    # what lies between the samples is proved, and added where it fails: no need of hundreds to a sphere
+    spacing = max(0.35 * (limits.outward + limits.inward), float(np.sqrt(0.7 * surface.area / (120 * expected + 500))))
     sources = int(np.clip(60 * expected, 1_500, 60_000))
     problem = prepared(surface, limits, spacing=spacing, sources=sources, joints=joints, regions=regions, seed=seed,
                        eroded=True)  # fmt: skip
@@ -109,7 +110,7 @@ def _proved_cover(problem: Problem, limits: Limits, corners: Floats, seed: int) 
     for turn in range(_ROUNDS):
         usable = problem.radius(limits) > 0
         problem, chosen = _only(problem, usable, chosen)
-        moves = 12_000 if turn == 0 else 2_000 if turn < 4 else 0
+        moves = 25 if turn == 0 else 4 if turn < 4 else 0
         found = cover(problem.targets, problem.candidates, problem.radius(limits), required=len(problem.joints.radius),
                       begun=chosen, moves=moves, seed=seed + turn)  # fmt: skip
         if len(found.bare):
@@ -160,7 +161,7 @@ def _foot(surface: Surface, points: Floats) -> Samples:
 def _proved_polish(
     problem: Problem, limits: Limits, corners: Floats, safe: tuple[Floats, Floats]
 ) -> tuple[Floats, Floats]:
-    """Polish, then take back, sphere by sphere, what breaks the proof: halfway first, then wholly."""
+    """Polish, then take back, sphere by sphere, what breaks the proof: halfway first, then wholly, then all near it."""
     free = np.arange(len(safe[1])) >= len(problem.joints.radius)
     moved = polished(problem.samples.point, *safe, free=free, limits=limits)
     share = np.ones(len(safe[1]))
@@ -172,20 +173,20 @@ def _proved_polish(
         wrong = np.concatenate([bare.point, hollow])
         if not len(wrong):
             return mixed
-        share[_holders(wrong, safe)] *= 0.5 if turn < 2 else 0.0
+        share[_near(wrong, safe, limits.inward if turn > 4 else 0.0)] *= 0.5 if turn < 2 else 0.0
+        if turn > 4:
+            share[_near(wrong, mixed, limits.inward)] = 0.0
     return safe
 
 
-def _holders(points: Floats, safe: tuple[Floats, Floats]) -> Bools:
-    """(m,) True for the spheres that hold these points best in the cover."""
-    gap = np.linalg.norm(points[:, None] - safe[0], axis=2) - safe[1] if len(points) * len(safe[1]) < 4e6 else None
-    held = np.zeros(len(safe[1]), dtype=np.bool_)
-    if gap is not None:
-        held[gap.argmin(axis=1)] = True
-    else:
-        for point in points:
-            held[(np.linalg.norm(point - safe[0], axis=1) - safe[1]).argmin()] = True
-    return held
+def _near(points: Floats, spheres: tuple[Floats, Floats], margin: float) -> Bools:
+    """(m,) True for the spheres that hold these points best, and those within `margin` [m] of holding them."""
+    near = np.zeros(len(spheres[1]), dtype=np.bool_)
+    for point in points:
+        gap = np.linalg.norm(point - spheres[0], axis=1) - spheres[1]
+        near[gap.argmin()] = True
+        near |= gap < (margin if margin else -np.inf)
+    return near
 
 
 def _limits(
