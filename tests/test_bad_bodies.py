@@ -96,8 +96,10 @@ def test_a_wrong_key_or_value_is_told(tmp_path, old, new, marked, words):
         ("[0, .inf, 0, 5]", "spheres[0][1]: input should be a finite number (got inf)"),
         ("[0, 1e999, 0, 5]", "finite number"),
         ("[0, 0x" + "f" * 300 + ", 0, 5]", "finite number"),
-        ("[0, 0, 0, 5 furlong]",
-         "a length such as '450 mm' or '17.7 in' is needed; units: mm, cm, m, in, ft (got '5 fur"),
+        (
+            "[0, 0, 0, 5 furlong]",
+            "a length such as '450 mm' or '17.7 in' is needed; units: mm, cm, m, in, ft (got '5 fur",
+        ),
         ("[0, 0, 0, 5mm3]", "a length such as '450 mm'"),
         ("[0, 0, true, 5]", "a number or a length such as '450 mm' is needed (got True)"),
         ("[0, 0, 11 000 m, 5]", "a length such as"),
@@ -191,17 +193,26 @@ def test_a_wrong_stop_is_told(tmp_path, old, new, words):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("frame: BASE", "frame: HAND",
-         "polygon.frame: no segment 'HAND' between the stage and joint SHOULDER; valid: BASE"),
-        ("clock_0: [0, 0, 1]", "clock_0: [0, 1, 1]",
-         "polygon.centre: centre, clock_0 and clock_90 must be at right angles"),
+        (
+            "frame: BASE",
+            "frame: HAND",
+            "polygon.frame: no segment 'HAND' between the stage and joint SHOULDER; valid: BASE",
+        ),
+        (
+            "clock_0: [0, 0, 1]",
+            "clock_0: [0, 1, 1]",
+            "polygon.centre: centre, clock_0 and clock_90 must be at right angles",
+        ),
         ("centre: [0, 1, 0]", "centre: [0, 0, 0]", "must be at right angles"),
         ("[[0, 100], [120", "[[120, 100], [120", "polygon.limits: clock angles must rise from 0 to below 360"),
         ("[240, 80]", "[360, 80]", "clock angles must rise"),
         (", [240, 80]", "", "polygon.limits: at least 3 are needed"),
         ("[240, 80]", "[240]", "limits[2]: value 2 of the list is missing"),
-        ("centre: [0, 1, 0]", "center: [0, 1, 0]\n      centre: [0, 1, 0]",
-         "unknown key 'center'; did you mean 'centre'"),
+        (
+            "centre: [0, 1, 0]",
+            "center: [0, 1, 0]\n      centre: [0, 1, 0]",
+            "unknown key 'center'; did you mean 'centre'",
+        ),
     ],
 )
 def test_a_wrong_polygon_is_told(tmp_path, old, new, words):

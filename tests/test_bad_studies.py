@@ -42,47 +42,82 @@ def test_the_unchanged_study_loads(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("environment: cab", "environment: cabb",
-         "environment: no environments entry named 'cabb'; did you mean 'cab'? valid"),
+        (
+            "environment: cab",
+            "environment: cabb",
+            "environment: no environments entry named 'cabb'; did you mean 'cab'? valid",
+        ),
         ("environment: cab", "environment: ../none.yaml", "environment: ../none.yaml: no such file (looked from "),
-        ("bert: {body: one_arm", "bert: {body: one_leg",
-         "people.bert.body: no bodies entry named 'one_leg'; valid: "),
+        ("bert: {body: one_arm", "bert: {body: one_leg", "people.bert.body: no bodies entry named 'one_leg'; valid: "),
         ("bert: {body: one_arm", "bert: {body: " + "x" * 300, "people.bert.body: no bodies entry named 'xxx"),
-        ("seat: stool", "seat: stul",
-         "people.anna.seat: environment cab has no seat 'stul'; did you mean 'stool'? valid: "),
+        (
+            "seat: stool",
+            "seat: stul",
+            "people.anna.seat: environment cab has no seat 'stul'; did you mean 'stool'? valid: ",
+        ),
         ("forward: 10", "forward: 51", "adjust.forward: beyond the travel of seat stool, -50 to 50 mm (got 51 mm)"),
         ("up: 0}", "up: -1 in}", "adjust.up: beyond the travel of seat stool, -20 to 20 mm (got -25.4 mm)"),
-        ("seat: stool, adjust: {forward: 10, up: 0}", "adjust: {forward: 1}",
-         "exactly one of 'seat', 'at' and 'stand'"),
+        (
+            "seat: stool, adjust: {forward: 10, up: 0}",
+            "adjust: {forward: 1}",
+            "exactly one of 'seat', 'at' and 'stand'",
+        ),
         ("seat: stool", "seat: stool, stand: {on: [0, 0, 0]}", "exactly one of 'seat', 'at' and 'stand' says where"),
         ("at: {segment: BASE", "adjust: {up: 1}, at: {segment: BASE", "'adjust' moves a seat; give 'seat' too"),
-        ("at: {segment: BASE", "at: {segment: BSAE",
-         "at.segment: unknown segment 'BSAE'; did you mean 'BASE'? valid: BASE,"),
+        (
+            "at: {segment: BASE",
+            "at: {segment: BSAE",
+            "at.segment: unknown segment 'BSAE'; did you mean 'BASE'? valid: BASE,",
+        ),
         ("position: [0, 600, 900]", "position: [0, 600]", "at.position: value 3 of the list is missing (got [0, 600])"),
-        ("position: [0, 600, 900]", "position: [0, .nan, 0]",
-         "at.position[1]: input should be a finite number (got nan)"),
+        (
+            "position: [0, 600, 900]",
+            "position: [0, .nan, 0]",
+            "at.position[1]: input should be a finite number (got nan)",
+        ),
         ("position: [0, 600, 900]", "position: [0, 6 feet, 0]", "units: mm, cm, m, in, ft (got '6 feet')"),
         ("attitude: {yaw: 90}", "attitude: {yaw: 9000}", "attitude.yaw: input should be less than or equal to 720"),
-        ("attitude: {yaw: 90}", "attitude: {jaw: 90}",
-         "attitude.jaw: unknown key 'jaw'; did you mean 'yaw'? valid: pitch"),
-        ("bert: {posture: bent}", "bert: {posture: band}",
-         "cases[1].people.bert.posture: no posture 'band'; valid: hanging, bent"),
-        ("SHOULDER: {flexion: 80}", "SHOLDER: {flexion: 80}",
-         "angles.SHOLDER: body one_arm has no joint 'SHOLDER'; did you"),
+        (
+            "attitude: {yaw: 90}",
+            "attitude: {jaw: 90}",
+            "attitude.jaw: unknown key 'jaw'; did you mean 'yaw'? valid: pitch",
+        ),
+        (
+            "bert: {posture: bent}",
+            "bert: {posture: band}",
+            "cases[1].people.bert.posture: no posture 'band'; valid: hanging, bent",
+        ),
+        (
+            "SHOULDER: {flexion: 80}",
+            "SHOLDER: {flexion: 80}",
+            "angles.SHOLDER: body one_arm has no joint 'SHOLDER'; did you",
+        ),
         ("SHOULDER: {flexion: 80}", "SHOULDER WRST: {flexion: 80}", "has no joint 'WRST'; did you mean 'WRIST'"),
         ("SHOULDER: {flexion: 80}", "'': {flexion: 80}", "angles.'': no joint is named here; valid: SHOULDER"),
-        ("SHOULDER: {flexion: 80}", "SHOULDER: {flexon: 80}",
-         "joint SHOULDER: no motion 'flexon'; did you mean 'flexion'"),
+        (
+            "SHOULDER: {flexion: 80}",
+            "SHOULDER: {flexon: 80}",
+            "joint SHOULDER: no motion 'flexon'; did you mean 'flexion'",
+        ),
         ("SHOULDER: {flexion: 80}", "SHOULDER: {flexion: 800}", "flexion: input should be less than or equal to 720"),
         ("SHOULDER: {flexion: 80}", "SHOULDER: {flexion: .inf}", "finite number (got inf)"),
         ("SHOULDER: {flexion: 80}", "SHOULDER: 80", "angles.SHOULDER: a mapping of keys is needed (got 80)"),
         ("name: forward", "name: down", "cases[1].name: two cases are named 'down'"),
-        ("name: joints", "name: nobody is in himself",
-         "criteria[4].name: two criteria are named 'nobody is in himself'"),
-        ("people: [anna]", "people: [ana]",
-         "criteria[1].people[0]: nothing is called 'ana'; did you mean 'anna'? valid: "),
-        ("segments: [HAND]", "segments: [HND]",
-         "criteria[1].segments[0]: nothing is called 'HND'; did you mean 'HAND'"),
+        (
+            "name: joints",
+            "name: nobody is in himself",
+            "criteria[4].name: two criteria are named 'nobody is in himself'",
+        ),
+        (
+            "people: [anna]",
+            "people: [ana]",
+            "criteria[1].people[0]: nothing is called 'ana'; did you mean 'anna'? valid: ",
+        ),
+        (
+            "segments: [HAND]",
+            "segments: [HND]",
+            "criteria[1].segments[0]: nothing is called 'HND'; did you mean 'HAND'",
+        ),
         ("segments: [HAND]", "segments: []", "criteria[1].segments: at least 1 are needed (got [])"),
         ("segments: [HAND]", "segments: HAND", "criteria[1].segments: a list is needed (got 'HAND')"),
         ('["w*"]', '["x*"]', "criteria[1].parts[0]: nothing is called 'x*'; valid: floor, wall, seat, rest"),
@@ -90,15 +125,21 @@ def test_the_unchanged_study_loads(tmp_path):
         (", at_least: 100", "", "criteria[1]: a clearance needs 'at_least'"),
         ("at_least: 100", "degrees: 5, at_least: 9", "criteria[1]: 'degrees' belongs to check: stops"),
         ("check: self_contact", "check: self_contact, at_least: 3", "'at_least' is a length; self_contact takes none"),
-        ("check: self_contact", "check: self_contact, parts: [wall]",
-         "'parts' belongs to contact and clearance, not to self"),
+        (
+            "check: self_contact",
+            "check: self_contact, parts: [wall]",
+            "'parts' belongs to contact and clearance, not to self",
+        ),
         ("check: stops, degrees: 0", "check: stops, at_least: 3", "stops takes none, use 'degrees'"),
         ("check: stops", "check: stop", "criteria[4].check: input should be 'contact', 'clearance', 'self_con"),
         ("kind: clearance", "kind: reach", "kind: input should be 'clearance' (got 'reach')"),
         ("study: cab_study", "study: ../up", "study: string should match pattern"),
         ("length: mm", "length: yards", "length: the unit of length is needed (got 'yards'), one of mm, cm, m, in, ft"),
-        ("title: One", "titel: One",
-         "titel: unknown key 'titel'; did you mean 'title'? valid: cases, criteria, description"),
+        (
+            "title: One",
+            "titel: One",
+            "titel: unknown key 'titel'; did you mean 'title'? valid: cases, criteria, description",
+        ),
     ],
 )
 def test_one_fault_of_a_study_is_one_line(tmp_path, old, new, words):
@@ -141,31 +182,53 @@ def test_faults_of_the_files_a_study_names_come_with_those_of_the_study(tmp_path
                      body=changed(ONE_ARM, "mass: 2", "mass: two"),
                      environment=changed(ENVIRONMENT, "part: seat", "part: set"))  # fmt: skip
     assert len(lines_of(found)) == len(set(found)) == 3
-    assert [name in line for name, line in zip(["environment.yaml", "one_arm",
-    "cab_study"], found, strict=True)] == [True] * 3
+    assert [name in line for name, line in zip(["environment.yaml", "one_arm", "cab_study"], found, strict=True)] == [
+        True
+    ] * 3
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("reference: BASE", "reference: BSE",
-         "reference: body one_arm has no segment 'BSE'; did you mean 'BASE'? valid: "),
-        ("reference: BASE", "refrence: BASE\nreference: BASE",
-         "refrence: unknown key 'refrence'; did you mean 'reference'"),
+        (
+            "reference: BASE",
+            "reference: BSE",
+            "reference: body one_arm has no segment 'BSE'; did you mean 'BASE'? valid: ",
+        ),
+        (
+            "reference: BASE",
+            "refrence: BASE\nreference: BASE",
+            "refrence: unknown key 'refrence'; did you mean 'reference'",
+        ),
         ("ELBOW: {", "ELBO: {", "postures.bent.angles.ELBO: body one_arm has no joint 'ELBO'; did you mean 'ELBOW'"),
-        ("{flexion: 90}", "{flexin: 90}",
-         "angles.ELBOW.flexin: joint ELBOW: no motion 'flexin'; did you mean 'flexion'"),
+        (
+            "{flexion: 90}",
+            "{flexin: 90}",
+            "angles.ELBOW.flexin: joint ELBOW: no motion 'flexin'; did you mean 'flexion'",
+        ),
         ("{flexion: 90}", "{flexion: right}", "angles.ELBOW.flexion: a number is needed (got 'right')"),
         ("{flexion: 90}", "{flexion: -721}", "input should be greater than or equal to -720 (got -721)"),
-        ("    angles:", "    rotations: {WRST: [1, 0, 0, 0]}\n    angles:",
-         "rotations.WRST: body one_arm has no joint 'WRST'"),
-        ("    angles:", "    rotations: {WRIST: [1, 0, 0]}\n    angles:",
-         "rotations.WRIST: value 4 of the list is missing"),
-        ("    angles:", "    rotations: {WRIST: [0, 0, 0, 0]}\n    angles:",
-         "whose length is not zero (got [0.0, 0.0, 0.0"),
+        (
+            "    angles:",
+            "    rotations: {WRST: [1, 0, 0, 0]}\n    angles:",
+            "rotations.WRST: body one_arm has no joint 'WRST'",
+        ),
+        (
+            "    angles:",
+            "    rotations: {WRIST: [1, 0, 0]}\n    angles:",
+            "rotations.WRIST: value 4 of the list is missing",
+        ),
+        (
+            "    angles:",
+            "    rotations: {WRIST: [0, 0, 0, 0]}\n    angles:",
+            "whose length is not zero (got [0.0, 0.0, 0.0",
+        ),
         ("    angles:", "    attitude: {pitch: up}\n    angles:", "bent.attitude.pitch: a number is needed (got 'up')"),
-        ("    angles:", "    angels: {}\n    angles:",
-         "bent.angels: unknown key 'angels'; did you mean 'angles'? valid: angles"),
+        (
+            "    angles:",
+            "    angels: {}\n    angles:",
+            "bent.angels: unknown key 'angels'; did you mean 'angles'? valid: angles",
+        ),
         ("hanging: {description: the arm straight down}", "hanging: 5", "hanging: a mapping of keys is needed (got 5)"),
     ],
 )
@@ -219,7 +282,9 @@ def test_a_misspelt_first_key_does_not_make_a_study_an_environment(tmp_path):
 
 def test_a_yaml_file_of_no_known_kind_is_told_the_kinds(tmp_path):
     (tmp_path / "x.yaml").write_text("a: 1\n")
-    with pytest.raises(InputError, match="one of the keys study, body, environment, postures, population, growth must say"):
+    with pytest.raises(
+        InputError, match="one of the keys study, body, environment, postures, population, growth must say"
+    ):
         check_file(tmp_path / "x.yaml")
 
 

@@ -1,9 +1,9 @@
 """Every error the workbench raises on purpose.
 
-    WorkbenchError          the root: catch this one
-    ├── InputError          a file or value is wrong (exit code 3); carries one line per problem
-    ├── UsageError          the call or the command line is wrong (exit code 2)
-    └── MissingPartError    an optional library is not installed (exit code 4)
+WorkbenchError          the root: catch this one
+├── InputError          a file or value is wrong (exit code 3); carries one line per problem
+├── UsageError          the call or the command line is wrong (exit code 2)
+└── MissingPartError    an optional library is not installed (exit code 4)
 """
 
 from __future__ import annotations

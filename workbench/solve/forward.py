@@ -16,9 +16,7 @@ from workbench.model.window import logical_window, walk
 __all__ = ["place", "rereference", "update"]
 
 
-def place(
-    body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None
-) -> Placed:
+def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None) -> Placed:
     """Place a body: chain the transforms from the reference segment and put all spheres into the world.
 
     window: mnemonics of the segments wanted; they and those on their paths to the reference segment are placed, the
