@@ -12,8 +12,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import workbench as wb
-from workbench.files.assembly import built
-from workbench.files.mesh_parts import RawPart
+from workbench.files.meshes.assembly import built
+from workbench.files.meshes.parts import RawPart
 from workbench.files.postures import load_postures, posture_path, posture_pose
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests import oracles
 from tests.conftest import box_part, environment_of
-from workbench.files.mesh_parts import RawPart
+from workbench.files.meshes.parts import RawPart
 from workbench.kernels.polygon import point_polygon, point_winding
 from workbench.model.contacts import relation
 from workbench.solve.collide import _faces, body_clearance, nearest, self_clearance

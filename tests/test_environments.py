@@ -12,8 +12,8 @@ from tests.conftest import SHARED
 from workbench.errors import InputError, UsageError
 from workbench.files.environments import environment_files, environment_from_mesh, load_environment
 from workbench.files.inspection import inspect_environment, inspect_mesh
-from workbench.files.mesh_parts import RawPart
-from workbench.files.mesh_quality import examined
+from workbench.files.meshes.parts import RawPart
+from workbench.files.meshes.quality import examined
 from workbench.shape.parts import moved
 
 CAB = """environment: box_cab

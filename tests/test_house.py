@@ -16,8 +16,8 @@ LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "file
           {"report", "viewer"}, {"cli_body", "cli_people"}, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
-    "trimesh": {"files/mesh_scene.py"},
-    "collada": {"files/mesh_dae.py"},
+    "trimesh": {"files/meshes/scene.py"},
+    "collada": {"files/meshes/dae.py"},
     "pydantic": {"files"},
     "yaml": {"files"},
     "scipy": {"files", "solve", "shape", "people"},

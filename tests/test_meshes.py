@@ -15,10 +15,10 @@ import trimesh
 
 from tests.conftest import SHARED
 from workbench.errors import InputError, MissingPartError, UsageError
-from workbench.files import mesh_scene, meshes
-from workbench.files.mesh_parts import unique_names
-from workbench.files.mesh_quality import examined
-from workbench.files.meshes import axes, extent, read_mesh
+from workbench.files.meshes import reading, scene
+from workbench.files.meshes.parts import unique_names
+from workbench.files.meshes.quality import examined
+from workbench.files.meshes.reading import axes, extent, read_mesh
 
 ENVIRONMENTS = SHARED / "environments"
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -198,7 +198,7 @@ def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, mo
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("3D/3dmodel.model", b"\0" * 2**24)
-    monkeypatch.setattr(mesh_scene, "_MOST_UNPACKED", 2**23)
+    monkeypatch.setattr(scene, "_MOST_UNPACKED", 2**23)
     refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to")
 
 
@@ -222,7 +222,7 @@ def test_the_step_part_is_five_inches_long():
 
 
 def test_step_without_cascadio_says_how_to_get_it(tmp_path, monkeypatch):
-    monkeypatch.setattr("workbench.files.mesh_step.find_spec", lambda name: None)
+    monkeypatch.setattr("workbench.files.meshes.step.find_spec", lambda name: None)
     with pytest.raises(MissingPartError, match="pip install cascadio"):
         read_mesh(written(tmp_path, "a.step", "ISO-10303-21;\nEND-ISO-10303-21;\n"))
 
@@ -242,7 +242,7 @@ def test_what_is_not_there_or_not_a_mesh_is_one_line(tmp_path):
     refused(tmp_path / "folder.obj", "folder")
 
 
-@pytest.mark.parametrize("ending", sorted(meshes.FORMATS))
+@pytest.mark.parametrize("ending", sorted(reading.FORMATS))
 def test_binary_garbage_and_text_are_refused_in_every_format(tmp_path, ending):
     garbage = random.Random(7).randbytes(5000)
     for name, content in (
@@ -273,7 +273,7 @@ def test_damaged_files_are_read_or_refused_and_never_end_in_a_traceback(tmp_path
 
 
 def test_a_mesh_too_large_for_the_memory_says_what_it_needs(tmp_path, monkeypatch):
-    monkeypatch.setattr(meshes, "_free_memory", lambda: 100_000)
+    monkeypatch.setattr(reading, "_free_memory", lambda: 100_000)
     refused(written(tmp_path, "a.stl", b"\0" * 2**20), "1 MiB", "of memory")
 
 

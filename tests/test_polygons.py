@@ -8,10 +8,10 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.files.circles import enclosing_circles
-from workbench.files.mesh_parts import triangulated, welded
-from workbench.files.planes import degenerate_faces
-from workbench.files.polygons import PLANE_TOLERANCE, Polygons, merge_coplanar
+from workbench.files.meshes.circles import enclosing_circles
+from workbench.files.meshes.parts import triangulated, welded
+from workbench.files.meshes.planes import degenerate_faces
+from workbench.files.meshes.polygons import PLANE_TOLERANCE, Polygons, merge_coplanar
 
 
 def plate(ring, faces):

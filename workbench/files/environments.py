@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.files.assembly import built
 from workbench.files.catalogue import find
 from workbench.files.environment_schema import EnvironmentFile, MeshFile, PartFile, RestFile, SeatFile, unit_metres
-from workbench.files.mesh_obj import outside_folder
-from workbench.files.mesh_parts import RawPart
-from workbench.files.meshes import SMALLEST, axes, extent, implausible, read_mesh, to_world
+from workbench.files.meshes.assembly import built
+from workbench.files.meshes.obj import outside_folder
+from workbench.files.meshes.parts import RawPart
+from workbench.files.meshes.reading import SMALLEST, axes, extent, implausible, read_mesh, to_world
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.assembly import built
 from workbench.files.environment_schema import unit_metres
 from workbench.files.environments import load_environment
-from workbench.files.meshes import axes, implausible, read_mesh, to_world
+from workbench.files.meshes.assembly import built
+from workbench.files.meshes.reading import axes, implausible, read_mesh, to_world
 from workbench.files.schema import metres_in
 from workbench.model.environment import Environment
 

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from workbench.files.mesh_parts import RawPart
-from workbench.files.planes import degenerate_faces
+from workbench.files.meshes.parts import RawPart
+from workbench.files.meshes.planes import degenerate_faces
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["Faults", "examined"]

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from workbench.files.circles import enclosing_circles
-from workbench.files.planes import Faced, faced
+from workbench.files.meshes.circles import enclosing_circles
+from workbench.files.meshes.planes import Faced, faced
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["PLANE_TOLERANCE", "Polygons", "merge_coplanar", "shared_edges"]

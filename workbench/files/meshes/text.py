@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.mesh_parts import RawMesh, RawPart, triangulated
+from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_off", "read_ply", "read_text_stl"]

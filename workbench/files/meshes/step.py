@@ -13,8 +13,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from workbench.errors import InputError, MissingPartError
-from workbench.files.mesh_parts import RawMesh
-from workbench.files.mesh_scene import read_glb
+from workbench.files.meshes.parts import RawMesh
+from workbench.files.meshes.scene import read_glb
 
 __all__ = ["read_step"]
 

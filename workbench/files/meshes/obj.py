@@ -14,7 +14,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.mesh_parts import RawMesh, RawPart, triangulated
+from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
 
 __all__ = ["outside_folder", "read_obj"]
 

@@ -17,9 +17,9 @@ from urllib.parse import unquote
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.mesh_obj import outside_folder
-from workbench.files.mesh_parts import RawMesh, RawPart
-from workbench.files.mesh_text import read_text_stl
+from workbench.files.meshes.obj import outside_folder
+from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.files.meshes.text import read_text_stl
 from workbench.model.arrays import Floats
 
 __all__ = ["read_glb", "read_gltf", "read_stl", "read_threemf"]

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
-from workbench.files.mesh_dae import read_dae
-from workbench.files.mesh_obj import read_obj
-from workbench.files.mesh_parts import RawMesh, RawPart, unique_names, welded
-from workbench.files.mesh_scene import read_glb, read_gltf, read_stl, read_threemf
-from workbench.files.mesh_step import read_step
-from workbench.files.mesh_text import read_off, read_ply
+from workbench.files.meshes.dae import read_dae
+from workbench.files.meshes.obj import read_obj
+from workbench.files.meshes.parts import RawMesh, RawPart, unique_names, welded
+from workbench.files.meshes.scene import read_glb, read_gltf, read_stl, read_threemf
+from workbench.files.meshes.step import read_step
+from workbench.files.meshes.text import read_off, read_ply
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.mesh_parts import RawMesh, RawPart, triangulated
+from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_dae"]

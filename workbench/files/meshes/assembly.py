@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from workbench.files.mesh_parts import RawPart
-from workbench.files.mesh_quality import Faults, examined
-from workbench.files.polygons import merge_coplanar
+from workbench.files.meshes.parts import RawPart
+from workbench.files.meshes.polygons import merge_coplanar
+from workbench.files.meshes.quality import Faults, examined
 from workbench.model.environment import Environment, Quality
 
 __all__ = ["built"]

@@ -1,0 +1,1 @@
+"""Mesh files in: every format read into named parts, faults counted, faces merged into planar polygons."""
