@@ -157,7 +157,7 @@ def test_a_wrong_value_is_named_with_its_line(tmp_path, text, line, words):
     ("file: cab.obj, length: km, up: z, forward: x", "units: mm, cm, m, in, ft"),
     ("file: cab.obj, length: m, up: z, forward: -z", "right angles"),
     ("file: cab.obj, length: m, up: up, forward: x", "up"),
-    ("file: cab.obj, length: m, forward: x", "'up' is missing"),
+    ("file: cab.obj, length: m, forward: x", "the file does not say its axis up: state it"),
 ])  # fmt: skip
 def test_a_wrong_mesh_is_named_with_its_line(tmp_path, mesh, words):
     (problem,) = faults(tmp_path, head=f"environment: cab\nlength: mm\nmeshes:\n  - {{{mesh}}}\n")
@@ -194,6 +194,14 @@ def test_an_odd_scale_is_stated_as_the_length_of_one_unit(tmp_path):
     (tmp_path / "a.obj").write_text(obj(a=solid((10, 10, 10))))
     environment = environment_from_mesh(tmp_path / "a.obj", length="150 mm", up="z", forward="x")
     assert np.diff(environment.bounds, axis=0)[0] == pytest.approx([1.5, 1.5, 1.5])
+
+
+def test_gltf_says_its_unit_and_both_axes_and_needs_none_stated(tmp_path):
+    """A box 1.5 (x) by 0.9 (y, up) by 0.6 (z, forward) of the file."""
+    (tmp_path / "a.glb").write_bytes(trimesh.Scene([solid((1.5, 0.9, 0.6))]).export(file_type="glb"))
+    (tmp_path / "environment.yaml").write_text("environment: a\nlength: mm\nmeshes:\n  - file: a.glb\n")
+    bounds = load_environment(tmp_path / "environment.yaml").bounds
+    assert np.diff(bounds, axis=0)[0] == pytest.approx([0.6, 1.5, 0.9])
 
 
 def test_a_stated_unit_overrides_what_the_file_tells(tmp_path):

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from tests.conftest import SHARED
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.growth import load_growth
@@ -20,9 +19,6 @@ from workbench.model.population import SEXES
 from workbench.people.growth import growth_people, growth_percentile, growth_values
 from workbench.people.share import share_of
 
-REFERENCE = SHARED.parent / "reference" / "boundary_cases_ansur2_95.csv"
-RAW = [SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
-THREE = ("sitting_height", "buttock_knee_length", "thumb_tip_reach")
 ANSUR2 = load_population_model("ansur2")
 GROWTH = load_growth()
 sexes = st.sampled_from(SEXES)

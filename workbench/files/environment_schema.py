@@ -48,18 +48,18 @@ class TurnFile(FileModel):
 
 
 class MeshFile(FileModel):
-    """A mesh: its file beside the environment, the unit where the file does not say (or is wrong), its axes."""
+    """A mesh: its file beside the environment; its unit and axes where the file does not say them or is wrong."""
 
     file: Name
     length: Annotated[str, AfterValidator(_unit)] | None = None
-    up: Axis
-    forward: Axis
+    up: Axis | None = None
+    forward: Axis | None = None
     move: Vector = (0.0, 0.0, 0.0)
     turn: TurnFile = TurnFile()
 
     @model_validator(mode="after")
     def _square(self) -> MeshFile:
-        if self.up[-1] == self.forward[-1]:
+        if self.up and self.forward and self.up[-1] == self.forward[-1]:
             raise ValueError(f"forward ({self.forward}) must be at right angles to up ({self.up})")
         return self
 

@@ -15,7 +15,7 @@ from workbench.files.environment_schema import EnvironmentFile, MeshFile, PartFi
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawPart
-from workbench.files.meshes.reading import SMALLEST, axes, extent, implausible, read_mesh, to_world
+from workbench.files.meshes.reading import SMALLEST, axes, extent, implausible, read_mesh, stated_axes, to_world
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
@@ -125,7 +125,7 @@ def _mesh(folder: Path, mesh: MeshFile, *, alone: bool) -> tuple[tuple[RawPart, 
     if wrong or metres is None:
         raise InputError(f"{mesh.file}: {wrong}")
     turn = attitude_matrix(yaw=mesh.turn.yaw, pitch=mesh.turn.pitch, roll=mesh.turn.roll)
-    rotation: Floats = turn @ axes(mesh.up, mesh.forward)
+    rotation: Floats = turn @ stated_axes(raw, mesh.up, mesh.forward)
     return to_world(raw, rotation, metres=metres, move=np.array(mesh.move)), raw.notes
 
 

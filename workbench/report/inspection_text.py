@@ -18,14 +18,18 @@ def inspection_lines(found: Inspection) -> list[str]:
     if found.format != "environment":
         sizes = ", ".join(f"{unit} {metres:.4g} m" for unit, metres in found.largest_if.items())
         lines.append(f"largest extent if the unit were: {sizes}")
+
+    def numbers(values: tuple[float, ...]) -> str:
+        return " ".join(f"{scale * value:.5g}" for value in values)
+
     width = max([4, *(len(p.name) for p in found.parts)])
     lines += ["", f"{'part':<{width}} {'faces':>8} {'polygons':>8} {'open':>6} {'degen.':>6} {'dupl.':>6}  solid  "
-                  f"size x y z [{unit}]"]  # fmt: skip
+                  f"size x y z, from x y z [{unit}]"]  # fmt: skip
     for p in found.parts:
         kind = "yes" if p.solid else "no"
         kind += "*" if p.inverted else ""
         lines.append(f"{p.name:<{width}} {p.faces:>8} {p.polygons:>8} {p.open_edges:>6} {p.degenerate:>6} "
-                     f"{p.duplicate:>6}  {kind:<5}  {' '.join(f'{scale * s:.5g}' for s in p.size)}")  # fmt: skip
+                     f"{p.duplicate:>6}  {kind:<5}  {numbers(p.size)}, from {numbers(p.low)}")  # fmt: skip
     if any(p.inverted for p in found.parts):
         lines.append("* wound inside out; turned for the question of inside and outside")
     lines += [f"warning: {warning}" for warning in found.warnings]

@@ -24,7 +24,7 @@ class RawPart:
 @dataclass(frozen=True, eq=False)
 class RawMesh:
     """A mesh file as read. metres: what one file unit is in metres, None where the file does not say; up: the
-    axis the file or its format says is up, None where neither does; notes: sentences
+    axis the file or its format says is up, forward: the same for forward, None where neither does; notes: sentences
     about what the file holds besides surfaces."""
 
     file: str
@@ -33,6 +33,7 @@ class RawMesh:
     metres: float | None = None
     up: str | None = None
     notes: tuple[str, ...] = ()
+    forward: str | None = None
 
 
 def unique_names(names: Iterable[str], otherwise: str) -> list[str]:

@@ -23,7 +23,7 @@ from workbench.files.meshes.text import read_off, read_ply
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
-__all__ = ["FORMATS", "LARGEST", "SMALLEST", "axes", "extent", "implausible", "read_mesh", "to_world"]
+__all__ = ["FORMATS", "LARGEST", "SMALLEST", "axes", "extent", "implausible", "read_mesh", "stated_axes", "to_world"]
 
 SMALLEST, LARGEST = 0.3, 60.0
 """Extents [m] between which a cockpit, a room or a vehicle lies."""
@@ -111,6 +111,22 @@ def axes(up: str, forward: str) -> Floats:
         raise UsageError(f"forward ({forward}) must be at right angles to up ({up})")
     x, z = np.array(_DIRECTIONS[forward], dtype=np.float64), np.array(_DIRECTIONS[up], dtype=np.float64)
     return np.array([x, np.cross(z, x), z])
+
+
+def stated_axes(raw: RawMesh, up: str | None, forward: str | None) -> Floats:
+    """(3, 3) rotation as `axes`, from the axes given or, where None, those the file or its format says.
+
+    glTF says both (y and z), COLLADA says up. InputError where nobody says one, or the two are not at right angles.
+    """
+    for name, given, told in (("up", up, raw.up), ("forward", forward, raw.forward)):
+        if given is None and told is None:
+            raise InputError(
+                f"{raw.file}: the file does not say its axis {name}: state it ({name}: {', '.join(_DIRECTIONS)})"
+            )
+    try:
+        return axes(up or str(raw.up), forward or str(raw.forward))
+    except UsageError as error:
+        raise InputError(f"{raw.file}: {error}") from None
 
 
 def to_world(raw: RawMesh, rotation: Floats, *, metres: float, move: Floats | None = None) -> tuple[RawPart, ...]:

@@ -65,13 +65,13 @@ def read_glb(path: Path, data: bytes) -> RawMesh:
         raise InputError(f"{path}: not a binary glTF file, or cut short")
     length = int.from_bytes(data[12:16], "little")
     notes = _checked(path, data[20 : 20 + length])
-    return RawMesh(str(path), "glTF", tuple(_parts(path, data, "glb")), 1.0, "y", notes)
+    return RawMesh(str(path), "glTF", tuple(_parts(path, data, "glb")), 1.0, "y", notes, "z")
 
 
 def read_gltf(path: Path, data: bytes) -> RawMesh:
     """The meshes of a glTF file and the buffers beside it."""
     notes = _checked(path, data)
-    return RawMesh(str(path), "glTF", tuple(_parts(path, data, "gltf")), 1.0, "y", notes)
+    return RawMesh(str(path), "glTF", tuple(_parts(path, data, "gltf")), 1.0, "y", notes, "z")
 
 
 def _checked(path: Path, text: bytes) -> tuple[str, ...]:
