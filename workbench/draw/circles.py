@@ -7,16 +7,15 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INK, INKS, PAPER, hexadecimal
+from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.edges import Lines, drawn_edges, visible_lines
-from workbench.draw.marks import DOT, TEXT_SIZE, placed_marks, scale_bar
+from workbench.draw.mark_pictures import svg_bar, svg_marks
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import depth_share, projected_disks, visible_layers
 
 __all__ = ["circles"]
 
 _MOST_LINES = 9000  # keeps a picture under 400 kB
-_FONT = "font-family='Helvetica,Arial,sans-serif'"
 
 
 def circles(scene: Scene, camera: Camera) -> str:
@@ -36,7 +35,7 @@ def circles(scene: Scene, camera: Camera) -> str:
         layers = visible_layers(scene, camera)
         edges, clear = drawn_edges(scene.environment, camera, layers.cut)
         parts += _lines(visible_lines(edges, clear, layers))
-    parts += [*_circles(scene, camera), *_marks(scene, camera), *_bar(camera), "</svg>", ""]
+    parts += [*_circles(scene, camera), *svg_marks(scene, camera), *svg_bar(camera), "</svg>", ""]
     return "\n".join(parts)
 
 
@@ -76,41 +75,3 @@ def _circles(scene: Scene, camera: Camera) -> list[str]:
             f' stroke-width="{0.5 + 0.7 * near:.2f}"/>'
         )
     return [*parts, "</g>"]
-
-
-def _marks(scene: Scene, camera: Camera) -> list[str]:
-    """Leader lines, dots (drawn as paths: a circle is a sphere here) and labels on white plates."""
-    placed = placed_marks(scene, camera)
-    leaders, dots, labels = [], [], []
-    for mark in placed:
-        (x, y), (u, v), (a, b), colour = mark.dot, mark.label, mark.half, hexadecimal(mark.colour)
-        point = f'd="M{x:.1f} {y:.1f}h0"'
-        dots.append(f'<path stroke="#fff" stroke-width="{2 * DOT + 2.6:.1f}" {point}/>')
-        dots.append(f'<path class="{mark.kind}" stroke="{colour}" stroke-width="{2 * DOT:.1f}" {point}/>')
-        if mark.text:
-            leaders.append(f'<path stroke="{colour}" d="M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}"/>')
-            labels.append(
-                f'<rect x="{u - a:.1f}" y="{v - b:.1f}" width="{2 * a:.1f}" height="{2 * b:.1f}" rx="4" fill="#fff"'
-                f' stroke="{colour}"/><text x="{u:.1f}" y="{v:.1f}" dy=".36em" fill="{colour}">'
-                f"{escape(mark.text)}</text>"
-            )
-    return [
-        '<g class="marks">',
-        *leaders,
-        '<g stroke-linecap="round">',
-        *dots,
-        f'</g><g {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle">',
-        *labels,
-        "</g></g>",
-    ]
-
-
-def _bar(camera: Camera) -> list[str]:
-    bar, ink = scale_bar(camera), hexadecimal(INK)
-    middle = bar.x + bar.pixels / 2.0
-    shape = f"M{bar.x:.1f} {bar.y - 5:.1f}v10m0-5h{bar.pixels:.2f}m0-5v10"
-    return [
-        f'<g class="scale"><path fill="none" stroke="{ink}" stroke-width="2" d="{shape}"/>'
-        f'<text x="{middle:.1f}" y="{bar.y - 8:.1f}" {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
-        f' fill="{ink}">{bar.text}</text></g>'
-    ]

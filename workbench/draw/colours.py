@@ -33,11 +33,18 @@ INKS: dict[str, Colour] = {
     "grey": (40, 40, 40),
 }
 
-MARKS: dict[str, Colour] = {
+MARKS: dict[str, Colour] = {  # kind of mark -> colour; what each looks like is in marks.py
     "contact": (212, 32, 38),
     "allowed": (206, 128, 0),
     "clearance": (20, 96, 190),
     "point": (30, 130, 70),
+    "reach": (0, 122, 128),
+    "missed": (176, 24, 92),
+    "stop": (122, 44, 168),
+    "segment": (70, 78, 90),
+    "axis_x": (200, 40, 40),
+    "axis_y": (30, 130, 50),
+    "axis_z": (30, 80, 200),
 }
 
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from workbench.draw.camera import Camera
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
 from workbench.draw.edges import Lines, drawn_edges, visible_lines
-from workbench.draw.marks import DOT, TEXT_SIZE, placed_marks, scale_bar
+from workbench.draw.mark_pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
 from workbench.model.arrays import Bools
@@ -44,9 +44,9 @@ def disks(scene: Scene, camera: Camera, *, supersample: int = 2, veil: float = 0
         edges, clear = drawn_edges(scene.environment, fine, layers.cut)
         _paint_lines(picture, visible_lines(edges, clear, layers), supersample)
     image = Image.fromarray(np.round(picture).astype(np.uint8))
-    _draw_dots(image, scene, camera, supersample)
+    paint_mark_shapes(image, scene, camera, supersample)
     image = image.resize((camera.width, camera.height), Image.Resampling.BOX)
-    _draw_texts(image, scene, camera)
+    paint_mark_texts(image, scene, camera)
     return image
 
 
@@ -123,39 +123,3 @@ def _paint_lines(picture: _Pixels, lines: Lines, supersample: int) -> None:
         draw.line((float(x), float(y), float(u), float(v)), fill=int(opacity[index]), width=max(1, supersample))
     strength = np.asarray(mask, dtype=np.float32)[..., None] / np.float32(255.0)
     picture += (np.array(INK, dtype=np.float32) - picture) * strength
-
-
-def _draw_dots(image: Image.Image, scene: Scene, camera: Camera, factor: int) -> None:
-    """Leader lines, dots with a white halo, and the scale bar, before the picture is made smaller."""
-    draw = ImageDraw.Draw(image)
-    marks = placed_marks(scene, camera)
-    for mark in marks:
-        if mark.text:
-            ends = [value * factor for value in (*mark.dot, *mark.label)]
-            draw.line(ends, fill=PAPER, width=3 * factor)
-            draw.line(ends, fill=mark.colour, width=factor)
-    for mark in marks:
-        x, y = mark.dot[0] * factor, mark.dot[1] * factor
-        for size, colour in ((DOT + 1.3, PAPER), (DOT, mark.colour)):
-            reach = size * factor
-            draw.ellipse((x - reach, y - reach, x + reach, y + reach), fill=colour)
-    bar = scale_bar(camera)
-    left, right, base = bar.x * factor, (bar.x + bar.pixels) * factor, bar.y * factor
-    for width, colour in ((4, PAPER), (2, INK)):
-        draw.line((left, base, right, base), fill=colour, width=width * factor)
-        for end in (left, right):
-            draw.line((end, base - 5 * factor, end, base + 5 * factor), fill=colour, width=width * factor)
-
-
-def _draw_texts(image: Image.Image, scene: Scene, camera: Camera) -> None:
-    """Labels on white plates and the scale bar's caption, at the picture's own size, where letters are crisp."""
-    draw = ImageDraw.Draw(image)
-    font = ImageFont.load_default(TEXT_SIZE)  # the font inside Pillow: the same on every machine
-    for mark in placed_marks(scene, camera):
-        if mark.text:
-            (x, y), (a, b) = mark.label, mark.half
-            draw.rounded_rectangle((x - a, y - b, x + a, y + b), radius=4, fill=PAPER, outline=mark.colour, width=1)
-            draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor="mm")
-    bar = scale_bar(camera)
-    middle = bar.x + bar.pixels / 2.0
-    draw.text((middle, bar.y - 7), bar.text, fill=INK, font=font, anchor="ms", stroke_width=2, stroke_fill=PAPER)

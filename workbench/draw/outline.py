@@ -19,9 +19,9 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INK, INKS, PAPER, hexadecimal
+from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.edges import drawn_edges, visible_lines
-from workbench.draw.marks import DOT, TEXT_SIZE, placed_marks, scale_bar
+from workbench.draw.mark_pictures import svg_bar, svg_marks
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Layers, projected_disks, visible_layers
 from workbench.kernels.arcs import arc_chains, ends_met, rim_arcs
@@ -40,7 +40,6 @@ _WIDEST = 2.1  # [rad] longer arcs are drawn in pieces: rounded ends leave those
 _STEP = 1.0  # [pixels] between points tested against the environment
 _BIAS = 1e-3  # [m] a polygon that touches the rim does not hide it
 _MOST_LINES = 9000
-_FONT = "font-family='Helvetica,Arial,sans-serif'"
 _PENS = (  # what is drawn first, and how: class, outer, veiled, stroke width and opacity
     ("veiled", False, True, 'stroke-width="0.6" stroke-opacity="0.4"'),
     ("veiled", True, True, 'stroke-width="0.8" stroke-opacity="0.5"'),
@@ -86,8 +85,8 @@ def outline(scene: Scene, camera: Camera) -> str:
             f'<rect width="{width}" height="{height}" fill="{hexadecimal(PAPER)}"/>',
             *(_environment(scene, camera, layers) if layers is not None else []),
             *_bodies(scene, arcs),
-            *_marks(scene, camera),
-            *_bar(camera),
+            *svg_marks(scene, camera),
+            *svg_bar(camera),
             "</svg>",
             "",
         ]
@@ -266,30 +265,3 @@ def _environment(scene: Scene, camera: Camera, layers: Layers) -> list[str]:
             path = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in chosen)
             parts.append(f'<path {style} d="{path}"/>')
     return [*parts, "</g>"]
-
-
-def _marks(scene: Scene, camera: Camera) -> list[str]:
-    """Leader lines, dots and labels on white plates."""
-    leaders, dots, labels = [], [], []
-    for mark in placed_marks(scene, camera):
-        (x, y), (u, v), (a, b), colour = mark.dot, mark.label, mark.half, hexadecimal(mark.colour)
-        dots.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{DOT}" fill="{colour}" stroke="#fff" stroke-width="1.3"/>')
-        if mark.text:
-            leaders.append(f'<path stroke="{colour}" d="M{x:.1f} {y:.1f}L{u:.1f} {v:.1f}"/>')
-            labels.append(
-                f'<rect x="{u - a:.1f}" y="{v - b:.1f}" width="{2 * a:.1f}" height="{2 * b:.1f}" rx="4" fill="#fff"'
-                f' stroke="{colour}"/><text x="{u:.1f}" y="{v:.1f}" dy=".36em" fill="{colour}">'
-                f"{escape(mark.text)}</text>"
-            )
-    text = f'<g {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle">'
-    return ['<g class="marks">', *leaders, *dots, text, *labels, "</g></g>"]
-
-
-def _bar(camera: Camera) -> list[str]:
-    bar, ink = scale_bar(camera), hexadecimal(INK)
-    shape = f"M{bar.x:.1f} {bar.y - 5:.1f}v10m0-5h{bar.pixels:.2f}m0-5v10"
-    return [
-        f'<g class="scale"><path fill="none" stroke="{ink}" stroke-width="2" d="{shape}"/>'
-        f'<text x="{bar.x + bar.pixels / 2.0:.1f}" y="{bar.y - 8:.1f}" {_FONT} font-size="{TEXT_SIZE:.0f}"'
-        f' text-anchor="middle" fill="{ink}">{bar.text}</text></g>'
-    ]

@@ -34,15 +34,20 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class Mark:
-    """A point (3,) [m] to be marked, a short label ("" for none) and its kind (see colours.MARKS)."""
+    """A point (3,) [m] to be marked, a short label ("" for none) and its kind (see colours.MARKS).
+
+    to (3,) [m]: the other end of a mark that is a line: of a dimension (clearance), of an axis, of a miss.
+    """
 
     point: tuple[float, float, float]
     label: str = ""
     kind: str = "contact"
+    to: tuple[float, float, float] | None = None
 
     def __post_init__(self) -> None:
-        if len(self.point) != 3 or not np.all(np.isfinite(self.point)):
-            raise InputError(f"mark {self.label!r}: a finite point of 3 coordinates is needed, got {self.point}")
+        for end in (self.point,) if self.to is None else (self.point, self.to):
+            if len(end) != 3 or not np.all(np.isfinite(end)):
+                raise InputError(f"mark {self.label!r}: a finite point of 3 coordinates is needed, got {end}")
         if self.kind not in MARKS:
             raise UsageError(f"mark {self.label!r}: no kind {self.kind!r}; {one_of(self.kind, MARKS)}")
 
