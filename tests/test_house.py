@@ -27,7 +27,7 @@ HOMES = {
     "cyclopts": {"cli.py", "cli_body.py", "cli_people.py"},
     "rich": {"cli.py"},
     "pyvista": set(),
-    "manifold3d": set(),
+    "manifold3d": {"shape"},
 }
 
 

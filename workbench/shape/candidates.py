@@ -1,0 +1,73 @@
+"""Candidate spheres: large ones inside the surface, each with its exact clearance, so that protrusion is bounded.
+
+A sphere of radius r = d(c) + outward, d(c) the exact distance of its centre to the surface, never leaves the surface
+by more than `outward`: by construction, not by measurement.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.kernels.nearest import morton_order, shrink_balls
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.shape.sampling import Samples
+from workbench.shape.surface import Surface
+
+__all__ = ["Candidates", "Limits", "bounded_radius", "inner_balls", "joined_candidates"]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a sphere may be [m]: radius least to greatest, out of the surface by outward; inward: what may stay bare."""
+
+    least: float
+    greatest: float
+    outward: float
+    inward: float
+
+    def scaled(self, factor: float) -> Limits:
+        """The same with both tolerances times `factor`."""
+        return Limits(self.least, self.greatest, self.outward * factor, self.inward * factor)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidates:
+    """Centres (m, 3), their depth (m,) [m] under the surface, and the bits (m,) of the segments they belong to."""
+
+    centre: Floats
+    depth: Floats
+    bits: Ints
+
+    def __len__(self) -> int:
+        return len(self.depth)
+
+    def at(self, index: Ints | Bools) -> Candidates:
+        """Some of them."""
+        return Candidates(self.centre[index], self.depth[index], self.bits[index])
+
+
+def bounded_radius(depth: Floats, limits: Limits) -> Floats:
+    """Radii (m,) that use the outward tolerance up; 0 where the least radius would protrude more than that."""
+    radius = np.minimum(depth + limits.outward, limits.greatest)
+    return np.where(radius >= limits.least, radius, 0.0)
+
+
+def inner_balls(surface: Surface, samples: Samples, limits: Limits, *, slack: Floats, bits: Ints) -> Candidates:
+    """A candidate under each sample (n): shrunk from the greatest radius until the surface is at most `slack` (n,) [m]
+    deep in it."""
+    order = morton_order(samples.point)
+    centre = np.empty((len(order), 3))
+    start = max(limits.greatest - limits.outward, limits.least)
+    shrink_balls(samples.point[order], samples.normal[order], start, slack[order], surface.solid, centre)
+    return Candidates(centre, -surface.distance(centre), bits[order])
+
+
+def joined_candidates(parts: list[Candidates]) -> Candidates:
+    """All of several lists, one after the other."""
+    return Candidates(
+        np.concatenate([p.centre for p in parts]),
+        np.concatenate([p.depth for p in parts]),
+        np.concatenate([p.bits for p in parts]),
+    )
