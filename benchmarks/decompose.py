@@ -13,7 +13,7 @@ import manifold3d
 import numpy as np
 import trimesh
 
-from workbench.files.meshes import read_mesh
+from workbench.files.meshes.reading import read_mesh
 from workbench.model.arrays import Floats
 from workbench.model.outlines import Outlines
 from workbench.shape.decompose import decompose
@@ -65,16 +65,20 @@ ELBOW, WRIST = np.array([0.035, 0.350, 0.384]), np.array([0.195, 0.470, 0.250])
 def main() -> None:
     """Print the table."""
     whole = body(Path(sys.argv[1]) if len(sys.argv) > 1 else BODY)
-    parts = {"whole adult": whole, "forearm": part_between(whole, ELBOW, WRIST), "hand": part_between(whole, WRIST, None)}
+    parts = {
+        "whole adult": whole,
+        "forearm": part_between(whole, ELBOW, WRIST),
+        "hand": part_between(whole, WRIST, None),
+    }
     decompose(parts["forearm"], count=8, **RADII)  # the compiler's time is not the fit's
-    print(f"{'':12} {'spheres':>7} {'mean':>14} {'95 %':>13} {'largest':>8} {'IoU':>14} {'CPU s':>13}   (goals in brackets; mm)")
+    print(f"{'':12} {'spheres':>7} {'mean':>14} {'95 %':>13} {'largest':>8} {'IoU':>14} {'CPU s':>13}   (goals; mm)")
     for (name, count), (mean, p95, iou, seconds) in GOALS.items():
         q = decompose(parts[name], count=count, **RADII).quality
         told = [(q.mean * 1e3, mean, 2), (q.p95 * 1e3, p95, 1), (q.iou, iou, 3), (q.seconds, seconds, 1)]
         a, b, c, d = (f"{v:.{n}f} " + (f"({g:g})" if g is not None else "") for v, g, n in told)
         print(f"{name:12} {q.spheres:7} {a:>14} {b:>13} {q.largest * 1e3:8.1f} {c:>14} {d:>13}")
     q = decompose(whole, outward=0.004, inward=0.004, **RADII).quality
-    print(f"whole adult, proved within 4 mm both ways: {q.spheres} spheres, mean {q.mean * 1e3:.2f} mm, IoU {q.iou:.3f}, "
+    print(f"whole adult, proved to 4 mm both ways: {q.spheres} spheres, mean {q.mean * 1e3:.2f} mm, IoU {q.iou:.3f}, "
           f"{q.seconds:.1f} CPU s")  # fmt: skip
     drawn = outline_surface(sliced(whole, 0.02), pitch=0.005)
     fit = decompose(drawn, count=650, **RADII)

@@ -8,7 +8,7 @@ import trimesh
 
 from tests.conftest import SHARED
 from workbench.errors import InputError, UsageError
-from workbench.files.meshes import read_mesh
+from workbench.files.meshes.reading import read_mesh
 from workbench.kernels.scanlines import shared_volume
 from workbench.kernels.setcover import greedy_cover, prune_cover
 from workbench.shape.decompose import decompose
@@ -29,7 +29,7 @@ def surface_of(mesh):
 
 def union_of(balls):
     """The surface of a union of balls, rows x, y, z, r [m]."""
-    parts = [trimesh.creation.icosphere(4, r).apply_translation(c) for *c, r in balls]
+    parts = [trimesh.creation.icosphere(3, r).apply_translation(c) for *c, r in balls]
     return sealed(np.concatenate([p.vertices for p in parts]),
                   np.concatenate([p.faces + k * len(parts[0].vertices) for k, p in enumerate(parts)]))  # fmt: skip
 
@@ -46,7 +46,7 @@ def capsule():
 
 @pytest.fixture(scope="module")
 def torus():
-    return surface_of(trimesh.creation.torus(0.1, 0.03, 96, 48))
+    return surface_of(trimesh.creation.torus(0.1, 0.03, 64, 32))
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def adult():
     return sealed(upright, part.faces)
 
 
-def kept(fit, surface, samples=100_000):
+def kept(fit, surface, samples=30_000):
     """Whether dense samples of both surfaces keep to the tolerances of a fit."""
     there = random_samples(surface, samples, seed=99).point
     bare = union_field(there, fit.centre, fit.radius)[0].max()
@@ -133,7 +133,7 @@ def test_a_known_union_is_recovered():
     assert np.abs(fit.radius - truth[nearest, 3]).max() < 0.002
 
 
-@pytest.mark.parametrize("outward, inward", [(0.002, 0.006), (0.006, 0.003)])
+@pytest.mark.parametrize("outward, inward", [(0.003, 0.006), (0.006, 0.004)])
 def test_the_tolerance_holds_both_ways(torus, outward, inward):
     fit = decompose(torus, outward=outward, inward=inward, **RADII)
     assert kept(fit, torus) and fit.quality.inside <= outward + 1e-12 and fit.quality.outside <= inward + 1e-12
@@ -160,9 +160,8 @@ def test_a_joint_sphere_stands_exactly_where_asked(capsule):
 
 
 def test_a_count_gives_exactly_that_many_and_says_what_holds(torus):
-    for count in (12, 40):
-        fit = decompose(torus, count=count, **RADII)
-        assert len(fit.radius) == fit.quality.spheres == count and kept(fit, torus)
+    fit = decompose(torus, count=16, **RADII)
+    assert len(fit.radius) == fit.quality.spheres == 16 and kept(fit, torus)
 
 
 def test_quality_of_a_slightly_large_sphere_is_known(ball):
@@ -226,18 +225,25 @@ def test_contradictions_are_refused(ball, options, said):
         decompose(ball, **(RADII | options))
 
 
+@pytest.mark.nightly
 @needs_adult
 def test_a_whole_adult_of_400_spheres_is_near(adult):
     fit = decompose(adult, count=400, **RADII)
-    assert fit.quality.mean < 1.7e-3 and fit.quality.p95 < 4.5e-3 and fit.quality.iou > 0.955 and kept(fit, adult)
+    assert (
+        fit.quality.mean < 1.7e-3
+        and fit.quality.p95 < 4.5e-3
+        and fit.quality.iou > 0.955
+        and kept(fit, adult, samples=100_000)
+    )
 
 
+@pytest.mark.nightly
 @needs_adult
 def test_a_body_is_cut_into_segments_that_share_their_joint_spheres(adult):
     bones = adult_bones()
     fit = fit_segments(adult, bones, outward=0.014, inward=0.014, **RADII)
     place, served = bones.joints()
-    assert kept(fit.fit, adult) and np.array_equal(fit.fit.centre[: len(place)], place)
+    assert kept(fit.fit, adult, samples=100_000) and np.array_equal(fit.fit.centre[: len(place)], place)
     assert np.array_equal(fit.member[: len(place)], served) and (fit.member[len(place) :].sum(axis=1) == 1).all()
     assert all(row.spheres > 3 and row.mean < 0.007 for row in fit.errors)
 

@@ -26,7 +26,7 @@ def block_bounds(points: NDArray[np.float64], size: int) -> tuple[NDArray[np.flo
     return centre, np.maximum.reduceat(reach, start) * (1.0 + 1e-12) + 1e-15
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True)
 def _apart(a, b):  # type: ignore[no-untyped-def]
     u, v, w = a[0] - b[0], a[1] - b[1], a[2] - b[2]
     return math.sqrt(u * u + v * v + w * w)
