@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
-from workbench.draw.camera import Camera
+from workbench.draw.camera import Camera, facing
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
 from workbench.draw.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.mark_pictures import paint_mark_shapes, paint_mark_texts
@@ -53,9 +53,9 @@ def disks(scene: Scene, camera: Camera, *, supersample: int = 2, veil: float = 0
 def _paint_environment(picture: _Pixels, environment: Environment, camera: Camera, layers: Layers) -> None:
     """Flat shade by the polygon's normal, either side alike; paler with distance; cut faces in one plain tint."""
     light = _LIGHT @ np.array([camera.right, camera.up, camera.toward])
-    normal = environment.normal[triangle_polygons(environment)]
-    facing = np.where(normal @ camera.toward < 0, -1.0, 1.0)
-    lit = np.clip((normal @ light) * facing / np.linalg.norm(light), 0.0, 1.0)[:, None]
+    polygon = triangle_polygons(environment)
+    side = np.where(facing(camera, environment.normal, environment.offset) < 0, -1.0, 1.0)
+    lit = np.clip((environment.normal @ light) * side / np.linalg.norm(light), 0.0, 1.0)[polygon, None]
     colour = (_WALL_DARK + (_WALL_LIGHT - _WALL_DARK) * lit).astype(np.float32)
     colour = np.concatenate([colour, np.array([PAPER], dtype=np.float32)])  # the last one, found by -1: nothing here
     np.take(colour, layers.triangle, axis=0, out=picture, mode="wrap")

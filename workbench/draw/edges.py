@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, project
+from workbench.draw.camera import Camera, facing, in_view, metric, projective, to_picture
+from workbench.draw.clipping import clip_segments, cut_lines
 from workbench.draw.visibility import Layers, triangle_polygons
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
@@ -33,29 +34,42 @@ class Lines(NamedTuple):
 
 
 class _Sides(NamedTuple):
-    """Undirected edges: corners (M, 2) vertices, part (M,), normal of a first and a second side (M, 3), open (M,)."""
+    """Undirected edges: corners (M, 2) vertices, part (M,), normal of a first and a second side (M, 3), open (M,).
+
+    turned (M,): one of the two sides faces the viewer.
+    """
 
     corners: Ints
     part: Ints
     first: Floats
     second: Floats
     open: Bools
+    turned: Bools
 
 
 def drawn_edges(environment: Environment, camera: Camera, cut: float) -> tuple[Floats, Bools]:
-    """Edges (M, 2, 3) x, y [pixels], depth [m] to be drawn in this view, and whether each is of a see-through part."""
-    sides = _sides(environment)
+    """Edges (M, 2, 3) x, y [pixels], depth [m] to be drawn in this view, and whether each is of a see-through part.
+
+    cut [m]: the depth of the cutting plane. Edges are cut where they come too near the eye.
+    """
+    sides = _sides(environment, facing(camera, environment.normal, environment.offset))
     sharp = np.sum(sides.first * sides.second, axis=1) < np.cos(FEATURE_ANGLE)
-    turned = (sides.first @ camera.toward) * (sides.second @ camera.toward) < 0
-    wanted = (sides.open | sharp | turned) & ~environment.hidden[sides.part]
-    points = project(camera, environment.vertices)
-    edges, clear = points[sides.corners[wanted]], environment.see_through[sides.part[wanted]]
-    cut_edges, cut_clear = _cut_edges(environment, points, cut)
-    return np.concatenate([edges, cut_edges]), np.concatenate([clear, cut_clear])
+    wanted = (sides.open | sharp | sides.turned) & ~environment.hidden[sides.part]
+    seen = in_view(camera, environment.vertices)
+    ahead = np.array([0.0, 0.0, 1.0])
+    edges, kept = clip_segments(seen[sides.corners[wanted]], ahead, camera.closest)
+    part = environment.polygon_part[triangle_polygons(environment)]
+    shown = np.flatnonzero(~environment.hidden[part])
+    cut_edges, of = cut_lines(seen[environment.triangles[shown]], ahead, cut)
+    clear = np.concatenate([sides.part[wanted][kept], part[shown[of]]])
+    return to_picture(camera, np.concatenate([edges, cut_edges])), environment.see_through[clear]
 
 
-def _sides(environment: Environment) -> _Sides:
-    """Pair the polygons' directed edges within each part; a second normal is turned where the windings disagree."""
+def _sides(environment: Environment, front: Floats) -> _Sides:
+    """Pair the polygons' directed edges within each part; a second normal is turned where the windings disagree.
+
+    front (F,): positive where a polygon faces the viewer.
+    """
     grid = np.round(environment.vertices / _WELD).astype(np.int64)
     _, welded = np.unique(grid, axis=0, return_inverse=True)
     polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.edge_start))
@@ -70,27 +84,12 @@ def _sides(environment: Environment) -> _Sides:
     first = order[start]
     second = order[np.minimum(start + 1, max(len(order) - 1, 0))]
     against = ends[first, 0] == ends[second, 1]  # two neighbours of one winding run along their edge in two directions
-    normal = environment.normal[polygon[second]] * np.where(against, 1.0, -1.0)[:, None]
+    sense = np.where(against, 1.0, -1.0)
+    normal = environment.normal[polygon[second]] * sense[:, None]
     lone = members != 2
     normal[lone] = environment.normal[polygon[first[lone]]]
-    return _Sides(environment.edges[first], part[first], environment.normal[polygon[first]], normal, lone)
-
-
-def _cut_edges(environment: Environment, points: Floats, cut: float) -> tuple[Floats, Bools]:
-    """Where the plane at depth `cut` [m] crosses triangles: (M, 2, 3) as drawn_edges gives them."""
-    part = environment.polygon_part[triangle_polygons(environment)]
-    near = points[environment.triangles][:, :, 2] > cut
-    crossed = np.flatnonzero((near.sum(axis=1) % 3 > 0) & ~environment.hidden[part])
-    corners, near = points[environment.triangles[crossed]], near[crossed]
-    odd = np.argmax(near == (near.sum(axis=1) == 1)[:, None], axis=1)  # the corner that is alone on its side
-    row = np.arange(len(crossed))
-    apex = corners[row, odd]
-    ends = []
-    for step in (1, 2):
-        other = corners[row, (odd + step) % 3]
-        share = (cut - apex[:, 2]) / (other[:, 2] - apex[:, 2])
-        ends.append(apex + share[:, None] * (other - apex))
-    return np.stack(ends, axis=1).reshape(-1, 2, 3), environment.see_through[part[crossed]]
+    turned = ~lone & (front[polygon[first]] * front[polygon[second]] * sense < 0.0)
+    return _Sides(environment.edges[first], part[first], environment.normal[polygon[first]], normal, lone, turned)
 
 
 def visible_lines(edges: Floats, clear: Bools, layers: Layers) -> Lines:
@@ -107,7 +106,9 @@ def visible_lines(edges: Floats, clear: Bools, layers: Layers) -> Lines:
     edge = np.repeat(np.arange(len(edges)), count)
     step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
     share = (step / (count[edge] - 1))[:, None]
+    edges = np.concatenate([edges[:, :, :2], projective(layers.camera, edges[:, :, 2:])], axis=2)
     points = edges[edge, 0] * (1.0 - share) + edges[edge, 1] * share
+    points[:, 2] = metric(layers.camera, points[:, 2])
     state = _states(points, clear[edge], layers)
     fresh = (np.diff(state, prepend=-1) != 0) | (step == 0)
     start = np.flatnonzero(fresh)

@@ -14,15 +14,14 @@ to within 2 pixels.
 from __future__ import annotations
 
 from typing import NamedTuple
-from xml.sax.saxutils import escape
 
 import numpy as np
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INKS, PAPER, hexadecimal
+from workbench.draw.colours import INKS, hexadecimal
 from workbench.draw.edges import drawn_edges, visible_lines
-from workbench.draw.mark_pictures import svg_bar, svg_marks
 from workbench.draw.scene import Scene
+from workbench.draw.svg import environment_paths, page
 from workbench.draw.visibility import Layers, projected_disks, visible_layers
 from workbench.kernels.arcs import arc_chains, ends_met, rim_arcs
 from workbench.model.arrays import Bools, Floats, Ints
@@ -39,7 +38,6 @@ _TINY = 0.3  # [pixels] shorter arcs are run together
 _WIDEST = 2.1  # [rad] longer arcs are drawn in pieces: rounded ends leave those near half a turn ill-determined
 _STEP = 1.0  # [pixels] between points tested against the environment
 _BIAS = 1e-3  # [m] a polygon that touches the rim does not hide it
-_MOST_LINES = 9000
 _PENS = (  # what is drawn first, and how: class, outer, veiled, stroke width and opacity
     ("veiled", False, True, 'stroke-width="0.6" stroke-opacity="0.4"'),
     ("veiled", True, True, 'stroke-width="0.8" stroke-opacity="0.5"'),
@@ -71,26 +69,12 @@ def outline(scene: Scene, camera: Camera) -> str:
 
     Outer contours are heavier than those inside. No script, no reference to anything outside; labels are escaped.
     """
-    width, height = camera.width, camera.height
-    layers = visible_layers(scene, camera) if scene.environment is not None else None
-    arcs = outline_arcs(scene, camera)
-    if layers is not None:
+    arcs, parts = outline_arcs(scene, camera), []
+    if scene.environment is not None:
+        layers = visible_layers(scene, camera)
         arcs = _veiled(arcs, layers)
-    return "\n".join(
-        [
-            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}"'
-            f' height="{height}" role="img">',
-            f"<title>{escape(scene.title)}</title>",
-            f"<desc>{escape(scene.description or _description(scene, camera))}</desc>",
-            f'<rect width="{width}" height="{height}" fill="{hexadecimal(PAPER)}"/>',
-            *(_environment(scene, camera, layers) if layers is not None else []),
-            *_bodies(scene, arcs),
-            *svg_marks(scene, camera),
-            *svg_bar(camera),
-            "</svg>",
-            "",
-        ]
-    )
+        parts = environment_paths(visible_lines(*drawn_edges(scene.environment, camera, layers.cut), layers))
+    return page(scene, camera, "a line drawing of the outline", [*parts, *_bodies(scene, arcs)])
 
 
 def outline_arcs(scene: Scene, camera: Camera, *, step: float = JOINT_STEP, share: float = JOINT_SHARE) -> Arcs:
@@ -241,27 +225,3 @@ def _chain_texts(arcs: Arcs, start: Ints, closed: Bools, wanted: Bools) -> list[
         f"M{x:.2f} {y:.2f}{''.join(drawn[low:high])}{'Z' if whole else ''}" if here and high > low else ""
         for (x, y), low, high, whole, here in zip(begin, cut, cut[1:], closed.tolist(), wanted.tolist(), strict=False)
     ]
-
-
-def _description(scene: Scene, camera: Camera) -> str:
-    """What a reader who cannot see the picture should know."""
-    where = f" in {scene.environment.name}" if scene.environment is not None else ""
-    names = ", ".join(shown.placed.body.name for shown in scene.bodies) or "no body"
-    view = camera.name.replace("_", "-")
-    return f"{names}{where}, {view} view: a line drawing of the outline; {len(scene.marks)} points marked."
-
-
-def _environment(scene: Scene, camera: Camera, layers: Layers) -> list[str]:
-    """Two thin paths of the visible edges, plain and faint."""
-    if scene.environment is None:
-        return []
-    lines = visible_lines(*drawn_edges(scene.environment, camera, layers.cut), layers)
-    length = np.linalg.norm(lines.ends[:, 1] - lines.ends[:, 0], axis=1)
-    kept = np.sort(np.argsort(-length, kind="stable")[:_MOST_LINES])
-    parts = ['<g class="environment" fill="none" stroke-linecap="round" stroke="#8d99a8">']
-    for faint, style in ((True, 'stroke-width="0.5" stroke-opacity="0.45"'), (False, 'stroke-width="0.7"')):
-        chosen = lines.ends[kept[lines.faint[kept] == faint]].reshape(-1, 4).tolist()
-        if chosen:
-            path = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in chosen)
-            parts.append(f'<path {style} d="{path}"/>')
-    return [*parts, "</g>"]

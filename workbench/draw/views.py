@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.draw.camera import Camera, project, standard_view
+from workbench.draw.camera import Camera, fitted, project, standard_view
 from workbench.draw.scene import Scene, shown_corners
 from workbench.model.arrays import Floats
 
-__all__ = ["FOUR", "four_views", "framed_views"]
+__all__ = ["FOUR", "fitted_view", "four_views", "framed_views"]
 
 FOUR: tuple[str, ...] = ("front", "left", "top", "three_quarter")
 
@@ -41,6 +41,18 @@ def framed_views(
         (camera.name, _centred(scene, replace(camera, scale=scale), frame))
         for camera, frame in zip(cameras, frames, strict=True)
     ]
+
+
+def fitted_view(scene: Scene, camera: Camera, *, margin: float = 0.06) -> Camera:
+    """The camera moved so that all bodies, or what is shown of the environment where there are none, fill its picture.
+
+    UsageError where there is nothing to show. See `camera.fitted`; the view is not turned.
+    """
+    spheres = scene.spheres
+    if len(spheres.radius):
+        return fitted(camera, spheres.centre, spheres.radius, margin=margin)
+    corners = shown_corners(scene.environment)
+    return fitted(camera, corners if len(corners) else scene.bounds, np.zeros(max(len(corners), 2)), margin=margin)
 
 
 def _extent(scene: Scene, camera: Camera, around: float) -> Floats:

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, pixels_per_metre, project
+from workbench.draw.camera import Camera, facing, in_view, pixels_per_metre, projective, to_picture
+from workbench.draw.clipping import clip_triangles
 from workbench.draw.scene import Scene
 from workbench.kernels.raster import fill_triangles, paint_disks, sphere_depths
 from workbench.model.arrays import Bools, Floats, Ints
@@ -28,7 +29,10 @@ _SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is
 class Disks(NamedTuple):
     """Projected spheres: disk (S, 3) x, y, radius [pixels]; centre, radius, front (S,): depths and radius [m].
 
-    order (S,): back to front by the frontmost point; the first given comes first where two are equal.
+    The paper's perspective: a circle about the image of the centre, its radius in inverse proportion to the centre's
+    distance along the view. Spheres that hold the eye are not drawn. Those that the nearest plane cuts end there:
+    where it takes their centre, their disk is that of the cut face. disk is 0 and front -inf where nothing is drawn.
+    order (K,): those drawn back to front by the frontmost point; the first given comes first where two are equal.
     """
 
     disk: Floats
@@ -42,11 +46,13 @@ class Disks(NamedTuple):
 class Layers:
     """Pixel arrays (height, width); depths in metres, -inf where there is nothing; numbers, -1 where nothing.
 
-    sphere: the sphere that the painter shows; body_depth: the foremost sphere surface. triangle, depth: the
-    foremost opaque triangle; section: it is the cut face of a solid. glass, glass_depth: the same for see-through
-    parts. cut [m]: nothing nearer than this is in the environment's arrays. veiled: the body lies behind a triangle.
+    camera: what they were seen through. cut [m]: nothing nearer than this is in the environment's arrays. sphere: the
+    sphere that the painter shows; body_depth: the foremost sphere surface. triangle, depth: the foremost opaque
+    triangle; section: it is the cut face of a solid. glass, glass_depth: the same for see-through parts. veiled: the
+    body lies behind a triangle.
     """
 
+    camera: Camera
     cut: float
     sphere: Ints
     body_depth: Floats
@@ -64,12 +70,21 @@ class Layers:
 
 def projected_disks(scene: Scene, camera: Camera) -> Disks:
     """The scene's spheres as disks, with their painter's order."""
-    spheres = scene.spheres
-    seen = project(camera, spheres.centre)
-    size = spheres.radius * pixels_per_metre(camera, seen[:, 2])
-    front = seen[:, 2] + spheres.radius
-    disk = np.column_stack([seen[:, :2], size])
-    return Disks(disk, np.ascontiguousarray(seen[:, 2]), spheres.radius, front, np.argsort(front, kind="stable"))
+    spheres, nearest = scene.spheres, camera.nearest
+    seen, radius = in_view(camera, spheres.centre), spheres.radius
+    front = np.minimum(seen[:, 2] + radius, nearest)
+    beyond = np.maximum(seen[:, 2] - nearest, 0.0) if np.isfinite(nearest) else np.zeros(len(radius))
+    if np.isfinite(camera.distance):
+        off = (seen[:, 2] - camera.distance) ** 2 + seen[:, 0] ** 2 + seen[:, 1] ** 2
+        beyond = np.where(off <= radius * radius, np.inf, beyond)
+    gone = beyond >= radius
+    seen, radius = seen.copy(), np.sqrt(np.maximum(radius * radius - np.where(gone, radius, beyond) ** 2, 0.0))
+    seen[:, 2] = np.minimum(seen[:, 2], nearest)
+    picture = to_picture(camera, seen)
+    disk = np.column_stack([picture[:, :2], radius * pixels_per_metre(camera, seen[:, 2])])
+    disk[gone], front[gone] = 0.0, -np.inf
+    order = np.argsort(front, kind="stable")
+    return Disks(disk, np.ascontiguousarray(seen[:, 2]), radius, front, order[np.count_nonzero(gone) :])
 
 
 def visible_layers(scene: Scene, camera: Camera) -> Layers:
@@ -78,8 +93,9 @@ def visible_layers(scene: Scene, camera: Camera) -> Layers:
     disks = projected_disks(scene, camera)
     sphere, body_depth = np.full(size, -1, dtype=np.int64), np.full(size, -np.inf)
     paint_disks(disks.disk, disks.order, sphere)
-    sphere_depths(disks.disk, disks.centre, disks.radius, body_depth)
-    cut = float(disks.front.max()) + _SLACK if len(disks.front) else np.inf
+    sphere_depths(disks.disk[disks.order], disks.centre[disks.order], disks.radius[disks.order], body_depth)
+    np.minimum(body_depth, camera.nearest, out=body_depth)
+    cut = min(float(disks.front[disks.order[-1]]) + _SLACK if len(disks.order) else np.inf, camera.nearest)
     opaque, glass = _buffers(size), _buffers(size)
     section = np.zeros(size, dtype=np.bool_)
     if scene.environment is not None:
@@ -88,7 +104,7 @@ def visible_layers(scene: Scene, camera: Camera) -> Layers:
         _fill(scene.environment, camera, cut, clear, glass)
         section = _sections(scene.environment, camera, opaque)
         opaque.depth[section] = cut
-    return Layers(cut, sphere, body_depth, opaque.triangle, opaque.depth, section, glass.triangle, glass.depth)
+    return Layers(camera, cut, sphere, body_depth, opaque.triangle, opaque.depth, section, glass.triangle, glass.depth)
 
 
 def triangle_polygons(environment: Environment) -> Ints:
@@ -117,24 +133,29 @@ def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
 
 def _fill(environment: Environment, camera: Camera, cut: float, chosen: Ints, into: _Buffers) -> None:
     """Fill the chosen triangles of an environment."""
-    corners = project(camera, environment.vertices)[environment.triangles[chosen]]
-    away = environment.normal[triangle_polygons(environment)[chosen]] @ camera.toward < 0
-    corners[away, :, 2] -= _BEHIND
-    fill_triangles(np.ascontiguousarray(corners), chosen, cut, into.depth, into.triangle, into.was_cut)
+    polygon = triangle_polygons(environment)[chosen]
+    away = facing(camera, environment.normal[polygon], environment.offset[polygon]) < 0
+    seen = in_view(camera, environment.vertices)[environment.triangles[chosen]]
+    seen, of = clip_triangles(seen, np.array([0.0, 0.0, 1.0]), camera.closest)
+    corners = to_picture(camera, seen)
+    corners[..., 2] = projective(camera, corners[..., 2]) - np.where(away[of], _BEHIND, 0.0)[:, None]
+    fill_triangles(corners, chosen[of], camera.bend, cut, into.depth, into.triangle, into.was_cut)
 
 
 def _sections(environment: Environment, camera: Camera, opaque: _Buffers) -> Bools:
     """Pixels where the plane went through a solid: something was cut here and a solid is seen from inside."""
     polygon = triangle_polygons(environment)
-    inside = environment.solid[environment.polygon_part[polygon]] & (environment.normal[polygon] @ camera.toward < 0)
+    away = facing(camera, environment.normal, environment.offset)[polygon] < 0
+    inside = environment.solid[environment.polygon_part[polygon]] & away
     found: Bools = (opaque.triangle >= 0) & opaque.was_cut
     found[found] = inside[opaque.triangle[found]]
     return found
 
 
 def depth_share(depth: Floats) -> Floats:
-    """Depth (S,) [m] as a share: 0 at the farthest, 1 at the nearest; 1 where all are alike."""
-    if not len(depth):
-        return depth
-    far, near = float(depth.min()), float(depth.max())
-    return (depth - far) / (near - far) if near > far else np.ones_like(depth)
+    """Depth (S,) [m] as a share: 0 at the farthest, 1 at the nearest; 1 where all are alike; -inf counts as 0."""
+    finite = depth[np.isfinite(depth)]
+    if not len(finite):
+        return np.zeros_like(depth)
+    far, near = float(finite.min()), float(finite.max())
+    return np.maximum(depth - far, 0.0) / (near - far) if near > far else np.ones_like(depth)

@@ -102,8 +102,12 @@ def _triangle_span(row: int, corner: Floats, turn: float, width: int) -> tuple[i
 
 
 @njit(cache=True)
-def fill_triangles(corners: Floats, number: Ints, cut: float, depth: Floats, ids: Ints, was_cut: Bools) -> None:
-    """Depth buffer of triangles `corners` (T, 3, 3): x, y [pixels], depth [m]; on a tie the first one stays.
+def fill_triangles(
+    corners: Floats, number: Ints, bend: float, cut: float, depth: Floats, ids: Ints, was_cut: Bools
+) -> None:
+    """Depth buffer of triangles `corners` (T, 3, 3): x, y [pixels], projective depth Z; on a tie the first one stays.
+
+    Z changes linearly across the picture; the depth [m] is Z / (1 + bend Z), with bend 0 in a parallel view.
 
     ids receives the foremost triangle's `number` (T,). Fragments nearer than `cut` [m] are left out and noted in
     `was_cut`. depth, ids, was_cut: (height, width).
@@ -128,6 +132,7 @@ def fill_triangles(corners: Floats, number: Ints, cut: float, depth: Floats, ids
             for column in range(first, end):
                 front = base + slope_x * (column + 0.5 - corner[0, 0])
                 front = min(max(front, farthest), nearest)  # slivers: never beyond the corners
+                front /= 1.0 + bend * front
                 if front > cut:
                     was_cut[row, column] = True
                 elif front > depth[row, column]:

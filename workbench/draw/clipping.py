@@ -1,0 +1,69 @@
+"""Lines and triangles cut by a plane, so that what is behind the eye or cut away is never projected."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats, Ints
+
+__all__ = ["clip_segments", "clip_triangles", "cut_lines"]
+
+
+def clip_segments(ends: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
+    """The pieces (K, 2, 3) of segments (M, 2, 3) where normal . x <= offset, and the segment (K,) of each."""
+    above = ends @ normal - offset
+    kept = np.flatnonzero(np.any(above <= 0.0, axis=1))
+    pieces, height = ends[kept].copy(), above[kept]
+    for end in (0, 1):
+        cut = np.flatnonzero(height[:, end] > 0.0)
+        first, second = height[cut, 1 - end], height[cut, end]
+        share = (first / (first - second))[:, None]
+        pieces[cut, end] = ends[kept[cut], 1 - end] * (1.0 - share) + ends[kept[cut], end] * share
+    return pieces, kept
+
+
+def clip_triangles(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
+    """The pieces (K, 3, 3) of triangles (T, 3, 3) where normal . x <= offset, and the triangle (K,) of each.
+
+    A triangle that loses one corner becomes two; windings stay. What is not cut is returned as it is, in order.
+    """
+    above = corners @ normal - offset
+    count = np.sum(above > 0.0, axis=1)
+    if not count.any():
+        return corners, np.arange(len(corners))
+    made, of = [corners[count == 0]], [np.flatnonzero(count == 0)]
+    for lost in (1, 2):
+        cut = np.flatnonzero(count == lost)
+        apex, left, right, to_left, to_right = _crossings(corners[cut], above[cut], (above[cut] > 0.0) == (lost == 1))
+        if lost == 2:  # the apex is what is left
+            made.append(np.stack([apex, to_left, to_right], axis=1))
+            of.append(cut)
+        else:
+            made += [np.stack([to_left, left, right], axis=1), np.stack([to_left, right, to_right], axis=1)]
+            of += [cut, cut]
+    pieces, source = np.concatenate(made), np.concatenate(of)
+    order = np.argsort(source, kind="stable")
+    return np.ascontiguousarray(pieces[order]), source[order]
+
+
+def _crossings(corners: Floats, above: Floats, alone: Bools) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """The corner alone on its side, the next two in turn, and where the sides to them cross the plane; (K, 3) each."""
+    row, at = np.arange(len(corners)), np.argmax(alone, axis=1)
+    apex, height = corners[row, at], above[row, at]
+    others, crossed = [], []
+    for step in (1, 2):
+        near = (at + step) % 3
+        share = (height / (height - above[row, near]))[:, None]
+        others.append(corners[row, near])
+        crossed.append(apex * (1.0 - share) + corners[row, near] * share)
+    return apex, others[0], others[1], crossed[0], crossed[1]
+
+
+def cut_lines(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
+    """Where the plane normal . x = offset crosses triangles (T, 3, 3): segments (K, 2, 3), and the triangle of each."""
+    above = corners @ normal - offset
+    count = np.sum(above > 0.0, axis=1)
+    crossed = np.flatnonzero(count % 3 > 0)
+    alone = (above[crossed] > 0.0) == (count[crossed] == 1)[:, None]
+    _, _, _, first, second = _crossings(corners[crossed], above[crossed], alone)
+    return np.stack([first, second], axis=1).reshape(-1, 2, 3), crossed

@@ -1,0 +1,61 @@
+"""The parts that all vector displays have in common: the page and the environment's lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from xml.sax.saxutils import escape
+
+import numpy as np
+
+from workbench.draw.camera import Camera
+from workbench.draw.colours import PAPER, hexadecimal
+from workbench.draw.edges import Lines
+from workbench.draw.mark_pictures import svg_bar, svg_marks
+from workbench.draw.scene import Scene
+
+__all__ = ["environment_paths", "page"]
+
+_MOST_LINES = 9000  # keeps a picture under 400 kB
+
+
+def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:
+    """SVG text of width x height of the camera, which holds `parts` on white paper, marks and a scale bar.
+
+    what: said of the display to those who cannot see it. No script, no reference to anything outside.
+    """
+    width, height = camera.width, camera.height
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}"'
+            f' height="{height}" role="img">',
+            f"<title>{escape(scene.title)}</title>",
+            f"<desc>{escape(scene.description or _description(scene, camera, what))}</desc>",
+            f'<rect width="{width}" height="{height}" fill="{hexadecimal(PAPER)}"/>',
+            *parts,
+            *svg_marks(scene, camera),
+            *svg_bar(camera),
+            "</svg>",
+            "",
+        ]
+    )
+
+
+def _description(scene: Scene, camera: Camera, what: str) -> str:
+    """What a reader who cannot see the picture should know."""
+    where = f" in {scene.environment.name}" if scene.environment is not None else ""
+    names = ", ".join(shown.placed.body.name for shown in scene.bodies) or "no body"
+    view = camera.name.replace("_", "-")
+    return f"{names}{where}, {view} view: {what}; {len(scene.marks)} points marked."
+
+
+def environment_paths(lines: Lines) -> list[str]:
+    """A group of two paths, faint and plain lines. Of more than 9,000 pieces the longest stay."""
+    length = np.linalg.norm(lines.ends[:, 1] - lines.ends[:, 0], axis=1)
+    kept = np.sort(np.argsort(-length, kind="stable")[:_MOST_LINES])
+    parts = ['<g class="environment" fill="none" stroke-linecap="round" stroke="#8d99a8">']
+    for faint, style in ((True, 'stroke-width="0.6" stroke-opacity="0.45"'), (False, 'stroke-width="0.8"')):
+        chosen = lines.ends[kept[lines.faint[kept] == faint]].reshape(-1, 4).tolist()
+        if chosen:
+            path = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in chosen)
+            parts.append(f'<path {style} d="{path}"/>')
+    return [*parts, "</g>"]
