@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.basis import load_basis
 from workbench.files.body_checks import depth_first, direction_table, segment_faults, tree_faults
-from workbench.files.body_geometry import enclosing, line_of, twist_lines, twist_share
+from workbench.files.body_geometry import twist_lines, twist_share
 from workbench.files.body_schema import BodyFile, SegmentFile
 from workbench.files.body_stops import pack_stops, stop_faults
-from workbench.files.catalogue import find
-from workbench.files.schema import validate
-from workbench.files.yaml_text import read_yaml
+from workbench.files.catalogue import find, find_beside
+from workbench.files.schema import fail, validate
+from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
+from workbench.model.blend import enclosing_spheres
 from workbench.model.body import Body
 from workbench.model.vocabulary import DIRECTIONS
 
@@ -39,7 +41,28 @@ def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     faults = tree_faults(document, file) + segment_faults(document, file) + stop_faults(document, file)
     if faults:
         raise InputError(faults)
-    return _pack(file, depth_first(file))
+    body = _pack(file, depth_first(file))
+    centre, radius = enclosing_spheres(body)
+    body = replace(body, enclosing_centre=centre, enclosing_radius=radius)
+    return _of_family(document, file, body) if file.basis else body
+
+
+def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
+    """The body with the basis that lies beside its file; InputError where the two do not belong together."""
+    basis = load_basis(find_beside(document, ("basis",), str(file.basis)))
+    if (basis.segments, basis.joints) != (body.segments, body.joints):
+        raise InputError(fail(document, ("basis",), f"{basis.name} is of other segments or joints than this body"))
+    if len(file.basis_at) != len(basis):
+        what = f"{len(basis)} coefficients are needed for {basis.name} (got {len(file.basis_at)})"
+        raise InputError(fail(document, ("basis_at",) if file.basis_at else ("basis",), what))
+    counts = np.diff(body.start).tolist()
+    levels = {level: np.bincount(detail.segment, minlength=len(counts)).tolist() for level, detail in
+              basis.details.items()}  # fmt: skip
+    if counts not in levels.values():
+        told = ", ".join(f"{level} {sum(each)}" for level, each in levels.items())
+        what = f"{basis.name} has spheres for {told}; this body's {sum(counts)} spheres fit none of these levels"
+        raise InputError(fail(document, ("basis",), what))
+    return replace(body, basis=basis, basis_at=np.array(file.basis_at))
 
 
 def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
@@ -76,24 +99,35 @@ def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any
     in_child = np.array([file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]).reshape(-1, 3)
     in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(-1, 3)
     lines = twist_lines(tree, file, (in_parent, in_child))
-    around = [
-        enclosing((centre[a:b], radius[a:b]), line_of(lines, n)) for n, (a, b) in enumerate(pairwise(start.tolist()))
-    ]
     return {
         "joint_in_parent": in_parent,
         "joint_in_child": in_child,
         "centre": centre,
         "radius": radius,
         "start": start,
-        "enclosing_centre": np.array([c for c, _ in around]).reshape(-1, 3),
-        "enclosing_radius": np.array([r for _, r in around]),
+        "enclosing_centre": np.zeros((len(order), 3)),
+        "enclosing_radius": np.zeros(len(order)),
         "sphere_names": tuple(row[4] if len(row) > 4 else "" for row in rows),
         "sphere_direction": np.array([DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64),
         "twist_joint": lines[0],
         "twist_point": lines[1],
         "twist_axis": lines[2],
         "twist_share": twist_share(lines, (centre, start)),
+        **_blend(segments, joints),
     }
+
+
+def _blend(segments: list[SegmentFile], joints: list[str]) -> dict[str, Any]:
+    """The joint each sphere is blended across, -1 where none, and its share."""
+    joint: list[int] = []
+    share: list[float] = []
+    for segment in segments:
+        rows = {int(row): (joints.index(name), part) for name, parts in segment.blend.items()
+                for row, part in parts.items()}  # fmt: skip
+        found = [rows.get(row, (-1, 0.0)) for row in range(len(segment.spheres))]
+        joint += [at for at, _ in found]
+        share += [part for _, part in found]
+    return {"blend_joint": np.array(joint, dtype=np.int64), "blend_share": np.array(share)}
 
 
 def _allowance(file: BodyFile, index: dict[str, int]) -> Floats:

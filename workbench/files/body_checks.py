@@ -73,6 +73,7 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
         named = [row[4] for row in segment.spheres if len(row) > 4]
         for twice in sorted({label for label in named if named.count(label) > 1}):
             faults.append(fail(document, (*key, "spheres"), f"two spheres are named {twice!r}"))
+        faults += _blend_faults(document, file, name)
         if problem := _direction_problem(segment):
             faults.append(fail(document, (*key, "directions"), problem))
     if not any(segment.spheres for segment in file.segments.values()):
@@ -90,6 +91,27 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
             if segment_name not in file.segments:
                 what = f"unknown segment {segment_name!r}; {one_of(segment_name, file.segments)}"
                 faults.append(fail(document, ("allowances", row, "between", end), what))
+    return faults
+
+
+def _blend_faults(document: Document, file: BodyFile, name: str) -> list[str]:
+    """A sphere is there, and blended across one joint of its own segment."""
+    segment, key = file.segments[name], ("segments", name, "blend")
+    near = [j for j, joint in file.joints.items() if name in joint.between]
+    faults, taken = [], dict[int, str]()
+    for joint, rows in segment.blend.items():
+        if joint not in near:
+            what = f"not a joint of {name} (got {joint!r}); {one_of(joint, near)}"
+            faults.append(fail(document, (*key, joint), what))
+        for row in rows:
+            where = (*key, joint, row)
+            if int(row) >= len(segment.spheres):
+                what = f"{name} has the spheres 0 to {len(segment.spheres) - 1} (got {row})"
+                faults.append(fail(document, where, what))
+            elif int(row) in taken:
+                what = f"sphere {row} is blended across {taken[int(row)]} already; one joint a sphere"
+                faults.append(fail(document, where, what))
+            taken.setdefault(int(row), joint)
     return faults
 
 

@@ -1,4 +1,4 @@
-"""Derived geometry of a body's segments: lines that twist is shared along, and enclosing spheres."""
+"""Derived geometry of a body's segments: the lines that twist is shared along."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from workbench.files.body_schema import BodyFile
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["Lines", "enclosing", "line_of", "twist_lines", "twist_share"]
+__all__ = ["Lines", "twist_lines", "twist_share"]
 
 Lines = tuple[Ints, Floats, Floats, Floats]
 
@@ -42,27 +42,3 @@ def twist_share(lines: Lines, spheres: tuple[Floats, Ints]) -> Floats:
         rows = slice(start[n], start[n + 1])
         share[rows] = np.clip((centre[rows] - point[n]) @ axis[n] / length[n], 0.0, 1.0)
     return share
-
-
-def line_of(lines: Lines, segment: int) -> tuple[Floats, Floats] | None:
-    """Point and direction of a segment's twist line, None where it has none."""
-    return (lines[1][segment], lines[2][segment]) if lines[0][segment] >= 0 else None
-
-
-def enclosing(spheres: tuple[Floats, Floats], axis: tuple[Floats, Floats] | None) -> tuple[Floats, float]:
-    """A small sphere around spheres; with its centre on the twist axis where there is one, so that any twist fits."""
-    centre, radius = spheres
-    if not len(centre):
-        return np.zeros(3), 0.0
-    best = (centre * radius[:, None]).sum(axis=0) / radius.sum()
-    step = 1.0
-    for _ in range(200):
-        if axis is not None:
-            best = axis[0] + axis[1] * ((best - axis[0]) @ axis[1])
-        reach = np.linalg.norm(centre - best, axis=1) + radius
-        far = int(np.argmax(reach))
-        step *= 0.95
-        best = best + step * 0.5 * (centre[far] - best)
-    if axis is not None:
-        best = axis[0] + axis[1] * ((best - axis[0]) @ axis[1])
-    return best, float((np.linalg.norm(centre - best, axis=1) + radius).max()) + 1e-12

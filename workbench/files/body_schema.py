@@ -42,6 +42,8 @@ Sphere = Annotated[
 ]
 Pair = Annotated[tuple[str, str], Field(strict=False)]
 DegreePair = Annotated[tuple[Degrees, Degrees], Field(strict=False)]
+Row = Annotated[str, Field(pattern=r"^[0-9]{1,6}$", description="a row of `spheres`, from 0")]
+Share = Annotated[float, Field(ge=0, le=1)]
 NonNegative = Annotated[Degrees, Field(ge=0)]
 
 
@@ -53,7 +55,10 @@ class FitErrorFile(FileModel):
 
 
 class SegmentFile(FileModel):
-    """A segment: name, mass [kg], directions, spheres in its own frame."""
+    """A segment: name, mass [kg], directions, spheres in its own frame.
+
+    blend: by joint of the segment, how much of the motion of the segment across it a sphere takes, 0 to 1, by row.
+    """
 
     name: Name
     number: Annotated[int, Field(ge=1)]
@@ -62,6 +67,7 @@ class SegmentFile(FileModel):
     twist_along: str | None = None
     fit_error: FitErrorFile | None = None
     spheres: list[Sphere] = []
+    blend: dict[str, dict[Row, Share]] = {}
 
 
 class MotionFile(FileModel):
@@ -121,7 +127,7 @@ class AllowanceFile(FileModel):
 
 
 class BodyFile(FileModel):
-    """A body file."""
+    """A body file. basis: the family it belongs to, a file beside it; basis_at: its coefficients in that family."""
 
     body: Name
     description: str = ""
@@ -132,3 +138,5 @@ class BodyFile(FileModel):
     segments: Annotated[dict[str, SegmentFile], Field(min_length=1)]
     joints: dict[str, JointFile] = {}
     allowances: list[AllowanceFile] = []
+    basis: str | None = None
+    basis_at: list[float] = []

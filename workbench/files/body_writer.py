@@ -6,9 +6,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from workbench.files.schema import metres_in
 from workbench.files.yaml_text import read_yaml
 from workbench.model.body import Body
+from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["body_text"]
 
@@ -16,7 +19,7 @@ DIGITS = 3
 
 
 def body_text(body: Body, origin: Path, *, name: str, description: str) -> str:
-    """YAML text of a body with the segments, joints and sphere order of the body file `origin`.
+    """YAML text of a body with the segments and joints of the body file `origin`; its spheres may be others.
 
     Lengths in the unit of that file, to 3 decimals; a sphere at a joint is written with the joint's own numbers.
     """
@@ -26,6 +29,9 @@ def body_text(body: Body, origin: Path, *, name: str, description: str) -> str:
     lines += [f"{key}: {_flow(value[key])}" for key in ("source", "licence", "length") if key in value]
     if "postures" in value:
         lines.append(f"postures: {_flow(value['postures'])}")
+    if body.basis is not None:
+        lines.append(f"basis: {_flow(value.get('basis', body.basis.name))}")
+        lines.append(f"basis_at: {_flow([round(float(z), 6) + 0.0 for z in body.basis_at])}")
     lines.append("segments:")
     for segment, entry in value["segments"].items():
         lines += _segment(body, (segment, dict(entry)), unit)
@@ -44,15 +50,35 @@ def body_text(body: Body, origin: Path, *, name: str, description: str) -> str:
 def _segment(body: Body, entry: tuple[str, dict[str, Any]], unit: float) -> list[str]:
     name, given = entry
     n = body.segment(name)
-    rows = given.pop("spheres", [])
+    given = {key: item for key, item in given.items() if key not in ("spheres", "blend", "fit_error")}
     given["mass"] = round(float(body.mass[n]), 4)
-    lines = [f"  {_flow(name)}:", *(f"    {key}: {_flow(item)}" for key, item in given.items()), "    spheres:"]
-    if not rows:
-        return [*lines[:-1], "    spheres: []"]
-    for place, row in zip(range(body.start[n], body.start[n + 1]), rows, strict=True):
-        numbers = [*_numbers(body.centre[place], unit), round(float(body.radius[place]) / unit, DIGITS)]
-        lines.append(f"      - {_flow([*numbers, *row[4:]])}")
-    return lines
+    outside, inside = (round(float(v) / unit, DIGITS) for v in body.fit_error[n])
+    if not np.isnan(body.fit_error[n]).any():
+        given["fit_error"] = {"outside": outside, "inside": inside}
+    if blend := _blend(body, n):
+        given["blend"] = blend
+    lines = [f"  {_flow(name)}:", *(f"    {key}: {_flow(item)}" for key, item in given.items())]
+    rows = range(body.start[n], body.start[n + 1])
+    return [*lines, "    spheres:" if rows else "    spheres: []", *(f"      - {_sphere(body, s, unit)}" for s in rows)]
+
+
+def _sphere(body: Body, sphere: int, unit: float) -> str:
+    """[x, y, z, radius, name, direction], the last two where there are any."""
+    row: list[Any] = [*_numbers(body.centre[sphere], unit), round(float(body.radius[sphere]) / unit, DIGITS)]
+    if name := body.sphere_names[sphere]:
+        side = int(body.sphere_direction[sphere])
+        row += [name, DIRECTIONS[side]] if side >= 0 else [name]
+    return _flow(row)
+
+
+def _blend(body: Body, segment: int) -> dict[str, dict[str, float]]:
+    """The blended spheres of a segment by joint and row."""
+    rows: dict[str, dict[str, float]] = {}
+    for place, s in enumerate(range(body.start[segment], body.start[segment + 1])):
+        if body.blend_joint[s] >= 0:
+            joint = body.joints[int(body.blend_joint[s])]
+            rows.setdefault(joint, {})[str(place)] = round(float(body.blend_share[s]), 4)
+    return rows
 
 
 def _allowances(body: Body, unit: float) -> list[str]:

@@ -10,8 +10,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from workbench.errors import InputError, one_of
+from workbench.files.yaml_text import Document
 
-__all__ = ["find", "is_file", "names", "roots"]
+__all__ = ["find", "find_beside", "is_file", "names", "roots"]
 
 
 def roots() -> list[Path]:
@@ -41,6 +42,15 @@ def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> 
         if is_file(path):
             return path
     raise InputError(f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner, near=near))}")
+
+
+def find_beside(document: Document, key: tuple[str | int, ...], name: str) -> Path:
+    """A file that a body file names: beside it, or in the catalogue of bodies. InputError where it is in neither."""
+    here = Path(document.file).parent
+    for folder in (here, *(root / "bodies" for root in roots())):
+        if is_file(folder / name):
+            return folder / name
+    raise InputError(f"{document.where(key)}: {key[-1]}: no such file {name!r} in {here} or among the bodies")
 
 
 def is_file(path: Path) -> bool:

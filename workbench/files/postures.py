@@ -11,7 +11,7 @@ from pydantic import Field
 from workbench.errors import InputError, one_of
 from workbench.files.bodies import body_path
 from workbench.files.body_schema import BodyFile
-from workbench.files.catalogue import is_file, roots
+from workbench.files.catalogue import find_beside
 from workbench.files.schema import FileModel, fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
@@ -75,10 +75,7 @@ def posture_path(body: str | Path, *, near: Path | None = None) -> Path | None:
     named = validate(document, BodyFile).postures
     if named is None:
         return None
-    for folder in (path.parent, *(root / "bodies" for root in roots())):
-        if is_file(folder / named):
-            return folder / named
-    raise InputError(fail(document, ("postures",), f"no such file {named!r} in {path.parent} or among the bodies"))
+    return find_beside(document, ("postures",), named)
 
 
 def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.basis import ShapeBasis
 from workbench.model.stops import Stops
 from workbench.model.vocabulary import DIRECTIONS
 
@@ -31,6 +32,9 @@ class Body:
     the segment's spheres share, or -1; twist_point, twist_axis (N, 3): the line they turn about; twist_share (S,):
     0 at the proximal joint to 1 at the distal one. allowance (N, N) [m]: overlap of soft flesh that is no contact.
     fit_error (N, 2) [m]: how far the true surface may lie outside and inside the spheres; NaN where not known.
+    blend_joint (S,): a joint of the sphere's segment that the sphere is blended across, -1 where it is rigid, and
+    blend_share (S,): how much of the other segment's motion it takes (see model.blend); empty: all rigid.
+    basis: the family of bodies this one belongs to, None where there is none; basis_at (K,): its own coefficients.
     """
 
     name: str
@@ -60,6 +64,10 @@ class Body:
     twist_share: Floats
     allowance: Floats
     fit_error: Floats
+    blend_joint: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    blend_share: Floats = field(default_factory=lambda: np.zeros(0))
+    basis: ShapeBasis | None = None
+    basis_at: Floats = field(default_factory=lambda: np.zeros(0))
 
     def __repr__(self) -> str:
         return f"Body({self.name}: {len(self.segments)} segments, {len(self.sphere_names)} spheres)"
@@ -84,9 +92,15 @@ class Body:
             "twist_share": (np.float64, (s,)),
             "allowance": (np.float64, (n, n)),
             "fit_error": (np.float64, (n, 2)),
+            "blend_joint": (np.int64, (s,)),
+            "blend_share": (np.float64, (s,)),
+            "basis_at": (np.float64, (len(self.basis) if self.basis else 0,)),
         }
-        for field, (dtype, shape) in shapes.items():
-            object.__setattr__(self, field, frozen(getattr(self, field), dtype, shape, f"body.{field}"))
+        if not len(self.blend_joint):
+            object.__setattr__(self, "blend_joint", np.full(s, -1))
+            object.__setattr__(self, "blend_share", np.zeros(s))
+        for name, (dtype, shape) in shapes.items():
+            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape, f"body.{name}"))
         self._check()
 
     def _check(self) -> None:
@@ -99,6 +113,12 @@ class Body:
             raise InputError(f"body {self.name}: spheres need finite centres and positive finite radii")
         if self.start[0] != 0 or self.start[-1] != len(self.sphere_names) or np.any(np.diff(self.start) < 0):
             raise InputError(f"body {self.name}: start must rise from 0 to the number of spheres")
+        joint, segment = self.blend_joint, self.sphere_segment
+        near = (joint == segment - 1) | (self.parent[np.minimum(joint + 1, len(self.segments) - 1)] == segment)
+        if not np.all((joint == -1) | ((joint >= 0) & (joint < len(self.joints)) & near)):
+            raise InputError(f"body {self.name}: a sphere can be blended across a joint of its own segment only")
+        if not np.all((self.blend_share >= 0) & (self.blend_share <= 1)):
+            raise InputError(f"body {self.name}: the shares of blended spheres lie between 0 and 1")
 
     def segment(self, mnemonic: str) -> int:
         """Index of a segment by its mnemonic; InputError lists the valid ones."""

@@ -9,6 +9,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.model.arrays import Bools, Floats
+from workbench.model.blend import blend_point, distal, twist_shared
 from workbench.model.body import Body
 from workbench.model.poses import Placed, Poses
 from workbench.model.window import logical_window, walk
@@ -82,6 +83,11 @@ def _with_spheres(body: Body, poses: Poses, placed: tuple[Floats, Bools]) -> Pla
         twist_axis=body.twist_axis,
         twist_share=body.twist_share,
         shown=shown.astype(np.int64),
+        blend_joint=body.blend_joint,
+        blend_share=body.blend_share,
+        blend_point=blend_point(body),
+        distal=distal(body).astype(np.int64),
+        twist_shared=twist_shared(body).astype(np.int64),
     )
     centres = np.full((len(poses), len(body.sphere_names), 3), np.nan)
     place_spheres(poses.rotations, world, skin, centres)

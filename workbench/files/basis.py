@@ -1,0 +1,147 @@
+"""Shape bases: a NumPy archive without pickles, every array's name, kind and shape checked before it is used."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.model.basis import Detail, ShapeBasis
+from workbench.model.vocabulary import DIRECTIONS
+
+__all__ = ["LEVELS", "load_basis"]
+
+LEVELS = ("coarse", "medium", "fine")
+FORMAT = 1
+MOST_BYTES = 256 * 2**20
+
+Arrays = dict[str, np.ndarray[Any, Any]]
+
+
+def load_basis(path: Path) -> ShapeBasis:
+    """The basis in a file `NAME.npz`; the same noun for the same file. InputError says which array is wrong and how."""
+    return _loaded(path.resolve(), path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=4)
+def _loaded(path: Path, changed: int) -> ShapeBasis:
+    del changed  # a file written anew is read anew
+    arrays = _arrays(path)
+    read = _Reader(path, arrays)
+    if (given := read.number("format")) != FORMAT:
+        raise InputError(f"{path}: format {given} is unknown; {FORMAT} is what can be read")
+    segments, joints = read.names("segments"), read.names("joints")
+    count = read.array("joint_basis", (None, len(joints), 3)).shape[0]
+    levels = [level for level in LEVELS if f"{level}_segment" in arrays]
+    if not levels:
+        raise InputError(f"{path}: no level of detail; arrays of {', '.join(LEVELS)} are needed, as coarse_segment...")
+    anchors = read.names("anchor_names")
+    return ShapeBasis(
+        name=path.name,
+        segments=segments,
+        joints=joints,
+        joint_mean=read.array("joint_mean", (len(joints), 3)),
+        joint_basis=read.array("joint_basis", (count, len(joints), 3)),
+        origin_mean=read.array("origin_mean", (len(segments), 3)),
+        origin_basis=read.array("origin_basis", (count, len(segments), 3)),
+        details={level: _detail(read, level, (count, len(segments), len(joints))) for level in levels},
+        density=read.array("density", (len(segments),)),
+        anchor_names=anchors,
+        anchors=read.array("anchors", (len(anchors), count)),
+        anchor_spread=_spread(read, len(anchors), count),
+    )
+
+
+def _arrays(path: Path) -> Arrays:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+        if size > MOST_BYTES:
+            raise InputError(f"{path}: unpacks to {size} bytes, too large for a shape basis (most: {MOST_BYTES})")
+        with np.load(path, allow_pickle=False) as found:
+            return {name: found[name] for name in found.files}
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
+    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError, NotImplementedError) as error:
+        raise InputError(f"{path}: not a NumPy archive without pickles ({error})") from None
+
+
+class _Reader:
+    """Arrays by name, checked; every fault names file, array, and what was found and what is needed."""
+
+    def __init__(self, path: Path, arrays: Arrays) -> None:
+        self.path, self.arrays = path, arrays
+
+    def _found(self, name: str) -> np.ndarray[Any, Any]:
+        if name not in self.arrays:
+            raise InputError(f"{self.path}: array {name!r} is missing")
+        return self.arrays[name]
+
+    def number(self, name: str) -> int:
+        found = self._found(name)
+        if found.shape != () or found.dtype.kind not in "iu":
+            raise InputError(f"{self.path}: {name}: one whole number is needed, got {found.dtype} {found.shape}")
+        return int(found)
+
+    def names(self, name: str, count: int | None = None) -> tuple[str, ...]:
+        found = self._found(name)
+        if found.ndim != 1 or found.dtype.kind != "U" or count not in (None, len(found)):
+            what = f"{count or 'some'} texts are needed, got {found.dtype} {found.shape}"
+            raise InputError(f"{self.path}: {name}: {what}")
+        return tuple(str(text) for text in found)
+
+    def array(self, name: str, shape: tuple[int | None, ...], kind: str = "iuf") -> Floats:
+        found = self._found(name)
+        fits = found.ndim == len(shape) and all(w in (None, h) for w, h in zip(shape, found.shape, strict=True))
+        if not fits or found.dtype.kind not in kind:
+            what = f"numbers of shape {shape} are needed (None: any), got {found.dtype} {found.shape}"
+            raise InputError(f"{self.path}: {name}: {what}")
+        if found.dtype.kind == "f" and not np.all(np.isfinite(found)) and not name.endswith("fit_error"):
+            raise InputError(f"{self.path}: {name}: finite numbers are needed")
+        return np.asarray(found, dtype=np.float64)
+
+    def indices(self, name: str, count: int, limit: tuple[int, int]) -> np.ndarray[Any, np.dtype[np.int64]]:
+        found = self.array(name, (count,), "iu").astype(np.int64)
+        if not np.all((found >= limit[0]) & (found < limit[1])):
+            raise InputError(f"{self.path}: {name}: numbers from {limit[0]} to {limit[1] - 1} are needed")
+        return found
+
+
+def _detail(read: _Reader, level: str, counts: tuple[int, int, int]) -> Detail:
+    k, n, j = counts
+    s = len(read.array(f"{level}_segment", (None,), "iu"))
+    segment = read.indices(f"{level}_segment", s, (0, n))
+    if np.any(np.diff(segment) < 0):
+        raise InputError(f"{read.path}: {level}_segment: spheres must be grouped by segment, in body order")
+    named = ("", *DIRECTIONS)
+    directions = read.names(f"{level}_direction", s)
+    if unknown := sorted(set(directions) - set(named)):
+        raise InputError(f"{read.path}: {level}_direction: no direction {unknown[0]!r}; valid: {', '.join(DIRECTIONS)}")
+    share = read.array(f"{level}_blend_share", (s,))
+    if not np.all((share >= 0) & (share <= 1)):
+        raise InputError(f"{read.path}: {level}_blend_share: numbers from 0 to 1 are needed")
+    return Detail(
+        segment=segment,
+        centre_mean=read.array(f"{level}_centre_mean", (s, 3)),
+        centre_basis=read.array(f"{level}_centre_basis", (k, s, 3)),
+        radius_mean=read.array(f"{level}_radius_mean", (s,)),
+        radius_basis=read.array(f"{level}_radius_basis", (k, s)),
+        blend_joint=read.indices(f"{level}_blend_joint", s, (-1, j)),
+        blend_share=share,
+        names=read.names(f"{level}_name", s),
+        direction=np.array([named.index(name) - 1 for name in directions], dtype=np.int64),
+        fit_error=read.array(f"{level}_fit_error", (n, 2)),
+    )
+
+
+def _spread(read: _Reader, anchors: int, count: int) -> Floats:
+    """(A, K, K) the covariances; a table (A, K) holds the variances alone."""
+    if read.arrays.get("anchor_spread", np.zeros(0)).ndim == 2:
+        return np.stack([np.diag(row) for row in read.array("anchor_spread", (anchors, count))])
+    return read.array("anchor_spread", (anchors, count, count))
