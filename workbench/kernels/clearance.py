@@ -7,23 +7,15 @@ import math
 import numpy as np
 from numba import njit
 
-from workbench.kernels.polygon import point_polygon, point_winding
+from workbench.kernels.inside import inside_part
+from workbench.kernels.polygon import point_polygon
 from workbench.kernels.tree import box_gap, nearest_polygon
 
 __all__ = ["environment_contacts", "segment_clearance"]
 
 
 @njit(cache=True)
-def _inside(x, y, z, faces, part):  # type: ignore[no-untyped-def]
-    """True where a point lies inside a solid part."""
-    root = faces.root[part]
-    if faces.solid[part] == 0 or box_gap(x, y, z, faces.low[root], faces.high[root]) > 0.0:
-        return False
-    return abs(point_winding(x, y, z, faces.corners, faces.corner_start[part], faces.corner_start[part + 1])) > 0.5
-
-
-@njit(cache=True)
-def _segment_part(centres, radius, first, last, faces, part, witness):  # type: ignore[no-untyped-def]
+def _segment_part(centres, radius, first, last, faces, shells, part, witness, stack):  # type: ignore[no-untyped-def]
     """Least signed distance of spheres first..last to a part; writes the nearest point into witness (3,)."""
     root = faces.root[part]
     best, sphere, polygon = np.inf, -1, -1
@@ -41,7 +33,7 @@ def _segment_part(centres, radius, first, last, faces, part, witness):  # type: 
         # a centre inside the box of a solid may be deeper than any outside
         if gap - radius[s] > best and (gap > 0.0 or faces.solid[part] == 0):
             continue
-        sign = -1.0 if _inside(x, y, z, faces, part) else 1.0
+        sign = -1.0 if inside_part(x, y, z, faces, shells, part, stack) else 1.0
         reach = best + radius[s]
         if sign > 0.0 and reach < 0.0:
             continue
@@ -57,12 +49,13 @@ def _segment_part(centres, radius, first, last, faces, part, witness):  # type: 
 
 
 @njit(cache=True)
-def segment_clearance(centres, radius, start, shown, faces, checked, out):  # type: ignore[no-untyped-def]
+def segment_clearance(centres, radius, start, shown, faces, shells, checked, out):  # type: ignore[no-untyped-def]
     """Signed clearance of every segment to every checked part, for every pose.
 
     centres (P, S, 3); out: distance (P, N, K), sphere, polygon (P, N, K), point (P, N, K, 3), filled where shown.
     """
     distance, sphere, polygon, point = out
+    stack = np.empty(64, np.int64)
     for p in range(centres.shape[0]):
         for n in range(start.shape[0] - 1):
             if shown[n] == 0 or start[n] == start[n + 1]:
@@ -70,7 +63,8 @@ def segment_clearance(centres, radius, start, shown, faces, checked, out):  # ty
             for k in range(faces.root.shape[0]):
                 if checked[k] == 0 or faces.root[k] < 0:
                     continue
-                d, s, f = _segment_part(centres[p], radius, start[n], start[n + 1], faces, k, point[p, n, k])
+                first, last = start[n], start[n + 1]
+                d, s, f = _segment_part(centres[p], radius, first, last, faces, shells, k, point[p, n, k], stack)
                 distance[p, n, k], sphere[p, n, k], polygon[p, n, k] = d, s, f
 
 
@@ -83,7 +77,7 @@ def _grow(rows, numbers):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def environment_contacts(centres, radius, start, shown, faces, checked, margin):  # type: ignore[no-untyped-def]
+def environment_contacts(centres, radius, start, shown, faces, shells, checked, margin):  # type: ignore[no-untyped-def]
     """All (sphere, polygon) pairs nearer than margin [m], and for a centre inside a solid its nearest polygon.
 
     Returns rows (C, 4): pose, sphere, part, polygon; numbers (C, 5): signed distance, point, 1 where inside.
@@ -99,7 +93,7 @@ def environment_contacts(centres, radius, start, shown, faces, checked, margin):
                     if checked[k] == 0 or faces.root[k] < 0:
                         continue
                     deep = -1
-                    if _inside(x, y, z, faces, k):
+                    if inside_part(x, y, z, faces, shells, k, stack):
                         square, deep, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf)
                         if used == len(rows):
                             rows, numbers = _grow(rows, numbers)

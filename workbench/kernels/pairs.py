@@ -7,6 +7,8 @@ import math
 import numpy as np
 from numba import njit
 
+from workbench.kernels.groups import cluster_hub
+
 __all__ = ["pair_clearance", "sphere_contacts"]
 
 
@@ -54,21 +56,63 @@ def sphere_contacts(one, other, pairs, margin):  # type: ignore[no-untyped-def]
     return rows[:used], numbers[:used]
 
 
-@njit(cache=True)
-def pair_clearance(one, other, pairs, distance, sphere):  # type: ignore[no-untyped-def]
-    """Fill distance (P, M) with the least I of each segment pair and sphere (P, M, 2) with the pair that has it."""
-    c1, r1, start1 = one[:3]
-    c2, r2, start2, around2, big2 = other
-    for p in range(c1.shape[0]):
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _nearer(c1, c2, p, crowd1, crowd2, c, d, best, u, v):  # type: ignore[no-untyped-def]
+    """Improve the least I and its spheres (u, v) by those of cluster c of one and d of the other; ties to the first."""
+    for i in range(crowd1.first[c], crowd1.first[c + 1]):
+        s = crowd1.member[i]
+        x, y, z, r = c1[p, s, 0], c1[p, s, 1], c1[p, s, 2], crowd1.radius[s]
+        for j in range(crowd2.first[d], crowd2.first[d + 1]):
+            t = crowd2.member[j]
+            a, b, e = x - c2[p, t, 0], y - c2[p, t, 1], z - c2[p, t, 2]
+            square, both = a * a + b * b + e * e, r + crowd2.radius[t]
+            # the root is taken only where it may count
+            if best + both < 0.0 or square > (best + both) * (best + both) * (1.0 + 1e-12) + 1e-30:
+                continue
+            gap = math.sqrt(square) - both
+            if gap < best or (gap == best and (s < u or (s == u and t < v))):
+                best, u, v = gap, s, t
+    return best, u, v
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _fill_hubs(centres, world, p, crowd, hubs):  # type: ignore[no-untyped-def]
+    """Fill hubs (C, 3) with the clusters' hubs in the world, in pose p."""
+    for n in range(len(crowd.start) - 1):
+        for c in range(crowd.start[n], crowd.start[n + 1]):
+            hubs[c, 0], hubs[c, 1], hubs[c, 2] = cluster_hub(centres, world, p, crowd, n, c)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, nogil=True)
+def pair_clearance(one, other, pairs, distance, sphere, space, begin, end):  # type: ignore[no-untyped-def]
+    """Fill distance (P, M) with the least I of each segment pair and sphere (P, M, 2) with the pair that has it.
+
+    one, other: (centres (P, S, 3), world (P, N, 3, 4), Crowd); poses begin..end. The nearest two clusters first, then
+    those whose balls are nearer than the least so far. space: hubs (C, 3) of both and gaps (C, C), working space.
+    """
+    c1, world1, crowd1 = one
+    c2, world2, crowd2 = other
+    hubs1, hubs2, gaps = space
+    for p in range(begin, end):
+        _fill_hubs(c1, world1, p, crowd1, hubs1)
+        _fill_hubs(c2, world2, p, crowd2, hubs2)
         for m in range(pairs.shape[0]):
             a, b = pairs[m, 0], pairs[m, 1]
-            best = np.inf
-            for u in range(start1[a], start1[a + 1]):
-                if not _apart(c1[p, u], around2[p, b]) - r1[u] - big2[b] < best:
-                    continue
-                for v in range(start2[b], start2[b + 1]):
-                    gap = _apart(c1[p, u], c2[p, v]) - (r1[u] + r2[v])
-                    if gap < best:
-                        best = gap
-                        sphere[p, m, 0], sphere[p, m, 1] = u, v
+            lead, follow, promise = -1, -1, np.inf
+            for c in range(crowd1.start[a], crowd1.start[a + 1]):
+                for d in range(crowd2.start[b], crowd2.start[b + 1]):
+                    x, y, z = hubs1[c, 0] - hubs2[d, 0], hubs1[c, 1] - hubs2[d, 1], hubs1[c, 2] - hubs2[d, 2]
+                    gap = math.sqrt(x * x + y * y + z * z) - crowd1.reach[c] - crowd2.reach[d]
+                    gaps[c, d] = gap
+                    if gap < promise:
+                        lead, follow, promise = c, d, gap
+            if lead < 0:
+                continue
+            best, u, v = _nearer(c1, c2, p, crowd1, crowd2, lead, follow, np.inf, -1, -1)
+            for c in range(crowd1.start[a], crowd1.start[a + 1]):
+                for d in range(crowd2.start[b], crowd2.start[b + 1]):
+                    if gaps[c, d] <= best and (c != lead or d != follow):
+                        best, u, v = _nearer(c1, c2, p, crowd1, crowd2, c, d, best, u, v)
             distance[p, m] = best
+            sphere[p, m, 0] = u
+            sphere[p, m, 1] = v

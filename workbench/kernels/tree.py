@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from workbench.kernels.polygon import point_polygon
 
-__all__ = ["box_gap", "build_tree", "nearest_polygon"]
+__all__ = ["box_gap", "build_tree", "nearest_polygon", "wider"]
 
 LEAF = 4
 
@@ -72,6 +72,12 @@ def box_gap(x, y, z, low, high):  # type: ignore[no-untyped-def]
     return u * u + v * v + w * w
 
 
+@njit(cache=True, inline="always")
+def wider(square):  # type: ignore[no-untyped-def]
+    """A squared distance widened by rounding: what is pruned against it cannot be the equal of the best."""
+    return square * (1.0 + 1e-12) + 1e-30
+
+
 @njit(cache=True)
 def nearest_polygon(x, y, z, faces, part, limit):  # type: ignore[no-untyped-def]
     """Nearest polygon of a part: squared distance, polygon, point; polygon -1 where none is within sqrt(limit)."""
@@ -83,13 +89,13 @@ def nearest_polygon(x, y, z, faces, part, limit):  # type: ignore[no-untyped-def
     while size > 0:
         size -= 1
         m = stack[size]
-        if gaps[size] > best:
+        if gaps[size] > wider(best):
             continue
         c = faces.child[m]
         if c < 0:
             for s in range(faces.first[m], faces.last[m]):
                 f = faces.item[s]
-                gap, qx, qy, qz = point_polygon(x, y, z, faces, f, best)
+                gap, qx, qy, qz = point_polygon(x, y, z, faces, f, wider(best))
                 # equal distances go to the lower polygon, so that the answer does not depend on the tree
                 if gap < best or (gap == best and (found < 0 or f < found)):
                     best, found, bx, by, bz = gap, f, qx, qy, qz
@@ -99,10 +105,10 @@ def nearest_polygon(x, y, z, faces, part, limit):  # type: ignore[no-untyped-def
         b = box_gap(x, y, z, faces.low[far], faces.high[far])
         if b < a:
             near, far, a, b = far, near, b, a
-        if b <= best:
+        if b <= wider(best):
             stack[size], gaps[size] = far, b
             size += 1
-        if a <= best:
+        if a <= wider(best):
             stack[size], gaps[size] = near, a
             size += 1
     if found < 0:

@@ -1,0 +1,194 @@
+"""Collision and clearance against other libraries, on one workload: CPU time a pose on one core, answers checked.
+
+    python -m benchmarks.clearance [--sizes 2k 50k 500k] [--no-peers] [--write]
+
+Every figure is the median of repeated runs in one process held to one core. Peers that are not installed are left out
+with a note. --write puts the table into docs/benchmarks.md.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import os
+import platform
+import time
+from collections.abc import Callable, Iterator
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+
+import workbench as wb
+from benchmarks.peers import PEERS
+from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
+from workbench.model.arrays import Floats
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+from workbench.solve.collide import by_segment, collides, self_clearance
+from workbench.solve.fields import field_of
+
+POSES = 1000
+Row = tuple[str, str, str, float, str]
+
+
+def microseconds(work: Callable[[], object], poses: int, *, repeat: int = 7) -> float:
+    """Median CPU time of a pose [us]; the first run, which compiles and builds, is not counted."""
+    work()
+    times = []
+    for _ in range(repeat):
+        begin = time.process_time()
+        work()
+        times.append(time.process_time() - begin)
+    return 1e6 * float(np.median(times)) / poses
+
+
+def brute_force(points: Floats, corners: Floats) -> Floats:
+    """(n,) distance of points (n, 3) to the nearest of triangles (T, 3, 3), one point at a time, nothing clever."""
+    a, side = corners, np.roll(corners, -1, axis=1) - corners
+    square = np.maximum((side**2).sum(-1), 1e-300)
+    normal = np.cross(side[:, 0], side[:, 1])
+    area = np.maximum((normal**2).sum(-1), 1e-300)
+    out = np.empty(len(points))
+    for i, x in enumerate(points):
+        away = x - a
+        along = np.clip((away * side).sum(-1) / square, 0, 1)
+        edges = ((away - along[..., None] * side) ** 2).sum(-1).min(axis=1)
+        over = np.all((np.cross(side, away) * normal[:, None]).sum(-1) >= 0, axis=1)
+        height = (away[:, 0] * normal).sum(-1) ** 2 / area
+        out[i] = np.sqrt(np.where(over, np.minimum(height, edges), edges).min())
+    return out
+
+
+def winding(x: Floats, corners: Floats) -> float:
+    """Winding number of triangles (T, 3, 3) about a point: the sum of their solid angles."""
+    a, b, c = np.moveaxis(corners - x, 1, 0)
+    p, q, r = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    below = p * q * r + (a * b).sum(1) * r + (b * c).sum(1) * p + (c * a).sum(1) * q
+    return float(np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi))
+
+
+def checked(placed: Placed, environment: Environment, *, sample: int = 12) -> float:
+    """Greatest error [m] of `by_segment` against brute force over a seeded sample of poses and segments."""
+    distance, body = by_segment(placed, environment).distance, placed.body
+    assert np.array_equal(collides(placed, environment), (distance < -1e-9).any(axis=1))
+    corners = environment.vertices[environment.triangles]
+    ends = environment.triangle_start[environment.part_start]
+    rng, worst = np.random.default_rng(3), 0.0
+    touching = np.argwhere(distance < 0)
+    picked = [*rng.choice(touching, sample // 2), *rng.choice(np.argwhere(np.isfinite(distance)), sample // 2)]
+    for p, n in picked:
+        centres, least = placed.centres[p, body.spheres(n)], np.inf
+        for k in range(len(environment.parts)):
+            part = corners[ends[k] : ends[k + 1]]
+            gap = brute_force(centres, part)
+            if environment.solid[k]:
+                gap *= [-1.0 if abs(winding(c, part)) > 0.5 else 1.0 for c in centres]
+            least = min(least, float((gap - body.radius[body.spheres(n)]).min()))
+        worst = max(worst, abs(least - distance[p, n]))
+    return worst
+
+
+def ours(size: str, placed: Placed) -> Iterator[Row]:
+    """This project's figures for one environment and body."""
+    environment, count = cockpit(size), str(len(placed.body.radius))
+    hits = collides(placed, environment)
+    yield "any", size, count, microseconds(lambda: collides(placed, environment), POSES), f"{hits.mean():.0%} collide"
+    took = microseconds(lambda: by_segment(placed, environment), POSES)
+    yield "by segment", size, count, took, f"error {1e3 * checked(placed, environment):.0e} mm"
+    few = Placed(placed.body, placed.world_from_segment[:100], placed.centres[:100], placed.window)
+    took = microseconds(lambda: wb.clearance(few, environment), 100, repeat=3)
+    yield "by segment and part", size, count, took, f"{len(environment.parts)} parts"
+
+
+def of_the_body(placed: Placed) -> Iterator[Row]:
+    """Figures that need no environment."""
+    body = placed.body
+    count, poses = str(len(body.radius)), seated_poses(body, POSES)
+    yield "forward kinematics and spheres", "", count, microseconds(lambda: wb.place(body, poses), POSES), ""
+    yield "self clearance", "", count, microseconds(lambda: self_clearance(placed), POSES, repeat=3), "all pairs"
+
+
+def built(size: str) -> Iterator[Row]:
+    """CPU seconds for the grid of all parts together, and its memory."""
+    environment = cockpit(size)
+    groups = (tuple(range(len(environment.parts))),)
+    field_of.cache_clear()
+    begin = time.process_time()
+    field = field_of(environment, groups)
+    took = time.process_time() - begin
+    memory = sum(values.nbytes for values in field) / 1e6
+    yield "index built, seconds", size, "", took, f"{memory:.0f} MB, {len(environment.triangles)} triangles"
+
+
+def theirs(size: str, placed: Placed) -> Iterator[Row]:
+    """The peers' figures on as many poses as take a few seconds; their answers beside ours."""
+    environment = cockpit(size)
+    hit, distance = collides(placed, environment), by_segment(placed, environment).distance
+    for name, prepare in PEERS.items():
+        try:
+            ask = prepare(environment, placed)
+        except ImportError as error:
+            yield name, size, str(len(placed.body.radius)), float("nan"), f"skipped: {error}"
+            continue
+        for kind, wanted in (("any", hit), ("by segment", distance)):
+            ask(kind, 0)
+            begin, answers = time.process_time(), []
+            while time.process_time() - begin < 4.0 and len(answers) < POSES:
+                answers.append(ask(kind, len(answers)))
+            took = 1e6 * (time.process_time() - begin) / len(answers)
+            told = agreement(kind, np.array(answers), wanted[: len(answers)])
+            yield f"{name}: {kind}", size, str(len(placed.body.radius)), took, told
+
+
+def agreement(kind: str, answers: Floats, wanted: Floats) -> str:
+    """How far a peer's answers are ours, where nothing is inside a solid (no peer here knows solids)."""
+    if kind == "any":
+        return f"{np.mean(answers == wanted):.1%} of {len(answers)} agree"
+    clear = np.isfinite(wanted) & (wanted > 0)
+    return f"{1e3 * np.abs(answers - wanted)[clear].max(initial=0.0):.0e} mm where clear, {len(answers)} poses"
+
+
+def table(rows: list[Row]) -> str:
+    """The rows as a Markdown table."""
+    lines = ["| figure | triangles | spheres | us a pose | |", "|---|---|---|---|---|"]
+    for name, size, count, took, note in rows:
+        lines.append(f"| {name} | {size} | {count} | {took:.3g} | {note} |")
+    return "\n".join(lines)
+
+
+def machine() -> str:
+    """Where and with what the figures were taken."""
+    names = ("numpy", "numba", "python-fcl", "warp-lang")
+    found = {d.metadata["Name"].lower(): d.version for d in metadata.distributions()}
+    versions = ", ".join(f"{name} {found[name]}" for name in names if name in found)
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text().splitlines() if info.exists() else []
+    model = next((line.split(": ")[1] for line in lines if line.startswith("model name")), platform.processor())
+    python = f"Python {platform.python_version()}, {versions}"
+    return f"{datetime.date.today()}, {model}, one of {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {python}"
+
+
+def main() -> None:
+    """Take the figures and print one table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--sizes", nargs="+", choices=SIZES, default=list(SIZES))
+    parser.add_argument("--no-peers", action="store_true")
+    parser.add_argument("--write", action="store_true", help="write docs/benchmarks.md")
+    asked = parser.parse_args()
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    body = wb.load_body("bubbleman")
+    bodies = [wb.place(b, seated_poses(b, POSES, spread=1.15)) for b in (body, dense_body(body))]
+    rows: list[Row] = [row for placed in bodies for row in of_the_body(placed)]
+    for size in asked.sizes:
+        rows += [row for placed in bodies for row in ours(size, placed)] + list(built(size))
+        if size == "50k" and not asked.no_peers:
+            rows += [row for placed in bodies for row in theirs(size, placed)]
+    text = f"# Benchmarks\n\n{machine()}.\nMade by `python -m benchmarks.clearance --write`.\n\n{table(rows)}\n"
+    print(text)
+    if asked.write:
+        (Path(__file__).parents[1] / "docs" / "benchmarks.md").write_text(text)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,219 @@
+"""The fast paths against the slow oracles: grids, clusters, rays through solids, threads."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests import oracles
+from tests.conftest import BOX, BOX_FACES, box_part, environment_of
+from workbench.files.mesh_parts import RawPart
+from workbench.kernels.field import record_gap, square_bound
+from workbench.kernels.inside import inside_part
+from workbench.kernels.polygon import point_polygon, point_winding
+from workbench.model.environment import Allowance
+from workbench.solve.collide import _plain, allowed_depth, by_segment, collides, nearest
+from workbench.solve.fields import field_of, packed_faces, packed_records, packed_shells
+from workbench.solve.threads import in_pieces
+
+
+def soup(seed, count=12):
+    """Random triangles, among them a point, a needle without area and a sliver."""
+    rng = np.random.default_rng(seed)
+    corners = rng.normal(size=(count, 3, 3)) * 0.4
+    corners[0] = corners[0, 0]
+    corners[1, 2] = 0.5 * (corners[1, 0] + corners[1, 1])
+    corners[2, 2] = 0.5 * (corners[2, 0] + corners[2, 1]) + [1e-9, 0, 0]
+    return RawPart("soup", corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+def spindle(rings=24, length=0.6, radius=0.15):
+    """A closed double cone of needles, 4 to a millimetre at its tips."""
+    turn = np.linspace(0, 2 * np.pi, rings, endpoint=False)
+    belt = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros(rings)], axis=1)
+    points = np.concatenate([belt, [[0, 0, length], [0, 0, -length]]])
+    here, then = np.arange(rings), (np.arange(rings) + 1) % rings
+    faces = [np.stack([here, then, np.full(rings, rings)], 1), np.stack([then, here, np.full(rings, rings + 1)], 1)]
+    return RawPart("spindle", points @ np.linalg.qr(np.arange(9).reshape(3, 3) + np.eye(3))[0], np.concatenate(faces))
+
+
+def pierced():
+    """One closed part of two boxes that run through each other: winding number 2 where they overlap."""
+    points = np.concatenate([BOX * [0.6, 0.2, 0.2] - [0.3, 0.1, 0.1], BOX * [0.2, 0.2, 0.7] - [0.1, 0.11, 0.3]])
+    return RawPart("pierced", points, np.concatenate([BOX_FACES, BOX_FACES + 8]))
+
+
+def moved(environment, by):
+    """The environment somewhere else."""
+    shift = np.array(by)
+    return replace(
+        environment, vertices=environment.vertices + shift, circle_centre=environment.circle_centre + shift,
+        offset=environment.offset + environment.normal @ shift,
+    )  # fmt: skip
+
+
+ZOO = {
+    "boxes": lambda seed: environment_of(
+        box_part("floor", [-1, -1, -0.9], [1, 1, -0.8]), box_part("post", [-0.2, 0.15, -0.8], [-0.1, 0.25, 0.5])
+    ),
+    "soup": lambda seed: environment_of(soup(seed), soup(seed + 1)),
+    "needles": lambda seed: environment_of(spindle()),
+    "pierced": lambda seed: environment_of(pierced(), spindle(7), solid=True),
+    "flat": lambda seed: environment_of(box_part("sheet", [-1, -1, 0.1], [1, 1, 0.1 + 1e-9]), soup(seed)),
+}
+
+
+def compared(body, poses, environment):
+    """Fast and oracle's clearance of the same poses; a pose more than the fast path needs."""
+    placed = wb.place(body, poses)
+    return placed, wb.clearance(placed, environment), oracles.clearance(placed, environment)
+
+
+def check_against_oracle(body, poses, environment):
+    placed, found, wanted = compared(body, poses, environment)
+    assert np.allclose(found, wanted, rtol=0, atol=1e-9)
+    least = by_segment(placed, environment).distance
+    assert np.allclose(least, wanted.min(axis=2), rtol=0, atol=1e-9)
+    excess = (-wanted - allowed_depth(body, environment)).max(axis=(1, 2))
+    clear = np.abs(excess - 1e-9) > 1e-9  # a tangent within rounding may go either way
+    assert np.array_equal(collides(placed, environment)[clear], (excess > 1e-9)[clear])
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_fast_answers_equal_the_oracle(one_arm, random_arm, kind):
+    check_against_oracle(one_arm, random_arm(64, 3), ZOO[kind](3))
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_fast_answers_equal_the_plain_ones_to_the_last_bit(one_arm, random_arm, kind):
+    placed, environment = wb.place(one_arm, random_arm(500, 11)), ZOO[kind](11)
+    distance, sphere, polygon, point = _plain(placed, environment)
+    found = nearest(placed, environment)
+    assert np.array_equal(found.distance, distance)
+    assert np.array_equal(found.sphere, sphere)
+    assert np.array_equal(found.target, polygon)
+    assert np.array_equal(found.point, point, equal_nan=True)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", ZOO)
+@pytest.mark.parametrize("seed", range(32))
+def test_fast_answers_equal_the_oracle_in_a_hundred_thousand_cases(one_arm, random_arm, kind, seed, request):
+    # 64 poses of 10 spheres: 640 spheres against each of 1 or 2 parts, 160 times
+    if "nightly" not in request.config.getoption("-m"):
+        pytest.skip("run with -m nightly")
+    check_against_oracle(one_arm, random_arm(64, 100 + seed), ZOO[kind](seed))
+
+
+def test_ten_kilometres_away_the_answers_are_those_at_home(one_arm, random_arm):
+    poses, home = random_arm(64, 5), ZOO["pierced"](0)
+    world = poses.world_from_reference.copy()
+    world[:, :, 3] += [1e4, -1e4, 1e4]
+    far = wb.place(one_arm, wb.Poses(poses.rotations, 0, world))
+    away = moved(home, [1e4, -1e4, 1e4])
+    assert np.allclose(wb.clearance(far, away), wb.clearance(wb.place(one_arm, poses), home), rtol=0, atol=1e-8)
+    assert np.array_equal(wb.clearance(far, away), _plain(far, away)[0])
+    assert np.array_equal(by_segment(far, away).distance, wb.clearance(far, away).min(axis=2))
+
+
+def test_a_sphere_that_just_touches_does_not_collide_and_one_a_hair_deeper_does(one_arm, unit_box):
+    height = 1.62 + np.repeat([0.0, 1e-12, -1e-12, -1e-8, 1e-8], 20)
+    base = wb.pose(one_arm, {})
+    world = np.repeat(base.world_from_reference, 100, axis=0)
+    world[:, :, 3] = np.stack([np.full(100, 0.5), np.full(100, 0.5), height], axis=1)
+    placed = wb.place(one_arm, wb.Poses(np.repeat(base.rotations, 100, axis=0), 0, world))
+    assert np.array_equal(collides(placed, unit_box), height < 1.62 - 1e-9)
+
+
+def test_allowances_are_respected(one_arm, random_arm):
+    cab = environment_of(
+        box_part("seat", [-0.3, -0.3, -0.5], [0.3, 0.3, -0.2]), box_part("bar", [0.3, -1, 0], [0.4, 1, 0.1])
+    )
+    rules = (Allowance(0, ("LOWER", "UPPER"), 0.05), Allowance(0, ("HAND",), 0.01), Allowance(1, ("all",), 0.02))
+    placed, soft = wb.place(one_arm, random_arm(300, 2)), replace(cab, allowances=rules)
+    wanted = (-_plain(placed, soft)[0] - allowed_depth(one_arm, soft)).max(axis=(1, 2)) > 1e-9
+    assert 0.05 < wanted.mean() < 0.95
+    assert np.array_equal(collides(placed, soft), wanted)
+    assert np.array_equal(np.concatenate([collides(wb.place(one_arm, random_arm(20, 2)), soft)]),
+                          collides(wb.place(one_arm, random_arm(20, 2)), soft))  # fmt: skip
+    assert collides(placed, cab).sum() > wanted.sum()
+
+
+def test_hidden_parts_and_segments_outside_the_window_take_no_part(one_arm, random_arm, box_cab):
+    hidden = replace(box_cab, hidden=np.array([True, False, False]))
+    placed = wb.place(one_arm, random_arm(80, 4), window=["UPPER"])
+    found = by_segment(placed, hidden)
+    assert np.isnan(found.distance[:, one_arm.segment("HAND")]).all()
+    assert 0 not in found.part[:, 0]
+    assert np.isinf(wb.clearance(placed, hidden)[:, 0, 0]).all()
+    plain = _plain(placed, hidden)[0]
+    assert np.array_equal(collides(placed, hidden), (plain < -1e-9).any(axis=(1, 2)))
+
+
+def test_an_empty_environment_hits_nothing(one_arm, random_arm, box_cab):
+    placed = wb.place(one_arm, random_arm(70, 4))
+    nothing = replace(box_cab, hidden=np.ones(3, dtype=bool))
+    assert not collides(placed, nothing).any()
+    assert np.isinf(by_segment(placed, nothing).distance).all()
+    assert (by_segment(placed, nothing).part == -1).all()
+
+
+def test_no_answer_depends_on_the_number_of_threads(one_arm, random_arm, box_cab):
+    placed = wb.place(one_arm, random_arm(700, 9))
+    one, four = by_segment(placed, box_cab, threads=1), by_segment(placed, box_cab, threads=4)
+    for name in ("distance", "sphere", "part", "polygon", "point"):
+        assert np.array_equal(getattr(one, name), getattr(four, name), equal_nan=True)
+    assert np.array_equal(collides(placed, box_cab, threads=1), collides(placed, box_cab, threads=3))
+
+
+def test_pieces_are_each_done_once_and_a_failure_is_told():
+    done = np.zeros(100, dtype=int)
+
+    def work(begin, end):
+        done[begin:end] += 1
+
+    in_pieces(work, 100, 7, threads=3)
+    assert (done == 1).all()
+    with pytest.raises(ZeroDivisionError):
+        in_pieces(lambda begin, end: 1 // 0, 10, 2, threads=2)
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_the_grid_bound_is_never_more_than_the_distance(kind):
+    environment = ZOO[kind](8)
+    field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
+    for x in np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3)):
+        low, _ = square_bound(*x, field, 0)
+        exact = min(point_polygon(*x, faces, f, np.inf)[0] for f in range(len(environment.normal)))
+        assert low <= exact
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_records_hold_the_same_polygons(kind):
+    environment = ZOO[kind](6)
+    field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
+    rank = packed_records(environment)[2]
+    for x in np.random.default_rng(2).uniform(-1, 1, (50, 3)):
+        for f in range(len(environment.normal)):
+            assert record_gap(*x, field, rank[f], np.inf) == point_polygon(*x, faces, f, np.inf)[0]
+
+
+@pytest.mark.parametrize("kind", ["boxes", "needles", "pierced"])
+def test_rays_tell_inside_as_the_winding_number_does(kind):
+    environment = ZOO[kind](0)
+    faces, shells, stack = packed_faces(environment), packed_shells(environment), np.empty(64, dtype=np.int64)
+    assert shells.closed.all()
+    rng = np.random.default_rng(4)
+    corners = environment.vertices[environment.triangles]
+    mix = rng.dirichlet([1, 1, 1], 200)
+    near = np.einsum("nk,nkc->nc", mix, corners[rng.integers(0, len(corners), 200)])
+    points = np.concatenate(
+        [rng.uniform(-0.7, 0.7, (500, 3)), near + rng.normal(size=(200, 3)) * 1e-5, environment.vertices]
+    )
+    for k in range(len(environment.parts)):
+        span = (faces.corner_start[k], faces.corner_start[k + 1])
+        for x in points:
+            assert inside_part(*x, faces, shells, k, stack) == (abs(point_winding(*x, faces.corners, *span)) > 0.5)

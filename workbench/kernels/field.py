@@ -1,0 +1,273 @@
+"""Distances to groups of parts: rigorous lower bounds and near polygons from a grid of nodes, and the exact search.
+
+For any closed set d(x)^2 - |x|^2 is the least of the linear functions |p|^2 - 2 x.p, so it is concave: in a cell of
+edge h the trilinear mix of the nodes' d^2 less h^2 sum t (1 - t) is never more than d(x)^2. Outside the grid, whose
+box holds the whole group, d(x)^2 is at least the squared distance to the box plus d^2 at the nearest point of the box.
+
+The loops index flat arrays with scalars and allocate nothing, so they are compiled without the run time that counts
+references (`_nrt=False`): counting took two thirds of the time. They are inlined into the batch loops by force, since
+a call would copy all these arrays' descriptions, 1 kB and more, onto the stack: that took two thirds of the rest.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from workbench.kernels.inside import inside_part
+from workbench.kernels.tree import wider
+
+__all__ = ["RECORD", "Field", "deepest", "fill_rows", "near_polygon", "nearest_in", "reaches", "record_gap",
+           "square_bound"]  # fmt: skip
+
+RECORD = 9
+"""Numbers before the edges in a polygon's record: normal, circle's centre, radius, coordinate left out, polygon."""
+
+
+class Field(NamedTuple):
+    """G groups of parts, each with a tree over its polygons and a grid of nodes around them.
+
+    record: the polygons one after the other, that of rank q at record[begin[q]:begin[q + 1]]: RECORD numbers, then
+    head and tail of each edge. Tree node m spans box[m] (M, 6: low, high), link[m] (M, 3) is its first child (-1: a
+    leaf; the second follows) and its first and last item; item holds ranks; root (G,), -1 where empty.
+
+    Grid g is that of group g around its own box; wide[g] is a second, coarse one around the environment, asked from
+    outside that box, or -1. grid (G + W, 6): origin, cell edge, one over it, slack [m2] for the rounding of
+    coordinates. shape (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is
+    shape[g, 3] + (i ny + j) nz + k of: square, d^2 to the group rounded down, negative inside a solid; near, the rank
+    of the nearest polygon.
+    solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root the trees over each alone.
+    """
+
+    record: NDArray[np.float64]
+    begin: NDArray[np.int64]
+    box: NDArray[np.float64]
+    link: NDArray[np.int64]
+    item: NDArray[np.int64]
+    root: NDArray[np.int64]
+    wide: NDArray[np.int64]
+    grid: NDArray[np.float64]
+    shape: NDArray[np.int64]
+    square: NDArray[np.float32]
+    near: NDArray[np.int32]
+    solid_start: NDArray[np.int64]
+    solid_part: NDArray[np.int64]
+    solid_root: NDArray[np.int64]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _box_gap(x, y, z, field, m):  # type: ignore[no-untyped-def]
+    u = max(field.box[m, 0] - x, 0.0, x - field.box[m, 3])
+    v = max(field.box[m, 1] - y, 0.0, y - field.box[m, 4])
+    w = max(field.box[m, 2] - z, 0.0, z - field.box[m, 5])
+    return u * u + v * v + w * w
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """Lower bound of the squared distance by one grid, and how surely the point is outside all solids: 2 outside the
+    grid, 1 outside by its nearest node, 0 perhaps not."""
+    h, per, slack = field.grid[g, 3], field.grid[g, 4], field.grid[g, 5]
+    u, v, w = (x - field.grid[g, 0]) * per, (y - field.grid[g, 1]) * per, (z - field.grid[g, 2]) * per
+    nx, ny, nz = field.shape[g, 0], field.shape[g, 1], field.shape[g, 2]
+    a, b, c = min(max(u, 0.0), nx - 1.0), min(max(v, 0.0), ny - 1.0), min(max(w, 0.0), nz - 1.0)
+    i, j, k = min(int(a), nx - 2), min(int(b), ny - 2), min(int(c), nz - 2)
+    r, s, t = a - i, b - j, c - k
+    at = field.shape[g, 3] + (i * ny + j) * nz + k
+    up = at + ny * nz
+    q = field.square
+    e00 = abs(q[at]) + t * (abs(q[at + 1]) - abs(q[at]))
+    e01 = abs(q[at + nz]) + t * (abs(q[at + nz + 1]) - abs(q[at + nz]))
+    e10 = abs(q[up]) + t * (abs(q[up + 1]) - abs(q[up]))
+    e11 = abs(q[up + nz]) + t * (abs(q[up + nz + 1]) - abs(q[up + nz]))
+    e0, e1 = e00 + s * (e01 - e00), e10 + s * (e11 - e10)
+    low = e0 + r * (e1 - e0) - h * h * (r * (1.0 - r) + s * (1.0 - s) + t * (1.0 - t))
+    du, dv, dw = u - a, v - b, w - c
+    out = h * h * (du * du + dv * dv + dw * dw)
+    low = max((out + max(low, 0.0)) * (1.0 - 1e-9) - slack, 0.0)
+    if out > 0.0:
+        return low, 2
+    node = q[(up if r > 0.5 else at) + (nz if s > 0.5 else 0) + (1 if t > 0.5 else 0)]
+    r, s, t = min(r, 1.0 - r), min(s, 1.0 - s), min(t, 1.0 - t)
+    return low, 1 if node * (1.0 - 1e-9) - slack > h * h * (r * r + s * s + t * t) else 0
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """A lower bound of the squared distance of a point to a group, and True where it surely is outside all solids."""
+    low, sure = _grid_bound(x, y, z, field, g)
+    if sure == 2 and field.wide[g] >= 0:
+        low = max(low, _grid_bound(x, y, z, field, field.wide[g])[0])
+    if sure == 0:
+        sure = 1
+        for s in range(field.solid_start[g], field.solid_start[g + 1]):
+            if _box_gap(x, y, z, field, field.solid_root[s]) == 0.0:
+                sure = 0
+    return low, sure > 0
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def near_polygon(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """The rank of the polygon of a group that is nearest to the grid's node at a point."""
+    per = field.grid[g, 4]
+    if field.wide[g] >= 0:
+        u, v, w = x - field.grid[g, 0], y - field.grid[g, 1], z - field.grid[g, 2]
+        h = field.grid[g, 3]
+        if min(u, v, w) < 0.0 or u > field.shape[g, 0] * h or v > field.shape[g, 1] * h or w > field.shape[g, 2] * h:
+            g = field.wide[g]
+            per = field.grid[g, 4]
+    nx, ny, nz = field.shape[g, 0], field.shape[g, 1], field.shape[g, 2]
+    i = int(min(max((x - field.grid[g, 0]) * per, 0.0), nx - 1.0) + 0.5)
+    j = int(min(max((y - field.grid[g, 1]) * per, 0.0), ny - 1.0) + 0.5)
+    k = int(min(max((z - field.grid[g, 2]) * per, 0.0), nz - 1.0) + 0.5)
+    return np.int64(field.near[field.shape[g, 3] + (i * ny + j) * nz + k])
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def record_gap(x, y, z, field, rank, limit):  # type: ignore[no-untyped-def]
+    """Squared distance of a point to a polygon, infinite beyond `limit`; number by number as `point_polygon`."""
+    at, end = field.begin[rank], field.begin[rank + 1]
+    q = field.record
+    n0, n1, n2 = q[at], q[at + 1], q[at + 2]
+    u, v, w = x - q[at + 3], y - q[at + 4], z - q[at + 5]
+    h = n0 * u + n1 * v + n2 * w
+    if h * h > limit:
+        return np.inf
+    u, v, w = u - h * n0, v - h * n1, w - h * n2
+    out = math.sqrt(u * u + v * v + w * w) - q[at + 6] * (1.0 + 1e-12) - 1e-12
+    if out > 0.0 and h * h + out * out > limit:
+        return np.inf
+    drop = int(q[at + 7])
+    i, k = (drop + 1) % 3, (drop + 2) % 3
+    px, py, pz = x - h * n0, y - h * n1, z - h * n2
+    pi, pk = py if i == 1 else (pz if i == 2 else px), py if k == 1 else (pz if k == 2 else px)
+    inside, best = False, np.inf
+    for e in range(at + RECORD, end, 6):
+        ai, ak, bi, bk = q[e + i], q[e + k], q[e + i + 3], q[e + k + 3]
+        if (ak > pk) != (bk > pk) and pi < (bi - ai) * (pk - ak) / (bk - ak) + ai:
+            inside = not inside
+        a0, a1, a2 = q[e], q[e + 1], q[e + 2]
+        d0, d1, d2 = q[e + 3] - a0, q[e + 4] - a1, q[e + 5] - a2
+        square, t = d0 * d0 + d1 * d1 + d2 * d2, 0.0
+        if square > 0.0:
+            t = min(1.0, max(0.0, ((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2) / square))
+        q0, q1, q2 = x - (a0 + t * d0), y - (a1 + t * d1), z - (a2 + t * d2)
+        best = min(best, q0 * q0 + q1 * q1 + q2 * q2)
+    if inside and h * h < best:
+        best = h * h
+    return best if best <= limit else np.inf
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[no-untyped-def]
+    """Nearest polygon under a tree node: squared distance and rank, -1 where none is within sqrt(limit).
+
+    hint: a rank to try first, or -1. Equal distances go to the lower polygon: neither the tree nor the hint shows.
+    """
+    best, found = limit, -1
+    if hint >= 0:
+        gap = record_gap(x, y, z, field, hint, wider(best))
+        if gap <= best:
+            best, found = gap, hint
+    stack[0] = root
+    gaps[0] = _box_gap(x, y, z, field, root)
+    size = 1
+    while size > 0:
+        size -= 1
+        if gaps[size] > wider(best):
+            continue
+        m = stack[size]
+        near = field.link[m, 0]
+        if near < 0:
+            for s in range(field.link[m, 1], field.link[m, 2]):
+                f = field.item[s]
+                if f == hint:
+                    continue
+                gap = record_gap(x, y, z, field, f, wider(best))
+                if gap < best:
+                    best, found = gap, f
+                elif (
+                    gap == best
+                    and gap < np.inf
+                    and (found < 0 or field.record[field.begin[f] + 8] < field.record[field.begin[found] + 8])
+                ):
+                    found = f
+            continue
+        far = near + 1
+        a, b = _box_gap(x, y, z, field, near), _box_gap(x, y, z, field, far)
+        if b < a:
+            near, far, a, b = far, near, b, a
+        if b <= wider(best):
+            stack[size] = far
+            gaps[size] = b
+            size += 1
+        if a <= wider(best):
+            stack[size] = near
+            gaps[size] = a
+            size += 1
+    return best, found
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def reaches(x, y, z, field, g, limit, stack):  # type: ignore[no-untyped-def]
+    """True where a polygon of a group is nearer to a point than sqrt(limit)."""
+    if record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit) < limit:
+        return True
+    stack[0] = field.root[g]
+    size = 1
+    while size > 0:
+        size -= 1
+        m = stack[size]
+        if _box_gap(x, y, z, field, m) >= limit:
+            continue
+        if field.link[m, 0] >= 0:
+            stack[size] = field.link[m, 0]
+            stack[size + 1] = field.link[m, 0] + 1
+            size += 2
+            continue
+        for s in range(field.link[m, 1], field.link[m, 2]):
+            if record_gap(x, y, z, field, field.item[s], limit) < limit:
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-untyped-def]
+    """Depth of a point in the solids of a group and the nearest polygon (rank) of the one it is deepest in, or -1."""
+    depth, rank = -1.0, -1
+    for s in range(field.solid_start[g], field.solid_start[g + 1]):
+        if _box_gap(x, y, z, field, field.solid_root[s]) > 0.0:
+            continue
+        if inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
+            square, f = nearest_in(x, y, z, field, field.solid_root[s], -1, np.inf, stack, gaps)
+            if math.sqrt(square) > depth:
+                depth, rank = math.sqrt(square), f
+    return depth, rank
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def fill_rows(faces, shells, field, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
+    """Fill the rows begin..end of grid g, of a group; a row is a line of nodes along z. Rows may fill at once.
+
+    stack (64,), gaps (64,): working space.
+    """
+    ny, nz, h = field.shape[g, 1], field.shape[g, 2], field.grid[g, 3]
+    solids = g == group and field.solid_start[g + 1] > field.solid_start[g]
+    for row in range(begin, end):
+        x, y = field.grid[g, 0] + (row // ny) * h, field.grid[g, 1] + (row % ny) * h
+        hint, sunk, free = -1, False, -1.0
+        for k in range(nz):
+            z = field.grid[g, 2] + k * h
+            square, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
+            # where no surface can lie between two nodes they are on the same side
+            if solids and free <= h * (1.0 + 1e-6):
+                sunk = deepest(x, y, z, faces, shells, field, g, stack, gaps)[1] >= 0
+            free = math.sqrt(square)
+            low = np.float32(square * (1.0 - 2e-7))
+            at = field.shape[g, 3] + row * nz + k
+            field.square[at] = -low if sunk else low
+            field.near[at] = hint

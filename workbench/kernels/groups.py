@@ -1,0 +1,220 @@
+"""Batch loops of bodies against groups of parts: does anything collide, and the least clearance of each segment.
+
+Segments first, then clusters of spheres, spheres, polygons: the next only where the last cannot decide. A signed
+distance changes by no more than the way moved, so what holds at the middle of a cluster bounds all its spheres.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from workbench.kernels.field import deepest, near_polygon, nearest_in, reaches, square_bound
+from workbench.kernels.polygon import point_polygon
+
+__all__ = ["Crowd", "cluster_hub", "group_clearance", "group_collides", "witness_points"]
+
+
+class Crowd(NamedTuple):
+    """The spheres of a body in clusters: those of segment n are start[n]:start[n + 1].
+
+    radius (S,); cluster c holds the spheres member[first[c]:first[c + 1]], all of them within reach[c] [m] of its hub
+    at every twist: the point hub[c] of the segment's frame, or where spheres twist the centre of sphere middle[c]
+    (-1: the hub, which spares fetching the centres of 1,000 poses from memory). around (N, 3), big (N,): enclosing
+    spheres in the segments' frames; shown (N,).
+    """
+
+    radius: NDArray[np.float64]
+    start: NDArray[np.int64]
+    middle: NDArray[np.int64]
+    hub: NDArray[np.float64]
+    reach: NDArray[np.float64]
+    first: NDArray[np.int64]
+    member: NDArray[np.int64]
+    around: NDArray[np.float64]
+    big: NDArray[np.float64]
+    shown: NDArray[np.int64]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _carried(world, p, n, a, b, c):  # type: ignore[no-untyped-def]
+    """A point of the frame of segment n in the world."""
+    x = world[p, n, 0, 0] * a + world[p, n, 0, 1] * b + world[p, n, 0, 2] * c + world[p, n, 0, 3]
+    y = world[p, n, 1, 0] * a + world[p, n, 1, 1] * b + world[p, n, 1, 2] * c + world[p, n, 1, 3]
+    z = world[p, n, 2, 0] * a + world[p, n, 2, 1] * b + world[p, n, 2, 2] * c + world[p, n, 2, 3]
+    return x, y, z
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def cluster_hub(centres, world, p, crowd, n, c):  # type: ignore[no-untyped-def]
+    """The hub of cluster c of segment n in the world, in pose p."""
+    m = crowd.middle[c]
+    if m >= 0:
+        return centres[p, m, 0], centres[p, m, 1], centres[p, m, 2]
+    return _carried(world, p, n, crowd.hub[c, 0], crowd.hub[c, 1], crowd.hub[c, 2])
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cluster(centres, p, crowd, c, faces, shells, field, g, best, low, stack, gaps):  # type: ignore[no-untyped-def]
+    """Improve best = (signed distance, sphere, polygon) of a segment to a group by the spheres of cluster c."""
+    a, b = crowd.first[c], crowd.first[c + 1]
+    signed, sphere, polygon = best
+    lead, promise = a, np.inf
+    for i in range(a, b):
+        s = crowd.member[i]
+        x, y, z, r = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], crowd.radius[s]
+        square, sure = square_bound(x, y, z, field, g)
+        low[i] = math.sqrt(square) - r
+        if not sure:
+            depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+            if f >= 0:
+                low[i] = np.inf
+                if -depth - r < signed or (-depth - r == signed and s < sphere):
+                    signed, sphere, polygon = -depth - r, s, f
+        if low[i] < promise:
+            lead, promise = i, low[i]
+    for turn in range(a - 1, b):
+        i = lead if turn < a else turn
+        if turn == lead or low[i] > signed or low[i] == np.inf:
+            continue
+        s = crowd.member[i]
+        x, y, z, r = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], crowd.radius[s]
+        limit = (signed + r) ** 2 * (1.0 + 1e-12)
+        square, f = nearest_in(x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps)
+        if f >= 0:
+            gap = math.sqrt(square) - r
+            if gap < signed or (gap == signed and s < sphere):
+                signed, sphere, polygon = gap, s, f
+    return signed, sphere, polygon
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps):  # type: ignore[no-untyped-def]
+    """Least signed distance of segment n to a group, with the sphere and the polygon."""
+    a, b = crowd.start[n], crowd.start[n + 1]
+    lead, promise = a, np.inf
+    for c in range(a, b):
+        x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+        square, sure = square_bound(x, y, z, field, g)
+        lows[c] = math.sqrt(square) - crowd.reach[c] if sure else -np.inf
+        if lows[c] < promise:
+            lead, promise = c, lows[c]
+    best = (np.inf, -1, -1)
+    for turn in range(a - 1, b):
+        c = lead if turn < a else turn
+        if turn != lead and lows[c] <= best[0]:
+            best = _cluster(centres, p, crowd, c, faces, shells, field, g, best, low, stack, gaps)
+    return best
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def group_clearance(centres, world, crowd, faces, shells, field, out, space, begin, end):  # type: ignore[no-untyped-def]
+    """Signed clearance of every segment to every group, for the poses begin..end.
+
+    centres (P, S, 3), world (P, N, 3, 4); out: distance (P, N, G), sphere, polygon (P, N, G), filled where shown.
+    space: stack (64,), gaps (64,), lows (clusters,), low (S,), working space.
+    """
+    distance, sphere, polygon = out
+    stack, gaps, lows, low = space
+    for p in range(begin, end):
+        for n in range(len(crowd.shown)):
+            if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
+                continue
+            for g in range(len(field.root)):
+                if field.root[g] < 0:
+                    continue
+                d, s, f = _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps)
+                distance[p, n, g] = d
+                sphere[p, n, g] = s
+                polygon[p, n, g] = int(field.record[field.begin[f] + 8])
+
+
+@njit(cache=True, nogil=True)
+def witness_points(centres, faces, sphere, polygon, point):  # type: ignore[no-untyped-def]
+    """Fill point (P, N, G, 3): of polygon (P, N, G) nearest to the centre of sphere (P, N, G)."""
+    for p in range(sphere.shape[0]):
+        for n in range(sphere.shape[1]):
+            for g in range(sphere.shape[2]):
+                s = sphere[p, n, g]
+                if s >= 0:
+                    x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
+                    _, u, v, w = point_polygon(x, y, z, faces, polygon[p, n, g], np.inf)
+                    point[p, n, g, 0], point[p, n, g, 1], point[p, n, g, 2] = u, v, w
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
+    """True where a sphere is deeper in a group than allowed."""
+    square, sure = square_bound(x, y, z, field, g)
+    if not sure:
+        depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+        if f >= 0:
+            return depth + r > allowed
+    limit = r - allowed
+    if limit <= 0.0 or square >= limit * limit:
+        return False
+    return reaches(x, y, z, field, g, limit * limit, stack)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
+    """True where a sphere of segment n is deeper in a group than allowed."""
+    for c in range(crowd.start[n], crowd.start[n + 1]):
+        x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+        square, sure = square_bound(x, y, z, field, g)
+        limit = max(crowd.reach[c] - allowed, 0.0)
+        if sure and square >= limit * limit:
+            continue
+        for i in range(crowd.first[c], crowd.first[c + 1]):
+            s = crowd.member[i]
+            x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
+            if _sphere_hits(x, y, z, crowd.radius[s], faces, shells, field, g, allowed, stack, gaps):
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-untyped-def]
+    """Segments and groups that may collide in pose p, the most promising first; how many."""
+    used, groups = 0, len(field.root)
+    for n in range(len(crowd.shown)):
+        if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
+            continue
+        x, y, z = _carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+        for g in range(groups):
+            if field.root[g] < 0:
+                continue
+            square, sure = square_bound(x, y, z, field, g)
+            limit = max(crowd.big[n] - allowed[n, g], 0.0)
+            if sure and square >= limit * limit:
+                continue
+            rank, at = math.sqrt(square) - limit, used
+            while at > 0 and key[at - 1] > rank:
+                key[at] = key[at - 1]
+                pair[at] = pair[at - 1]
+                at -= 1
+            key[at] = rank
+            pair[at] = n * groups + g
+            used += 1
+    return used
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, space, begin, end):  # type: ignore[no-untyped-def]
+    """Fill hit (P,) for the poses begin..end: is any sphere deeper in a group than allowed (N, G) [m], tolerance
+    included, for its segment? centres (P, S, 3), world (P, N, 3, 4); space: stack (64,), gaps (64,),
+    key (N G,), pair (N G,), working space."""
+    groups = len(field.root)
+    stack, gaps, key, pair = space
+    for p in range(begin, end):
+        used, found = _candidates(world, p, crowd, field, allowed, key, pair), False
+        for i in range(used):
+            n, g = pair[i] // groups, pair[i] % groups
+            if _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed[n, g], stack, gaps):
+                found = True
+                break
+        hit[p] = found

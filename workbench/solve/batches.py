@@ -1,0 +1,85 @@
+"""Large batches against an environment: pieces of the poses on all cores, over grids that are made once and kept."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.kernels.groups import group_clearance, group_collides, witness_points
+from workbench.kernels.pairs import pair_clearance
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+from workbench.solve.crowd import crowd_of
+from workbench.solve.fields import Groups, field_of, packed_faces, packed_shells
+from workbench.solve.threads import in_pieces
+
+__all__ = ["Groups", "grouped_clearance", "grouped_collides", "paired_clearance", "pays", "witnesses"]
+
+FEWEST_POSES = 64
+"""Grids cost about as much as 64 poses without them; below, nothing of the fast path is even compiled."""
+PIECE = 128
+"""Poses a thread takes at a time."""
+
+
+def pays(placed: Placed) -> bool:
+    """True where a batch is large enough for the grids to pay."""
+    return len(placed) >= FEWEST_POSES
+
+
+def grouped_collides(
+    placed: Placed, environment: Environment, groups: Groups, allowed: Floats, *, threads: int | None = None
+) -> Bools:
+    """(P,) True where any sphere is deeper in a group of parts than allowed (N, G) [m] for its segment."""
+    crowd, field = crowd_of(placed), field_of(environment, groups)
+    index = (crowd, packed_faces(environment), packed_shells(environment), field)
+    hit = np.zeros(len(placed), dtype=np.bool_)
+    pairs = max(allowed.size, 1)
+
+    def work(begin: int, end: int) -> None:
+        space = (np.empty(64, dtype=np.int64), np.empty(64), np.empty(pairs), np.empty(pairs, dtype=np.int64))
+        centres, world = placed.centres, placed.world_from_segment
+        group_collides(centres, world, *index, np.ascontiguousarray(allowed), hit, space, begin, end)
+
+    in_pieces(work, len(placed), PIECE, threads=threads)
+    return hit
+
+
+def grouped_clearance(
+    placed: Placed, environment: Environment, groups: Groups, *, threads: int | None = None
+) -> tuple[Floats, Ints, Ints]:
+    """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of parts."""
+    crowd, field = crowd_of(placed), field_of(environment, groups)
+    index = (crowd, packed_faces(environment), packed_shells(environment), field)
+    shape = (len(placed), len(placed.window), len(groups))
+    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
+
+    def work(begin: int, end: int) -> None:
+        lows, low = np.empty(len(crowd.middle)), np.empty(len(crowd.member))
+        space = (np.empty(64, dtype=np.int64), np.empty(64), lows, low)
+        group_clearance(placed.centres, placed.world_from_segment, *index, out, space, begin, end)
+
+    in_pieces(work, len(placed), PIECE, threads=threads)
+    return out
+
+
+def paired_clearance(one: Placed, other: Placed, pairs: Ints) -> tuple[Floats, Ints]:
+    """Least I [m] (P, M) of segment pairs (M, 2), and the spheres (P, M, 2) that have it; -1 where there are none."""
+    distance, sphere = np.full((len(one), len(pairs)), np.inf), np.full((len(one), len(pairs), 2), -1)
+    crowds = crowd_of(one), crowd_of(other)
+    first, second = ((b.centres, b.world_from_segment, c) for b, c in zip((one, other), crowds, strict=True))
+    many = [len(crowd.middle) for crowd in crowds]
+
+    def work(begin: int, end: int) -> None:
+        space = np.empty((many[0], 3)), np.empty((many[1], 3)), np.empty((many[0], many[1]))
+        pair_clearance(first, second, np.ascontiguousarray(pairs), distance, sphere, space, begin, end)
+
+    in_pieces(work, len(one), PIECE)
+    return distance, sphere
+
+
+def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]) -> Floats:
+    """(P, N, G, 3) [m] the point of each polygon (P, N, G) nearest to its sphere (P, N, G); NaN where none."""
+    sphere, polygon = found
+    point = np.full((*sphere.shape, 3), np.nan)
+    witness_points(placed.centres, packed_faces(environment), sphere, polygon, point)
+    return point

@@ -1,0 +1,30 @@
+"""Pieces of a batch on all cores this process may use: compiled loops let go of Python's lock."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+__all__ = ["cores", "in_pieces"]
+
+
+def cores() -> int:
+    """How many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_pieces(work: Callable[[int, int], None], count: int, size: int, *, threads: int | None = None) -> None:
+    """Call work(begin, end) for the pieces of at most `size` of range(count), each once, `threads` at a time.
+
+    The pieces are the same for every number of threads and must not share what they write, so no answer can depend
+    on it. threads: all cores where None.
+    """
+    begins = range(0, count, max(size, 1))
+    at_once = min(cores() if threads is None else threads, len(begins))
+    if at_once <= 1:
+        for begin in begins:
+            work(begin, min(begin + size, count))
+        return
+    with ThreadPoolExecutor(at_once) as pool:
+        list(pool.map(lambda begin: work(begin, min(begin + size, count)), begins))
