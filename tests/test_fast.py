@@ -11,7 +11,7 @@ import workbench as wb
 from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from workbench.files.mesh_parts import RawPart
-from workbench.kernels.field import record_gap, square_bound
+from workbench.kernels.field import nearest_in, record_gap, square_bound
 from workbench.kernels.inside import inside_part
 from workbench.kernels.polygon import point_polygon, point_winding
 from workbench.model.environment import Allowance
@@ -217,3 +217,16 @@ def test_rays_tell_inside_as_the_winding_number_does(kind):
         span = (faces.corner_start[k], faces.corner_start[k + 1])
         for x in points:
             assert inside_part(*x, faces, shells, k, stack) == (abs(point_winding(*x, faces.corners, *span)) > 0.5)
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_the_nearest_polygon_is_the_first_of_all_at_its_distance_wherever_the_search_begins(kind):
+    environment = ZOO[kind](5)
+    environment = moved(environment, [1e4, 0, -1e4]) if kind == "needles" else environment
+    field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
+    stack, gaps, middle = np.empty(64, dtype=np.int64), np.empty(64), environment.bounds.mean(axis=0)
+    for x in np.random.default_rng(3).uniform(-1, 1, (60, 3)) + middle:
+        every = [point_polygon(*x, faces, f, np.inf)[0] for f in range(len(environment.normal))]
+        for hint in (-1, 0, len(every) - 1):
+            square, rank = nearest_in(*x, field, field.root[0], hint, np.inf, stack, gaps)
+            assert (square, field.record[field.begin[rank] + 8]) == (min(every), np.argmin(every))

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from workbench.solve.collide import body_clearance as body_clearance
     from workbench.solve.collide import body_contacts as body_contacts
     from workbench.solve.collide import clearance as clearance
+    from workbench.solve.collide import collides as collides
     from workbench.solve.collide import contacts as contacts
     from workbench.solve.collide import self_contacts as self_contacts
     from workbench.solve.forward import place as place
@@ -73,6 +74,7 @@ _HOME: dict[str, str] = {
     "body_clearance": "solve.collide",
     "body_contacts": "solve.collide",
     "clearance": "solve.collide",
+    "collides": "solve.collide",
     "contacts": "solve.collide",
     "self_contacts": "solve.collide",
     "place": "solve.forward",
@@ -107,6 +109,7 @@ __all__ = [
     "body_contacts",
     "boundary_cases",
     "clearance",
+    "collides",
     "contacts",
     "draw_people",
     "join_poses",

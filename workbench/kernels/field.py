@@ -24,8 +24,8 @@ from workbench.kernels.tree import wider
 __all__ = ["RECORD", "Field", "deepest", "fill_rows", "near_polygon", "nearest_in", "reaches", "record_gap",
            "square_bound"]  # fmt: skip
 
-RECORD = 9
-"""Numbers before the edges in a polygon's record: normal, circle's centre, radius, coordinate left out, polygon."""
+RECORD = 10
+"""Numbers before a polygon's edges: normal, circle's centre, radius, coordinate left out, polygon, off its plane."""
 
 
 class Field(NamedTuple):
@@ -36,8 +36,9 @@ class Field(NamedTuple):
     leaf; the second follows) and its first and last item; item holds ranks; root (G,), -1 where empty.
 
     Grid g is that of group g around its own box; wide[g] is a second, coarse one around the environment, asked from
-    outside that box, or -1. grid (G + W, 6): origin, cell edge, one over it, slack [m2] for the rounding of
-    coordinates. shape (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is
+    outside that box, or -1. grid (G + W, 7): origin, cell edge, one over it, slack [m2] for the rounding of
+    coordinates, how far polygons leave their planes [m], so that what is a distance to a set but for that is one
+    for sure. shape (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is
     shape[g, 3] + (i ny + j) nz + k of: square, d^2 to the group rounded down, negative inside a solid; near, the rank
     of the nearest polygon.
     solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root the trees over each alone.
@@ -135,11 +136,12 @@ def record_gap(x, y, z, field, rank, limit):  # type: ignore[no-untyped-def]
     n0, n1, n2 = q[at], q[at + 1], q[at + 2]
     u, v, w = x - q[at + 3], y - q[at + 4], z - q[at + 5]
     h = n0 * u + n1 * v + n2 * w
-    if h * h > limit:
+    over = max(abs(h) - q[at + 9], 0.0)
+    if over * over > limit:
         return np.inf
     u, v, w = u - h * n0, v - h * n1, w - h * n2
-    out = math.sqrt(u * u + v * v + w * w) - q[at + 6] * (1.0 + 1e-12) - 1e-12
-    if out > 0.0 and h * h + out * out > limit:
+    out = max(math.sqrt(u * u + v * v + w * w) - q[at + 6], 0.0)
+    if over * over + out * out > limit:
         return np.inf
     drop = int(q[at + 7])
     i, k = (drop + 1) % 3, (drop + 2) % 3
@@ -213,16 +215,17 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def reaches(x, y, z, field, g, limit, stack):  # type: ignore[no-untyped-def]
-    """True where a polygon of a group is nearer to a point than sqrt(limit)."""
-    if record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit) < limit:
+def reaches(x, y, z, r, field, g, allowed, stack):  # type: ignore[no-untyped-def]
+    """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is less than r."""
+    limit = wider((r - allowed) * (r - allowed))
+    if r - math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit)) > allowed:
         return True
     stack[0] = field.root[g]
     size = 1
     while size > 0:
         size -= 1
         m = stack[size]
-        if _box_gap(x, y, z, field, m) >= limit:
+        if _box_gap(x, y, z, field, m) > limit:
             continue
         if field.link[m, 0] >= 0:
             stack[size] = field.link[m, 0]
@@ -230,7 +233,7 @@ def reaches(x, y, z, field, g, limit, stack):  # type: ignore[no-untyped-def]
             size += 2
             continue
         for s in range(field.link[m, 1], field.link[m, 2]):
-            if record_gap(x, y, z, field, field.item[s], limit) < limit:
+            if r - math.sqrt(record_gap(x, y, z, field, field.item[s], limit)) > allowed:
                 return True
     return False
 
@@ -264,10 +267,10 @@ def fill_rows(faces, shells, field, g, group, stack, gaps, begin, end):  # type:
             z = field.grid[g, 2] + k * h
             square, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
             # where no surface can lie between two nodes they are on the same side
-            if solids and free <= h * (1.0 + 1e-6):
+            if solids and free - field.grid[g, 6] <= h * (1.0 + 1e-6):
                 sunk = deepest(x, y, z, faces, shells, field, g, stack, gaps)[1] >= 0
             free = math.sqrt(square)
-            low = np.float32(square * (1.0 - 2e-7))
+            low = np.float32(max(free - field.grid[g, 6], 0.0) ** 2 * (1.0 - 2e-7))
             at = field.shape[g, 3] + row * nz + k
             field.square[at] = -low if sunk else low
             field.near[at] = hint

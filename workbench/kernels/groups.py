@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from workbench.kernels.field import deepest, near_polygon, nearest_in, reaches, square_bound
 from workbench.kernels.polygon import point_polygon
+from workbench.kernels.tree import wider
 
 __all__ = ["Crowd", "cluster_hub", "group_clearance", "group_collides", "witness_points"]
 
@@ -154,10 +155,9 @@ def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # 
         depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
         if f >= 0:
             return depth + r > allowed
-    limit = r - allowed
-    if limit <= 0.0 or square >= limit * limit:
+    if r <= allowed or square > wider((r - allowed) * (r - allowed)):
         return False
-    return reaches(x, y, z, field, g, limit * limit, stack)
+    return reaches(x, y, z, r, field, g, allowed, stack)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)

@@ -20,9 +20,11 @@ class Faces(NamedTuple):
     """The polygons of an environment in flat arrays, and a tree of boxes over the polygons of each part.
 
     Edge e runs from head[e] to tail[e] (E, 3); drop[f] is the largest component of the normal: the coordinate left
-    out when inside or outside is decided. Node m of the trees spans low[m]..high[m]; inner nodes have children
-    child[m] and child[m] + 1, leaves have child -1 and the polygons listed in item[first[m]:last[m]]; root[k] is
-    part k's. corners (T, 3, 3) are the triangles of the solids, corner_start (K + 1,) by part.
+    out when inside or outside is decided. off[f] [m] is how far the corners lie off the polygon's plane, and
+    circle_radius[f] how far from the circle's centre in it, both widened by rounding. Node m of the trees spans
+    low[m]..high[m]; inner nodes have children child[m] and child[m] + 1, leaves have child -1 and the polygons listed
+    in item[first[m]:last[m]]; root[k] is part k's. corners (T, 3, 3) are the triangles of the solids, corner_start
+    (K + 1,) by part.
     """
 
     head: NDArray[np.float64]
@@ -30,6 +32,7 @@ class Faces(NamedTuple):
     edge_start: NDArray[np.int64]
     normal: NDArray[np.float64]
     drop: NDArray[np.int64]
+    off: NDArray[np.float64]
     circle_centre: NDArray[np.float64]
     circle_radius: NDArray[np.float64]
     low: NDArray[np.float64]
@@ -46,15 +49,19 @@ class Faces(NamedTuple):
 
 @njit(cache=True)
 def point_polygon(x, y, z, faces, f, limit):  # type: ignore[no-untyped-def]
-    """Squared distance of a point to polygon f and the nearest point; infinite where the square exceeds `limit`."""
+    """Squared distance of a point to polygon f and the nearest point; infinite where the square exceeds `limit`.
+
+    What is given up early is beyond the limit also as it would have been computed: the answer does not depend on it.
+    """
     n, o = faces.normal[f], faces.circle_centre[f]
     u, v, w = x - o[0], y - o[1], z - o[2]
     h = n[0] * u + n[1] * v + n[2] * w
-    if h * h > limit:
+    over = max(abs(h) - faces.off[f], 0.0)
+    if over * over > limit:
         return np.inf, x, y, z
     u, v, w = u - h * n[0], v - h * n[1], w - h * n[2]
-    out = math.sqrt(u * u + v * v + w * w) - faces.circle_radius[f] * (1.0 + 1e-12) - 1e-12
-    if out > 0.0 and h * h + out * out > limit:
+    out = max(math.sqrt(u * u + v * v + w * w) - faces.circle_radius[f], 0.0)
+    if over * over + out * out > limit:
         return np.inf, x, y, z
     drop = faces.drop[f]
     i, k = (drop + 1) % 3, (drop + 2) % 3

@@ -45,13 +45,13 @@ def collides(
 ) -> Bools:
     """(P,) True where a pose overlaps a part by more than the part allows and `tolerance` [m].
 
-    The same as asking whether any row of `contacts` has an excess above the tolerance, but it stops at the first.
+    The same as asking it of all of `clearance`, but it stops at the first.
     Hidden parts and segments outside the logical window take no part. threads: all cores where None.
     """
     allowed = allowed_depth(placed.body, environment)
     if not pays(placed):
-        excess = -_plain(placed, environment)[0] - allowed
-        return np.asarray(np.any(excess > tolerance, axis=(1, 2)))
+        deep = -_plain(placed, environment)[0] > allowed + tolerance
+        return np.asarray(np.any(deep, axis=(1, 2)))
     parts = np.flatnonzero(~environment.hidden)
     columns, which = np.unique(allowed[:, parts], axis=1, return_inverse=True)
     which = which.reshape(-1)
@@ -62,18 +62,13 @@ def collides(
 def by_segment(placed: Placed, environment: Environment, *, threads: int | None = None) -> SegmentClearance:
     """Signed clearance of every segment to the nearest of all parts: `nearest` reduced over the parts, and far faster.
 
-    Where two parts are equally near, or a sphere is equally deep in both, the first one is named.
+    Of pairs equally near the lowest sphere is named, and of its polygons the lowest.
     """
     parts = np.flatnonzero(~environment.hidden)
     if pays(placed):
         distance, sphere, polygon = grouped_clearance(placed, environment, (tuple(parts.tolist()),), threads=threads)
     else:
-        plain = _plain(placed, environment)
-        first = (
-            np.argmin(plain[0], axis=2)[..., None] if len(environment.parts) else np.zeros((0, 0, 0), dtype=np.int64)
-        )
-        distance = np.take_along_axis(plain[0], first, axis=2)
-        sphere, polygon = (np.take_along_axis(values, first, axis=2) for values in plain[1:3])
+        distance, sphere, polygon = _least(*_plain(placed, environment)[:3])
     point = witnesses(placed, environment, (sphere, polygon))[:, :, 0]
     distance, sphere, polygon = distance[..., 0].copy(), sphere[..., 0], polygon[..., 0]
     distance[:, ~placed.window] = np.nan
@@ -165,6 +160,17 @@ def nearest(placed: Placed, environment: Environment) -> Clearance:
     distance[:, ~placed.window] = np.nan
     return Clearance(placed.body, environment, distance, sphere, polygon, point,
                      _near_side(placed, (distance, sphere, point)))  # fmt: skip
+
+
+def _least(distance: Floats, sphere: Ints, polygon: Ints) -> tuple[Floats, Ints, Ints]:
+    """The nearest of the last axis, which is left with length 1: ties to the lowest sphere, then to the first."""
+    if not distance.shape[2]:
+        none = np.full((*distance.shape[:2], 1), -1)
+        return np.full(none.shape, np.inf), none, none
+    ties = distance == distance.min(axis=2, keepdims=True)
+    first = np.argmin(np.where(ties, sphere, np.iinfo(np.int64).max), axis=2)[..., None]
+    least: Floats = np.take_along_axis(distance, first, axis=2)
+    return least, np.take_along_axis(sphere, first, axis=2), np.take_along_axis(polygon, first, axis=2)
 
 
 def _single(environment: Environment) -> Groups:

@@ -31,6 +31,7 @@ def packed_faces(environment: Environment) -> Faces:
     """The polygons and a tree of boxes a part, once an environment (nouns are frozen and compare by identity)."""
     head, tail = environment.vertices[environment.edges[:, 0]], environment.vertices[environment.edges[:, 1]]
     low, high = _boxes(environment)
+    off, radius = _thickness(environment)
     corners = environment.vertices[environment.triangles]
     return Faces(
         np.ascontiguousarray(head),
@@ -38,8 +39,9 @@ def packed_faces(environment: Environment) -> Faces:
         environment.edge_start,
         environment.normal,
         np.argmax(np.abs(environment.normal), axis=1).reshape(-1),
+        off,
         environment.circle_centre,
-        environment.circle_radius,
+        radius,
         *build_tree(low, high, environment.part_start),
         environment.solid.astype(np.int64),
         np.ascontiguousarray(corners.reshape(-1, 3, 3)),
@@ -63,7 +65,8 @@ def packed_records(environment: Environment) -> tuple[Floats, Ints, Ints]:
     order, count = faces.item, np.diff(environment.edge_start)[faces.item]
     begin = np.concatenate([[0], np.cumsum(RECORD + 6 * count)])
     record = np.empty(int(begin[-1]))
-    head = [*faces.normal[order].T, *faces.circle_centre[order].T, faces.circle_radius[order], faces.drop[order], order]
+    head = [*faces.normal[order].T, *faces.circle_centre[order].T, faces.circle_radius[order], faces.drop[order], order,
+            faces.off[order]]  # fmt: skip
     for column, values in enumerate(head):
         record[begin[:-1] + column] = values
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
@@ -112,16 +115,41 @@ def _fill(index: tuple[Faces, Shells, Field], which: tuple[int, int], begin: int
     fill_rows(*index, *which, np.empty(64, dtype=np.int64), np.empty(64), begin, end)
 
 
+def _rounding(environment: Environment) -> float:
+    """More than the rounding of a point on a polygon, of its heights and of its distances to the polygon [m]."""
+    return 16.0 * float(np.finfo(np.float64).eps) * float(np.abs(environment.vertices).max(initial=0.0))
+
+
+def _thickness(environment: Environment) -> tuple[Floats, Floats]:
+    """How far the corners of each polygon lie off its plane (F,), and from its circle's centre in it (F,) [m].
+
+    Widened by rounding, so that what a kernel gives up by them is farther also as it would have been computed.
+    """
+    start = environment.edge_start
+    if len(start) == 1:
+        return np.zeros(0), np.zeros(0)
+    polygon = np.repeat(np.arange(len(start) - 1), np.diff(start))
+    normal = environment.normal[polygon]
+    arm = environment.vertices[environment.edges[:, 0]] - environment.circle_centre[polygon]
+    height = np.einsum("ec,ec->e", arm, normal)
+    arm -= height[:, None] * normal
+    far = np.sqrt(np.einsum("ec,ec->e", arm, arm))
+    off, radius = (np.maximum.reduceat(values, start[:-1]) for values in (np.abs(height), far))
+    spare = _rounding(environment)
+    return off * (1.0 + 1e-12) + spare, radius * (1.0 + 1e-12) + spare
+
+
 def _boxes(environment: Environment) -> tuple[Floats, Floats]:
-    """Boxes (F, 3) around the polygons."""
+    """Boxes (F, 3) around the polygons, widened by rounding."""
     heads, start = environment.vertices[environment.edges[:, 0]], environment.edge_start[:-1]
     if not len(start):
         return np.zeros((0, 3)), np.zeros((0, 3))
-    return np.minimum.reduceat(heads, start, axis=0), np.maximum.reduceat(heads, start, axis=0)
+    spare = _rounding(environment)
+    return np.minimum.reduceat(heads, start, axis=0) - spare, np.maximum.reduceat(heads, start, axis=0) + spare
 
 
 def _grids(own: Floats, environment: Environment) -> tuple[Floats, Ints, Ints]:
-    """Grids (G + W, 6), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones where G > 1."""
+    """Grids (G + W, 7), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones where G > 1."""
     grid, shape = _cells(own, CELL)
     wide = np.full(len(own), -1, dtype=np.int64)
     if len(own) > 1:
@@ -131,6 +159,7 @@ def _grids(own: Floats, environment: Environment) -> tuple[Floats, Ints, Ints]:
     shape[1:, 3] = np.cumsum(shape[:-1, :3].prod(axis=1))
     reach = np.abs(environment.vertices).max(initial=0.0) + 1.0
     grid[:, 5] = 1e-9 * grid[:, 3] ** 2 + 1e-14 * reach * grid[:, 3] * shape[:, :3].max(axis=1, initial=2)
+    grid[:, 6] = packed_faces(environment).off.max(initial=0.0)
     return grid, shape, wide
 
 
@@ -145,7 +174,7 @@ def _cells(boxes: Floats, cell: float) -> tuple[Floats, Ints]:
         cell *= 1.2
     whole: Ints = np.zeros((len(boxes), 4), dtype=np.int64)
     whole[:, :3] = shape
-    grid = np.empty((len(boxes), 6))
+    grid = np.empty((len(boxes), 7))
     grid[:, :3] = 0.5 * (boxes[:, :3] + boxes[:, 3:]) - 0.5 * cell * (shape - 1.0)
     grid[:, 3], grid[:, 4] = cell, 1.0 / cell
     return grid, whole
