@@ -13,8 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 import workbench as wb
-from workbench.files.assembly import built
-from workbench.files.mesh_parts import RawPart
+from workbench.files.meshes.assembly import built
+from workbench.files.meshes.parts import RawPart
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body

@@ -10,7 +10,7 @@ import pytest
 import workbench as wb
 from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
-from workbench.files.mesh_parts import RawPart
+from workbench.files.meshes.parts import RawPart
 from workbench.kernels.field import nearest_in, record_gap, square_bound
 from workbench.kernels.inside import inside_part
 from workbench.kernels.polygon import point_polygon, point_winding
@@ -101,10 +101,8 @@ def test_fast_answers_equal_the_plain_ones_to_the_last_bit(one_arm, random_arm, 
 @pytest.mark.nightly
 @pytest.mark.parametrize("kind", ZOO)
 @pytest.mark.parametrize("seed", range(32))
-def test_fast_answers_equal_the_oracle_in_a_hundred_thousand_cases(one_arm, random_arm, kind, seed, request):
+def test_fast_answers_equal_the_oracle_in_a_hundred_thousand_cases(one_arm, random_arm, kind, seed):
     # 64 poses of 10 spheres: 640 spheres against each of 1 or 2 parts, 160 times
-    if "nightly" not in request.config.getoption("-m"):
-        pytest.skip("run with -m nightly")
     check_against_oracle(one_arm, random_arm(64, 100 + seed), ZOO[kind](seed))
 
 
