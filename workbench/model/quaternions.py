@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["conjugate", "exponential", "multiply", "rotate", "shortest", "swing_twist"]
+__all__ = ["conjugate", "exponential", "matrices", "multiply", "rotate", "shortest", "swing_twist"]
 
 
 def conjugate(q: Floats) -> Floats:
@@ -19,6 +19,12 @@ def rotate(q: Floats, v: Floats) -> Floats:
     """Vectors (..., 3) turned by quaternions (..., 4)."""
     cross = np.cross(q[..., 1:], v)
     return v + 2.0 * (q[..., :1] * cross + np.cross(q[..., 1:], cross))
+
+
+def matrices(q: Floats) -> Floats:
+    """Rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
+    columns = [rotate(q, np.broadcast_to(e, (*q.shape[:-1], 3))) for e in np.eye(3)]
+    return np.stack(columns, axis=-1)
 
 
 def shortest(a: Floats, b: Floats) -> Floats:

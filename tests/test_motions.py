@@ -1,0 +1,276 @@
+"""Motion files: BVH, the project's own tables, OpenSim; each read to the number, each fault with its line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.conftest import SHARED
+from workbench.errors import InputError, UsageError
+from workbench.files.bodies import load_body
+from workbench.files.motions.bvh import read_bvh
+from workbench.files.motions.lines import Pick
+from workbench.files.motions.opensim import coordinate_poses, read_coordinates
+from workbench.files.motions.tables import angle_table_text, read_angle_table, read_segment_table, table_kind
+from workbench.model.poses import Poses
+from workbench.model.posing import angles_of, compose
+from workbench.solve.forward import place
+from workbench.solve.retarget import bone_positions, retarget
+
+JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
+BODY = load_body("bubbleman")
+TWO = """HIERARCHY
+ROOT base
+{
+  OFFSET 0 0 0
+  CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation
+  JOINT tip
+  {
+    OFFSET 0 2 0
+    CHANNELS 3 Yrotation Zrotation Xrotation
+    End Site
+    {
+      OFFSET 0 1 0
+    }
+  }
+}
+MOTION
+Frames: 2
+Frame Time: 0.1
+0 0 0 0 0 0 0 0 0
+1 2 3 90 0 0 0 0 0
+"""
+
+
+def written(tmp_path, text, name="m.bvh"):
+    path = tmp_path / name
+    path.write_text(text)
+    return path
+
+
+def test_a_bone_turned_90_degrees_about_z_points_to_minus_x(tmp_path):
+    bones = read_bvh(written(tmp_path, TWO))
+    assert bone_positions(bones)[0].tolist() == [[0, 0, 0], [0, 2, 0]]
+    assert bone_positions(bones)[1] == pytest.approx(np.array([[1, 2, 3], [-1, 2, 3]]))
+    assert bones.time.tolist() == [0, 0.1]
+    assert bones.ends == {"tip": (0, 1, 0)}
+
+
+@pytest.mark.parametrize("order", ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"])
+def test_channels_in_any_order_turn_as_matrices_multiplied_in_that_order(tmp_path, order):
+    text = TWO.replace("Zrotation Xrotation Yrotation", " ".join(f"{axis}rotation" for axis in order))
+    bones = read_bvh(written(tmp_path, text.replace("1 2 3 90 0 0", "0 0 0 30 50 70")))
+    turn = np.eye(3)
+    for axis, angle in zip(order, np.radians([30, 50, 70]), strict=True):
+        c, s, k = np.cos(angle), np.sin(angle), "XYZ".index(axis)
+        one = np.eye(3)
+        i, j = (k + 1) % 3, (k + 2) % 3
+        one[i, i], one[i, j], one[j, i], one[j, j] = c, -s, s, c
+        turn = turn @ one
+    assert bone_positions(bones)[1, 1] == pytest.approx(turn @ [0, 2, 0])
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("Frames: 2", "Frames: 3", "line 17: says 3 frames, 2 are there"),
+    ("1 2 3 90 0 0 0 0 0", "1 2 3 90 0 0 0 0", "line 20: 8 values where 9 are needed"),
+    ("1 2 3 90", "1 2 nan 90", "line 20, column 3 (base Zposition): 'nan' is not a finite number"),
+    ("CHANNELS 3 Yrotation", "CHANNELS 4 Yrotation", "line 9: CHANNELS says 4, 3 are named"),
+    ("Yrotation Zrotation", "Wrotation Zrotation", "line 9: no channel 'Wrotation'"),
+    ("OFFSET 0 2 0", "OFFSET 0 x 0", "line 8: OFFSET needs three numbers"),
+    ("JOINT tip", "JOINT base", "line 6: a second bone 'base'"),
+    ("MOTION", "MOTTION", "line 16: 'MOTTION' is not expected here"),
+    ("Frame Time: 0.1", "Frame Time: 0", "both must be positive"),
+    ("HIERARCHY", "solid cube", "line 1: 'solid cube' is not expected here"),
+    ("Frames: 2\nFrame Time: 0.1\n0 0 0 0 0 0 0 0 0\n1 2 3 90 0 0 0 0 0\n", "", "cut short"),
+])  # fmt: skip
+def test_what_is_wrong_in_a_bvh_is_told_with_its_line(tmp_path, old, new, told):
+    with pytest.raises(InputError) as caught:
+        read_bvh(written(tmp_path, TWO.replace(old, new)))
+    assert told in str(caught.value)
+
+
+def test_a_part_of_a_motion_keeps_the_files_clock():
+    if not JUMP.is_file():
+        pytest.skip("no shared data")
+    bones = read_bvh(JUMP, keep=Pick(1.0, 2.0, every=10))
+    whole = read_bvh(JUMP)
+    rows = np.flatnonzero((whole.time >= 1.0) & (whole.time <= 2.0))[::10]
+    assert bones.time == pytest.approx(whole.time[rows])
+    assert np.array_equal(bones.rotations, whole.rotations[rows])
+
+
+def test_a_recorded_jump_is_mapped_to_the_body():
+    """CMU subject 1: legs of the unit's length, feet that come back to one floor, elbows that bend their own way."""
+    if not JUMP.is_file():
+        pytest.skip("no shared data")
+    poses, notes = retarget(BODY, read_bvh(JUMP, keep=Pick(every=8)))
+    assert "one unit is taken as 55.96 mm" in " ".join(notes)
+    low = (place(BODY, poses).centres[..., 2] - BODY.radius).min(axis=1)
+    assert np.percentile(low, 50) == pytest.approx(0.0, abs=0.02)
+    assert low.min() > -0.05
+    assert 0.1 < low.max() < 0.5
+    angles = np.degrees(angles_of(BODY, poses))
+    for joint in ("LE", "RE", "LK", "RK"):
+        bend, aside, turn = np.abs(angles[:, BODY.joint(joint)]).max(axis=0)
+        assert 60 < bend < 150
+        assert max(aside, turn) < 12
+
+
+def test_a_skeleton_made_from_the_body_brings_its_pose_back():
+    """The zero pose of the body as bones with identity turns: every joint stays at zero."""
+    names = {"LT": "Hips", "CT": "Spine", "UT": "Chest", "N": "Neck", "H": "Head"}
+    for side, word in (("L", "Left"), ("R", "Right")):
+        names |= {side + "SM": f"{word}Collar", side + "UA": f"{word}Arm", side + "LA": f"{word}ForeArm",
+                  side + "HN": f"{word}Hand", side + "UL": f"{word}UpLeg", side + "LL": f"{word}Leg",
+                  side + "F": f"{word}Foot"}  # fmt: skip
+    from workbench.model.motion import Bones
+
+    order = [s for s in BODY.segments if s != "STG"]
+    at = {s: _proximal(s) for s in order}
+    parent = np.array(
+        [-1 if s == "LT" else order.index(BODY.segments[BODY.parent[BODY.segments.index(s)]]) for s in order]
+    )
+    offset = np.array([at[s] - (at[order[parent[k]]] if k else 0) for k, s in enumerate(order)])
+    still = np.tile([1.0, 0, 0, 0], (3, len(order), 1))
+    bones = Bones(tuple(names[s] for s in order), parent, offset, still, np.repeat(offset[None], 3, axis=0), [0, 1, 2],
+                  {}, 1.0, "", "own")  # fmt: skip
+    poses, _ = retarget(BODY, bones)
+    hands = [BODY.joint(j) for j in ("LW", "RW")]
+    others = [j for j in range(len(BODY.joints)) if j not in hands]
+    assert np.abs(poses.rotations[:, others] - [1, 0, 0, 0]).max() < 1e-9
+    assert np.degrees(np.abs(angles_of(BODY, poses)[:, hands])).max() < 8  # a hand is laid along its forearm
+
+
+def _proximal(segment):
+    world = place(
+        BODY, Poses(np.tile([1.0, 0, 0, 0], (1, len(BODY.joints), 1)), 0, np.eye(3, 4)[None])
+    ).world_from_segment
+    n = BODY.segments.index(segment)
+    return world[0, n, :, 3] + BODY.joint_in_child[n - 1]
+
+
+def test_a_skeleton_without_legs_is_refused_with_its_bones(tmp_path):
+    with pytest.raises(InputError, match=r"no bone is known for segment LT, LUA.*the bones are base, tip"):
+        retarget(BODY, read_bvh(written(tmp_path, TWO)))
+
+
+@pytest.fixture
+def motion():
+    rng = np.random.default_rng(2)
+    angles = rng.uniform(-0.6, 0.6, (7, len(BODY.joints), 3))
+    place = np.tile(np.eye(3, 4), (7, 1, 1))
+    place[:, :, 3] = rng.normal(size=(7, 3))
+    return Poses(compose(BODY, angles), BODY.segment("LT"), place, np.arange(7) * 0.02)
+
+
+def test_the_projects_own_table_gives_the_motion_back(tmp_path, motion):
+    path = written(tmp_path, "".join(angle_table_text(BODY, motion)), "m.csv")
+    again, notes = read_angle_table(path, BODY)
+    assert table_kind(path) == "angles"
+    assert notes == ()
+    assert np.abs(np.degrees(angles_of(BODY, again) - angles_of(BODY, motion))).max() < 1e-4
+    assert np.abs(again.world_from_reference - motion.world_from_reference).max() < 1e-8
+    assert "".join(angle_table_text(BODY, again)) == path.read_text()
+
+
+ANGLES = "# reference: LT\ntime [ms], z [mm], LK.flexion [deg], LH.extension [deg]\n0, 900, 10, 5\n20, 900, 20, 5\n"
+
+
+def test_angles_are_read_by_the_names_of_their_motions(tmp_path):
+    poses, _ = read_angle_table(written(tmp_path, ANGLES, "m.csv"), BODY)
+    angles = np.degrees(angles_of(BODY, poses))
+    assert angles[:, BODY.joint("LK"), 0] == pytest.approx([10, 20])
+    assert angles[:, BODY.joint("LH"), 0] == pytest.approx([-5, -5])
+    assert poses.time.tolist() == [0, 0.02]
+    assert poses.world_from_reference[1, :, 3].tolist() == [0, 0, 0.9]
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("time [ms]", "time", "line 2: time needs its unit"),
+    ("LK.flexion [deg]", "LK.flexion", "column LK.flexion needs its unit, [deg] or [rad]"),
+    ("LK.flexion [deg]", "LK.bending [deg]", "line 2, LK.bending: joint LK: no motion 'bending'"),
+    ("LK.flexion", "XK.flexion", "line 2: body bubbleman: no joint 'XK'"),
+    ("z [mm]", "z [deg]", "column z needs its unit"),
+    ("z [mm]", "height [mm]", "no column 'height'"),
+    ("LH.extension", "LK.flexion", "column LK.flexion is there twice"),
+    ("20, 900, 20, 5", "0, 900, 20, 5", "frames are out of order: frame 2 is at 0 s, after frame 1 at 0 s"),
+    ("20, 900, 20, 5", "20, 900, , 5", "line 4, column 3 (LK.flexion): '' is not a finite number"),
+    ("LK.flexion [deg]", "LK.flexion [rad]", "20 rad at 0.02 s, 3 whole turns: is this column in degrees?"),
+    ("reference: LT", "reference: pelvis", "no segment 'pelvis'"),
+])  # fmt: skip
+def test_what_is_wrong_in_a_table_is_told(tmp_path, old, new, told):
+    with pytest.raises(InputError) as caught:
+        read_angle_table(written(tmp_path, ANGLES.replace(old, new), "m.csv"), BODY)
+    assert told in str(caught.value)
+
+
+def test_angles_that_never_exceed_3_degrees_are_suspected_to_be_radians(tmp_path):
+    _, notes = read_angle_table(
+        written(tmp_path, ANGLES.replace(" 10, 5", " 1, 0").replace("20, 5", "2, 0"), "m.csv"), BODY
+    )
+    assert notes == ("no joint angle exceeds 3.2 degrees: are these radians?",)
+
+
+def test_segments_told_one_by_one_are_placed(tmp_path):
+    text = (
+        "time [s], H.x [mm], H.y [mm], H.z [mm], H.roll [deg], H.pitch [deg], H.yaw [deg]\n0, 100, 0, 1600, 0, 0, 90\n"
+    )
+    path = written(tmp_path, text, "s.csv")
+    track = read_segment_table(path)
+    assert table_kind(path) == "segments"
+    assert track.segments == ("H",)
+    assert track.world_from_segment[0, 0] @ [1, 0, 0, 1] == pytest.approx([0.1, 1.0, 1.6])
+    with pytest.raises(InputError, match="segment H needs columns"):
+        read_segment_table(written(tmp_path, text.replace("H.yaw [deg]", "H.qw"), "t.csv"))
+
+
+NEW = "squat\nversion=1\nnRows=2\nnColumns=5\ninDegrees=yes\nendheader\n"
+OLD = "name squat\ndatacolumns 5\ndatarows 2\nrange 0 1\nendheader\n"
+ROWS = "time\tpelvis_ty\thip_flexion_r\tknee_angle_r\tlumbar_extension\n0\t0.95\t30\t-60\t-20\n1\t0.9\t40\t-80\t-20\n"
+
+
+@pytest.mark.parametrize("head", [NEW, OLD])
+def test_both_headers_of_opensim_are_read(tmp_path, head):
+    poses, notes = coordinate_poses(BODY, read_coordinates(written(tmp_path, head + ROWS, "m.mot")))
+    angles = np.degrees(angles_of(BODY, poses))
+    assert angles[:, BODY.joint("RH"), 0] == pytest.approx([30, 40])
+    assert angles[:, BODY.joint("RK"), 0] == pytest.approx([60, 80])
+    assert angles[0, [BODY.joint("W"), BODY.joint("SP")], 0] == pytest.approx([10, 10])
+    assert poses.world_from_reference[:, 2, 3] == pytest.approx([0.95, 0.9])
+    assert notes == ("knee_angle_r is negative in flexion, as in the gait2392 model",)
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("inDegrees=yes", "inDegrees=no", "6 whole turns: the header says radians; are these degrees"),
+    ("nRows=2", "nRows=3", "the header says 3 rows, 2 are there"),
+    ("inDegrees=yes\n", "", "does not say whether angles are degrees"),
+    ("\t-80\t-20", "\t-80", "line 9: 4 values where 5 are needed"),
+    ("time\t", "zeit\t", "the column 'time' must come first, got 'zeit'"),
+])  # fmt: skip
+def test_what_is_wrong_in_an_opensim_file_is_told(tmp_path, old, new, told):
+    with pytest.raises(InputError) as caught:
+        read_coordinates(written(tmp_path, (NEW + ROWS).replace(old, new), "m.mot"))
+    assert told in str(caught.value)
+
+
+def test_left_and_right_limbs_of_opensim_mirror_each_other(tmp_path):
+    names = "hip_flexion_r hip_adduction_r hip_adduction_l hip_rotation_r hip_rotation_l arm_add_r arm_add_l"
+    text = f"m\ndatacolumns 8\ndatarows 1\nendheader\ntime {names}\n0 0 -20 -20 10 10 -30 -30\n"
+    poses, _ = coordinate_poses(BODY, read_coordinates(written(tmp_path, text, "m.sto")))
+    angles = np.degrees(angles_of(BODY, poses))[0]
+    assert angles[BODY.joint("LH")] == pytest.approx(angles[BODY.joint("RH")], abs=1e-9)
+    assert angles[BODY.joint("LS")] == pytest.approx(angles[BODY.joint("RS")], abs=1e-9)
+    assert angles[BODY.joint("RH"), 1] > 15
+
+
+@pytest.mark.parametrize("wrong", [{"every": 0}, {"start": 2.0, "end": 1.0}])
+def test_a_senseless_pick_of_frames_is_refused(wrong):
+    with pytest.raises(UsageError):
+        Pick(**wrong)
+
+
+def test_missing_and_empty_files_are_told(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        read_bvh(tmp_path / "none.bvh")
+    with pytest.raises(InputError, match="is empty"):
+        read_bvh(written(tmp_path, "\n"))

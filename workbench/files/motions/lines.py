@@ -1,0 +1,109 @@
+"""Text of motion files, line by line: numbered, of numbers only where numbers belong, never held whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError, UsageError
+from workbench.model.arrays import Floats
+
+__all__ = ["ALL", "MOST_NUMBERS", "Pick", "number_rows", "numbered"]
+
+MOST_NUMBERS = 400_000_000
+"""Numbers that are kept in memory at most (3.2 GB)."""
+_BLOCK = 2048
+
+
+@dataclass(frozen=True)
+class Pick:
+    """Which frames of a file are kept: from `start` to `end` [s] on the file's clock, every `every`-th of them."""
+
+    start: float = -np.inf
+    end: float = np.inf
+    every: int = 1
+
+    def __post_init__(self) -> None:
+        if self.every < 1:
+            raise UsageError(f"every: 1 or more is needed, got {self.every}")
+        if not self.start < self.end:
+            raise UsageError(f"start {self.start:g} s must be before end {self.end:g} s")
+
+
+ALL = Pick()
+
+
+def numbered(path: Path) -> Iterator[tuple[int, str]]:
+    """The lines of a text file with their numbers from 1. InputError where it is missing, empty or no text."""
+    try:
+        with path.open(encoding="utf-8-sig", errors="replace", newline=None) as file:
+            empty = True
+            for number, line in enumerate(file, start=1):
+                if "\x00" in line[:1000]:
+                    raise InputError(f"{path}, line {number}: is not text")
+                empty = empty and not line.strip()
+                yield number, line.rstrip("\n")
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise InputError(f"{path}: is a folder, a motion file is needed") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    if empty:
+        raise InputError(f"{path}: is empty")
+
+
+def number_rows(
+    path: Path, lines: Iterator[tuple[int, list[str]]], width: int, *, rows: Sequence[str] = (), blank: bool = False,
+    keep: Pick = ALL, clock: tuple[int | None, float] = (0, 0.0),
+) -> tuple[Floats, int]:  # fmt: skip
+    """Rows of `width` numbers (P, width), only those of `keep`, and how many rows there were in all.
+
+    lines: line numbers with the words of each line. blank: an empty word is a gap (NaN). clock: the column that holds
+    the time [s], or None and the step between rows [s]. InputError names line and column of what is no finite number,
+    rows of another length, and a file too long for the memory.
+    """
+    column, step = clock
+    done: list[Floats] = []
+    block: list[list[float]] = []
+    count = kept = 0
+    for number, words in lines:
+        if len(words) != width:
+            raise InputError(f"{path}, line {number}: {len(words)} values where {width} are needed")
+        try:
+            row = [float(word) if word or not blank else np.nan for word in words]
+        except ValueError:
+            row = []
+        if not row or not all(map(np.isfinite, (v for v, w in zip(row, words, strict=True) if w or not blank))):
+            _refuse(path, number, words, rows)
+        now = row[column] if column is not None else count * step
+        count += 1
+        if not keep.start <= now <= keep.end:
+            continue
+        kept += 1
+        if (kept - 1) % keep.every:
+            continue
+        block.append(row)
+        if len(block) == _BLOCK:
+            done.append(np.array(block))
+            block = []
+            if len(done) * _BLOCK * width > MOST_NUMBERS:
+                raise InputError(
+                    f"{path}: too long to keep in memory: read a part of it (start, end) or every n-th frame"
+                )
+    done.append(np.array(block, dtype=np.float64).reshape(-1, width))
+    return np.concatenate(done), count
+
+
+def _refuse(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) -> None:
+    for k, word in enumerate(words):
+        try:
+            fine = bool(np.isfinite(float(word)))
+        except ValueError:
+            fine = False
+        if not fine:
+            where = f"column {k + 1}" + (f" ({rows[k]})" if k < len(rows) else "")
+            raise InputError(f"{path}, line {number}, {where}: {word!r} is not a finite number")
