@@ -6,7 +6,17 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["conjugate", "exponential", "matrices", "multiply", "rotate", "shortest", "swing_twist"]
+__all__ = [
+    "conjugate",
+    "exponential",
+    "from_matrices",
+    "matrices",
+    "multiply",
+    "rotate",
+    "shortest",
+    "slerp",
+    "swing_twist",
+]
 
 
 def conjugate(q: Floats) -> Floats:
@@ -42,6 +52,38 @@ def exponential(vector: Floats) -> Floats:
     """Quaternions (..., 4) of rotation vectors (..., 3) [rad]."""
     half = 0.5 * np.linalg.norm(vector, axis=-1, keepdims=True)
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * vector], axis=-1)
+
+
+def from_matrices(matrices: Floats) -> Floats:
+    """Quaternions (..., 4), w not negative, of rotation matrices (..., 3, 3).
+
+    The largest of the four components comes from the diagonal, the others from it (Shepperd 1978): none is lost.
+    """
+    m = np.asarray(matrices, dtype=np.float64)
+    trace = np.trace(m, axis1=-2, axis2=-1)
+    size = np.stack([trace, m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]], axis=-1)
+    up, down = m[..., [1, 0, 0], [2, 2, 1]], m[..., [2, 2, 1], [1, 0, 0]]  # pairs yz, xz, xy: upper and lower
+    plus, minus = up + down, (down - up) * np.array([1.0, -1.0, 1.0])
+    table = np.empty((*m.shape[:-2], 4, 4))
+    table[..., 0, 0] = 1.0 + trace
+    table[..., 0, 1:] = table[..., 1:, 0] = minus
+    for k in range(3):
+        table[..., k + 1, k + 1] = 1.0 + 2.0 * m[..., k, k] - trace
+    for k, (i, j) in enumerate(((2, 3), (1, 3), (1, 2))):
+        table[..., i, j] = table[..., j, i] = plus[..., k]
+    row = np.take_along_axis(table, size.argmax(axis=-1)[..., None, None], axis=-2)[..., 0, :]
+    q: Floats = row / np.linalg.norm(row, axis=-1, keepdims=True)
+    return np.where(q[..., :1] < 0.0, -q, q)
+
+
+def slerp(a: Floats, b: Floats, share: Floats) -> Floats:
+    """Rotations (..., 4) on the shorter way from a to b at a constant rate; share (...,) 0 at a, 1 at b."""
+    step = multiply(conjugate(a), b)
+    step = np.where(step[..., :1] < 0.0, -step, step)
+    sine = np.linalg.norm(step[..., 1:], axis=-1, keepdims=True)
+    angle = 2.0 * np.arctan2(sine, step[..., :1])
+    axis = step[..., 1:] / np.where(sine > 0.0, sine, 1.0)
+    return multiply(a, exponential(axis * angle * np.asarray(share)[..., None]))
 
 
 def multiply(a: Floats, b: Floats) -> Floats:
