@@ -245,7 +245,7 @@ def test_a_body_is_cut_into_segments_that_share_their_joint_spheres(adult):
     place, served = bones.joints()
     assert kept(fit.fit, adult, samples=100_000) and np.array_equal(fit.fit.centre[: len(place)], place)
     assert np.array_equal(fit.member[: len(place)], served) and (fit.member[len(place) :].sum(axis=1) == 1).all()
-    assert all(row.spheres > 3 and row.mean < 0.007 for row in fit.errors)
+    assert all(row.spheres > 3 and row.mean < 0.007 for row in fit.parts)
 
 
 def adult_bones():

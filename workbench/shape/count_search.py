@@ -23,7 +23,7 @@ _MOVES = 16
 
 
 def covered_by_count(
-    surface: Surface, limits: Limits, count: int, *, joints: Joints, seed: int
+    surface: Surface, limits: Limits, count: int, *, joints: Joints, regions: Regions, seed: int
 ) -> tuple[Problem, Limits, Ints]:
     """Exactly `count` spheres at about the tightest tolerance they allow.
 
@@ -33,9 +33,10 @@ def covered_by_count(
     thickness = 2 * surface.volume / surface.area
     guess = min(surface.area / (count * 16 * thickness), thickness)
     limits = limits.scaled(2 * guess / (limits.outward + limits.inward))
-    coarse = _problem(surface, limits, count, joints, seed, per_sphere=25, sources=8)
+    about = (joints, regions)
+    coarse = _problem(surface, limits, count, about, seed, per_sphere=25, sources=8)
     limits = _bisected(coarse, limits, count)
-    fine = _problem(surface, limits, count, joints, seed, per_sphere=110, sources=40)
+    fine = _problem(surface, limits, count, about, seed, per_sphere=110, sources=40)
     for _ in range(3):
         found = cover(_with_margin(fine, limits).targets, *_usable(fine, limits), required=len(joints.radius))
         wanted = max(_GREEDY * count, count + 0.5)
@@ -54,12 +55,19 @@ def covered_by_count(
 
 
 def _problem(
-    surface: Surface, limits: Limits, count: int, joints: Joints, seed: int, *, per_sphere: int, sources: int
+    surface: Surface,
+    limits: Limits,
+    count: int,
+    about: tuple[Joints, Regions],
+    seed: int,
+    *,
+    per_sphere: int,
+    sources: int,
 ) -> Problem:
     samples = float(np.clip(per_sphere * count, 4_000, 400_000))
     spacing = float(np.sqrt(0.7 * surface.area / samples))
     return prepared(surface, limits, spacing=spacing, sources=int(np.clip(sources * count, 3_000, 60_000)),
-                    joints=joints, regions=Regions(), seed=seed)  # fmt: skip
+                    joints=about[0], regions=about[1], seed=seed)  # fmt: skip
 
 
 def _with_margin(problem: Problem, limits: Limits) -> Problem:

@@ -8,29 +8,24 @@ Attali, Nguyen & Sivignon, 2019 (cover the erosion, stay in the dilation); Dou e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
-from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.arrays import Floats, Ints
 from workbench.shape.candidates import Limits
 from workbench.shape.count_search import covered_by_count
-from workbench.shape.cover import cover
 from workbench.shape.fit_quality import FitQuality, fit_quality
-from workbench.shape.polish import polished, within_bounds
-from workbench.shape.problem import Joints, Problem, prepared, refuse_bare, with_more
+from workbench.shape.polish import polished_parts, within_bounds
+from workbench.shape.problem import Joints, Problem, prepared
+from workbench.shape.proof import Spheres, parts_of, proved_cover, proved_polish, segment_triangles
 from workbench.shape.regions import Regions
-from workbench.shape.sampling import Samples
 from workbench.shape.surface import Surface
-from workbench.shape.verify import bare_places, hollow_places, split_triangles
 
 __all__ = ["SphereFit", "decompose", "fit_regions"]
-
-_ROUNDS = 40
-_POLISH_ROUNDS = 30
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,128 +63,54 @@ def decompose(
     UsageError where options contradict each other, InputError where the radii make the tolerance impossible (it says
     what is reachable).
     """
-    began = process_time()
     limits = _limits((outward, inward), least_radius, greatest_radius, count)
     required = _joints(mesh, joints, limits if count is None else None, greatest_radius)
-    if count is None:
-        return fit_regions(mesh, limits, required, Regions(), seed=seed)
-    if not 1 <= len(required.radius) + 1 <= count <= 100_000:
+    if count is not None and not 1 <= len(required.radius) + 1 <= count <= 100_000:
         raise UsageError(f"count: {len(required.radius) + 1} to 100000 spheres are possible here, got {count}")
-    problem, limits, chosen = covered_by_count(mesh, limits, count, joints=required, seed=seed)
-    safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
-    free = np.arange(len(chosen)) >= len(required.radius)
-    moved = polished(problem.samples.point, *safe, free=free, limits=limits)
-    loose = limits.scaled(1.5)
-    centre, radius = within_bounds(mesh, moved, safe, loose)
-    quality = fit_quality(mesh, centre, radius, seconds=process_time() - began)
-    bits, joined = problem.candidates.bits[chosen], len(required.radius)
-    return SphereFit(centre, radius, bits, joined, quality.inside, quality.outside, quality)
+    return fit_regions(mesh, limits, required, Regions(), count=count, seed=seed)
 
 
-def fit_regions(surface: Surface, limits: Limits, joints: Joints, regions: Regions, *, seed: int) -> SphereFit:
-    """Fit spheres within limits, those of each region to its own part of the surface, the joints shared."""
+def fit_regions(
+    surface: Surface, limits: Limits, joints: Joints, regions: Regions, *, count: int | None = None, seed: int = 0
+) -> SphereFit:
+    """Fit spheres to a surface in parts, those of each segment to its own; joint spheres serve several.
+
+    Within the tolerances of `limits`, or with `count` spheres as near to the surface as can be.
+    """
     began = process_time()
+    if count is None:
+        problem, spheres, bits = _within(surface, limits, (joints, regions), seed)
+    else:
+        problem, limits, chosen = covered_by_count(surface, limits, count, joints=joints, regions=regions, seed=seed)
+        bits = problem.candidates.bits[chosen]
+        safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
+        free = np.arange(len(chosen)) >= len(joints.radius)
+        parts = parts_of(problem, bits)
+        moved = polished_parts(problem.samples.point, safe, free=free, limits=limits, parts=parts)
+        spheres = within_bounds(surface, moved, safe, limits.scaled(1.5))
+        spheres[0][~free], spheres[1][~free] = safe[0][~free], safe[1][~free]
+    seconds = process_time() - began
+    quality = fit_quality(surface, *spheres, seconds=seconds, proved=limits.inward if count is None else None)
+    held = (limits.outward, limits.inward) if count is None else (quality.inside, quality.outside)
+    return SphereFit(*spheres, bits, len(joints.radius), *held, quality)
+
+
+def _within(
+    surface: Surface, limits: Limits, about: tuple[Joints, Regions], seed: int
+) -> tuple[Problem, Spheres, Ints]:
+    """Spheres that keep the tolerances, proved: the problem, the spheres, the bits of the segments each serves."""
     thickness = 2 * surface.volume / surface.area
     expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
     # what lies between the samples is proved, and added where it fails: no need of hundreds to a sphere
     spacing = max(0.35 * (limits.outward + limits.inward), float(np.sqrt(0.7 * surface.area / (120 * expected + 500))))
     sources = int(np.clip(60 * expected, 1_500, 60_000))
-    problem = prepared(surface, limits, spacing=spacing, sources=sources, joints=joints, regions=regions, seed=seed,
+    problem = prepared(surface, limits, spacing=spacing, sources=sources, joints=about[0], regions=about[1], seed=seed,
                        eroded=True)  # fmt: skip
-    corners = split_triangles(surface.vertices[surface.faces], max(4 * limits.inward, 1e-4))
-    problem, chosen = _proved_cover(problem, limits, corners, seed)
+    triangles = segment_triangles(problem, max(4 * limits.inward, 1e-4))
+    problem, chosen = proved_cover(problem, limits, triangles, seed)
+    bits = problem.candidates.bits[chosen]
     safe = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
-    centre, radius = _proved_polish(problem, limits, corners, safe)
-    quality = fit_quality(surface, centre, radius, seconds=process_time() - began, proved=limits.inward)
-    bits, joined = problem.candidates.bits[chosen], len(joints.radius)
-    return SphereFit(centre, radius, bits, joined, limits.outward, limits.inward, quality)
-
-
-def _proved_cover(problem: Problem, limits: Limits, corners: Floats, seed: int) -> tuple[Problem, Ints]:
-    """Cover, prove, add what is bare, again until all is proved. The first rounds improve, the later only add."""
-    chosen: Ints | None = None
-    for turn in range(_ROUNDS):
-        usable = problem.radius(limits) > 0
-        problem, chosen = _only(problem, usable, chosen)
-        moves = 16 if turn == 0 else 3 if turn < 4 else 0
-        found = cover(problem.targets, problem.candidates, problem.radius(limits), required=len(problem.joints.radius),
-                      begun=chosen, moves=moves, seed=seed + turn)  # fmt: skip
-        if len(found.bare):
-            problem = _retried(problem, limits, found.bare)
-        chosen = found.chosen
-        centre, radius = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
-        bare, hollow = _faults(problem, limits, corners, (centre, radius))
-        if not len(bare) and not len(hollow) and not len(found.bare):
-            return problem, chosen
-        problem = with_more(problem, limits, bare, hollow)
-    raise InputError(f"the tolerance could not be proved in {_ROUNDS} rounds; widen it or let smaller spheres in")
-
-
-def _only(problem: Problem, usable: Bools, chosen: Ints | None) -> tuple[Problem, Ints | None]:
-    """The problem without the candidates that the limits forbid, and the chosen ones under their new numbers."""
-    if usable.all():
-        return problem, chosen
-    number = np.cumsum(usable) - 1
-    kept = number[chosen[usable[chosen]]] if chosen is not None else None
-    return replace(problem, candidates=problem.candidates.at(usable)), kept
-
-
-def _retried(problem: Problem, limits: Limits, bare: Ints) -> Problem:
-    """The problem with a sphere of its own for each bare target; refused where that is too small to be allowed."""
-    point = problem.targets.point[bare]
-    more = with_more(problem, limits, _foot(problem.surface, point), np.zeros((0, 3)))
-    more = replace(more, targets=problem.targets)
-    fresh = cover(problem.targets.at(bare), more.candidates, more.radius(limits))
-    if len(fresh.bare):
-        refuse_bare(more, limits, bare[fresh.bare])
-    return more
-
-
-def _faults(
-    problem: Problem, limits: Limits, corners: Floats, spheres: tuple[Floats, Floats]
-) -> tuple[Samples, Floats]:  # fmt: skip
-    """Places on the surface and inside that the spheres leave open."""
-    bare = bare_places(corners, *spheres, limits.inward)
-    return _foot(problem.surface, bare), hollow_places(problem.surface, *spheres, limits.inward)
-
-
-def _foot(surface: Surface, points: Floats) -> Samples:
-    """Points (n, 3) at or near the surface as samples, with the normals of their faces."""
-    _, face, foot = surface.nearest(points)
-    normal = np.empty((len(surface.faces), 3))
-    normal[surface.solid.face] = surface.solid.normal[:, 0]
-    return Samples(foot, normal[face], face)
-
-
-def _proved_polish(
-    problem: Problem, limits: Limits, corners: Floats, safe: tuple[Floats, Floats]
-) -> tuple[Floats, Floats]:
-    """Polish, then take back, sphere by sphere, what breaks the proof: halfway first, then wholly, then all near it."""
-    free = np.arange(len(safe[1])) >= len(problem.joints.radius)
-    moved = polished(problem.samples.point, *safe, free=free, limits=limits)
-    share = np.ones(len(safe[1]))
-    for turn in range(_POLISH_ROUNDS):
-        mixed = (safe[0] + share[:, None] * (moved[0] - safe[0]), safe[1] + share * (moved[1] - safe[1]))
-        mixed = within_bounds(problem.surface, mixed, safe, limits)
-        mixed[0][~free], mixed[1][~free] = safe[0][~free], safe[1][~free]
-        bare, hollow = _faults(problem, limits, corners, mixed)
-        wrong = np.concatenate([bare.point, hollow])
-        if not len(wrong):
-            return mixed
-        share[_near(wrong, safe, limits.inward if turn > 4 else 0.0)] *= 0.5 if turn < 2 else 0.0
-        if turn > 4:
-            share[_near(wrong, mixed, limits.inward)] = 0.0
-    return safe
-
-
-def _near(points: Floats, spheres: tuple[Floats, Floats], margin: float) -> Bools:
-    """(m,) True for the spheres that hold these points best, and those within `margin` [m] of holding them."""
-    near = np.zeros(len(spheres[1]), dtype=np.bool_)
-    for point in points:
-        gap = np.linalg.norm(point - spheres[0], axis=1) - spheres[1]
-        near[gap.argmin()] = True
-        near |= gap < (margin if margin else -np.inf)
-    return near
+    return problem, proved_polish(problem, limits, triangles, safe, bits), bits
 
 
 def _limits(

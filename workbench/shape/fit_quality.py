@@ -13,7 +13,7 @@ from workbench.model.arrays import Floats
 from workbench.shape.polish import union_field
 from workbench.shape.sampling import Samples, random_samples
 from workbench.shape.surface import Surface
-from workbench.shape.verify import deepest_hollow, gap_bound
+from workbench.shape.verify import deepest_hollow, gap_bound, split_triangles
 
 __all__ = ["FitQuality", "exposed_points", "fit_quality"]
 
@@ -67,7 +67,10 @@ def fit_quality(
     p95 = both[order][np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())]
     pitch = max(float(np.ptp(surface.vertices, axis=0).max()) / 400, 1e-4)
     if proved is None:
-        found = max(gap_bound(surface, centre, radius), -float(signed.min(initial=0.0)))
+        found = max(
+            gap_bound(split_triangles(surface.vertices[surface.faces], 0.02), centre, radius),
+            -float(signed.min(initial=0.0)),
+        )
         proved = deepest_hollow(surface, centre, radius, found)
     mesh, union, shared = shared_volume(surface.vertices[surface.faces], centre, radius, pitch)
     return FitQuality(

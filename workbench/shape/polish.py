@@ -14,7 +14,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.shape.candidates import Limits
 from workbench.shape.surface import Surface
 
-__all__ = ["polished", "union_field", "within_bounds"]
+__all__ = ["polished", "polished_parts", "union_field", "within_bounds"]
 
 
 def union_field(points: Floats, centre: Floats, radius: Floats) -> tuple[Floats, Ints]:
@@ -50,6 +50,18 @@ def polished(
         step[~free] = 0.0
         centre = centre + step[:, :3]
         radius = np.where(free, np.clip(radius + step[:, 3], limits.least, limits.greatest), radius)
+    return centre, radius
+
+
+def polished_parts(
+    points: Floats, spheres: tuple[Floats, Floats], *, free: Bools, limits: Limits, parts: list[tuple[Bools, Bools]]
+) -> tuple[Floats, Floats]:
+    """`polished`, part by part: which points (n,) each part must hold, and which spheres (m,) it holds them with."""
+    centre, radius = spheres[0].copy(), spheres[1].copy()
+    for holds, mine in parts:
+        if holds.any() and (mine & free).any():
+            centre[mine], radius[mine] = polished(points[holds], centre[mine], radius[mine], free=free[mine],
+                                                  limits=limits)  # fmt: skip
     return centre, radius
 
 

@@ -8,15 +8,15 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.kernels.spacing import thin_points
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.shape.candidates import Candidates, Limits, bounded_radius, inner_balls, joined_candidates
 from workbench.shape.cover import Targets, joined_targets
 from workbench.shape.polish import union_field
-from workbench.shape.regions import Regions
+from workbench.shape.regions import EVERYONE, Regions
 from workbench.shape.sampling import Samples, even_samples
 from workbench.shape.surface import Surface
 
-__all__ = ["Joints", "Problem", "prepared", "with_more"]
+__all__ = ["Bare", "Joints", "Problem", "packed", "prepared", "refuse_bare", "with_more"]
 
 _MOST_SAMPLES = 1_500_000
 
@@ -28,6 +28,17 @@ class Joints:
     centre: Floats
     radius: Floats
     bits: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class Bare:
+    """Places on the surface that the spheres of some segments leave open: samples (n), bits (n,) of those segments."""
+
+    samples: Samples
+    bits: Ints
+
+    def __len__(self) -> int:
+        return len(self.bits)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,15 +78,21 @@ def prepared(
     if len(samples) > 1.3 * sources:
         under = even_samples(surface, float(np.sqrt(0.7 * surface.area / sources)), seed=seed + 2)
     slack = np.random.default_rng(seed + 3).random(len(under)) * limits.outward
-    balls = inner_balls(surface, under, limits, slack=slack, bits=regions.own(under.point))
+    balls = inner_balls(surface, under, limits, slack=slack, bits=packed(regions.shared(under.point)))
+    row, bits = singles(balls.bits, regions.count)
+    balls = replace(balls.at(row), bits=bits)
     inner = _inner_targets(balls, limits)
     first = Candidates(joints.centre, -surface.distance(joints.centre), joints.bits)
-    on_surface = Targets(samples.point, np.full(len(samples), 0.97 * limits.inward), regions.may(samples.point))
+    margin = np.full(len(samples), 0.97 * limits.inward)
+    on_surface = Targets(samples.point, margin, packed(regions.shared(samples.point)))
     if eroded:
         below = samples.point - 0.99 * limits.inward * samples.normal
         thick = surface.distance(below) < -0.9 * limits.inward
-        margin = np.where(thick, -0.01 * limits.inward, on_surface.margin)
+        margin = np.where(thick, -0.01 * limits.inward, margin)
         on_surface = Targets(np.where(thick[:, None], below, samples.point), margin, on_surface.may)
+    # near a border both segments must hold a place by themselves
+    row, bits = singles(on_surface.may, regions.count)
+    on_surface = replace(on_surface.at(row), may=bits)
     targets, candidates = joined_targets([on_surface, inner]), joined_candidates([first, balls])
     return Problem(surface, regions, joints, samples, targets, candidates)
 
@@ -87,26 +104,37 @@ def _inner_targets(balls: Candidates, limits: Limits) -> Targets:
     if len(deep):
         spacing = max(2.0 * limits.inward, 0.25 * float(np.median(balls.depth[deep])))
         deep = deep[thin_points(balls.centre[deep], spacing)]
-    everyone = np.full(len(deep), np.int64(2**62 - 1))
+    everyone = np.full(len(deep), EVERYONE)
     return Targets(balls.centre[deep], np.zeros(len(deep)), everyone)
 
 
-def with_more(problem: Problem, limits: Limits, bare: Samples, hollow: Floats) -> Problem:
+def packed(member: Bools) -> Ints:
+    """(n,) the bits of the segments that are True in each row (n, N)."""
+    bits: Ints = (member * (np.int64(1) << np.arange(member.shape[1]))).sum(axis=1)
+    return bits
+
+
+def singles(bits: Ints, count: int) -> tuple[Ints, Ints]:
+    """Row numbers (k,) of bits (n,), as often as each row has bits, and the one bit (k,) each stands for."""
+    row, segment = np.nonzero((bits[:, None] >> np.arange(count)) & 1)
+    return row, np.int64(1) << segment
+
+
+def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> Problem:
     """The problem with places found uncovered, on the surface and inside (k, 3), and spheres that hold them."""
-    regions = problem.regions
     targets = [problem.targets]
     balls = [problem.candidates]
     if len(bare):
         margin = np.full(len(bare), 0.9 * limits.inward)
-        targets.append(Targets(bare.point, margin, regions.may(bare.point)))
+        targets.append(Targets(bare.samples.point, margin, bare.bits))
         for share in (0.0, 0.5):
             slack = np.full(len(bare), share * limits.outward)
-            balls.append(inner_balls(problem.surface, bare, limits, slack=slack, bits=regions.own(bare.point)))
+            balls.append(inner_balls(problem.surface, bare.samples, limits, slack=slack, bits=bare.bits))
     if len(hollow):
-        everyone = np.full(len(hollow), np.int64(2**62 - 1))
+        everyone = np.full(len(hollow), EVERYONE)
         # not at the rim of a sphere, where it was found, but well inside one
         targets.append(Targets(hollow, np.full(len(hollow), -0.03 * limits.inward), everyone))
-        balls.append(Candidates(hollow, -problem.surface.distance(hollow), regions.own(hollow)))
+        balls.append(Candidates(hollow, -problem.surface.distance(hollow), problem.regions.own(hollow)))
     return replace(problem, targets=joined_targets(targets), candidates=joined_candidates(balls))
 
 

@@ -1,7 +1,8 @@
 """A body's surface and a skeleton cut into segments, each with spheres of its own; joint spheres shared.
 
-Each place of the surface belongs to its nearest bone; near a border also to the bone that is nearly as near, so the
-spheres of either side may hold it and both meet smoothly. A sphere sits exactly at each joint and serves both segments.
+Each place of the surface belongs to its nearest bone, nearness measured in the thickness of the part about the bone.
+Every segment holds its own places by itself, and those of its neighbour near the border as well; a sphere sits exactly
+at each joint and serves both: so the surface has no notch when the joint bends.
 """
 
 from __future__ import annotations
@@ -11,28 +12,27 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.shape.candidates import Limits
 from workbench.shape.decompose import SphereFit, fit_regions
-from workbench.shape.fit_quality import exposed_points
-from workbench.shape.polish import union_field
-from workbench.shape.problem import Joints
+from workbench.shape.part_quality import PartQuality, part_qualities
+from workbench.shape.problem import Joints, packed
 from workbench.shape.regions import Regions
-from workbench.shape.sampling import random_samples
 from workbench.shape.surface import Surface
 
-__all__ = ["Bones", "SegmentError", "SegmentedFit", "fit_segments"]
+__all__ = ["Bones", "SegmentedFit", "fit_segments", "regions_of"]
 
 _SAME = 1e-3
 _MOST = 60
+_STEPS = 8
 
 
 @dataclass(frozen=True, eq=False)
 class Bones:
-    """B bones, each the middle line of a segment: names, head (B, 3) and tail (B, 3) [m].
+    """B bones, middle lines of segments: the segment of each (a segment may have several), head, tail (B, 3) [m].
 
-    Ends of two bones within 1 mm of each other are a joint.
+    Ends of bones of different segments within 1 mm of each other are a joint.
     """
 
     segments: tuple[str, ...]
@@ -43,47 +43,45 @@ class Bones:
         for field in ("head", "tail"):
             value = frozen(getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}")
             object.__setattr__(self, field, value)
-        if not 1 <= len(self.segments) <= _MOST:
-            raise InputError(f"bones: 1 to {_MOST} are possible, got {len(self.segments)}")
+        if not 1 <= len(self.names) <= _MOST:
+            raise InputError(f"bones: 1 to {_MOST} segments are possible, got {len(self.names)}")
         if not (np.all(np.isfinite(self.head)) and np.all(np.isfinite(self.tail))):
             raise InputError("bones: ends must be finite numbers [m]")
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The N segments, each once, in the order in which they first come."""
+        return tuple(dict.fromkeys(self.segments))
+
+    @property
+    def owner(self) -> Ints:
+        """(B,) the number of each bone's segment in `names`."""
+        return np.array([self.names.index(s) for s in self.segments], dtype=np.int64)
+
     def joints(self) -> tuple[Floats, Bools]:
-        """Points (K, 3) where ends of two or more bones meet, and which bones (K, B)."""
-        ends = np.concatenate([self.head, self.tail])
-        owner = np.tile(np.arange(len(self.segments)), 2)
+        """Points (K, 3) where bones of two or more segments end, and which segments (K, N)."""
+        ends, owner = np.concatenate([self.head, self.tail]), np.tile(self.owner, 2)
         places: list[Floats] = []
         served = []
         for end in ends:
             if any(np.linalg.norm(end - p) <= _SAME for p in places):
                 continue
-            bones = np.unique(owner[np.linalg.norm(ends - end, axis=1) <= _SAME])
-            if len(bones) > 1:
+            met = np.isin(np.arange(len(self.names)), owner[np.linalg.norm(ends - end, axis=1) <= _SAME])
+            if met.sum() > 1:
                 places.append(end)
-                served.append(np.isin(np.arange(len(self.segments)), bones))
-        return np.array(places).reshape(-1, 3), np.array(served, dtype=np.bool_).reshape(-1, len(self.segments))
-
-
-@dataclass(frozen=True)
-class SegmentError:
-    """One segment's figures [m]: spheres (joint spheres included), mean and 95th percentile of the distance both ways,
-    largest distance found from the surface to the spheres and back."""
-
-    spheres: int
-    mean: float
-    p95: float
-    to_spheres: float
-    to_surface: float
+                served.append(met)
+        return np.array(places).reshape(-1, 3), np.array(served, dtype=np.bool_).reshape(-1, len(self.names))
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentedFit:
-    """The fit of the whole; member (S, B): which spheres each segment has; errors: one row for each segment."""
+    """The fit of the whole; segments: N names; member (S, N): which spheres each segment has, joint spheres several;
+    parts: the figures of each segment."""
 
     fit: SphereFit
     segments: tuple[str, ...]
     member: Bools
-    errors: tuple[SegmentError, ...]
+    parts: tuple[PartQuality, ...]
 
     def spheres(self, segment: str) -> tuple[Floats, Floats]:
         """Centres (n, 3) and radii (n,) [m] of one segment, its joint spheres first."""
@@ -92,51 +90,56 @@ class SegmentedFit:
 
 
 def fit_segments(
-    surface: Surface, bones: Bones, *, outward: float, inward: float, least_radius: float, greatest_radius: float,
-    border: float = 0.35, joint_radius: ArrayLike | None = None, seed: int = 0,
+    surface: Surface, bones: Bones, *, outward: float = 0.005, inward: float = 0.005, least_radius: float,
+    greatest_radius: float, count: int | None = None, border: float = 0.08, joint_radius: ArrayLike | None = None,
+    seed: int = 0,
 ) -> SegmentedFit:  # fmt: skip
     """Cut a closed body surface by the nearest bone and fit each segment within the tolerances [m] (`decompose`).
 
-    border: a place counts for every bone at most 1 + border times as far as the nearest. joint_radius (K,) [m]: radii
-    of the spheres at `bones.joints()`, those that touch the surface from inside where not given. InputError where a
-    joint or a whole bone lies outside the surface.
+    Each segment's own spheres, joint spheres included, keep the inward tolerance on its own part of the surface, and
+    on the neighbour's where that lies less than 1 + border times as far from the bone (in units of its thickness) as
+    from the neighbour's. Bent by 90 degrees, such a lap stands out at the bend by border times the thickness at most.
+    count: that many spheres in all instead. joint_radius (K,) [m]: radii of the spheres at `bones.joints()`, those
+    that touch the surface from inside where not given. InputError where a joint or a bone lies outside the surface.
     """
     limits = Limits(least_radius, greatest_radius, outward, inward)
     place, served = bones.joints()
-    lost = surface.distance(0.5 * (bones.head + bones.tail)) > 0
-    if lost.any():
-        names = ", ".join(np.array(bones.segments)[lost])
-        raise InputError(f"bones: the middle of {names} lies outside the surface: another unit, axes or pose?")
-    depth = -surface.distance(place) if len(place) else np.zeros(0)
-    if (depth <= 0).any():
-        spot = ", ".join(f"{x:.3f}" for x in place[depth.argmin()])
-        raise InputError(f"bones: the joint at ({spot}) m lies {-depth.min() * 1e3:.3g} mm outside the surface")
+    if count is not None and count < len(place) + len(bones.names):
+        least = len(place) + len(bones.names)
+        what = f"{len(place)} joints and {len(bones.names)} segments need {least} spheres"
+        raise UsageError(f"count: {what}, got {count}")
+    depth = _inside(surface, bones, place)
     tangent = np.minimum(depth, greatest_radius)
     radius = tangent if joint_radius is None else np.minimum(np.asarray(joint_radius, float), depth + outward)
-    bit = np.int64(1) << np.arange(len(bones.segments))
-    joints = Joints(place, radius, (served * bit).sum(axis=1).astype(np.int64))
-    fit = fit_regions(surface, limits, joints, Regions(bones.head, bones.tail, border), seed=seed)
-    member: Bools = (fit.region[:, None] & bit) != 0
-    return SegmentedFit(fit, bones.segments, member, _errors(surface, bones, fit, member))
+    regions = regions_of(surface, bones, border=border)
+    fit = fit_regions(surface, limits, Joints(place, radius, packed(served)), regions, count=count, seed=seed)
+    member: Bools = (fit.region[:, None] >> np.arange(len(bones.names))) & 1 == 1
+    return SegmentedFit(fit, bones.names, member, part_qualities(surface, regions, (fit.centre, fit.radius), member))
 
 
-def _errors(surface: Surface, bones: Bones, fit: SphereFit, member: Bools) -> tuple[SegmentError, ...]:
-    """Distances both ways between the surface and the union, told by the nearest bone."""
-    regions = Regions(bones.head, bones.tail)
-    there = random_samples(surface, 40_000, seed=5).point
-    back = exposed_points(fit.centre, fit.radius, 40_000)
-    out = np.abs(union_field(there, fit.centre, fit.radius)[0])
-    into = np.abs(surface.distance(back))
-    of_there, of_back = _bone(regions, there), _bone(regions, back)
-    rows = []
-    for k in range(len(bones.segments)):
-        a, b = out[of_there == k], into[of_back == k]
-        both = np.concatenate([a, b]) if len(a) + len(b) else np.zeros(1)
-        rows.append(SegmentError(int(member[:, k].sum()), float(both.mean()), float(np.percentile(both, 95)),
-                                 float(a.max(initial=0.0)), float(b.max(initial=0.0))))  # fmt: skip
-    return tuple(rows)
+def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regions:
+    """The regions of a surface about its bones, with the thickness found along each."""
+    share = np.linspace(0.0, 1.0, _STEPS + 1)[None, :, None]
+    along = bones.head[:, None] + share * (bones.tail - bones.head)[:, None]
+    depth = -surface.distance(along.reshape(-1, 3)).reshape(len(bones.head), -1)
+    # bones that graze the skin still have some thickness, a tenth of the median of all
+    thickness = np.maximum(depth, 0.1 * max(float(np.median(depth)), 1e-3))
+    served = bones.joints()[1]
+    beside = np.eye(len(bones.names), dtype=np.bool_) | (served.T.astype(np.int64) @ served > 0)
+    return Regions(bones.head, bones.tail, bones.owner, thickness, beside, border)
 
 
-def _bone(regions: Regions, points: Floats) -> Ints:
-    number: Ints = np.log2(regions.own(points).astype(np.float64)).round().astype(np.int64)
-    return number
+def _inside(surface: Surface, bones: Bones, place: Floats) -> Floats:
+    """(K,) depth of the joints under the surface; joints and the middles of bones must lie inside."""
+    lost = surface.distance(0.5 * (bones.head + bones.tail)) > 0
+    depth = -surface.distance(place) if len(place) else np.zeros(0)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    box = " to ".join("({})".format(", ".join(f"{x:.3f}" for x in p)) for p in (low, high))
+    hint = f"the surface reaches from {box} m: another unit, axes, place or pose?"
+    if lost.any():
+        names = ", ".join(dict.fromkeys(np.array(bones.segments)[lost]))
+        raise InputError(f"skeleton: the middle of {names} lies outside the surface; {hint}")
+    if (depth <= 0).any():
+        spot = ", ".join(f"{x:.3f}" for x in place[depth.argmin()])
+        raise InputError(f"skeleton: the joint at ({spot}) m lies {-depth.min() * 1e3:.3g} mm outside; {hint}")
+    return depth

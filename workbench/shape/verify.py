@@ -53,9 +53,10 @@ def deepest_hollow(surface: Surface, centre: Floats, radius: Floats, floor: floa
     return float(np.inf)
 
 
-def gap_bound(surface: Surface, centre: Floats, radius: Floats) -> float:
-    """Proved upper bound [m] of how far the surface lies outside the union, within 2 % of the true greatest gap."""
-    corners = split_triangles(surface.vertices[surface.faces], 0.02)
+def gap_bound(corners: Floats, centre: Floats, radius: Floats) -> float:
+    """Proved upper bound [m], to 2 %, of how far triangles (T, 3, 3) lie outside the union."""
+    if not len(corners) or not len(radius):
+        return float("inf") if len(corners) else 0.0
     middle = corners.mean(axis=1)
     floor = max(float(union_field(middle[morton_order(middle)], centre, radius)[0].max()), 1e-5)
     points, gaps = np.empty((len(corners), 3)), np.empty((len(corners), 2))
