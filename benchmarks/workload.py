@@ -139,7 +139,7 @@ def dense_body(body: Body, spheres: int = 1500) -> Body:
         body, name=f"{body.name}_{len(owner)}", centre=body.centre[owner] + shift,
         radius=np.where(pieces, 0.7, 1.0) * body.radius[owner], start=first[body.start],
         sphere_names=tuple(body.sphere_names[i] for i in owner), sphere_direction=body.sphere_direction[owner],
-        twist_share=body.twist_share[owner],
+        twist_share=body.twist_share[owner], blend_joint=body.blend_joint[owner], blend_share=body.blend_share[owner],
     )  # fmt: skip
 
 

@@ -6,16 +6,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import workbench as wb
 from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
+from tests.test_blend import random_blend
 from workbench.files.meshes.parts import RawPart
 from workbench.kernels.field import nearest_in, record_gap, square_bound
+from workbench.kernels.groups import cluster_hub
 from workbench.kernels.inside import inside_part
 from workbench.kernels.polygon import point_polygon, point_winding
 from workbench.model.environment import Allowance
 from workbench.solve.collide import _plain, allowed_depth, by_segment, collides, nearest
+from workbench.solve.crowd import crowd_of
 from workbench.solve.fields import field_of, packed_faces, packed_records, packed_shells
 from workbench.solve.threads import in_pieces
 
@@ -228,3 +233,24 @@ def test_the_nearest_polygon_is_the_first_of_all_at_its_distance_wherever_the_se
         for hint in (-1, 0, len(every) - 1):
             square, rank = nearest_in(*x, field, field.root[0], hint, np.inf, stack, gaps)
             assert (square, field.record[field.begin[rank] + 8]) == (min(every), np.argmin(every))
+
+
+@given(st.integers(0, 10**6))
+def test_clusters_hold_their_spheres_however_the_joints_turn(one_arm, random_arm, seed):
+    body = random_blend(one_arm, seed)
+    placed = wb.place(body, random_arm(20, seed, spread=3.0))
+    crowd = crowd_of(placed)
+    assert sorted(crowd.member.tolist()) == list(range(len(body.radius)))
+    for n in range(len(body.segments)):
+        for c in range(crowd.start[n], crowd.start[n + 1]):
+            some = crowd.member[crowd.first[c] : crowd.first[c + 1]]
+            hub = np.array([cluster_hub(placed.centres, placed.world_from_segment, p, crowd, n, c) for p in range(20)])
+            far = np.linalg.norm(placed.centres[:, some] - hub[:, None], axis=-1) + body.radius[some]
+            assert np.all(far <= crowd.reach[c])
+
+
+def test_blended_bodies_have_the_same_answers_fast_and_plain(one_arm, random_arm, box_cab):
+    placed = wb.place(random_blend(one_arm, 4), random_arm(300, 8))
+    distance, sphere, *_ = _plain(placed, box_cab)
+    assert np.array_equal(wb.clearance(placed, box_cab), distance)
+    assert np.array_equal(nearest(placed, box_cab).sphere, sphere)

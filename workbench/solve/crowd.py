@@ -1,4 +1,4 @@
-"""The spheres of a body in clusters of neighbours, each with a ball around all of them at every twist."""
+"""The spheres of a body in clusters of neighbours, each with a ball around all of them however the joints turn."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.kernels.groups import Crowd
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.blend import blend_point
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 
@@ -27,9 +28,8 @@ def _crowd(body: Body) -> Crowd:
     middle, hubs, reach, start = [], [], [], [0]
     for n in range(len(body.segments)):
         rows = np.arange(body.start[n], body.start[n + 1])
-        for group in _split(body.centre, rows) if len(rows) else []:
-            rigid = body.twist_joint[n] < 0 or not np.any(body.twist_share[group] > 0)
-            hub, far, best = _ball(body, group) if rigid else _middle(body, n, group)
+        for group in _groups(body, rows):
+            hub, far, best = _ball(body, group) if not np.any(_moves(body, group)) else _middle(body, n, group)
             member.append(group)
             middle.append(best)
             hubs.append(hub)
@@ -50,14 +50,32 @@ def _crowd(body: Body) -> Crowd:
     )
 
 
-def _split(centre: Floats, rows: Ints) -> list[Ints]:
-    """Rows halved at the middle of their longest side until no piece is longer than CLUSTER; sorted within."""
+def _moves(body: Body, rows: Ints) -> Bools:
+    """Which spheres move in the frame of their segment: they share a twist, or are blended across a joint."""
+    twists = (body.twist_joint[body.sphere_segment[rows]] >= 0) & (body.twist_share[rows] > 0)
+    moves: Bools = twists | ((body.blend_joint[rows] >= 0) & (body.blend_share[rows] > 0))
+    return moves
+
+
+def _groups(body: Body, rows: Ints) -> list[Ints]:
+    """Clusters of a segment's spheres: alike in place, and in the joint and share they are blended by."""
+    blended = np.where(body.blend_share[rows] > 0, body.blend_joint[rows], -1)
+    found = []
+    for joint in np.unique(blended):
+        some = rows[blended == joint]
+        arm = np.linalg.norm(body.centre[some] - blend_point(body)[some], axis=1)
+        sway = 2.0 * body.blend_share[some] * arm.mean() if joint >= 0 else np.zeros(len(some))
+        found += _split(np.column_stack([body.centre[some], sway]), some)
+    return found
+
+
+def _split(points: Floats, rows: Ints) -> list[Ints]:
+    """Rows halved at the middle of the longest side of their points until none is longer than CLUSTER; sorted."""
     if len(rows) <= CLUSTER:
         return [np.sort(rows)]
-    points = centre[rows]
-    order = rows[np.argsort(points[:, np.argmax(np.ptp(points, axis=0))], kind="stable")]
+    order = np.argsort(points[:, np.argmax(np.ptp(points, axis=0))], kind="stable")
     half = len(rows) // 2
-    return _split(centre, order[:half]) + _split(centre, order[half:])
+    return [group for some in (order[:half], order[half:]) for group in _split(points[some], rows[some])]
 
 
 def _ball(body: Body, rows: Ints) -> tuple[Floats, float, int]:
@@ -75,17 +93,30 @@ def _ball(body: Body, rows: Ints) -> tuple[Floats, float, int]:
 
 
 def _middle(body: Body, n: int, rows: Ints) -> tuple[Floats, float, int]:
-    """The sphere from whose centre the cluster extends least at every twist of segment n, and how far.
+    """The sphere from whose centre the cluster extends least however the joints turn, and how far.
 
-    Two spheres whose shares of the twist differ move against each other by at most the arc of the difference.
+    Two spheres whose shares of the twist differ move against each other by at most the arc of the difference. Blended
+    by v and w across one joint they stand at (1 - v) a + v Q a and (1 - w) b + w Q b from it, Q being some rotation:
+    apart by at most |a - b| + 2 |v - w| |b|.
     """
-    c, share = body.centre[rows], body.twist_share[rows]
+    c, share, blend = body.centre[rows], body.twist_share[rows], body.blend_share[rows]
+    joint = blend_point(body)[rows]
     apart: Floats = np.linalg.norm(c[:, None] - c[None], axis=-1)
-    if body.twist_joint[n] >= 0:
-        axis, arm = body.twist_axis[n], c - body.twist_point[n]
-        lever = np.linalg.norm(arm - np.outer(arm @ axis, axis), axis=1)
+    far = np.linalg.norm(c - joint, axis=1)
+    if body.twist_joint[n] >= 0 and np.any(share > 0):
+        lever, along = _about(body, n, c)
         arc = np.minimum(np.pi * np.abs(share[:, None] - share[None]), 2.0)
         apart = apart + arc * np.minimum(lever[:, None], lever[None])
-    far = (apart + body.radius[rows][None]).max(axis=1)
-    best = int(np.argmin(far))
-    return c[best], float(far[best]), int(rows[best])
+        off, height = _about(body, n, joint)
+        far = np.hypot(lever + off, along - height)
+    apart = apart + 2.0 * np.abs(blend[:, None] - blend[None]) * np.minimum(far[:, None], far[None])
+    reach = (apart + body.radius[rows][None]).max(axis=1)
+    best = int(np.argmin(reach))
+    return c[best], float(reach[best]), int(rows[best])
+
+
+def _about(body: Body, n: int, points: Floats) -> tuple[Floats, Floats]:
+    """Distance (n,) of points from the line that segment n twists about, and place (n,) along it [m]."""
+    arm = points - body.twist_point[n]
+    along = arm @ body.twist_axis[n]
+    return np.linalg.norm(arm - np.outer(along, body.twist_axis[n]), axis=1), along
