@@ -27,6 +27,7 @@ HOMES = {
     "cyclopts": {"cli.py", "cli_body.py", "cli_people.py"},
     "rich": {"cli.py"},
     "pyvista": set(),
+    "imageio_ffmpeg": {"draw/film_mp4.py"},
     "manifold3d": {"shape"},
 }
 

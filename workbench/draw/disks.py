@@ -13,6 +13,7 @@ from PIL import Image, ImageDraw
 from workbench.draw.camera import Camera, facing
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
 from workbench.draw.edges import Lines, drawn_edges, visible_lines
+from workbench.draw.ghosts import paint_ghosts
 from workbench.draw.mark_pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
@@ -39,6 +40,7 @@ def disks(scene: Scene, camera: Camera, *, supersample: int = 2, veil: float = 0
     if scene.environment is not None:
         _paint_environment(picture, scene.environment, fine, layers)
     _paint_bodies(picture, scene, fine, (layers, _outline(layers, supersample)), veil)
+    paint_ghosts(picture, scene, fine, layers, supersample)
     if scene.environment is not None:
         _paint_glass(picture, layers)
         edges, clear = drawn_edges(scene.environment, fine, layers.cut)

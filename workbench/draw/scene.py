@@ -62,13 +62,17 @@ class Spheres(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Bodies, an environment or None, marks; title and description are read out by screen readers."""
+    """Bodies, an environment or None, marks; title and description are read out by screen readers.
+
+    ghosts: bodies shown pale behind all others, the earliest first (see ghosts); they are none of the scene's spheres.
+    """
 
     bodies: tuple[SceneBody, ...] = ()
     environment: Environment | None = None
     marks: tuple[Mark, ...] = ()
     title: str = "Body"
     description: str = ""
+    ghosts: tuple[SceneBody, ...] = ()
 
     @property
     def spheres(self) -> Spheres:
