@@ -23,6 +23,7 @@ from workbench.draw.render import STYLES, render
 from workbench.draw.scene import Mark, Scene, numbered
 from workbench.draw.sources import scene_of
 from workbench.kernels.arcs import arc_chains, ends_met, rim_arcs
+from workbench.kernels.rims import parallel_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
 
@@ -34,7 +35,8 @@ def arcs_of(
     count = len(given_balls)
     number = np.array(segment or (0,) * count)
     joined = np.abs(np.subtract.outer(np.arange(9), np.arange(9))) <= 1
-    return rim_arcs(given_balls, number, np.array(body or (0,) * count), joined, np.full(count, float(step)))
+    rims = parallel_rims(given_balls, number, np.array(body or (0,) * count), joined, np.full(count, float(step)))
+    return rim_arcs(rims)
 
 
 def drawn_length(balls: ArrayLike, arcs: Floats, keys: Ints, sphere: int) -> float:
@@ -242,9 +244,11 @@ def test_an_end_meets_another_chain_s_arc_only_along_its_angle() -> None:
 
 def test_the_kernels_run_with_the_compiler_off() -> None:
     code = (
-        "import numpy as np; from workbench.kernels.arcs import *; r = np.random.default_rng(5);"
+        "import numpy as np; from workbench.kernels.arcs import *; from workbench.kernels.rims import *;"
+        "r = np.random.default_rng(5);"
         "b = np.column_stack([r.uniform(-3, 3, (30, 3)), r.uniform(0.1, 2, 30)]); s = np.arange(30) // 6;"
-        "a, k = rim_arcs(b, s, s // 3, np.eye(5) > 0, np.full(30, 0.4)); o, c = arc_chains(np.arange(len(k)) - 1);"
+        "a, k = rim_arcs(parallel_rims(b, s, s // 3, np.eye(5) > 0, np.full(30, 0.4)));"
+        "o, c = arc_chains(np.arange(len(k)) - 1);"
         "m = ends_met(b[:, :2], s, b[k[:, 0]][:, [0, 1, 3]], a, k[:, 0], 0.1);"
         "print(np.round(a, 9).tolist(), k.tolist(), o.tolist(), c.tolist(), m.tolist())"
     )

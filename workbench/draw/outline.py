@@ -24,6 +24,7 @@ from workbench.draw.scene import Scene
 from workbench.draw.svg import environment_paths, page
 from workbench.draw.visibility import Layers, projected_disks, visible_layers
 from workbench.kernels.arcs import arc_chains, ends_met, rim_arcs
+from workbench.kernels.rims import parallel_rims
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 
@@ -86,7 +87,7 @@ def outline_arcs(scene: Scene, camera: Camera, *, step: float = JOINT_STEP, shar
     balls = np.column_stack([flat.disk[:, :2], flat.centre * camera.scale, flat.disk[:, 2]])
     segment, joined = _segments(scene)
     steps = camera.scale * np.maximum(step, share * flat.radius)
-    angle, keys = rim_arcs(balls, segment, body, joined, steps)
+    angle, keys = rim_arcs(parallel_rims(balls, segment, body, joined, steps))
     sphere = keys[:, 0]
     veiled = np.zeros(len(angle), dtype=np.bool_)
     return Arcs(

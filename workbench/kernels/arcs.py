@@ -1,12 +1,8 @@
-"""The visible rims of spheres in a parallel view, as circular arcs: exact, by one hidden interval for a pair.
+"""The visible rims of spheres as arcs: exact, by one hidden interval of angle for a pair (see kernels.rims).
 
-x, y and depth share one unit; larger depth is nearer the viewer. The rim of sphere i is a circle at the constant depth
-z_i. With z = z_i - step, sphere j hides a rim point exactly where its distance from j's centre in the picture is below
-rho = r_j if z_j >= z, else sqrt(r_j^2 - (z - z_j)^2): one interval of angle for every pair, and what no interval covers
-is visible. `step` is 0, or for spheres of segments that are joined the least step of depth that is drawn: the creases
-between such spheres are shallower and vanish, and a limb fades into the body at its joint.
-
-Angles run from +x to +y. Two rims that coincide within COINCIDE are one: that of the nearer sphere, or the first.
+What no interval covers is visible. Where a step of depth is given, the creases between spheres of joined segments are
+shallower and vanish, and a limb fades into the body at its joint. Angles run from +x to +y. Two rims that coincide are
+one: that of the nearer sphere, or the first.
 """
 
 from __future__ import annotations
@@ -16,33 +12,15 @@ import math
 import numpy as np
 from numba import njit
 
+from workbench.kernels.rims import COINCIDE, Rims, candidates, covered_by_few, grid_of, keep_uncovered, pair_cosines
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["COINCIDE", "arc_chains", "ends_met", "rim_arcs"]
+__all__ = ["arc_chains", "ends_met", "rim_arcs"]
 
-COINCIDE = 1e-7  # [unit of x, y]
 _TURN = 2.0 * math.pi
 _NOTHING = 1e-12  # [rad] a gap no wider than rounding
+_INSIDE = 1e-9  # [rad]
 _HIDES, _NEXT = 1, 2  # of an interval: it hides the rim; it ends where the rim of the same body's other sphere goes on
-
-
-@njit(cache=True)
-def _half_angle(apart: float, radius: float, other: float) -> float:
-    """Half the angle of the circle `radius` that lies inside a circle `other`, centres `apart`; pi whole, -1 none."""
-    if other >= apart + radius:
-        return math.pi
-    if other <= 0.0 or other <= abs(apart - radius):
-        return -1.0
-    cosine = (apart * apart + radius * radius - other * other) / (2.0 * apart * radius)
-    return math.acos(min(max(cosine, -1.0), 1.0))
-
-
-@njit(cache=True)
-def _reach(below: float, radius: float) -> float:
-    """rho: how far round a centre `below` a rim its sphere hides it."""
-    if below <= 0.0:
-        return radius
-    return math.sqrt(max(radius * radius - below * below, 0.0))
 
 
 @njit(cache=True)
@@ -55,69 +33,41 @@ def _add(
 
 
 @njit(cache=True)
-def _neighbours(
-    i: int,
-    balls: Floats,
-    order: Ints,
-    line: Floats,
-    widest: float,
-    step: float,
-    segment: Ints,
-    joined: Bools,
-    near: Ints,
-    reach: Floats,
-) -> int:
-    """Spheres whose disks cross rim i or hold it, into `near`; how far they hide, into `reach`; -1: one hides it all.
-
-    order (S,): spheres by x, line (S,): their x; segment, joined: see `rim_arcs`.
-    """
-    x, y, z, radius = balls[i, 0], balls[i, 1], balls[i, 2], balls[i, 3]
-    room, count = radius + widest, 0
-    for place in range(np.searchsorted(line, x - room), len(order)):
-        if line[place] > x + room:
-            break
-        j = order[place]
-        dx, dy, other = balls[j, 0] - x, balls[j, 1] - y, balls[j, 3]
-        square = dx * dx + dy * dy
-        if j == i or square >= (radius + other) * (radius + other):
-            continue
-        apart = math.sqrt(square)
-        if apart + abs(radius - other) < COINCIDE:
-            if balls[j, 2] > z or (balls[j, 2] == z and j < i):
+def _overlaps(i: int, rims: Rims, found: Ints, count: int, pairs: Floats) -> int:
+    """Keep of the rims `found` those that reach over rim i, with their cosines in `pairs`; -1: one hides it all."""
+    kept = 0
+    for k in range(count):
+        j = found[k]
+        offset = rims.step[i] if rims.joined[rims.segment[i], rims.segment[j]] else 0.0
+        dx, dy, hidden, over, apart = pair_cosines(i, j, rims.balls, rims.lens, offset)
+        if apart == 0.0:
+            if rims.near[j] > rims.near[i] or (rims.near[j] == rims.near[i] and j < i):
                 return -1
             continue
-        offset = step if joined[segment[i], segment[j]] else 0.0
-        rho = _reach(z - offset - balls[j, 2], other)
-        if rho >= radius + apart:
+        if hidden <= -1.0:
             return -1
-        if apart + other > radius:
-            near[count], reach[count] = j, rho
-            count += 1
-    return count
+        if over < 1.0:
+            found[kept] = j
+            pairs[kept, 0], pairs[kept, 1], pairs[kept, 2], pairs[kept, 3] = dx, dy, hidden, over
+            kept += 1
+    return kept
 
 
 @njit(cache=True)
-def _pair_spans(
-    i: int, j: int, count: int, rho: float, one: bool, balls: Floats, spans: Floats, others: Ints, kinds: Ints
-) -> int:
-    """Append the intervals of sphere j, which hides as far as rho, on the rim of i; the new count.
+def _pair_spans(j: int, count: int, one: bool, pair: Floats, spans: Floats, others: Ints, kinds: Ints) -> int:
+    """Append the intervals of sphere j with its direction and cosines `pair` (4,) on a rim; the new count.
 
     `one`: both are of one body; then the part of the rim over j's disk is not against the background.
     """
-    dx, dy = balls[j, 0] - balls[i, 0], balls[j, 1] - balls[i, 1]
-    apart, radius, other = math.sqrt(dx * dx + dy * dy), balls[i, 3], balls[j, 3]
-    whole = rho == other  # then i's rim ends on j's, whose arc may go on
-    hidden = _half_angle(apart, radius, rho)
-    if hidden <= 0.0 and not one:
+    if pair[2] >= 1.0 and not one:
         return count
-    middle = math.atan2(dy, dx)
-    if hidden > 0.0:
-        count = _add(count, middle, hidden, j, _HIDES | (_NEXT if one and whole else 0), spans, others, kinds)
+    middle, whole = math.atan2(pair[1], pair[0]), pair[2] == pair[3]  # whole: the rim ends on j's, which may go on
+    if pair[2] < 1.0:
+        kind = _HIDES | (_NEXT if one and whole else 0)
+        count = _add(count, middle, math.acos(pair[2]), j, kind, spans, others, kinds)
     if one and not whole:
-        inside = _half_angle(apart, radius, other)
-        inside = 3.2 if inside == math.pi else inside  # surely all round
-        if inside > 0.0:
-            count = _add(count, middle, inside, j, _NEXT, spans, others, kinds)
+        half = math.acos(pair[3]) if pair[3] > -1.0 else 3.2  # surely all round
+        count = _add(count, middle, half, j, _NEXT, spans, others, kinds)
     return count
 
 
@@ -208,78 +158,71 @@ def _put(
 
 
 @njit(cache=True)
-def _drawn_twins(balls: Floats, body: Ints, order: Ints, line: Floats) -> Ints:
-    """(S,) of the spheres of its body whose rims coincide with a sphere's, the one that is drawn."""
-    twins = np.arange(len(balls))
-    for i in range(len(balls)):
-        for place in range(np.searchsorted(line, balls[i, 0] - COINCIDE), len(order)):
-            j, now = order[place], twins[i]
-            if line[place] > balls[i, 0] + COINCIDE:
-                break
-            nearer = balls[j, 2] > balls[now, 2] or (balls[j, 2] == balls[now, 2] and j < now)
-            apart = math.hypot(balls[i, 0] - balls[j, 0], balls[i, 1] - balls[j, 1])
-            if nearer and body[i] == body[j] and apart + abs(balls[i, 3] - balls[j, 3]) < COINCIDE:
-                twins[i] = j
-    return twins
+def _drawn_twin(i: int, rims: Rims, found: Ints, count: int) -> int:
+    """Of the spheres of its body whose rims coincide with that of i, the one that is drawn."""
+    twin = i
+    for k in range(count):
+        j = found[k]
+        if rims.body[i] != rims.body[j] or abs(rims.box[j, 0] - rims.box[i, 0]) > COINCIDE:
+            continue
+        nearer = rims.near[j] > rims.near[twin] or (rims.near[j] == rims.near[twin] and j < twin)
+        if nearer and pair_cosines(i, j, rims.balls, rims.lens, 0.0)[4] == 0.0:
+            twin = j
+    return twin
 
 
 @njit(cache=True)
-def _all_arcs(
-    balls: Floats,
-    segment: Ints,
-    body: Ints,
-    joined: Bools,
-    step: Floats,
-    order: Ints,
-    line: Floats,
-    widest: float,
-    spans: Floats,
-    others: Ints,
-    kinds: Ints,
-    arcs: Floats,
-    keys: Ints,
-) -> int:
+def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
     """Fill arcs (R, 2) and keys (R, 4) as `rim_arcs` returns them; the number found, which may be more than R."""
-    count, total = len(balls), 0
-    near, reach = np.empty(count, np.int64), np.empty(count)
+    count, total = len(rims.near), 0
+    start, listed, cells, frame = grid_of(rims.box, rims.near)
+    stamp, found, pairs = np.full(count, -1), np.empty(count, np.int64), np.empty((count, 4))
+    room = 2 * count + 1
+    spans, others, kinds = np.empty((room, 2)), np.empty(room, np.int64), np.empty(room, np.int64)
     some_arcs, some_keys = np.empty((2 * count + 2, 2)), np.empty((2 * count + 2, 4), np.int64)
     for i in range(count):
-        found, spanned = _neighbours(i, balls, order, line, widest, step[i], segment, joined, near, reach), 0
-        if found < 0:
+        number = candidates(i, rims.box, start, listed, cells, frame, stamp, found)
+        twins[i] = _drawn_twin(i, rims, found, number)
+        number, spanned = _overlaps(i, rims, found, number, pairs), 0
+        if number < 0:
             continue
-        for k in range(found):
-            spanned = _pair_spans(i, near[k], spanned, reach[k], body[i] == body[near[k]], balls, spans, others, kinds)
+        low, high = covered_by_few(pairs, number)
+        if high - low >= _TURN:
+            continue
+        low, high = low + _INSIDE, high - _INSIDE  # the pairs at both ends stay, and give their names to the arcs
+        number = keep_uncovered(low, high, found, pairs, number)
+        for k in range(number):
+            one = rims.body[i] == rims.body[found[k]]
+            spanned = _pair_spans(found[k], spanned, one, pairs[k], spans, others, kinds)
+        if high > low:
+            spanned = _add(spanned, 0.5 * (low + high), 0.5 * (high - low), i, _HIDES, spans, others, kinds)
         if spanned:
-            found = _cut_rim(i, spanned, spans, others, kinds, some_arcs, some_keys)
+            number = _cut_rim(i, spanned, spans, others, kinds, some_arcs, some_keys)
         else:
-            found = _put(0, i, 0.0, _TURN, i, i, 1, some_arcs, some_keys)
-        for arc in range(min(found, len(arcs) - total)):
+            number = _put(0, i, 0.0, _TURN, i, i, 1, some_arcs, some_keys)
+        for arc in range(min(number, len(arcs) - total)):
             for end in range(2):
                 arcs[total + arc, end] = some_arcs[arc, end]
             for part in range(4):
                 keys[total + arc, part] = some_keys[arc, part]
-        total += found
+        total += number
     return total
 
 
-def rim_arcs(balls: Floats, segment: Ints, body: Ints, joined: Bools, step: Floats) -> tuple[Floats, Ints]:
-    """The visible arcs of spheres `balls` (S, 4): x, y, depth, radius; segment (S,), body (S,); joined (N, N).
+def rim_arcs(rims: Rims) -> tuple[Floats, Ints]:
+    """The visible arcs of rims, made by `parallel_rims` or `perspective_rims`.
 
-    step (S,): of each rim, towards spheres of segments that are `joined` to its own. Returns angles (A, 2) from and
-    to, the second larger, and keys (A, 4): sphere; the sphere of the same body whose arc leads into this one at its
-    start, and the one whose arc goes on at its end, -1 for none, its own number for a circle that closes; 1 where
-    nothing of its own body lies behind (against the background), 0 where something does.
+    Returns angles (A, 2) from and to, the second larger, and keys (A, 4): sphere; the sphere of the same body whose
+    arc leads into this one at its start, and the one whose arc goes on at its end, -1 for none, its own number for a
+    circle that closes; 1 where nothing of its own body lies behind (against the background), 0 where something does.
     """
-    order = np.argsort(balls[:, 0], kind="stable")
-    line, widest, count = balls[order, 0], float(balls[:, 3].max(initial=0.0)), len(balls)
-    spans, others, kinds = np.empty((2 * count, 2)), np.empty(2 * count, np.int64), np.empty(2 * count, np.int64)
-    found, room = 4 * count, -1
+    twins = np.full(len(rims.near) + 1, -1)
+    found, room = 4 * len(rims.near), -1
     while found > room:
         room = found
         arcs, keys = np.empty((room, 2)), np.empty((room, 4), np.int64)
-        found = _all_arcs(balls, segment, body, joined, step, order, line, widest, spans, others, kinds, arcs, keys)
+        found = _all_arcs(rims, arcs, keys, twins)
     arcs, keys = arcs[:found], keys[:found]
-    twins = np.append(_drawn_twins(balls, body, order, line), -1)
     keys[:, 1:3] = twins[keys[:, 1:3]]  # an arc leads to that of two coinciding rims which is drawn
     return arcs, keys
 
