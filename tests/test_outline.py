@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
+from workbench.draw.arcs import outline_arcs
 from workbench.draw.camera import VIEWS, standard_view
-from workbench.draw.outline import outline, outline_arcs
+from workbench.draw.outline import outline
 from workbench.draw.render import STYLES, render
 from workbench.draw.scene import Mark, Scene, numbered
 from workbench.draw.sources import scene_of
@@ -237,7 +238,7 @@ def test_chains_are_followed_from_their_beginnings_and_rings_closed() -> None:
 
 
 def test_an_end_meets_another_chain_s_arc_only_along_its_angle() -> None:
-    points, disk = np.array([[5.0, 0.0], [-5.0, 0.0], [5.4, 0.0], [5.6, 0.0]]), np.array([[0.0, 0.0, 5.0]])
+    points, disk = np.array([[5.0, 0.0], [-5.0, 0.0], [5.4, 0.0], [5.6, 0.0]]), np.array([[0.0, 0.0, 5.0, 1.0, 0.0]])
     met = ends_met(points, np.zeros(4, dtype=np.int64), disk, np.array([[-1.0, 1.0]]), np.array([1]), 0.5)
     assert met.tolist() == [True, False, True, False]
 
@@ -249,7 +250,8 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
         "b = np.column_stack([r.uniform(-3, 3, (30, 3)), r.uniform(0.1, 2, 30)]); s = np.arange(30) // 6;"
         "a, k = rim_arcs(parallel_rims(b, s, s // 3, np.eye(5) > 0, np.full(30, 0.4)));"
         "o, c = arc_chains(np.arange(len(k)) - 1);"
-        "m = ends_met(b[:, :2], s, b[k[:, 0]][:, [0, 1, 3]], a, k[:, 0], 0.1);"
+        "e = np.column_stack([b[:, [0, 1, 3]], np.ones(30), b[:, 0]]);"
+        "m = ends_met(b[:, :2], s, e[k[:, 0]], a, k[:, 0], 0.1);"
         "print(np.round(a, 9).tolist(), k.tolist(), o.tolist(), c.tolist(), m.tolist())"
     )
     runs = [

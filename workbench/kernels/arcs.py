@@ -256,12 +256,16 @@ def arc_chains(following: Ints) -> tuple[Ints, Ints]:
 def ends_met(points: Floats, own: Ints, disk: Floats, angle: Floats, chain: Ints, room: float) -> Bools:
     """Points (M, 2), ends of chains `own` (M,), that lie within `room` of an arc of another chain.
 
-    The arcs: disk (A, 3) x, y, radius, angle (A, 2) from and to, chain (A,).
+    The arcs are of ellipses: disk (A, 5) x, y, longer half axis, the shorter as a share of it, direction of the longer;
+    angle (A, 2) from and to, chain (A,). Of an ellipse distances are measured as if it were stretched to a circle.
     """
     met = np.zeros(len(points), dtype=np.bool_)
     for end in range(len(points)):
         for arc in range(len(chain)):
             dx, dy, radius = points[end, 0] - disk[arc, 0], points[end, 1] - disk[arc, 1], disk[arc, 2]
+            if disk[arc, 3] != 1.0:
+                cosine, sine = math.cos(disk[arc, 4]), math.sin(disk[arc, 4])
+                dx, dy = dx * cosine + dy * sine, (dy * cosine - dx * sine) / disk[arc, 3]
             square = dx * dx + dy * dy
             if chain[arc] == own[end] or square > (radius + room) ** 2 or square < max(radius - room, 0.0) ** 2:
                 continue
