@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, boxes, crowd, front, painted_slowly, spheres_body
+from workbench.draw.arcs import arc_lengths, outline_arcs
 from workbench.draw.camera import VIEWS, fitted, look_at, metric, project, projective, standard_view, turned
 from workbench.draw.circles import circles
 from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
@@ -48,7 +49,11 @@ def test_a_parallel_view_is_the_limit_of_perspective() -> None:
     scene = Scene((crowd(),))
     wide = replace(near, distance=1e12)
     assert np.array_equal(visible_layers(scene, wide).sphere, visible_layers(scene, near).sphere)
-    assert outline(scene, wide) == outline(scene, near)
+    arcs, like = outline_arcs(scene, near), outline_arcs(scene, replace(near, distance=1e5))
+    assert np.bincount(like.sphere, arc_lengths(like), 60) == pytest.approx(
+        np.bincount(arcs.sphere, arc_lengths(arcs), 60), abs=0.5
+    )
+    assert np.sum(arc_lengths(like)) == pytest.approx(np.sum(arc_lengths(arcs)), rel=1e-4)
 
 
 @pytest.mark.parametrize("field", [0.0, 0.3, 1.2])
