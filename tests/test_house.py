@@ -18,6 +18,7 @@ HOMES = {
     "numba": {"kernels"},
     "trimesh": {"files/meshes/scene.py"},
     "collada": {"files/meshes/dae.py"},
+    "ezc3d": {"files/motions/markers.py"},
     "pydantic": {"files"},
     "yaml": {"files"},
     "scipy": {"files", "solve", "shape", "people"},

@@ -1,0 +1,176 @@
+"""Marker files and joint angles from markers: known motions come back, real recordings are explained to millimetres."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.conftest import SHARED
+from workbench.errors import InputError, UsageError
+from workbench.files.bodies import load_body
+from workbench.files.motions.lines import ALL, Pick
+from workbench.files.motions.markers import read_c3d, read_trc
+from workbench.model.motion import Markers
+from workbench.model.poses import Poses
+from workbench.model.posing import angles_of, compose, motion_of
+from workbench.solve.forward import place
+from workbench.solve.marker_names import marker_site
+from workbench.solve.marker_places import marker_places
+from workbench.solve.markers import bridged, poses_from_markers
+
+BODY = load_body("bubbleman")
+SIDED = ["FHD", "BHD", "SHO", "ELB", "IEL", "WRA", "WRB", "FIN", "ASI", "PSI", "THI", "KNE", "KNI", "TIB", "ANK", "HEE"]
+SIDED += ["TOE", "MT5"]
+FULL = [side + name for side in "LR" for name in SIDED] + ["C7", "T10", "CLAV", "STRN", "SACR"]
+
+
+def walk(frames=60):
+    """Swinging legs and arms, forward 1 m/s."""
+    time = np.arange(frames) / 60
+    angles = np.zeros((frames, len(BODY.joints), 3))
+    wave = np.sin(2 * np.pi * time)
+    for joint, motion, degrees in (("LH", "flexion", 25 * wave + 5), ("RH", "flexion", 5 - 25 * wave),
+                                   ("LK", "flexion", 25 - 20 * wave), ("RK", "flexion", 25 + 20 * wave),
+                                   ("LS", "flexion", -20 * wave), ("RS", "flexion", 20 * wave),
+                                   ("LE", "flexion", 30 + 10 * wave), ("RE", "flexion", 30 - 10 * wave),
+                                   ("W", "turn_left", 8 * wave)):  # fmt: skip
+        axis, sign = motion_of(BODY, BODY.joint(joint), motion)
+        angles[:, BODY.joint(joint), axis] = sign * np.radians(degrees)
+    world = np.tile(np.eye(3, 4), (frames, 1, 1))
+    world[:, 0, 3], world[:, 2, 3] = time, 0.95
+    return Poses(compose(BODY, angles), BODY.segment("LT"), world, time)
+
+
+def marked(poses, names, shift=0.0):
+    """Markers carried by a body, each `shift` [m] off its usual place."""
+    sites = {name: marker_site(name) for name in names}
+    local, _ = marker_places(BODY, sites)
+    rng = np.random.default_rng(0)
+    local = local + shift * rng.uniform(-1, 1, local.shape)
+    world = place(BODY, poses).world_from_segment[:, [BODY.segment(s.segment) for s in sites.values()]]
+    position = np.einsum("pmij,mj->pmi", world[..., :3], local) + world[..., 3]
+    return Markers(tuple(names), position, poses.time, "made")
+
+
+def test_a_known_walk_comes_back_from_its_markers():
+    poses = walk()
+    fit = poses_from_markers(BODY, marked(poses, FULL))
+    assert np.sqrt(np.mean(fit.residual**2)) < 0.001
+    off = np.degrees(angles_of(BODY, fit.poses) - angles_of(BODY, poses))
+    legs = [BODY.joint(j) for j in ("LH", "RH", "LK", "RK", "LE", "RE")]
+    assert np.abs(off[:, legs, 0]).max() < 2.0
+
+
+def test_markers_a_centimetre_off_their_places_are_found_there():
+    fit = poses_from_markers(BODY, marked(walk(), FULL, shift=0.01))
+    assert np.sqrt(np.mean(fit.residual**2)) < 0.003
+
+
+def test_markers_that_vanish_for_a_while_leave_the_others_to_carry_the_body():
+    markers = marked(walk(), FULL)
+    position = np.array(markers.position)
+    position[20:40, [FULL.index("LKNE"), FULL.index("C7")]] = np.nan
+    fit = poses_from_markers(BODY, Markers(markers.names, position, markers.time, "made"))
+    assert np.isnan(fit.residual).sum() == 40
+    assert np.nanmax(fit.residual) < 0.004
+
+
+def test_a_mirrored_recording_is_told_and_turned_back():
+    markers = marked(walk(), FULL)
+    mirrored = Markers(markers.names, markers.position * [1, -1, 1], markers.time, "made")
+    fit = poses_from_markers(BODY, mirrored)
+    assert "left-handed" in fit.notes[0]
+    assert np.sqrt(np.mean(fit.residual**2)) < 0.001
+
+
+def test_unknown_markers_are_named_and_may_be_given_their_usual_name():
+    markers = marked(walk(8), FULL)
+    names = tuple("knob" if name == "LASI" else name for name in markers.names)
+    odd = Markers(names, markers.position, markers.time, "made")
+    assert poses_from_markers(BODY, odd).unused == ("knob",)
+    assert poses_from_markers(BODY, odd, names={"knob": "LASI", "C7": ""}).unused == ("C7",)
+    with pytest.raises(InputError, match="no marker 'nob'; did you mean 'knob'"):
+        poses_from_markers(BODY, odd, names={"nob": "LASI"})
+    with pytest.raises(InputError, match="marker 'knob': no usual marker is called 'left ear'"):
+        poses_from_markers(BODY, odd, names={"knob": "left ear"})
+    with pytest.raises(InputError, match=r"1 markers are known by name, 6 or more are needed"):
+        poses_from_markers(BODY, Markers(("LASI", "x"), odd.position[:, :2], odd.time, "made"))
+
+
+def test_short_gaps_are_bridged_and_long_ones_stay():
+    position = np.zeros((10, 1, 3))
+    position[:, 0, 0] = np.arange(10)
+    position[2:4] = position[5:9] = np.nan
+    filled = bridged(Markers(("m",), position, np.arange(10) / 10, "made"), longest=0.35)
+    assert filled.position[:5, 0, 0] == pytest.approx([0, 1, 2, 3, 4])
+    assert np.isnan(filled.position[5:9]).all()
+    with pytest.raises(UsageError):
+        bridged(filled, longest=-1)
+
+
+@pytest.mark.parametrize(("name", "segment"), [
+    ("LASI", "LT"), ("R.ASIS", "LT"), ("subject:RFWT", "LT"), ("L.Knee.Medial", "LUL"), ("RKNE_2", "RUL"), ("C7", "UT"),
+    ("R.Heel", "RF"), ("L.Acromium", "LSM"), ("R.Elbow.Lat", "RUA"),
+])  # fmt: skip
+def test_markers_are_known_by_the_names_of_several_sets(name, segment):
+    assert marker_site(name).segment == segment
+
+
+@pytest.mark.parametrize(("file", "keep", "most"), [
+    ("trc/bmc_walk1.trc", ALL, 7.0), ("c3d/bmc_Gait.c3d", Pick(1.33, 4.2), 6.0),
+    ("c3d/dart_squat.c3d", Pick(every=6), 16.0),
+])  # fmt: skip
+def test_recorded_people_are_explained_to_millimetres(file, keep, most):
+    """Root mean square residual [mm]; knees bend their own way, one foot at least near the floor."""
+    path = SHARED / "motion" / file
+    if not path.is_file():
+        pytest.skip("no shared data")
+    if file.endswith("c3d"):
+        pytest.importorskip("ezc3d")
+    markers = bridged((read_c3d if file.endswith("c3d") else read_trc)(path, keep=keep), longest=0.2)
+    fit = poses_from_markers(BODY, markers)
+    assert 1000 * np.sqrt(np.nanmean(fit.residual**2)) < most
+    knees = np.degrees(angles_of(BODY, fit.poses)[:, [BODY.joint("LK"), BODY.joint("RK")], 0])
+    assert knees.min() > -8 and 50 < knees.max() < 120
+    low = (place(BODY, fit.poses).centres[..., 2] - BODY.radius).min(axis=1)
+    assert np.ptp(low) < 0.09
+
+
+TRC = ("PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t2\t2\tmm\n"
+       "Frame#\tTime\tR.Heel\t\t\tTop.Head\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
+       "1\t0.00\t1\t2\t3\t10\t1700\t30\n2\t0.01\t1\t2\t3\t\t\t\n")  # fmt: skip
+
+
+@pytest.mark.parametrize("text", [TRC, TRC.replace("\t", ",")])
+def test_a_trc_file_is_read_in_metres_with_z_up_and_gaps(tmp_path, text):
+    (tmp_path / "a.trc").write_text(text)
+    markers = read_trc(tmp_path / "a.trc")
+    assert markers.names == ("R.Heel", "Top.Head")
+    assert markers.position[0] == pytest.approx(np.array([[0.001, -0.003, 0.002], [0.01, -0.03, 1.7]]))
+    assert np.isnan(markers.position[1, 1]).all()
+    assert markers.notes == ("up is y of the file, as the markers lie",)
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("PathFileType", "Path", "line 1: a TRC file begins with PathFileType"),
+    ("\t2\t2\tmm", "\t3\t2\tmm", "line 3: says 3 frames, 2 are there"),
+    ("\t2\t2\tmm", "\t2\t3\tmm", "line 3: says 3 markers, line 4 names 2"),
+    ("\tmm", "\tfurlong", "line 3: unit 'furlong' is not known"),
+    ("0.01\t1\t2", "0.01\t1\tx", "line 8, column 4 (R.Heel Y): 'x' is not a finite number"),
+    ("0.01\t1", "0.00\t1", "frames are out of order"),
+    ("Top.Head", "knob", "the upward axis cannot be told from the markers' names"),
+])  # fmt: skip
+def test_what_is_wrong_in_a_trc_file_is_told(tmp_path, old, new, told):
+    (tmp_path / "a.trc").write_text(TRC.replace(old, new))
+    with pytest.raises(InputError) as caught:
+        read_trc(tmp_path / "a.trc")
+    assert told in str(caught.value)
+
+
+def test_what_is_no_c3d_file_is_refused(tmp_path):
+    pytest.importorskip("ezc3d")
+    (tmp_path / "a.c3d").write_bytes(b"solid cube")
+    with pytest.raises(InputError, match="is not a C3D file"):
+        read_c3d(tmp_path / "a.c3d")
+    with pytest.raises(InputError, match="no such file"):
+        read_c3d(tmp_path / "b.c3d")
