@@ -13,7 +13,7 @@ from tests.conftest import ROOT
 PACKAGE = ROOT / "workbench"
 FILES = sorted(PACKAGE.rglob("*.py"))
 LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "files"}, {"study"}, {"draw"},
-          {"report", "viewer"}, {"cli_body", "cli_people"}, {"cli"}]  # fmt: skip
+          {"report", "viewer"}, {"cli_body", "cli_fit", "cli_people"}, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
     "trimesh": {"files/meshes/scene.py"},
@@ -25,7 +25,7 @@ HOMES = {
     "PIL": {"draw"},
     "jinja2": {"report"},
     "markupsafe": {"report"},
-    "cyclopts": {"cli.py", "cli_body.py", "cli_people.py"},
+    "cyclopts": {"cli.py", "cli_body.py", "cli_fit.py", "cli_people.py"},
     "rich": {"cli.py"},
     "pyvista": set(),
     "imageio_ffmpeg": {"draw/film_mp4.py"},

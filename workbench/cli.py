@@ -17,6 +17,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from workbench import __version__
 from workbench.cli_body import body_app
+from workbench.cli_fit import body_fit
 from workbench.cli_people import people_app
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
@@ -33,6 +34,7 @@ app = App(
     help_epilogue="Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing.",
     suppress_keyboard_interrupt=False,
 )
+body_app.command(body_fit, name="fit")
 app.command(body_app)
 app.command(people_app)
 

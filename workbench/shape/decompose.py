@@ -20,7 +20,7 @@ from workbench.shape.candidates import Limits
 from workbench.shape.count_search import covered_by_count
 from workbench.shape.fit_quality import FitQuality, fit_quality
 from workbench.shape.polish import polished_parts, within_bounds
-from workbench.shape.problem import Joints, Problem, prepared
+from workbench.shape.problem import Joints, Problem, density, prepared
 from workbench.shape.proof import Spheres, parts_of, proved_cover, proved_polish, segment_triangles
 from workbench.shape.regions import Regions
 from workbench.shape.surface import Surface
@@ -99,11 +99,7 @@ def _within(
     surface: Surface, limits: Limits, about: tuple[Joints, Regions], seed: int
 ) -> tuple[Problem, Spheres, Ints]:
     """Spheres that keep the tolerances, proved: the problem, the spheres, the bits of the segments each serves."""
-    thickness = 2 * surface.volume / surface.area
-    expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
-    # what lies between the samples is proved, and added where it fails: no need of hundreds to a sphere
-    spacing = max(0.35 * (limits.outward + limits.inward), float(np.sqrt(0.7 * surface.area / (120 * expected + 500))))
-    sources = int(np.clip(60 * expected, 1_500, 60_000))
+    spacing, sources = density(surface, limits)
     problem = prepared(surface, limits, spacing=spacing, sources=sources, joints=about[0], regions=about[1], seed=seed,
                        eroded=True)  # fmt: skip
     triangles = segment_triangles(problem, max(4 * limits.inward, 1e-4))

@@ -19,18 +19,21 @@ from workbench.shape.surface import Surface, sealed
 
 __all__ = ["outline_surface"]
 
-_MOST_POINTS = 8_000_000
+_MOST_POINTS = 20_000_000
+_EASY_POINTS = 200_000
 
 
 def outline_surface(outlines: Outlines, *, pitch: float | None = None) -> Surface:
-    """The closed surface through outlines; pitch [m]: grid spacing, 1/64 of the size across where not given.
+    """The closed surface through outlines; pitch [m]: grid spacing, where not given 1/64 of the size across
+    or what makes a grid of some 200,000 points.
 
     InputError where the outlines enclose nothing or the grid would be too large.
     """
     station = np.unique(outlines.station)
     every = np.concatenate(outlines.points)
     low, high = every.min(axis=0), every.max(axis=0)
-    step = float((high - low).max()) / 64 if pitch is None else float(pitch)
+    box = float(np.prod(high - low)) * float(station[-1] - station[0])
+    step = max(float((high - low).max()) / 64, float(np.cbrt(box / _EASY_POINTS))) if pitch is None else float(pitch)
     if not (np.isfinite(step) and step > 0):
         raise InputError(f"{outlines.name}: the outlines have no extent")
     u, v = (np.arange(a - 2.37 * step, b + 3 * step, step) for a, b in zip(low, high, strict=True))

@@ -16,7 +16,7 @@ from workbench.shape.regions import EVERYONE, Regions
 from workbench.shape.sampling import Samples, even_samples
 from workbench.shape.surface import Surface
 
-__all__ = ["Bare", "Joints", "Problem", "packed", "prepared", "refuse_bare", "with_more"]
+__all__ = ["Bare", "Joints", "Problem", "density", "packed", "prepared", "refuse_bare", "with_more"]
 
 _MOST_SAMPLES = 1_500_000
 
@@ -57,6 +57,15 @@ class Problem:
         radius = bounded_radius(self.candidates.depth, limits)
         radius[: len(self.joints.radius)] = self.joints.radius
         return radius
+
+
+def density(surface: Surface, limits: Limits) -> tuple[float, int]:
+    """Spacing [m] of samples and number of candidates that suit these tolerances."""
+    thickness = 2 * surface.volume / surface.area
+    expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
+    # what lies between the samples is proved, and added where it fails: no need of hundreds to a sphere
+    spacing = max(0.35 * (limits.outward + limits.inward), float(np.sqrt(0.7 * surface.area / (120 * expected + 500))))
+    return spacing, int(np.clip(60 * expected, 1_500, 60_000))
 
 
 def prepared(

@@ -38,11 +38,13 @@ class Regions:
 
     def measure(self, points: Floats) -> Floats:
         """(n, N) distance of points (n, 3) to the bones of each segment, in units of the bone's thickness there."""
-        far, share = bone_distance(points, self.head, self.tail)
+        far, share, beyond = bone_distance(points, self.head, self.tail)
         steps = self.thickness.shape[1] - 1
         low = np.minimum((share * steps).astype(np.int64), steps - 1)
         part, bone = share * steps - low, np.arange(len(self.head))
         thick = (1 - part) * self.thickness[bone, low] + part * self.thickness[bone, low + 1]
+        # behind an end, as at a heel, bones that meet there are equally near: that which points there is the nearer
+        far = far + 0.1 * beyond
         found = np.full((len(points), self.count), np.inf)
         for b, owner in enumerate(self.owner):
             found[:, owner] = np.minimum(found[:, owner], far[:, b] / thick[:, b])
@@ -72,12 +74,16 @@ class Regions:
         return both
 
 
-def bone_distance(points: Floats, head: Floats, tail: Floats) -> tuple[Floats, Floats]:
-    """Distance (n, B) [m] of points (n, 3) to bones, as line segments, and how far along each the foot is, 0 to 1."""
+def bone_distance(points: Floats, head: Floats, tail: Floats) -> tuple[Floats, Floats, Floats]:
+    """Distance (n, B) [m] of points (n, 3) to bones, as line segments, how far along each the foot is, 0 to 1, and
+    how far beyond an end [m] the point lies, along the bone."""
     along = tail - head
     square = np.maximum(np.einsum("bc,bc->b", along, along), 1e-18)
-    distance, share = np.empty((len(points), len(head))), np.empty((len(points), len(head)))
+    distance, share, beyond = np.empty((3, len(points), len(head)))
+    long = np.linalg.norm(along, axis=1)
     for b in range(len(head)):
-        share[:, b] = np.clip((points - head[b]) @ along[b] / square[b], 0.0, 1.0)
+        part = (points - head[b]) @ along[b] / square[b]
+        share[:, b] = np.clip(part, 0.0, 1.0)
+        beyond[:, b] = np.abs(part - share[:, b]) * long[b]
         distance[:, b] = np.linalg.norm(points - head[b] - share[:, b, None] * along[b], axis=1)
-    return distance, share
+    return distance, share, beyond

@@ -21,7 +21,7 @@ from workbench.shape.problem import Joints, packed
 from workbench.shape.regions import Regions
 from workbench.shape.surface import Surface
 
-__all__ = ["Bones", "SegmentedFit", "fit_segments", "regions_of"]
+__all__ = ["Bones", "SegmentedFit", "fit_segments", "fit_whole", "regions_of"]
 
 _SAME = 1e-3
 _MOST = 60
@@ -115,6 +115,16 @@ def fit_segments(
     fit = fit_regions(surface, limits, Joints(place, radius, packed(served)), regions, count=count, seed=seed)
     member: Bools = (fit.region[:, None] >> np.arange(len(bones.names))) & 1 == 1
     return SegmentedFit(fit, bones.names, member, part_qualities(surface, regions, (fit.centre, fit.radius), member))
+
+
+def fit_whole(
+    surface: Surface, limits: Limits, *, name: str, count: int | None = None, seed: int = 0
+) -> SegmentedFit:  # fmt: skip
+    """A surface as one segment without joints, with the same figures as `fit_segments`."""
+    none = Joints(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
+    fit = fit_regions(surface, limits, none, Regions(), count=count, seed=seed)
+    member = np.ones((len(fit.radius), 1), dtype=np.bool_)
+    return SegmentedFit(fit, (name,), member, part_qualities(surface, Regions(), (fit.centre, fit.radius), member))
 
 
 def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regions:

@@ -1,0 +1,146 @@
+"""`workbench body fit`: spheres for a closed mesh or for outlines, with or without a skeleton, as a body file."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import Parameter
+
+from workbench.errors import UsageError
+
+if TYPE_CHECKING:
+    from workbench.shape.candidates import Limits
+
+__all__ = ["body_fit"]
+
+
+def body_fit(
+    source: Path,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    skeleton: str | None = None,
+    posture: str | None = None,
+    at: str = "0 mm, 0 mm, 0 mm",
+    length: str | None = None,
+    up: str = "z",
+    forward: str = "x",
+    outward: str = "4 mm",
+    inward: str = "4 mm",
+    least_radius: str = "2 mm",
+    greatest_radius: str = "200 mm",
+    count: int | None = None,
+    seed: int = 0,
+    bound: Annotated[bool, Parameter(negative="")] = False,
+    as_json: Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")] = False,
+) -> int:
+    """Fit spheres to a closed mesh or to outlines and write a body file.
+
+    Parameters
+    ----------
+    source
+        a closed mesh (OBJ, STL, PLY, OFF, GLB, ...) or an outlines file (YAML)
+    out
+        the body file to write
+    skeleton
+        a body, by name or file, whose segments and joints the spheres are made for; without it, one segment
+    posture
+        the posture of the skeleton in which the mesh stands; without it, the zero pose
+    at
+        where the origin of the skeleton's reference segment lies in the mesh's frame
+    length
+        the mesh's unit of length where its file does not say it: mm, cm, m, in, ft
+    up
+        the axis of the mesh file that is up: x, y, z, -x, -y, -z
+    forward
+        the axis of the mesh file that is forward
+    outward
+        how far a sphere may leave the surface
+    inward
+        how far the surface may lie outside the spheres
+    least_radius
+        the smallest a sphere may be
+    greatest_radius
+        the largest a sphere may be
+    count
+        this many spheres, as near to the surface as they can be, instead of tolerances
+    seed
+        of the search
+    bound
+        say how few spheres could do at the very best
+    """
+    from workbench.files.results import write_file
+    from workbench.study.fit_body import bound_of, figures, fit_body, fitted_body_text, placed_skeleton, read_surface
+
+    if bound and count is not None:
+        raise UsageError("--bound is about tolerances: leave --count out")
+    limits = _limits(least_radius, greatest_radius, outward, inward)
+    surface = read_surface(source, length=length, up=up, forward=forward)
+    placed = placed_skeleton(skeleton, posture=posture, at=_place(at)) if skeleton is not None else None
+    cut = fit_body(surface, placed, limits, count=count, seed=seed)
+    told = figures(surface, cut)
+    if bound:
+        told["fewest_spheres"] = bound_of(surface, placed, limits, seed=seed)
+    write_file(out, fitted_body_text(surface, cut, placed, name=out.stem, source=f"spheres fitted to {source.name}",
+                                     description=_description(source, skeleton, told)))  # fmt: skip
+    if as_json:
+        print(json.dumps({"body": str(out)} | told, indent=1, allow_nan=False))
+    else:
+        _print(told)
+        print(out)
+    return 0
+
+
+def _limits(*texts: str) -> Limits:
+    """Least and greatest radius, outward and inward tolerance."""
+    from workbench.shape.candidates import Limits
+
+    names = ("--least-radius", "--greatest-radius", "--outward", "--inward")
+    least, greatest, outward, inward = (_metres(name, text) for name, text in zip(names, texts, strict=True))
+    for name, value in zip(names, (least, greatest, outward, inward), strict=True):
+        if not 1e-5 <= value <= 10:
+            raise UsageError(f"{name}: 0.01 mm to 10 m is possible, got {value * 1e3:g} mm")
+    if least > greatest:
+        raise UsageError(f"--least-radius {texts[0]} is greater than --greatest-radius {texts[1]}")
+    return Limits(least, greatest, outward, inward)
+
+
+def _place(text: str) -> Any:
+    parts = text.split(",")
+    if len(parts) != 3:
+        raise UsageError(f"--at: three lengths are needed, such as '0 mm, 0 mm, 950 mm', got {text!r}")
+    return [_metres("--at", part) for part in parts]
+
+
+def _metres(option: str, text: str) -> float:
+    from workbench.files.schema import to_metres
+
+    try:
+        return to_metres(text)
+    except ValueError as error:
+        raise UsageError(f"{option}: {error}, got {text!r}") from None
+
+
+def _description(source: Path, skeleton: str | None, told: dict[str, Any]) -> str:
+    whole = told["whole"]
+    like = f", segments of {Path(skeleton).stem}" if skeleton else ""
+    return f"{source.stem} as {whole['spheres']} spheres, {whole['mean_mm']:.2f} mm from it in the mean{like}"
+
+
+def _print(told: dict[str, Any]) -> None:
+    """A row for each segment and one for the whole; what was mended goes to stderr."""
+    for note in told["notes"]:
+        print(f"note: {note}", file=sys.stderr)
+    print(f"{'distances in mm':<16}{'spheres':>8}{'mean':>7}{'95 %':>7}{'largest to':>12}{'spheres':>8}"
+          f"{'back':>7}{'may lie outside':>17}{'inside':>8}{'volume':>8}{'IoU':>7}")  # fmt: skip
+    for name, row in [*told["segments"].items(), ("whole", told["whole"])]:
+        print(f"{name:<16}{row['spheres']:>8}{row['mean_mm']:>7.2f}{row['p95_mm']:>7.2f}{row['to_spheres_mm']:>20.2f}"
+              f"{row['to_surface_mm']:>7.2f}{row['outside_mm']:>17.2f}{row['inside_mm']:>8.2f}"
+              f"{row['volume_ratio']:>8.3f}{row['iou']:>7.3f}")  # fmt: skip
+    print(f"{told['whole']['seconds']:.1f} s of processor time")
+    if (fewest := told.get("fewest_spheres")) is not None:
+        spheres = told["whole"]["spheres"]
+        more = 100 * (spheres / fewest - 1)
+        print(f"of the spheres to choose from, no fewer than {fewest} can do: at most {more:.0f} % above the fewest")

@@ -1,0 +1,102 @@
+"""A body file for fitted spheres: a skeleton's segments and joints with new spheres, or one segment alone."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from workbench.files.schema import metres_in
+from workbench.files.yaml_text import read_yaml
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+
+__all__ = ["FittedSegment", "fitted_text"]
+
+_ALONE: dict[str, Any] = {
+    "name": "body",
+    "number": 1,
+    "directions": {"front": "+x", "left": "+y", "top": "+z"},
+}
+_KEPT = ("licence", "postures")
+
+
+@dataclass(frozen=True, eq=False)
+class FittedSegment:
+    """Spheres of a segment in its frame, centre (n, 3), radius (n,) [m], name and direction of some by row; mass [kg];
+    outside, inside [m]: how far the true surface may lie outside and inside the spheres."""
+
+    centre: Floats
+    radius: Floats
+    names: dict[int, tuple[str, ...]]
+    mass: float
+    outside: float
+    inside: float
+
+
+def fitted_text(
+    segments: Mapping[str, FittedSegment], *, name: str, description: str, source: str,
+    skeleton: tuple[Body, Path] | None = None,
+) -> str:  # fmt: skip
+    """YAML text of a body. skeleton: the body, and its file, whose segments, joints and stops are kept; without one
+    there is one segment. Lengths in the skeleton's unit, to a thousandth of a millimetre; errors rounded up."""
+    given: dict[str, Any] = {"length": "mm", "segments": dict.fromkeys(segments, _ALONE)}
+    if skeleton is not None:
+        given = dict(read_yaml(skeleton[1]).value)
+    unit = metres_in[given["length"]]
+    lines = [f"body: {_flow(name)}", f"description: {_flow(description)}", f"source: {_flow(source)}"]
+    lines += [f"{key}: {_flow(given[key])}" for key in (*_KEPT, "length") if key in given]
+    lines.append("segments:")
+    for mnemonic, entry in given["segments"].items():
+        lines += _segment(mnemonic, dict(entry), segments[mnemonic], unit)
+    if skeleton is not None and given.get("joints"):
+        lines.append("joints:")
+        lines += [line for joint, entry in given["joints"].items() for line in _joint(skeleton[0], joint, entry, unit)]
+    for key in ("allowances",):
+        if given.get(key):
+            lines += [f"{key}:", *(f"  - {_flow(row)}" for row in given[key])]
+    return "\n".join(lines) + "\n"
+
+
+def _segment(mnemonic: str, entry: dict[str, Any], fitted: FittedSegment, unit: float) -> list[str]:
+    for key in ("spheres", "blend"):
+        entry.pop(key, None)
+    entry["mass"] = round(fitted.mass, 4)
+    entry["fit_error"] = {"outside": _up(fitted.outside, unit), "inside": _up(fitted.inside, unit)}
+    lines = [f"  {_flow(mnemonic)}:", *(f"    {key}: {_flow(item)}" for key, item in entry.items())]
+    lines.append("    spheres:")
+    for k, (centre, radius) in enumerate(zip(fitted.centre, fitted.radius, strict=True)):
+        row = [*_numbers(centre, unit), *_numbers([radius], unit), *fitted.names.get(k, ())]
+        lines.append(f"      - {_flow(row)}")
+    return lines
+
+
+def _joint(body: Body, joint: str, entry: dict[str, Any], unit: float) -> list[str]:
+    """A joint with its coordinates in the digits of the spheres, so that a sphere is exactly at it."""
+    j = body.joint(joint)
+    parent, child = entry["between"]
+    at = {parent: _numbers(body.joint_in_parent[j], unit), child: _numbers(body.joint_in_child[j], unit)}
+    return [f"  {_flow(joint)}:", *(f"    {k}: {_flow(at if k == 'at' else item)}" for k, item in entry.items())]
+
+
+def _digits(unit: float) -> int:
+    """Decimals that are a thousandth of a millimetre or finer."""
+    return max(0, math.ceil(math.log10(unit / 1e-6) - 1e-9))
+
+
+def _numbers(values: Any, unit: float) -> list[float]:
+    return [round(float(v) / unit, _digits(unit)) + 0.0 for v in values]
+
+
+def _up(value: float, unit: float) -> float:
+    """Rounded up to a hundredth of a millimetre."""
+    step = 10.0 ** (_digits(unit) - 1)
+    return math.ceil(value / unit * step - 1e-9) / step
+
+
+def _flow(value: Any) -> str:
+    """A value in YAML flow style: JSON is YAML 1.2."""
+    return json.dumps(value, ensure_ascii=False)

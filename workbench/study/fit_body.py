@@ -1,0 +1,156 @@
+"""Which spheres are this surface? A mesh or outlines, with or without a skeleton, to the text of a body file."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import UsageError
+from workbench.files.bodies import body_path, load_body
+from workbench.files.fitted_body import FittedSegment, fitted_text
+from workbench.files.meshes.reading import axes, read_mesh, to_world
+from workbench.files.outlines import load_outlines
+from workbench.files.postures import load_postures, posture_path, posture_pose
+from workbench.files.schema import metres_in
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.posing import pose
+from workbench.shape.candidates import Limits
+from workbench.shape.fewest import fewest_spheres
+from workbench.shape.outlines import outline_surface
+from workbench.shape.problem import Joints, packed
+from workbench.shape.regions import Regions
+from workbench.shape.segmenting import SegmentedFit, fit_segments, fit_whole, regions_of
+from workbench.shape.skeleton import bones_of, named_rows, spheres_in_frames
+from workbench.shape.surface import Surface, sealed
+from workbench.solve.forward import place
+
+__all__ = [
+    "DENSITY",
+    "Skeleton",
+    "bound_of",
+    "figures",
+    "fit_body",
+    "fitted_body_text",
+    "placed_skeleton",
+    "read_surface",
+]
+
+DENSITY = 1010.0
+"""Of a body [kg/m3], lungs half full."""
+ALONE = "BODY"
+_MM = ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
+
+
+@dataclass(frozen=True, eq=False)
+class Skeleton:
+    """A body whose segments a surface is cut into: its file, and where its segments stand, world (N, 3, 4) [m]."""
+
+    body: Body
+    path: Path
+    world: Floats
+
+
+def read_surface(source: Path, *, length: str | None = None, up: str = "z", forward: str = "x") -> Surface:
+    """The closed surface of a mesh file or of outlines (.yaml), x forward, y left, z up.
+
+    length: the mesh's unit where its file does not say it. UsageError where nobody says it; InputError where the
+    surface is not that of a solid of a plausible size.
+    """
+    if source.suffix.lower() in (".yaml", ".yml"):
+        return outline_surface(load_outlines(source))
+    units = ", ".join(metres_in)
+    if length is not None and length not in metres_in:
+        raise UsageError(f"length: one of {units} is needed, got {length!r}")
+    raw = read_mesh(source)
+    metres = metres_in[length] if length else raw.metres
+    if metres is None:
+        raise UsageError(f"{source}: the file does not say its unit of length: state it (--length {units})")
+    parts = to_world(raw, axes(up, forward), metres=metres)
+    first = np.cumsum([0, *(len(p.vertices) for p in parts)])
+    faces = np.concatenate([p.faces + n for p, n in zip(parts, first, strict=False)])
+    return sealed(np.concatenate([p.vertices for p in parts]), faces, what=str(source))
+
+
+def placed_skeleton(source: str | Path, *, posture: str | None = None, at: Floats | None = None) -> Skeleton:
+    """A body as a skeleton, in its zero pose or a posture of its own, its reference segment's origin at (3,) [m]."""
+    body, path = load_body(source), body_path(source)
+    poses = pose(body, {})
+    if posture is not None:
+        file = posture_path(path)
+        if file is None:
+            raise UsageError(f"posture {posture!r}: {path} names no file of postures")
+        poses = posture_pose(body, load_postures(file, body)[0], posture)
+    world = place(body, poses).world_from_segment[0].copy()
+    world[..., 3] += np.zeros(3) if at is None else np.asarray(at)
+    return Skeleton(body, path, world)
+
+
+def fit_body(
+    surface: Surface, skeleton: Skeleton | None, limits: Limits, *, count: int | None = None, seed: int = 0
+) -> SegmentedFit:
+    """Spheres for each segment of a skeleton, or for one segment without one."""
+    if skeleton is None:
+        return fit_whole(surface, limits, name=ALONE, count=count, seed=seed)
+    return fit_segments(
+        surface, bones_of(skeleton.body, skeleton.world), outward=limits.outward, inward=limits.inward,
+        least_radius=limits.least, greatest_radius=limits.greatest, count=count, seed=seed,
+    )  # fmt: skip
+
+
+def fitted_body_text(
+    surface: Surface, cut: SegmentedFit, skeleton: Skeleton | None, *, name: str, description: str, source: str
+) -> str:
+    """The body file of a fit. Masses are those of the parts' volumes at the density of a body."""
+    errors = {n: (DENSITY * p.volume, p.outside, p.inside) for n, p in zip(cut.segments, cut.parts, strict=True)}
+    if skeleton is None:
+        middle = _centroid(surface)
+        segments = {ALONE: FittedSegment(cut.fit.centre - middle, cut.fit.radius, {}, *errors[ALONE])}
+        return fitted_text(segments, name=name, description=description, source=source)
+    body, segments = skeleton.body, {}
+    for segment, (centre, radius) in spheres_in_frames(body, skeleton.world, cut).items():
+        names = named_rows(body, body.segment(segment), centre, radius)
+        segments[segment] = FittedSegment(centre, radius, names, *errors[segment])
+    return fitted_text(segments, name=name, description=description, source=source, skeleton=(body, skeleton.path))
+
+
+def figures(surface: Surface, cut: SegmentedFit) -> dict[str, Any]:
+    """The figures of the whole and of each segment: distances in mm, volumes in litres."""
+    q = cut.fit.quality
+    whole = asdict(q) | {"volume": surface.volume}
+    rows = {name: asdict(part) for name, part in zip(cut.segments, cut.parts, strict=True)}
+    return {"whole": _told(whole), "segments": {name: _told(row) for name, row in rows.items()},
+            "notes": list(surface.notes)}  # fmt: skip
+
+
+def bound_of(surface: Surface, skeleton: Skeleton | None, limits: Limits, *, seed: int = 0) -> int:
+    """No union of candidates within the tolerances has fewer spheres than this (`fewest_spheres`)."""
+    if skeleton is None:
+        none = Joints(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
+        return fewest_spheres(surface, limits, none, Regions(), seed=seed)
+    bones = bones_of(skeleton.body, skeleton.world)
+    point, served = bones.joints()
+    radius = np.minimum(-surface.distance(point), limits.greatest)
+    return fewest_spheres(surface, limits, Joints(point, radius, packed(served)), regions_of(surface, bones), seed=seed)
+
+
+def _told(row: dict[str, Any]) -> dict[str, Any]:
+    told = {f"{key}_mm" if key in _MM else key: value for key, value in row.items()}
+    for key, value in row.items():
+        if key in _MM:
+            told[f"{key}_mm"] = round(1e3 * value, 3)
+        elif isinstance(value, float):
+            told[key] = round(value, 4)
+    told["volume_l"] = round(1e3 * told.pop("volume"), 4)
+    return told
+
+
+def _centroid(surface: Surface) -> Floats:
+    """(3,) centre of the volume: the mean of the tetrahedra from the origin to each face."""
+    corner = surface.vertices[surface.faces]
+    weight = np.einsum("tc,tc->t", corner[:, 0], np.cross(corner[:, 1], corner[:, 2]))
+    middle: Floats = weight @ corner.sum(axis=1) / (4 * weight.sum())
+    return middle
