@@ -133,12 +133,12 @@ def _print(told: dict[str, Any]) -> None:
     """A row for each segment and one for the whole; what was mended goes to stderr."""
     for note in told["notes"]:
         print(f"note: {note}", file=sys.stderr)
-    print(f"{'distances in mm':<16}{'spheres':>8}{'mean':>7}{'95 %':>7}{'largest to':>12}{'spheres':>8}"
-          f"{'back':>7}{'may lie outside':>17}{'inside':>8}{'volume':>8}{'IoU':>7}")  # fmt: skip
+    heads = ("spheres", "mean", "95 %", "to spheres", "to surface", "outside", "inside", "volume", "IoU")
+    print(f"{'[mm]':<12}" + "".join(f"{head:>11}" for head in heads))
     for name, row in [*told["segments"].items(), ("whole", told["whole"])]:
-        print(f"{name:<16}{row['spheres']:>8}{row['mean_mm']:>7.2f}{row['p95_mm']:>7.2f}{row['to_spheres_mm']:>20.2f}"
-              f"{row['to_surface_mm']:>7.2f}{row['outside_mm']:>17.2f}{row['inside_mm']:>8.2f}"
-              f"{row['volume_ratio']:>8.3f}{row['iou']:>7.3f}")  # fmt: skip
+        lengths = [row[f"{key}_mm"] for key in ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")]
+        print(f"{name:<12}{row['spheres']:>11}" + "".join(f"{value:>11.2f}" for value in lengths)
+              + f"{row['volume_ratio']:>11.3f}{row['iou']:>11.3f}")  # fmt: skip
     print(f"{told['whole']['seconds']:.1f} s of processor time")
     if (fewest := told.get("fewest_spheres")) is not None:
         spheres = told["whole"]["spheres"]

@@ -138,14 +138,13 @@ def bound_of(surface: Surface, skeleton: Skeleton | None, limits: Limits, *, see
 
 
 def _told(row: dict[str, Any]) -> dict[str, Any]:
-    told = {f"{key}_mm" if key in _MM else key: value for key, value in row.items()}
+    told: dict[str, Any] = {}
     for key, value in row.items():
         if key in _MM:
             told[f"{key}_mm"] = round(1e3 * value, 3)
-        elif isinstance(value, float):
+        elif key != "volume":
             told[key] = round(value, 4)
-    told["volume_l"] = round(1e3 * told.pop("volume"), 4)
-    return told
+    return told | {"volume_l": round(1e3 * row["volume"], 4)}
 
 
 def _centroid(surface: Surface) -> Floats:
