@@ -12,15 +12,15 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.basis import load_basis
 from workbench.files.body_checks import depth_first, direction_table, segment_faults, tree_faults
-from workbench.files.body_geometry import twist_lines, twist_share
 from workbench.files.body_schema import BodyFile, SegmentFile
 from workbench.files.body_stops import pack_stops, stop_faults
 from workbench.files.catalogue import find, find_beside
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
-from workbench.model.blend import enclosing_spheres
+from workbench.model.basis import in_order
 from workbench.model.body import Body
+from workbench.model.settled import settled
 from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["body_path", "load_body"]
@@ -41,17 +41,17 @@ def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     faults = tree_faults(document, file) + segment_faults(document, file) + stop_faults(document, file)
     if faults:
         raise InputError(faults)
-    body = _pack(file, depth_first(file))
-    centre, radius = enclosing_spheres(body)
-    body = replace(body, enclosing_centre=centre, enclosing_radius=radius)
+    body = settled(_pack(file, depth_first(file)))
     return _of_family(document, file, body) if file.basis else body
 
 
 def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
     """The body with the basis that lies beside its file; InputError where the two do not belong together."""
     basis = load_basis(find_beside(document, ("basis",), str(file.basis)))
-    if (basis.segments, basis.joints) != (body.segments, body.joints):
-        raise InputError(fail(document, ("basis",), f"{basis.name} is of other segments or joints than this body"))
+    try:
+        basis = in_order(basis, body.segments, body.joints)
+    except InputError as error:
+        raise InputError(fail(document, ("basis",), str(error))) from None
     if len(file.basis_at) != len(basis):
         what = f"{len(basis)} coefficients are needed for {basis.name} (got {len(file.basis_at)})"
         raise InputError(fail(document, ("basis_at",) if file.basis_at else ("basis",), what))
@@ -90,7 +90,7 @@ def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
 
 
 def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any]:
-    """The fields of a Body that hold spheres, joints and what is derived from both."""
+    """The fields of a Body that hold spheres and joints; what follows from both is still to be settled."""
     order, joints = tree
     segments = [file.segments[name] for name in order]
     rows = [row for segment in segments for row in segment.spheres]
@@ -98,7 +98,7 @@ def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any
     centre, radius = np.array([row[:3] for row in rows]).reshape(-1, 3), np.array([row[3] for row in rows])
     in_child = np.array([file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]).reshape(-1, 3)
     in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(-1, 3)
-    lines = twist_lines(tree, file, (in_parent, in_child))
+    twists = [joints.index(s.twist_along) if s.twist_along else -1 for s in segments]
     return {
         "joint_in_parent": in_parent,
         "joint_in_child": in_child,
@@ -109,10 +109,10 @@ def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any
         "enclosing_radius": np.zeros(len(order)),
         "sphere_names": tuple(row[4] if len(row) > 4 else "" for row in rows),
         "sphere_direction": np.array([DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64),
-        "twist_joint": lines[0],
-        "twist_point": lines[1],
-        "twist_axis": lines[2],
-        "twist_share": twist_share(lines, (centre, start)),
+        "twist_joint": np.array(twists, dtype=np.int64),
+        "twist_point": np.zeros((len(order), 3)),
+        "twist_axis": np.zeros((len(order), 3)),
+        "twist_share": np.zeros(len(rows)),
         **_blend(segments, joints),
     }
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats, Ints, frozen
 
-__all__ = ["Detail", "ShapeBasis"]
+__all__ = ["Detail", "ShapeBasis", "in_order"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -107,3 +108,47 @@ class ShapeBasis:
     def nearest_anchor(self, z: Floats) -> int:
         """The anchor that coefficients (K,) are nearest to."""
         return int(np.argmin(np.linalg.norm(self.anchors - z, axis=1)))
+
+
+@lru_cache(maxsize=16)
+def in_order(basis: ShapeBasis, segments: tuple[str, ...], joints: tuple[str, ...]) -> ShapeBasis:
+    """The same basis with its segments and joints in the order of a body; the same noun for the same body order.
+
+    InputError where the names are not those of the basis.
+    """
+    if (basis.segments, basis.joints) == (segments, joints):
+        return basis
+    if (sorted(basis.segments), sorted(basis.joints)) != (sorted(segments), sorted(joints)):
+        raise InputError(f"{basis.name} is of other segments or joints than this body")
+    seg = np.array([basis.segments.index(name) for name in segments])
+    joint = np.array([basis.joints.index(name) for name in joints])
+    return replace(
+        basis,
+        segments=segments,
+        joints=joints,
+        joint_mean=basis.joint_mean[joint],
+        joint_basis=basis.joint_basis[:, joint],
+        origin_mean=basis.origin_mean[seg],
+        origin_basis=basis.origin_basis[:, seg],
+        density=basis.density[seg],
+        details={level: _detail_in_order(detail, seg, joint) for level, detail in basis.details.items()},
+    )
+
+
+def _detail_in_order(detail: Detail, seg: Ints, joint: Ints) -> Detail:
+    """seg, joint: the old index of each new segment and joint."""
+    segment = np.argsort(seg)[detail.segment]
+    order = np.argsort(segment, kind="stable")
+    blend = np.where(detail.blend_joint >= 0, np.argsort(joint)[np.maximum(detail.blend_joint, 0)], -1)
+    return Detail(
+        segment=segment[order],
+        centre_mean=detail.centre_mean[order],
+        centre_basis=detail.centre_basis[:, order],
+        radius_mean=detail.radius_mean[order],
+        radius_basis=detail.radius_basis[:, order],
+        blend_joint=blend[order],
+        blend_share=detail.blend_share[order],
+        names=tuple(detail.names[i] for i in order),
+        direction=detail.direction[order],
+        fit_error=detail.fit_error[seg],
+    )

@@ -1,33 +1,37 @@
-"""A body to given measures: every segment stretched along its three axes, radii along, until the measures are right.
+"""A body to given measures, or thousands of bodies: the least change that shows every given measure.
 
-For bodies without a basis of shapes. With the extreme spheres held fixed a measure is linear in the factors (see
-shape.space), so the smallest change that gives the measures exactly is one linear system (the conditions of Karush,
-Kuhn and Tucker); it is solved again with the extreme spheres of the new shape until the measures stay.
+A body of a family moves within it, as likely as can be; what the family does not reach, and any body without one, is
+stretched. With the extreme spheres held fixed a measure is linear in all these knobs (see shape.space), so the least
+change that gives the measures exactly is one linear system; it is solved again with the extreme spheres of the new
+shape until the measures stay.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.shape.manikin import Length, Manikin, Shape
+from workbench.shape.likely import check_likely
+from workbench.shape.manikin import Length, Manikin
 from workbench.shape.measure import lengths
-from workbench.shape.space import KNOBS, ShapeSpace, shape_space
+from workbench.shape.morph import morph
+from workbench.shape.rebuilt import rebuilt
+from workbench.shape.space import ShapeSpace, shape_space
 
-__all__ = ["LONGER", "scale"]
+__all__ = ["LONGER", "scale", "scale_many"]
 
-MOST_STEPS = 32
+MOST_STEPS = 12
 CLOSE, ENOUGH = 1e-5, 2e-4
-"""[m] Stop at the first; after all steps the second is good enough."""
-FACTORS = (0.4, 1.8)
-TAPER = 0.45
-PATIENCE, GIVE = 4, 1e-9
-SOFT = 2.0e3
+"""[m] Stop at the first; after all steps, twice, the second is good enough."""
+PATIENCE = 4
+GIVE = 1e-9
+"""Rivals that cannot both be had must not make the system singular."""
+SOFT = {True: 1.0e-4, False: 5.0e-4}
+"""[m2] Variance of what is near without having to be, for a body of a family and for another."""
 # (longer, shorter): pairs that cannot be the other way round, because the one holds the other.
 LONGER: tuple[tuple[str, str], ...] = (
     ("stature", "sitting_height"),
@@ -48,42 +52,65 @@ LONGER: tuple[tuple[str, str], ...] = (
 )
 
 
-def scale(body: Body, measures: Mapping[str, float], *, others: Mapping[str, float] | None = None) -> Body:
+Measures = Mapping[str, float]
+
+
+def scale(body: Body, measures: Measures, *, others: Measures | None = None, detail: str | None = None) -> Body:
     """The body with the given measures [m] (see measure.MEASURES), and the least change else.
 
     others: measures [m] that it should come near without having to, such as the means of people with the given ones.
-    Masses go with the volume of each segment. InputError where measures contradict one another, are not positive, or
-    would bend the body beyond any person.
+    detail: the level of detail of its family to make it in, its own where None. Masses go with the volume of each
+    segment. InputError where measures contradict one another, are not positive, or would bend the body beyond any
+    person.
     """
     _refuse(measures)
-    space = shape_space(body)
-    soft = {name: value for name, value in (others or {}).items() if name not in measures}
-    factors = space.neutral
-    miss: dict[str, float] = {}
-    rivals: dict[str, list[Length]] = {name: [] for name in measures}
-    best, nearest = np.inf, factors
-    for step in range(MOST_STEPS):
-        manikin = space.manikin(factors)
-        hard = lengths(manikin, measures)
-        miss = {name: manikin.value(length) - measures[name] for name, length in hard.items()}
-        off = max(map(abs, miss.values()), default=0.0) if step else np.inf
-        best, nearest = (off, factors) if off < best else (best, nearest)
-        if best < CLOSE:
-            break
-        # extreme spheres may take turns; from then on the last few of them are held at the measure together
-        for name, length in hard.items():
-            rivals[name] = [length, *(other for other in rivals[name] if other != length)][: 1 + step // PATIENCE]
-        rows = [(length, measures[name]) for name in measures for length in rivals[name]]
-        factors = _solve(space, rows, [(length, soft[name]) for name, length in lengths(manikin, soft).items()])
-    if best > ENOUGH:
-        worst = max(miss, key=lambda name: abs(miss[name]))
-        raise InputError(f"no shape of {body.name} found with these measures: {worst} stays "
-                         f"{1000 * miss[worst]:+.1f} mm off")  # fmt: skip
-    _check_factors(body, space.groups, nearest)
-    return _rebuilt(body, space.manikin(nearest), (space.groups, nearest))
+    space = shape_space(morph_to(body, detail))
+    return rebuilt(space, _fitted(space, measures, others or {}, space.neutral))
 
 
-def _refuse(measures: Mapping[str, float]) -> None:
+def scale_many(
+    body: Body, people: Iterable[Measures], *, others: Iterable[Measures] | None = None, detail: str | None = None
+) -> Iterator[Body | InputError]:
+    """Bodies to the measures of many people, in their order, one at a time; the error where there is no such body.
+
+    Each is sought from the person before that is most like it, in fewer steps than from `body`; the figures are
+    those of `scale` to within the tolerance of both.
+    """
+    space = shape_space(morph_to(body, detail))
+    known: dict[tuple[str, ...], tuple[list[list[float]], list[Floats]]] = {}
+    near: Iterable[Measures | None] = others if others is not None else _nothing()
+    for measures, soft in zip(people, near, strict=False):
+        rows, found = known.setdefault(tuple(measures), ([], []))
+        given = list(measures.values())
+        start = space.neutral
+        if rows:
+            start = found[int(np.argmin(((np.array(rows) - given) ** 2).sum(axis=1)))]
+        try:
+            _refuse(measures)
+            values = _fitted(space, measures, soft or {}, start)
+            yield rebuilt(space, values)
+        except InputError as error:
+            yield error
+            continue
+        rows.append(given)
+        found.append(values)
+
+
+def morph_to(body: Body, detail: str | None) -> Body:
+    """The body at another level of detail of its family, itself where None."""
+    if detail is None:
+        return body
+    if body.basis is None:
+        raise InputError(f"body {body.name} belongs to no family of bodies, so it has no other level of detail")
+    return morph(body, body.basis_at, detail)
+
+
+def _nothing() -> Iterator[None]:
+    while True:
+        yield None
+
+
+def _refuse(measures: Measures) -> None:
     faults = [f"{name}: a positive length is needed, got {1000 * value:g} mm" for name, value in measures.items()
               if not (np.isfinite(value) and value > 0)]  # fmt: skip
     for longer, shorter in LONGER:
@@ -94,88 +121,69 @@ def _refuse(measures: Mapping[str, float]) -> None:
         raise InputError(faults)
 
 
-def _solve(space: ShapeSpace, hard: list[tuple[Length, float]], soft: list[tuple[Length, float]]) -> Floats:
-    """The factors of least price with the hard measures exact and the soft ones near."""
-    count = len(space.price)
-    rows = np.array([space.row(length) for length, _ in hard]).reshape(-1, count)
-    near = np.array([space.row(length) for length, _ in soft]).reshape(-1, count)
-    price = space.price + SOFT * near.T @ near
-    pull = space.price @ space.neutral + SOFT * near.T @ np.array([value for _, value in soft])
-    # a trace of give: rivals that cannot both be had must not make the system singular
-    system = np.block([[price, rows.T], [rows, -GIVE * np.eye(len(rows))]])
-    solution: Floats = np.linalg.solve(system, np.concatenate([pull, [value for _, value in hard]]))
-    return solution[:count]
+def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floats) -> Floats:
+    """The knobs (K,) of the least change that shows the measures; InputError where there are none."""
+    soft = {name: value for name, value in others.items() if name not in measures}
+    found = _sought(space, (measures, soft), start, MOST_STEPS)
+    if found[0] > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change
+        found = min(found, _sought(space, (measures, None), found[1], MOST_STEPS), key=lambda each: each[0])
+    off, values = found
+    if off > ENOUGH:
+        manikin = space.manikin(values)
+        miss = {name: manikin.value(length) - measures[name] for name, length in lengths(manikin, measures).items()}
+        worst = max(miss, key=lambda name: abs(miss[name]))
+        raise InputError(f"no shape of {space.base.body.name} found with these measures: {worst} stays "
+                         f"{1000 * miss[worst]:+.1f} mm off")  # fmt: skip
+    check_likely(space, values, {name: (lengths(space.base, [name])[name], measures[name]) for name in measures})
+    return values
 
 
-def _check_factors(body: Body, groups: Ints, factors: Floats) -> None:
-    """A segment that would have to be less than half or nearly twice itself is no person's."""
-    table = factors.reshape(-1, KNOBS)
-    strain = np.abs(np.log(np.maximum(table[:, :4], 1e-9)))
-    group, way = np.unravel_index(int(np.argmax(strain)), strain.shape)
-    name = body.segment_names[int(np.flatnonzero(groups == group)[0])].removeprefix("left ")
-    factor = float(table[group, way])
-    if not FACTORS[0] <= factor <= FACTORS[1]:
-        what = ("depth", "breadth", "length", "girth")[way]
-        raise InputError(f"no such person: the {name}'s {what} would have to change by a factor of {factor:.2f} "
-                         f"({FACTORS[0]} to {FACTORS[1]} is possible)")  # fmt: skip
-    most = int(np.argmax(np.abs(table[:, 4])))
-    if abs(table[most, 4]) > TAPER:
-        name = body.segment_names[int(np.flatnonzero(groups == most)[0])].removeprefix("left ")
-        raise InputError(f"no such person: the {name} would be {abs(table[most, 4]):.0%} thicker at one end than it is "
-                         f"({TAPER:.0%} is possible)")  # fmt: skip
+def _sought(
+    space: ShapeSpace, goal: tuple[Measures, Measures | None], start: Floats, most: int
+) -> tuple[float, Floats]:
+    """The greatest miss [m] on the hard measures of a goal, and the knobs with it.
 
-
-def _rebuilt(body: Body, manikin: Manikin, change: tuple[Ints, Floats]) -> Body:
-    groups, factors = change
-    shape = manikin.shape
-    volume = factors.reshape(-1, KNOBS)[:, :3].prod(axis=1)[groups]
-    around = factors.reshape(-1, KNOBS)[groups]
-    return replace(
-        body,
-        centre=shape.centre,
-        radius=shape.radius,
-        joint_in_parent=_on_the_floor(body, manikin),
-        joint_in_child=shape.in_child,
-        mass=body.mass * volume,
-        enclosing_centre=body.enclosing_centre * around[:, :3],
-        enclosing_radius=_enclosing(body, shape, body.enclosing_centre * around[:, :3]),
-        twist_point=_twist_lines(body, manikin.shape)[0],
-        twist_axis=_twist_lines(body, manikin.shape)[1],
-        allowance=_flesh(body, manikin),
-    )
-
-
-def _on_the_floor(body: Body, manikin: Manikin) -> Floats:
-    """Joint coordinates in the parents, the first joints raised so that the zero pose stands on the floor."""
-    in_parent = manikin.shape.in_parent.copy()
-    in_parent[body.parent[1:] == 0, 2] -= manikin.lowest()
-    return in_parent
-
-
-def _flesh(body: Body, manikin: Manikin) -> Floats:
-    """(N, N) [m] the allowance for soft flesh: grown by what standing and sitting overlap more than they did.
-
-    A stouter body presses more flesh together in the very postures in which the first one was not in contact.
+    With soft measures, or none of them ({}), each step is the least change from the unchanged body with the extreme
+    spheres of the last step; with None, the least change from the last step.
     """
-    before, after = shape_space(body).overlaps, manikin.overlaps()
-    more = np.maximum(after - np.maximum(before, 0.0), 0.0)
-    return np.where(body.adjacent, 0.0, np.maximum(body.allowance, body.allowance + more))
+    measures, soft = goal
+    values, best, nearest = start, np.inf, start
+    rivals: dict[str, list[Length]] = {name: [] for name in measures}
+    for step in range(most):
+        manikin = space.manikin(values)
+        hard = lengths(manikin, measures)
+        off = max((abs(manikin.value(length) - measures[name]) for name, length in hard.items()), default=0.0)
+        if off < best and (step or soft is None):
+            best, nearest = off, values
+        if best < CLOSE:
+            break
+        # extreme spheres may take turns; from then on the last few of them are held at the measure together
+        for name, length in hard.items():
+            rivals[name] = [length, *(other for other in rivals[name] if other != length)][: 1 + step // PATIENCE]
+        rows = [(length, measures[name]) for name in measures for length in rivals[name]]
+        if soft is None:
+            values = _solve((space, manikin, values), rows, [])
+        else:
+            near = [(length, soft[name]) for name, length in lengths(manikin, soft).items()]
+            values = _solve((space, space.base, space.neutral), rows, near)
+    return best, nearest
 
 
-def _enclosing(body: Body, shape: Shape, centre: Floats) -> Floats:
-    """(N,) radii about the scaled enclosing centres that hold every sphere at every twist."""
-    segment = body.sphere_segment
-    reach = np.linalg.norm(shape.centre - centre[segment], axis=1) + shape.radius
-    radius = np.zeros(len(body.segments))
-    np.maximum.at(radius, segment, reach)
-    return np.where(radius > 0, radius + 1e-12, 0.0)
+def _solve(
+    start: tuple[ShapeSpace, Manikin, Floats], hard: list[tuple[Length, float]], soft: list[tuple[Length, float]]
+) -> Floats:
+    """The knobs of the cheapest change from a start (its manikin and knobs n) with the hard measures exact and the
+    soft ones near.
 
-
-def _twist_lines(body: Body, shape: Shape) -> tuple[Floats, Floats]:
-    """The lines that twist is shared along, from the scaled proximal to the scaled distal joints."""
-    point, axis = body.twist_point.copy(), body.twist_axis.copy()
-    for n in np.flatnonzero(body.twist_joint >= 0):
-        point[n] = shape.in_child[n - 1] if n else np.zeros(3)
-        span = shape.in_parent[body.twist_joint[n]] - point[n]
-        axis[n] = span / np.linalg.norm(span)
-    return point, axis
+    Least (v - n)' P (v - n) with R (v - n) = b: v = n + P^-1 R' (R P^-1 R' + D)^-1 b, D the give of each row.
+    """
+    space, manikin, values = start
+    both = hard + soft
+    if not both:
+        return values
+    rows = np.array([space.row(length) for length, _ in both])
+    wanted = np.array([value - manikin.value(length) for length, value in both])
+    give = np.repeat([GIVE, SOFT[space.family > 0]], [len(hard), len(soft)])
+    toward = space.cheap @ rows.T
+    solution: Floats = values + toward @ np.linalg.solve(rows @ toward + np.diag(give), wanted)
+    return solution

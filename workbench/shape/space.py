@@ -1,164 +1,167 @@
-"""All the shapes a body can be stretched to: five numbers for each pair of segments, factors along x, y, z and for the
-radii, and a taper: how much thicker the one end gets than the other.
+"""All the shapes a body can be given: a vector of numbers ("knobs") that its coordinates and radii are linear in.
 
-Centres, joints and radii are linear in the factors. Every posture of the anthropometer is too, so the places of all
-spheres and joints for each factor by itself are worked out once a body, and any shape is a sum of them.
+A body of a family has the family's coefficients as knobs. Every body can be stretched: five numbers for each pair of
+segments, factors along x, y, z and for the radii, and a taper: how much thicker the one end gets than the other. Every
+posture of the anthropometer is linear too, so what each knob adds to any length is worked out once.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
 
+from workbench.kernels.overlap import union_volumes
 from workbench.model.arrays import Floats, Ints
+from workbench.model.basis import Detail
 from workbench.model.body import Body
-from workbench.shape.manikin import POSTURES, Length, Manikin, Shape
+from workbench.shape.manikin import AXES, QUEUE, Length, Manikin, Reach
+from workbench.shape.rig import Shape
+from workbench.shape.stretch import KNOBS, groups_of, stretch_price, stretch_shapes
 
-__all__ = ["KNOBS", "ShapeSpace", "shape_space"]
+__all__ = ["ShapeSpace", "detail_of", "shape_space", "volumes"]
 
-KNOBS = 5
-"""Numbers a group of segments: factors along x, y, z, factor of the radii, taper."""
-ROUND, ALONG, SMOOTH, LEAST, EVEN = 4.0, 0.5, 1.0, 0.25, 1.5
+_FIELDS = ("centre", "radius", "in_parent", "in_child")
+CLOSING = 4.0e3
+"""What a stretch costs a body of a family beside its coefficients: a factor of 1.02 about as much as one standard
+deviation, so that lengths are found within the family first and stretching closes what is left."""
+VOLUME_LINES = 20
+"""Lines each way across a segment that its volume is found by."""
+NARROW = 0.02
+"""Least standard deviation of a coefficient among people of a kind: however narrow they are, some room is left."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeSpace:
-    """K factors of a body of N segments.
+    """K knobs of a body of N segments; the first `family` of them are coefficients of its family, the rest stretch it.
 
-    groups (N,): the group of each segment, KNOBS factors each; neutral (K,): those
-    of the unchanged body; basis: for the
-    fields of Shape the stacked (K, ...) parts; spheres, joints: by posture (K, S, 3) and (K, J, 3); price (K, K): the
-    quadratic cost of factors that leave 1, differ within a segment or between neighbours; overlaps (N, N): of the
-    unchanged body."""
+    groups (N,): the group of each segment; neutral (K,): the knobs of the unchanged body; knobs: for the fields of
+    Shape the stacked (K, ...) parts, whose sum with the knobs as weights is the shape; constant: what is added to it;
+    price (K, K): the quadratic cost of knobs off neutral, cheap its inverse; overlaps (N, N) [m], volume (N,) [m3]: of
+    the unchanged body; tied: spheres that stand on a joint and these joints, of the parents, then of the children.
+    """
 
     base: Manikin
     groups: Ints
-    basis: Shape
-    spheres: dict[str, Floats]
-    joints: dict[str, Floats]
-    price: Floats
-    overlaps: Floats
+    family: int
     neutral: Floats
+    knobs: Shape
+    constant: Shape
+    price: Floats
+    cheap: Floats
+    overlaps: Floats
+    volume: Floats
+    tied: tuple[tuple[Ints, Ints], tuple[Ints, Ints]]
+    _origins: Floats
+    _joints: Floats
+    _rows: dict[Reach, Floats] = field(default_factory=dict)
 
-    def shape(self, factors: Floats) -> Shape:
-        """The shape with these factors (K,)."""
-        basis = self.basis
-        return Shape(
-            np.tensordot(factors, basis.centre, axes=1),
-            factors @ basis.radius,
-            np.tensordot(factors, basis.in_parent, axes=1),
-            np.tensordot(factors, basis.in_child, axes=1),
-        )
+    def shape(self, values: Floats) -> Shape:
+        """The shape with these knobs (K,); spheres that stand on joints stand on them exactly."""
+        parts = (np.tensordot(values, getattr(self.knobs, f), axes=1) + getattr(self.constant, f) for f in _FIELDS)
+        shape = Shape(*parts)
+        (above, joint_above), (below, joint_below) = self.tied
+        shape.centre[above] = shape.in_parent[joint_above]
+        shape.centre[below] = shape.in_child[joint_below]
+        return shape
 
-    def manikin(self, factors: Floats) -> Manikin:
-        """The body with these factors, in all postures."""
-        placed = {
-            name: (np.tensordot(factors, self.spheres[name], axes=1), np.tensordot(factors, self.joints[name], axes=1))
-            for name in POSTURES
-        }
-        return self.base.changed(self.shape(factors), placed)
+    def manikin(self, values: Floats) -> Manikin:
+        """The body with these knobs, in all postures."""
+        return self.base.changed(self.shape(values))
 
     def row(self, length: Length) -> Floats:
-        """(K,) what each factor adds to a length whose extreme spheres are held fixed."""
-        total = np.zeros(len(self.price))
+        """(K,) what each knob adds to a length whose extreme spheres are held fixed."""
+        total = np.zeros(len(self.neutral))
         for sign, reach in length.terms:
-            if reach.joint >= 0:
-                places = self.joints[reach.posture][:, reach.joint]
-            else:
-                places = self.spheres[reach.posture][:, reach.sphere]
-            total += sign * (places @ np.array(reach.direction))
-            if reach.joint < 0 and reach.surface:
-                total += sign * self.basis.radius[:, reach.sphere]
+            if reach not in self._rows:
+                self._rows[reach] = self._reach_row(reach)
+            total += sign * self._rows[reach]
         return total
+
+    def _reach_row(self, reach: Reach) -> Floats:
+        q, along = QUEUE[reach.posture], AXES[reach.direction]
+        if reach.joint >= 0:
+            places: Floats = self._joints[q, :, reach.joint] @ along
+            return places
+        s, rig = reach.sphere, self.base.rig
+        places = self._origins[q, :, rig.segment[s]] @ along + self.knobs.centre[:, s] @ (along @ rig.turn[q, s])
+        for b in np.flatnonzero(rig.blended == s):
+            end = self.knobs.in_child if rig.distal[b] else self.knobs.in_parent
+            places = places + end[:, rig.joint[b]] @ (along @ rig.lever[q, b])
+        return places + self.knobs.radius[:, s] if reach.surface else places
+
+
+def volumes(body: Body, shape: Shape) -> Floats:
+    """(N,) volume [m3] of the spheres of each segment together."""
+    found: Floats = union_volumes(shape.centre, shape.radius, body.start, VOLUME_LINES)
+    return found
 
 
 @lru_cache(maxsize=16)
 def shape_space(body: Body) -> ShapeSpace:
     """The shapes of a body, worked out once (nouns are frozen and compare by identity)."""
-    groups = _groups(body)
-    basis = _basis(body, groups)
+    groups = groups_of(body)
+    stretch = stretch_shapes(body, groups)
+    neutral = np.tile([1.0, 1.0, 1.0, 1.0, 0.0], len(stretch.radius) // KNOBS)
+    price = stretch_price(body, groups)
+    none = Shape(*(np.zeros_like(getattr(stretch, f)[0]) for f in _FIELDS))
+    family, knobs, constant = 0, stretch, none
+    if body.basis is not None:
+        within = family_shapes(body)
+        family = len(within.radius)
+        knobs = Shape(*(np.concatenate([getattr(within, f), getattr(stretch, f)]) for f in _FIELDS))
+        at = body.basis_at
+        constant = Shape(*(-np.tensordot(at, getattr(within, f), axes=1) for f in _FIELDS))
+        neutral = np.concatenate([at, neutral])
+        joint_price = np.zeros((family + len(price), family + len(price)))
+        joint_price[:family, :family] = _likelihood(body)
+        joint_price[family:, family:] = CLOSING * price
+        price = joint_price
     base = Manikin(body)
-    placed = [base.changed(shape).placed for shape in basis]
-    stacked = Shape(*(np.stack([getattr(s, field) for s in basis]) for field in
-                      ("centre", "radius", "in_parent", "in_child")))  # fmt: skip
-    return ShapeSpace(
-        base=base,
-        groups=groups,
-        basis=stacked,
-        spheres={name: np.stack([p[name][0] for p in placed]) for name in POSTURES},
-        joints={name: np.stack([p[name][1] for p in placed]) for name in POSTURES},
-        price=_price(body, groups),
-        overlaps=base.overlaps(),
-        neutral=np.tile([1.0, 1.0, 1.0, 1.0, 0.0], int(groups.max()) + 1),
+    origins, joints = base.rig.origins(knobs)
+    cheap: Floats = np.linalg.inv(price).astype(np.float64)
+    measured = (price, cheap, base.overlaps(), volumes(body, base.shape))
+    return ShapeSpace(base, groups, family, neutral, knobs, constant, *measured, _tied(body), origins, joints)
+
+
+def family_shapes(body: Body) -> Shape:
+    """What each coefficient of the body's family adds to its spheres and joints, in segment frames: (K, ...)."""
+    basis = body.basis
+    assert basis is not None
+    detail = detail_of(body)
+    joint, origin = basis.joint_basis, basis.origin_basis
+    return Shape(
+        detail.centre_basis - origin[:, detail.segment],
+        detail.radius_basis,
+        joint - origin[:, body.parent[1:]],
+        joint - origin[:, 1:],
     )
 
 
-def _groups(body: Body) -> Ints:
-    """(N,) left and right twins, known by their names, change together."""
-    plain = [name.removeprefix("left ").removeprefix("right ") for name in body.segment_names]
-    order = list(dict.fromkeys(plain))
-    return np.array([order.index(name) for name in plain])
+def detail_of(body: Body) -> Detail:
+    """The level of detail of its family that a body has: the one with as many spheres in each segment."""
+    assert body.basis is not None
+    counts = np.diff(body.start)
+    levels = body.basis.details.values()
+    return next(d for d in levels if np.array_equal(np.bincount(d.segment, minlength=len(counts)), counts))
 
 
-def _basis(body: Body, groups: Ints) -> list[Shape]:
-    """The shapes whose sums with the factors as weights are all the shapes there are."""
-    segment = body.sphere_segment
-    parent, child = groups[body.parent[1:]], groups[1:]
-    shapes = []
-    for group in range(int(groups.max()) + 1):
-        mine = (groups[segment] == group)[:, None]
-        above, below = (parent == group)[:, None], (child == group)[:, None]
-        for axis in range(4):
-            along = np.eye(4)[axis, :3]
-            shapes.append(Shape(
-                body.centre * mine * along,
-                body.radius * mine[:, 0] * float(axis == 3),
-                body.joint_in_parent * above * along,
-                body.joint_in_child * below * along,
-            ))  # fmt: skip
-        long, middle, half = _extent(body, groups, group)
-        across = 1.0 - np.eye(3)[long]
-
-        def taper(points: Floats, long: int = long, middle: float = middle, half: float = half) -> Floats:
-            share: Floats = (points[:, long : long + 1] - middle) / half
-            return share
-
-        shapes.append(Shape(
-            body.centre * mine * across * taper(body.centre),
-            body.radius * mine[:, 0] * taper(body.centre)[:, 0],
-            body.joint_in_parent * above * across * taper(body.joint_in_parent),
-            body.joint_in_child * below * across * taper(body.joint_in_child),
-        ))  # fmt: skip
-    return shapes
+def _likelihood(body: Body) -> Floats:
+    """(K, K) inverse covariance of the coefficients among people like the nearest anchor of the family."""
+    basis = body.basis
+    assert basis is not None
+    variance, axes = np.linalg.eigh(basis.anchor_spread[basis.nearest_anchor(body.basis_at)])
+    inverse: Floats = (axes / np.maximum(variance, NARROW**2)) @ axes.T
+    return inverse
 
 
-def _extent(body: Body, groups: Ints, group: int) -> tuple[int, float, float]:
-    """The long axis of a group's spheres, their middle along it and half their extent [m]."""
-    centres = body.centre[groups[body.sphere_segment] == group]
-    if len(centres) < 2:
-        return 2, 0.0, 1.0
-    span = np.ptp(centres, axis=0)
-    long = int(np.argmax(span))
-    return long, float(centres[:, long].min() + 0.5 * span[long]), max(float(0.5 * span[long]), 1e-3)
-
-
-def _price(body: Body, groups: Ints) -> Floats:
-    """Cross sections stay round (radius against the two axes across); lengths are freer to go their own way."""
-    count = int(groups.max()) + 1
-    unit = np.eye(KNOBS * count)
-    rows = [LEAST * row for row in unit]
-    for group in range(count):
-        long = _extent(body, groups, group)[0]
-        first = KNOBS * group
-        for axis in range(3):
-            rows.append((ALONG if axis == long else ROUND) * (unit[first + axis] - unit[first + 3]))
-        rows.append(EVEN * unit[first + 4])
-    for child in range(1, len(groups)):
-        one, other = groups[child], groups[body.parent[child]]
-        if one != other:
-            rows.append(SMOOTH * (unit[KNOBS * one + 3] - unit[KNOBS * other + 3]))
-    stacked = np.array(rows)
-    price: Floats = stacked.T @ stacked
-    return price
+def _tied(body: Body) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
+    """Spheres that stand on a joint below or above their segment, and these joints."""
+    pairs: list[tuple[Ints, Ints]] = []
+    segment, child = body.sphere_segment, np.arange(1, len(body.segments))
+    for owner, at in ((body.parent[1:], body.joint_in_parent), (child, body.joint_in_child)):
+        gap = np.linalg.norm(body.centre[:, None] - at[None], axis=-1)
+        sphere, joint = np.nonzero((gap <= 2e-6) & (segment[:, None] == owner[None]))
+        pairs.append((sphere, joint))
+    return pairs[0], pairs[1]

@@ -1,0 +1,33 @@
+"""What follows from a body's spheres and joints: lines that twist is shared along, shares, enclosing spheres."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.model.arrays import Floats
+from workbench.model.blend import enclosing_spheres
+from workbench.model.body import Body
+
+__all__ = ["settled"]
+
+
+def settled(body: Body, *, steps: int = 100) -> Body:
+    """The body with twist_point, twist_axis, twist_share and its enclosing spheres as its joints and spheres say.
+
+    The line of a segment runs from its proximal joint (the origin, at the stage) to the distal joint whose twist it
+    shares; the share is 0 at the first and 1 at the second. steps: how long small enclosing spheres are sought.
+    """
+    point, axis = np.zeros((len(body.segments), 3)), np.zeros((len(body.segments), 3))
+    share = np.zeros(len(body.sphere_names))
+    for n in np.flatnonzero(body.twist_joint >= 0):
+        point[n] = body.joint_in_child[n - 1] if n else 0.0
+        span: Floats = body.joint_in_parent[body.twist_joint[n]] - point[n]
+        length = float(np.linalg.norm(span))
+        axis[n] = span / length
+        rows = body.spheres(int(n))
+        share[rows] = np.clip((body.centre[rows] - point[n]) @ axis[n] / length, 0.0, 1.0)
+    body = replace(body, twist_point=point, twist_axis=axis, twist_share=share)
+    centre, radius = enclosing_spheres(body, steps=steps)
+    return replace(body, enclosing_centre=centre, enclosing_radius=radius)
