@@ -350,3 +350,17 @@ def test_limits_in_degrees_are_radians_in_the_body_up_to_two_turns(tmp_path):
     (tmp_path / "body.yaml").write_text(changed(BODY, "limits: [142, 0]", "limits: [720, 0]"))
     with warnings.catch_warnings(action="error"):
         assert wb.load_body(tmp_path / "body.yaml").stops.limits.max() == pytest.approx(12.566370614)
+
+
+def test_two_allowances_for_one_pair_are_refused_with_both_lines(tmp_path):
+    twice = BODY.replace("  - {between: [BASE, LOWER], depth: 5}", "  - {between: [BASE, LOWER], depth: 5}\n"
+                         "  - {between: [LOWER, BASE], depth: 7}")  # fmt: skip
+    first = 1 + BODY[: BODY.index("  - {between: [BASE, LOWER]")].count("\n")
+    (told,) = problems(tmp_path, twice)
+    assert f"body.yaml:{first + 1}:" in told
+    assert f"LOWER and BASE have an allowance already, at {first}:" in told
+
+
+def test_a_left_handed_table_of_directions_is_refused(tmp_path):
+    (told,) = problems(tmp_path, changed(BODY, "{back: -y, top: -z, left: +x}", "{back: -y, top: -z, left: -x}"))
+    assert "must be a right-handed set" in told

@@ -118,6 +118,7 @@ def test_the_unchanged_study_loads(tmp_path):
             "segments: [HND]",
             "criteria[1].segments[0]: nothing is called 'HND'; did you mean 'HAND'",
         ),
+        ("segments: [HAND]", "segments: [lower arm]", "nothing is called 'lower arm'; did you mean 'LOWER'?"),
         ("segments: [HAND]", "segments: []", "criteria[1].segments: at least 1 are needed (got [])"),
         ("segments: [HAND]", "segments: HAND", "criteria[1].segments: a list is needed (got 'HAND')"),
         ('["w*"]', '["x*"]', "criteria[1].parts[0]: nothing is called 'x*'; valid: floor, wall, seat, rest"),

@@ -93,7 +93,7 @@ def test_coefficients_that_cannot_be_are_refused(adult, at, words):
 
 
 def test_a_level_that_is_not_there_is_answered_with_those_that_are(adult, bubbleman):
-    with pytest.raises(wb.InputError, match="did you mean 'fine'. valid: coarse, fine"):
+    with pytest.raises(wb.InputError, match=r"did you mean 'fine'\? valid: coarse, fine"):
         morph(adult, adult.basis_at, "fin")
     with pytest.raises(wb.InputError, match="belongs to no family"):
         scale(bubbleman, {"stature": 1.7}, detail="coarse")
@@ -125,9 +125,9 @@ def test_a_stature_alone_changes_mostly_what_makes_people_tall(adult):
 
 def test_what_the_family_does_not_reach_is_closed_by_stretching(adult):
     # no component makes the hand broader
-    wider = scale(adult, {"hand_breadth": measure(adult)["hand_breadth"] + 0.004})
+    wider = scale(adult, measure(adult, SIX) | {"hand_breadth": measure(adult)["hand_breadth"] + 0.004})
     assert measure(wider)["hand_breadth"] == pytest.approx(measure(adult)["hand_breadth"] + 0.004, abs=1e-5)
-    assert np.abs(wider.basis_at).max() < 0.5
+    assert np.abs(wider.basis_at).max() < 0.8
 
 
 def test_a_mix_that_nobody_has_is_refused_with_the_measure_that_causes_it(adult):

@@ -87,6 +87,15 @@ def test_measured_on_the_posed_body_stature_is_its_height(bubbleman):
     assert measure(bubbleman, ["stature"])["stature"] == pytest.approx(top - low)
 
 
+SAID = (("height", "stature"), ("shoulder_width", "bideltoid_breadth"), ("knee height", "knee_height_sitting"))
+
+
+def test_what_people_say_for_a_measure_is_answered_with_its_name(bubbleman):
+    for said, name in SAID:
+        with pytest.raises(wb.InputError, match=f"did you mean .{name}."):
+            measure(bubbleman, [said])
+
+
 @pytest.mark.parametrize("column", ["M1", "M5", "M50", "M95", "M99", "F1", "F5", "F50", "F95", "F99"])
 def test_six_measures_come_out_within_a_hundredth_of_a_millimetre(bubbleman, column):
     wanted = percentile(column, SIX)

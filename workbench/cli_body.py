@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
@@ -72,8 +72,10 @@ def body_scale(
     body: str,
     *,
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
-    sex: str = "male",
-    population: str = "ansur2",
+    sex: Literal["male", "female"] = "male",
+    age: float | None = None,
+    population: str | None = None,
+    detail: Literal["coarse", "medium", "fine"] | None = None,
     **measures: str,
 ) -> int:
     """Make a body with given measures, one flag each: --stature "1625 mm" --sitting-height "33.8 in" --mass "60 kg".
@@ -88,24 +90,30 @@ def body_scale(
         the body file to write
     sex
         male or female: whose figures the other measures follow
+    age
+        of a child, in years: growth charts tell stature and mass where they are not given
     population
-        the population whose figures they are
+        the population whose figures they are: ansur2, or cdc_growth with an age
+    detail
+        how many spheres, of a body that comes in several levels
     measures
         measures by name, with units
     """
     from workbench.files.bodies import body_path, load_body
     from workbench.files.body_writer import body_text
+    from workbench.files.growth import load_growth
     from workbench.files.populations import load_population_model
     from workbench.files.results import write_file
     from workbench.study.persons import person_body
 
-    if not measures:
+    if not measures and age is None:
         raise UsageError('workbench body scale: give one measure or more, such as --stature "1625 mm"')
     wanted = {name.replace("-", "_"): _quantity(name.replace("-", "_"), text) for name, text in measures.items()}
-    made = person_body(load_body(body), load_population_model(population), sex=sex, measures=wanted)
+    people = load_population_model(population or "ansur2") if age is None else load_growth(population or "cdc_growth")
+    made = person_body(load_body(body), people, sex=sex, measures=wanted, age=age, detail=detail)
     for warning in made.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    told = ", ".join(f"{name} {text}" for name, text in measures.items())
+    told = ", ".join([*(f"{name} {text}" for name, text in measures.items()), *([f"{age:g} years"] if age else [])])
     text = body_text(made.body, body_path(body), name=out.stem, description=f"{body}, {sex}, to {told}")
     write_file(out, text)
     print(out)
@@ -115,6 +123,7 @@ def body_scale(
 def _quantity(name: str, text: str) -> float:
     """Metres, or kilograms of a mass."""
     from workbench.files.schema import to_metres
+    from workbench.model.measures import WORDS
     from workbench.shape.measure import MEASURES
 
     if name == "mass":
@@ -124,7 +133,7 @@ def _quantity(name: str, text: str) -> float:
             raise UsageError(f"--mass: a mass such as '60 kg' or '132 lb' is needed, got {text!r}")
         return float(number) * factor
     if name not in MEASURES:
-        raise UsageError(f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'])}")
+        raise UsageError(f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'], words=WORDS)}")
     try:
         return to_metres(text)
     except ValueError as error:

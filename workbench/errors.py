@@ -8,7 +8,7 @@ WorkbenchError          the root: catch this one
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
 __all__ = ["InputError", "MissingPartError", "UsageError", "WorkbenchError", "one_of"]
@@ -40,9 +40,15 @@ class MissingPartError(WorkbenchError):
     exit_code = 4
 
 
-def one_of(given: str, valid: Iterable[str]) -> str:
-    """Say what would have been right: the nearest valid name first, then all of them (at most 40)."""
+def one_of(given: str, valid: Iterable[str], *, words: Mapping[str, str] | None = None) -> str:
+    """Say what would have been right: the nearest valid name first, then all of them (at most 40).
+
+    words: other words that somebody may have meant a valid name by.
+    """
     names = list(valid)
-    near = get_close_matches(given, names, n=1)
+    meant = {word.lower(): name for word, name in (words or {}).items() if name in names}
+    known = given.lower().replace("_", " ")
+    near = [meant[known]] if known in meant else get_close_matches(given, names, n=1)
+    near = near or [meant[word] for word in get_close_matches(known, meant, n=1)]
     shown = ", ".join(names[:40]) + (f", … ({len(names)} in all)" if len(names) > 40 else "")
     return (f"did you mean {near[0]!r}? " if near else "") + f"valid: {shown or 'none'}"

@@ -86,10 +86,24 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
                 faults.append(fail(document, (kind, name, "number"), what))
             numbers.setdefault(entry.number, name)
     faults += [line for name, joint in file.joints.items() for line in _joint_sphere(document, file, (name, joint))]
+    faults += _allowance_faults(document, file)
+    return faults
+
+
+def _allowance_faults(document: Document, file: BodyFile) -> list[str]:
+    """Two known segments, and each pair once: two depths for one pair would leave open which of them counts."""
+    faults, seen = [], dict[frozenset[str], int]()
+    words = {segment.name: name for name, segment in file.segments.items()}
     for row, allowance in enumerate(file.allowances):
+        pair = frozenset(allowance.between)
+        if pair in seen:
+            before = document.where(("allowances", seen[pair])).removeprefix(f"{document.file}:")
+            what = f"{' and '.join(allowance.between)} have an allowance already, at {before}; one for each pair"
+            faults.append(fail(document, ("allowances", row), what))
+        seen.setdefault(pair, row)
         for end, segment_name in enumerate(allowance.between):
             if segment_name not in file.segments:
-                what = f"unknown segment {segment_name!r}; {one_of(segment_name, file.segments)}"
+                what = f"unknown segment {segment_name!r}; {one_of(segment_name, file.segments, words=words)}"
                 faults.append(fail(document, ("allowances", row, "between", end), what))
     return faults
 
@@ -156,6 +170,8 @@ def _direction_problem(segment: SegmentFile) -> str:
     for name, axis in segment.directions.items():
         if not np.allclose(table[DIRECTIONS.index(name)], axis_vector(axis), atol=1e-6):
             return f"{name!r} and {OPPOSITE[name]!r} must be opposite"
+    if np.linalg.det(table[::2]) < 0:
+        return "front, left and top must be a right-handed set, as +x, +y, +z are (front x left = top)"
     return ""
 
 

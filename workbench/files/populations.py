@@ -15,7 +15,7 @@ from workbench.files.catalogue import find
 from workbench.files.schema import FileModel, LengthUnit, fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
-from workbench.model.measures import MASS, MEASURES
+from workbench.model.measures import MASS, MEASURES, WORDS
 from workbench.model.population import SEXES, PopulationModel
 
 __all__ = ["PopulationFile", "load_population_model"]
@@ -108,7 +108,7 @@ def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]
     for name, row in part.quantiles.items():
         where = (sex, "quantiles", name)
         if name not in MEASURES:
-            faults.append(fail(document, where, f"no such measure; {one_of(name, MEASURES)}"))
+            faults.append(fail(document, where, f"no such measure; {one_of(name, MEASURES, words=WORDS)}"))
         elif len(row) != len(file.percentiles):
             what = f"{len(file.percentiles)} values are needed, one a percentile (got {len(row)})"
             faults.append(fail(document, where, what))

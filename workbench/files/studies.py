@@ -13,14 +13,17 @@ from workbench.errors import InputError, one_of
 from workbench.files.bodies import body_path, load_body
 from workbench.files.catalogue import find
 from workbench.files.environments import environment_files, load_environment
+from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, flat_angles, load_postures, posture_path, posture_pose
 from workbench.files.schema import fail, validate
-from workbench.files.study_schema import CriterionFile, PersonFile, SizeFile, StudyFile
+from workbench.files.study_schema import CriterionFile, PersonFile, SizeFile, StudyFile, population_name
 from workbench.files.yaml_text import Document, read_yaml
-from workbench.model.body import Body
+from workbench.model.body import Body, segment_words
 from workbench.model.environment import Environment
-from workbench.model.measures import MEASURES, ON_THE_BODY
+from workbench.model.growth import Growth
+from workbench.model.measures import MEASURES, ON_THE_BODY, WORDS
+from workbench.model.population import PopulationModel
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix, join_poses
 from workbench.model.study import Criterion, Person, Size, Study
@@ -99,11 +102,17 @@ def _body(document: Document, file: StudyFile, who: tuple[str, Path]) -> tuple[L
     except InputError as error:
         return None, {}, list(error.problems)
     files = {f"body of {name}": source, f"postures of {name}": postures}
+    detail = file.people[name].detail
+    if detail is not None and (body.basis is None or detail not in body.basis.details):
+        levels = ", ".join(body.basis.details) if body.basis else "none"
+        what = f"body {body.name} has no level of detail {detail!r}; valid: {levels}"
+        return loaded, files, [fail(document, ("people", name, "detail"), what)]
     size = file.people[name].size
     try:
         if size is not None:
-            files[f"population of {name}"] = find("bodies/populations", size.population, near=path.parent)
-            load_population_model(size.population)
+            source = find("bodies/populations", population_name(size), near=path.parent)
+            files[f"population of {name}"] = source
+            _population(size)
     except InputError as error:
         where = ("people", name, "size", "population")
         return None, {}, [fail(document, where, problem) for problem in error.problems]
@@ -119,7 +128,7 @@ def _size_faults(document: Document, file: StudyFile, name: str) -> list[str]:
         if measure == "mass":
             faults.append(fail(document, where, "a mass is no length; give it beside the measures, as mass_kg: 60"))
         elif measure not in ON_THE_BODY:
-            faults.append(fail(document, where, f"no measure {measure!r}; {one_of(measure, ON_THE_BODY)}"))
+            faults.append(fail(document, where, f"no measure {measure!r}; {one_of(measure, ON_THE_BODY, words=WORDS)}"))
         elif measure in MEASURES and not MEASURES[measure][0] <= value <= MEASURES[measure][1]:
             low, high = (1000 * limit for limit in MEASURES[measure])
             what = f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
@@ -184,7 +193,7 @@ def _case_faults(document: Document, file: StudyFile, bodies: dict[str, Loaded])
     for name, (body, _) in bodies.items():
         at = file.people[name].at
         if at and at.segment not in body.segments:
-            what = f"unknown segment {at.segment!r}; {one_of(at.segment, body.segments)}"
+            what = f"unknown segment {at.segment!r}; {one_of(at.segment, body.segments, words=segment_words(body))}"
             faults.append(fail(document, ("people", name, "at", "segment"), what))
     return faults
 
@@ -196,6 +205,7 @@ def _criteria_faults(document: Document, file: StudyFile, loaded: Found) -> list
     valid: dict[str, list[str]] = {"people": list(file.people)}
     if len(bodies) == len(file.people):
         valid["segments"] = list(dict.fromkeys(name for body, _ in bodies.values() for name in body.segments))
+    words = {word: name for body, _ in bodies.values() for word, name in segment_words(body).items()}
     if environment is not None:
         valid["parts"] = _visible(environment)
     faults, seen = [], set()
@@ -209,7 +219,8 @@ def _criteria_faults(document: Document, file: StudyFile, loaded: Found) -> list
                 if not any(fnmatchcase(known, name) for known in names):
                     what = f"part {name!r} is hidden, so it is not checked" if name in hidden else \
                            f"nothing is called {name!r}"  # fmt: skip
-                    faults.append(fail(document, (*key, field, place), f"{what}; {one_of(name, names)}"))
+                    hint = one_of(name, names, words=words if field == "segments" else {})
+                    faults.append(fail(document, (*key, field, place), f"{what}; {hint}"))
         if criterion.check == "between_people" and len(file.people) < 2:
             faults.append(fail(document, (*key, "check"), "between_people needs two people or more"))
     return faults
@@ -258,6 +269,7 @@ def _person(file: StudyFile, name: str, loaded: Loaded) -> Person:
         up=person.adjust.up if person.adjust else 0.0,
         stand=person.stand.on if person.stand else None,
         size=_size(person.size) if person.size else None,
+        detail=person.detail,
     )
 
 
@@ -274,4 +286,10 @@ def _put(body: Body, poses: Poses, person: PersonFile) -> Poses:
 
 def _size(file: SizeFile) -> Size:
     mass = {} if file.mass_kg is None else {"mass": file.mass_kg}
-    return Size(file.sex, file.measures | mass, load_population_model(file.population))
+    return Size(file.sex, file.measures | mass, _population(file), file.age)
+
+
+def _population(file: SizeFile) -> PopulationModel | Growth:
+    """The people a size is among: of a child those of its age."""
+    name = population_name(file)
+    return load_population_model(name) if file.age is None else load_growth(name)

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from workbench.files.postures import AnglesFile, AttitudeFile
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
 
-__all__ = ["CaseFile", "CriterionFile", "PersonFile", "StudyFile"]
+__all__ = ["CaseFile", "CriterionFile", "PersonFile", "SizeFile", "StudyFile", "population_name"]
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Names = Annotated[list[str], Field(min_length=1)]
@@ -38,12 +38,27 @@ class StandFile(FileModel):
 
 
 class SizeFile(FileModel):
-    """A person's size: some measures, the rest as people of the population with these have them."""
+    """A person's size: some measures, the rest as people of the population with these have them.
+
+    With an age [years] the population is one of growth charts; a child may do without measures.
+    """
 
     sex: Literal["male", "female"]
-    population: str = "ansur2"
-    measures: Annotated[dict[str, Annotated[Length, Field(gt=0)]], Field(min_length=1)]
+    age: Annotated[float, Field(gt=0, le=120)] | None = None
+    population: str | None = None
+    measures: dict[str, Annotated[Length, Field(gt=0)]] = {}
     mass_kg: Annotated[float, Field(gt=0, le=400)] | None = None
+
+    @model_validator(mode="after")
+    def _says_something(self) -> SizeFile:
+        if self.age is None and not self.measures:
+            raise ValueError("a size is one measure or more, or the age of a child")
+        return self
+
+
+def population_name(size: SizeFile) -> str:
+    """The population of a size: as named, or ANSUR II, or the CDC's growth charts for a child."""
+    return size.population or ("ansur2" if size.age is None else "cdc_growth")
 
 
 class PersonFile(FileModel):
@@ -51,6 +66,7 @@ class PersonFile(FileModel):
 
     body: str
     size: SizeFile | None = None
+    detail: Literal["coarse", "medium", "fine"] | None = None
     seat: str | None = None
     adjust: AdjustFile | None = None
     at: AtFile | None = None

@@ -12,7 +12,7 @@ from workbench.model.basis import ShapeBasis
 from workbench.model.stops import Stops
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["Body"]
+__all__ = ["Body", "segment_words"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,7 +123,8 @@ class Body:
     def segment(self, mnemonic: str) -> int:
         """Index of a segment by its mnemonic; InputError lists the valid ones."""
         if mnemonic not in self.segments:
-            raise InputError(f"body {self.name}: no segment {mnemonic!r}; {one_of(mnemonic, self.segments)}")
+            hint = one_of(mnemonic, self.segments, words=segment_words(self))
+            raise InputError(f"body {self.name}: no segment {mnemonic!r}; {hint}")
         return self.segments.index(mnemonic)
 
     def joint(self, mnemonic: str) -> int:
@@ -148,3 +149,8 @@ class Body:
         child = np.arange(1, len(self.segments))
         grid[child, self.parent[1:]] = grid[self.parent[1:], child] = True
         return grid
+
+
+def segment_words(body: Body) -> dict[str, str]:
+    """The mnemonic of each segment by its name in words, for suggestions."""
+    return dict(zip(body.segment_names, body.segments, strict=True))

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 from workbench.errors import InputError, one_of
 
-__all__ = ["COCKPIT", "MASS", "MEASURES", "ON_THE_BODY", "check_measures"]
+__all__ = ["COCKPIT", "MASS", "MEASURES", "ON_THE_BODY", "WORDS", "check_measures"]
 
 MASS = "mass"
 # The six of the boundary manikins of cockpits: Zehner, Meindl & Hudson 1993, AL-TR-1992-0164.
@@ -99,10 +99,42 @@ MEASURES: dict[str, tuple[float, float]] = {
 }
 
 
+# What people say for them.
+WORDS: dict[str, str] = {
+    "height": "stature",
+    "body height": "stature",
+    "tall": "stature",
+    "weight": MASS,
+    "body weight": MASS,
+    "seated height": "sitting_height",
+    "height sitting": "sitting_height",
+    "eye height": "eye_height_sitting",
+    "shoulder height": "acromial_height",
+    "shoulder breadth": "bideltoid_breadth",
+    "shoulder width": "bideltoid_breadth",
+    "hip width": "hip_breadth",
+    "waist width": "waist_breadth",
+    "knee height": "knee_height_sitting",
+    "thigh height": "thigh_clearance",
+    "elbow height": "elbow_rest_height",
+    "leg length": "functional_leg_length",
+    "arm reach": "thumb_tip_reach",
+    "reach": "thumb_tip_reach",
+    "overhead reach": "overhead_fingertip_reach_sitting",
+    "hip to knee": "buttock_knee_length",
+    "upper arm length": "shoulder_elbow_length",
+    "forearm length": "radiale_stylion_length",
+    "hand width": "hand_breadth",
+    "foot width": "foot_breadth_horizontal",
+    "foot breadth": "foot_breadth_horizontal",
+    "belly depth": "abdominal_extension_depth_sitting",
+}
+
+
 def check_measures(names: Iterable[str], known: Iterable[str] = MEASURES) -> tuple[str, ...]:
     """The names as a tuple; InputError for one that is not known or stands twice."""
     chosen, valid = tuple(names), tuple(known)
-    faults = [f"no measure {name!r}; {one_of(name, valid)}" for name in chosen if name not in valid]
+    faults = [f"no measure {name!r}; {one_of(name, valid, words=WORDS)}" for name in chosen if name not in valid]
     faults += [f"measure {name!r} is named twice" for name in dict.fromkeys(chosen) if chosen.count(name) > 1]
     if faults:
         raise InputError(faults)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from workbench.model.body import Body
 from workbench.model.environment import Environment
+from workbench.model.growth import Growth
 from workbench.model.population import PopulationModel
 from workbench.model.poses import Poses
 
@@ -32,11 +33,13 @@ class Criterion:
 
 @dataclass(frozen=True, eq=False)
 class Size:
-    """A person's measures [m; mass in kg], and the population whose people the other measures are taken from."""
+    """A person's measures [m; mass in kg], and the population whose people the other measures are taken from, or the
+    growth charts and the age [years] of a child."""
 
     sex: str
     measures: Mapping[str, float]
-    population: PopulationModel
+    population: PopulationModel | Growth
+    age: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +48,7 @@ class Person:
 
     seat: the seat it is put into (its adjustment `forward` and `up` [m]); or `stand`: a point (3,) [m] that the lowest
     sphere stands on; or neither, where the poses are placed already. size: the measures the body is scaled to when the
-    study runs, None for the body as it is.
+    study runs, None for the body as it is. detail: the level of detail of its family, its own where None.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Person:
     up: float = 0.0
     stand: tuple[float, float, float] | None = None
     size: Size | None = None
+    detail: str | None = None
 
 
 @dataclass(frozen=True, eq=False)

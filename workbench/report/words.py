@@ -7,7 +7,7 @@ import math
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
 from workbench.model.result import Finding, Result, Verdict
-from workbench.model.study import Person
+from workbench.model.study import Person, Size
 
 __all__ = ["contact_sentence", "finding_sentence", "headline", "millimetres", "person_words",
            "verdict_sentence"]  # fmt: skip
@@ -78,7 +78,7 @@ def person_words(person: Person, mass: float) -> str:
     if person.size is not None:
         given = ", ".join(f"{name.replace('_', ' ')} {1000 * value:.0f} mm" for name, value in
                           person.size.measures.items() if name != "mass")  # fmt: skip
-        words += f" as a {'woman' if person.size.sex == 'female' else 'man'} of {given}"
+        words += f" as a {_kind(person.size)}" + (f" of {given}" if given else "")
     words += f", {mass:.1f} kg"
     if person.seat is not None:
         words += f", in seat {person.seat.replace('_', ' ')}"
@@ -86,6 +86,13 @@ def person_words(person: Person, mass: float) -> str:
             if value:
                 words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
     return words
+
+
+def _kind(size: Size) -> str:
+    """ "woman", or "girl of 6 years" with an age below 18."""
+    if size.age is None or size.age >= 18:
+        return "woman" if size.sex == "female" else "man"
+    return f"{'girl' if size.sex == 'female' else 'boy'} of {size.age:g} years"
 
 
 def headline(result: Result) -> str:

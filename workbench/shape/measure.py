@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
+from workbench.model.measures import WORDS
 from workbench.shape.manikin import BACK, DOWN, FRONT, LEFT, RIGHT, UP, Length, Manikin
 
 __all__ = ["MEASURES", "lengths", "measure"]
@@ -303,7 +304,7 @@ def lengths(manikin: Manikin, names: Iterable[str] | None = None) -> dict[str, L
     wanted = list(MEASURES) if names is None else list(names)
     for name in wanted:
         if name not in MEASURES:
-            raise InputError(f"no measure {name!r}; {one_of(name, MEASURES)}")
+            raise InputError(f"no measure {name!r}; {one_of(name, MEASURES, words=WORDS)}")
     return {name: MEASURES[name](manikin) for name in wanted}
 
 

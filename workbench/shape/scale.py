@@ -22,7 +22,7 @@ from workbench.shape.morph import morph
 from workbench.shape.rebuilt import rebuilt
 from workbench.shape.space import ShapeSpace, shape_space
 
-__all__ = ["LONGER", "scale", "scale_many"]
+__all__ = ["LONGER", "morph_to", "scale", "scale_many"]
 
 MOST_STEPS = 12
 CLOSE, ENOUGH = 1e-5, 2e-4

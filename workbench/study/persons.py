@@ -9,19 +9,26 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
+from workbench.model.growth import Growth
 from workbench.model.measures import MEASURES as PLAUSIBLE
+from workbench.model.measures import WORDS
 from workbench.model.population import PopulationModel
 from workbench.model.study import Study
 from workbench.people.conditional import condition, improbability
+from workbench.people.growth import growth_percentile, growth_values
 from workbench.people.percentile import percentile_values
 from workbench.people.scores import Scores, scores_of
 from workbench.shape.measure import MEASURES
-from workbench.shape.scale import scale
+from workbench.shape.scale import morph_to, scale
 
 __all__ = ["RARE", "SizedBody", "person_body", "sized"]
 
+Measures = Mapping[str, float]
+
 RARE = 4.0
 """A measure this many standard deviations from what the others make likely is no slip of the tape: it is told."""
+FAR = 0.1
+"""The least percentile of the growth charts that is taken for a child's; the curves say nothing farther out."""
 # measures whose figures and definition on the sphere body are known not to agree (see shape.measure)
 APART = ("functional_leg_length", "hip_breadth_sitting", "cervicale_height", "cervicale_height_sitting")
 
@@ -35,23 +42,40 @@ class SizedBody:
     warnings: tuple[str, ...]
 
 
-def person_body(body: Body, model: PopulationModel, *, sex: str, measures: Mapping[str, float]) -> SizedBody:
+def person_body(
+    body: Body,
+    people: PopulationModel | Growth,
+    *,
+    sex: str,
+    measures: Measures,
+    age: float | None = None,
+    detail: str | None = None,
+) -> SizedBody:
     """Scale a body to a person with these measures [m; mass in kg].
 
-    Measures that are not given are drawn near to their conditional mean in the population; the masses add up to the
-    given or expected mass. InputError for unknown or contradicting measures.
+    Measures that are not given are drawn near to their conditional mean in a population; of a child of an age [years]
+    the growth charts tell stature and mass, and the body's own family the rest. The masses add up to the given or
+    expected mass. detail: of the body's family. InputError for unknown or contradicting measures.
     """
-    scores = scores_of(model, sex)
     for name in measures:
         if name not in MEASURES and name != "mass":
-            raise InputError(f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'])}")
+            raise InputError(f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'], words=WORDS)}")
+    _plausible(measures)
+    if isinstance(people, Growth):
+        return _child(morph_to(body, detail), people, (sex, age), measures)
+    if age is not None:
+        raise InputError(f"an age goes with growth charts, not with the population {people.name}")
+    scores = scores_of(people, sex)
     known = {name: value for name, value in measures.items() if name in scores.names}
-    expected = condition(scores, known) if known else condition(scores, {"stature": _median(model, sex)})
+    expected = condition(scores, known) if known else condition(scores, {"stature": _median(people, sex)})
     values = dict(zip(expected.names, expected.values[0].tolist(), strict=True))
+    return _made(morph_to(body, detail), measures, values, _improbable(scores, known))
+
+
+def _made(body: Body, measures: Measures, values: Measures, told: tuple[str, ...]) -> SizedBody:
+    """The body with the given measures exactly and the expected ones near."""
     exact = {name: value for name, value in measures.items() if name != "mass"}
     near = {name: value for name, value in values.items() if name in MEASURES and name not in APART}
-    _plausible(measures)
-    told = _improbable(scores, known)
     try:
         made = scale(body, exact, others=near)
     except InputError:
@@ -59,20 +83,43 @@ def person_body(body: Body, model: PopulationModel, *, sex: str, measures: Mappi
         told += ("the measures that are not given could not be drawn near to those of such people",)
     mass = measures.get("mass", values.get("mass", float(made.mass.sum())))
     made = replace(made, mass=made.mass * (mass / made.mass.sum()))
-    return SizedBody(made, values | dict(measures), told)
+    return SizedBody(made, {**values, **measures}, told)
+
+
+def _child(body: Body, growth: Growth, who: tuple[str, float | None], measures: Measures) -> SizedBody:
+    """A child: stature and mass that are not given stand at the same percentile of its age as the one that is, at the
+    median where neither is."""
+    sex, age = who
+    if age is None:
+        raise InputError(f"{growth.name} are growth charts: they need an age in years")
+    known = [name for name in growth.names if name in measures]
+    percentile = 50.0
+    told: tuple[str, ...] = ()
+    if known:
+        percentile = float(growth_percentile(growth, sex, known[0], measures[known[0]], age=age))
+        if not FAR <= percentile <= 100 - FAR:
+            unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
+            told = (f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is at percentile {percentile:.2g} at {age:g} "
+                    f"years; there may be no such child",)  # fmt: skip
+        percentile = min(max(percentile, FAR), 100 - FAR)
+    row = growth_values(growth, sex, percentile, age=age)[0]
+    expected = dict(zip(growth.names, row.tolist(), strict=True))
+    lengths = set(measures) - {"mass"}
+    return _made(body, measures if lengths else {"stature": expected["stature"], **measures}, expected, told)
 
 
 def sized(study: Study) -> tuple[Study, list[str]]:
-    """The study with every person's body at its size, and what is improbable about the sizes, person by person."""
+    """The study with every person's body at its size, dressed, and what is improbable about the sizes, person by
+    person."""
     people, told = [], []
     for person in study.people:
-        if person.size is None:
-            people.append(person)
-            continue
-        size = person.size
-        made = person_body(person.body, size.population, sex=size.sex, measures=size.measures)
-        people.append(replace(person, body=made.body))
-        told += [f"{person.name}: {warning}" for warning in made.warnings]
+        body = morph_to(person.body, person.detail)
+        if person.size is not None:
+            size = person.size
+            made = person_body(body, size.population, sex=size.sex, measures=size.measures, age=size.age)
+            body = made.body
+            told += [f"{person.name}: {warning}" for warning in made.warnings]
+        people.append(replace(person, body=body))
     return replace(study, people=tuple(people)), told
 
 
