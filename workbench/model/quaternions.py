@@ -77,9 +77,12 @@ def from_matrices(matrices: Floats) -> Floats:
 
 
 def slerp(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Rotations (..., 4) on the shorter way from a to b at a constant rate; share (...,) 0 at a, 1 at b."""
+    """Rotations (..., 4) on the shorter way from a to b at a constant rate; share (...,) 0 at a, 1 at b.
+
+    Half a turn goes the way the sign of b says, so that rounding does not turn it round.
+    """
     step = multiply(conjugate(a), b)
-    step = np.where(step[..., :1] < 0.0, -step, step)
+    step = np.where(step[..., :1] < -1e-12, -step, step)
     sine = np.linalg.norm(step[..., 1:], axis=-1, keepdims=True)
     angle = 2.0 * np.arctan2(sine, step[..., :1])
     axis = step[..., 1:] / np.where(sine > 0.0, sine, 1.0)

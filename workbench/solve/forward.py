@@ -14,7 +14,7 @@ from workbench.model.body import Body
 from workbench.model.poses import Placed, Poses
 from workbench.model.window import logical_window, walk
 
-__all__ = ["place", "rereference", "update"]
+__all__ = ["packed_chain", "packed_skin", "place", "rereference", "update"]
 
 
 def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None) -> Placed:
@@ -30,7 +30,7 @@ def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, refe
     shown = logical_window(body, window, root)
     world = np.full((len(poses), len(body.segments), 3, 4), np.nan)
     world[:, root] = poses.world_from_reference
-    chain_transforms(poses.rotations, _chain(body, root, shown), 0, world)
+    chain_transforms(poses.rotations, packed_chain(body, root, shown), 0, world)
     return _with_spheres(body, poses, (world, shown))
 
 
@@ -42,7 +42,7 @@ def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
     """
     body = placed.body
     joint = body.joint(first_changed)
-    chain = _chain(body, poses.reference, placed.window)
+    chain = packed_chain(body, poses.reference, placed.window)
     steps = np.flatnonzero(chain.joint == joint)
     world = placed.world_from_segment.copy()
     chain_transforms(poses.rotations, chain, int(steps[0]) if len(steps) else len(chain.joint), world)
@@ -63,7 +63,8 @@ def rereference(placed: Placed, segment: str) -> Placed:
     return Placed(placed.body, world, centres, placed.window)
 
 
-def _chain(body: Body, reference: int, shown: Bools) -> Chain:
+def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:
+    """The steps of the walk from the reference segment to all that is shown (N,), for the kernels."""
     steps = [step for step in walk(body, reference) if shown[step[0]]]
     to, came, joint, upward = (np.array(column, dtype=np.int64) for column in zip(*steps, strict=True)) if steps else (
         np.zeros(0, np.int64),) * 4  # fmt: skip
@@ -72,9 +73,9 @@ def _chain(body: Body, reference: int, shown: Bools) -> Chain:
     return Chain(to, came, joint, upward, np.where(up, below, above), np.where(up, above, below))
 
 
-def _with_spheres(body: Body, poses: Poses, placed: tuple[Floats, Bools]) -> Placed:
-    world, shown = placed
-    skin = Skin(
+def packed_skin(body: Body, shown: Bools) -> Skin:
+    """The spheres of a body and which segments are shown (N,), for the kernels."""
+    return Skin(
         centre=body.centre,
         start=body.start,
         twist_joint=body.twist_joint,
@@ -89,6 +90,10 @@ def _with_spheres(body: Body, poses: Poses, placed: tuple[Floats, Bools]) -> Pla
         distal=distal(body).astype(np.int64),
         twist_shared=twist_shared(body).astype(np.int64),
     )
+
+
+def _with_spheres(body: Body, poses: Poses, placed: tuple[Floats, Bools]) -> Placed:
+    world, shown = placed
     centres = np.full((len(poses), len(body.sphere_names), 3), np.nan)
-    place_spheres(poses.rotations, world, skin, centres)
+    place_spheres(poses.rotations, world, packed_skin(body, shown), centres)
     return Placed(body, world, centres, shown)

@@ -1,0 +1,47 @@
+"""Between two poses: rotations on the shortest arc at a constant rate, positions on a straight line."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.model.poses import Poses
+from workbench.model.quaternions import from_matrices, matrices, slerp
+
+__all__ = ["between", "check_pairs"]
+
+
+def between(start: Poses, end: Poses, at: ArrayLike) -> Poses:
+    """The P poses on the way from `start` to `end` at the fractions `at` (one, or (P,), 0 to 1).
+
+    Joints and the reference segment turn on the shortest arc at a constant rate (spherical linear interpolation,
+    Shoemake 1985), its origin moves on a straight line. A joint that turns by exactly half a turn goes the way its end
+    quaternion's sign says: the rotation conj(start) end as it stands; the reference segment's is the one whose
+    largest component is positive. InputError where the poses do not belong together.
+    """
+    check_pairs(start, end)
+    fraction: Floats = np.broadcast_to(np.asarray(at, dtype=np.float64), (len(start),))
+    if not np.all((fraction >= 0) & (fraction <= 1)):
+        raise InputError("fractions of the way between two poses lie between 0 and 1")
+    turns = [from_matrices(poses.world_from_reference[:, :, :3]) for poses in (start, end)]
+    world = np.empty((len(start), 3, 4))
+    world[:, :, :3] = matrices(slerp(turns[0], turns[1], fraction))
+    first, last = start.world_from_reference[:, :, 3], end.world_from_reference[:, :, 3]
+    world[:, :, 3] = first + fraction[:, None] * (last - first)
+    time = None
+    if start.time is not None and end.time is not None:
+        time = start.time + fraction * (end.time - start.time)
+    return Poses(slerp(start.rotations, end.rotations, fraction[:, None]), start.reference, world, time)
+
+
+def check_pairs(start: Poses, end: Poses) -> None:
+    """InputError unless both hold the same number of poses, joints, and the same reference segment."""
+    if len(start) != len(end):
+        raise InputError(f"start and end need the same number of poses, got {len(start)} and {len(end)}")
+    if start.rotations.shape[1] != end.rotations.shape[1]:
+        joints = start.rotations.shape[1], end.rotations.shape[1]
+        raise InputError(f"start and end are poses of different bodies: {joints[0]} and {joints[1]} joints")
+    if start.reference != end.reference:
+        raise InputError("start and end place different reference segments: re-reference one of them")
