@@ -112,3 +112,57 @@ def circle_touches_polygon(centre, radius, loops):
                 crossing = (b[0] - a[0]) * (centre[1] - a[1]) / (b[1] - a[1]) + a[0]
                 inside ^= bool(centre[0] < crossing)
     return inside
+
+
+def on_the_way(body, way, steps):
+    """A body placed at steps + 1 even times between two poses."""
+    import workbench as wb
+
+    start, end = (wb.join_poses([poses] * (steps + 1)) for poses in way)
+    return wb.place(body, wb.between(start, end, np.linspace(0, 1, steps + 1)))
+
+
+def first_below(distance, level):
+    """(...) the first row of distance (T, ...) that is below a level, as a fraction of the way; infinite for none."""
+    touch = distance < level
+    return np.where(touch.any(axis=0), np.argmax(touch, axis=0), np.inf) / (len(distance) - 1)
+
+
+def check_sweep(body, way, environment, found, *, steps):
+    """First times (N, K) against dense sampling: never later, and touching where they say."""
+    import workbench as wb
+
+    distance = wb.clearance(on_the_way(body, way, steps), environment)
+    sampled = first_below(distance, -1e-9)
+    times = np.where(np.isnan(found), np.inf, found)
+    assert np.all(times <= sampled + 2e-6), (times, sampled)
+    for n, k in np.argwhere(np.isfinite(found)):
+        # at the time found the surfaces meet; or the contact has begun
+        near = wb.between(*way, min(found[n, k] + 1e-6, 1.0))
+        gap = wb.clearance(wb.place(body, near), environment)[0, n, k]
+        assert gap < 2e-5, (n, k, found[n, k], gap)
+        assert sampled[n, k] >= found[n, k] - 2e-6
+        before = distance[: int(np.ceil(found[n, k] * steps)), n, k]
+        assert np.all(before > -1e-5)
+
+
+def check_pair_sweep(body, way, other, own, *, steps):
+    """First times of sphere pairs (S, S) with another pose of the body and with itself, against dense sampling."""
+    import workbench as wb
+
+    centres, radii = on_the_way(body, way, steps).centres, body.radius[:, None] + body.radius[None]
+    still, segment = wb.place(body, other[1]).centres[0], body.sphere_segment
+    gaps = np.linalg.norm(centres[:, :, None] - still[None, None], axis=-1) - radii
+    selves = np.linalg.norm(centres[:, :, None] - centres[:, None], axis=-1) - radii
+    allowed = body.allowance[segment][:, segment]
+    apart = np.triu(~body.adjacent)[segment][:, segment]
+    for found, distance, level in ((other[0], gaps, 0.0), (own, np.where(apart, selves, np.inf), -allowed)):
+        sampled, times = first_below(distance, level - 1e-9), np.where(np.isnan(found), np.inf, found)
+        assert np.all(times <= sampled + 2e-6)
+        # not earlier than the step before, but for contacts that fall between two steps
+        early = np.argwhere(times < sampled - 1.0 / steps - 2e-6)
+        for s, v in early:
+            here = wb.place(body, wb.between(*way, min(times[s, v] + 1e-6, 1.0))).centres[0]
+            there = still if found is other[0] else here
+            gap = np.linalg.norm(here[s] - there[v]) - radii[s, v]
+            assert gap < np.broadcast_to(level, gaps.shape[1:])[s, v] + 2e-5

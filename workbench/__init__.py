@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from workbench.model.contacts import Contacts as Contacts
     from workbench.model.contacts import relation as relation
     from workbench.model.environment import Environment as Environment
+    from workbench.model.episodes import Episodes as Episodes
+    from workbench.model.moving import between as between
     from workbench.model.poses import Placed as Placed
     from workbench.model.poses import Poses as Poses
     from workbench.model.posing import join_poses as join_poses
@@ -43,10 +45,16 @@ if TYPE_CHECKING:
     from workbench.solve.collide import collides as collides
     from workbench.solve.collide import contacts as contacts
     from workbench.solve.collide import self_contacts as self_contacts
+    from workbench.solve.episodes import body_episodes as body_episodes
+    from workbench.solve.episodes import episodes as episodes
+    from workbench.solve.episodes import self_episodes as self_episodes
     from workbench.solve.forward import place as place
     from workbench.solve.forward import rereference as rereference
     from workbench.solve.forward import update as update
     from workbench.solve.stops import stops as stops
+    from workbench.solve.sweep import body_sweep as body_sweep
+    from workbench.solve.sweep import self_sweep as self_sweep
+    from workbench.solve.sweep import sweep as sweep
     from workbench.study.persons import person_body as person_body
     from workbench.study.run import run as run
 
@@ -65,6 +73,8 @@ _HOME: dict[str, str] = {
     "Contacts": "model.contacts",
     "relation": "model.contacts",
     "Environment": "model.environment",
+    "Episodes": "model.episodes",
+    "between": "model.moving",
     "Placed": "model.poses",
     "Poses": "model.poses",
     "join_poses": "model.posing",
@@ -77,6 +87,12 @@ _HOME: dict[str, str] = {
     "collides": "solve.collide",
     "contacts": "solve.collide",
     "self_contacts": "solve.collide",
+    "body_episodes": "solve.episodes",
+    "episodes": "solve.episodes",
+    "self_episodes": "solve.episodes",
+    "body_sweep": "solve.sweep",
+    "self_sweep": "solve.sweep",
+    "sweep": "solve.sweep",
     "place": "solve.forward",
     "rereference": "solve.forward",
     "update": "solve.forward",
@@ -96,6 +112,7 @@ __all__ = [
     "Clearance",
     "Contacts",
     "Environment",
+    "Episodes",
     "InputError",
     "MissingPartError",
     "Placed",
@@ -105,13 +122,17 @@ __all__ = [
     "UsageError",
     "WorkbenchError",
     "__version__",
+    "between",
     "body_clearance",
     "body_contacts",
+    "body_episodes",
+    "body_sweep",
     "boundary_cases",
     "clearance",
     "collides",
     "contacts",
     "draw_people",
+    "episodes",
     "join_poses",
     "load_body",
     "load_environment",
@@ -127,7 +148,10 @@ __all__ = [
     "run",
     "scale",
     "self_contacts",
+    "self_episodes",
+    "self_sweep",
     "stops",
+    "sweep",
     "update",
 ]
 

@@ -59,7 +59,7 @@ def possible_range(one, two, way, least, most):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def look_at_parts(faces, shells, part, far, looks):  # type: ignore[no-untyped-def]
-    """Fill distance and nearest point of looks (M, 8) at parts (M,): exact up to far (M,) [m], no less than it beyond."""
+    """Fill distance and nearest point of looks (M, 8) at parts (M,): exact up to far (M,) [m], no less beyond."""
     stack = np.empty(64, np.int64)
     for i in range(len(part)):
         row, k = looks[i], part[i]

@@ -16,7 +16,7 @@ from workbench.solve.moving import Mover, centres_at, jumps, ways
 __all__ = ["DEEP_ENOUGH", "FINEST", "Chase", "Spans", "contact_spans", "deepest", "first_contacts", "whole_way"]
 
 FINEST = 2.0**-20
-"""Shortest interval of a pose pair's time: contacts begin and end this exactly, and better where the way is straight."""
+"""Shortest interval of a pose pair's time: contacts begin and end this exactly, better where the way is straight."""
 GRAZE = 2.0**-32
 """Shortest interval where a sphere only just does not touch."""
 SLACK = 1e-9
@@ -173,8 +173,8 @@ def _possible(chase: Chase, spans: Spans) -> tuple[Floats, Floats]:
 def _halves(chase: Chase, spans: Spans) -> Spans:
     """Each span as two: all first halves, then all second halves."""
     middle = _looks(chase, spans.who, 0.5 * (spans.one[:, 0] + spans.two[:, 0]), spans.far)
-    both = (np.concatenate([values, values]) for values in (spans.who, spans.level, spans.far))
-    return Spans(*both, np.concatenate([spans.one, middle]), np.concatenate([middle, spans.two]))
+    who, level, far = (np.concatenate([values, values]) for values in (spans.who, spans.level, spans.far))
+    return Spans(who, level, far, np.concatenate([spans.one, middle]), np.concatenate([middle, spans.two]))
 
 
 def _looks(chase: Chase, who: Ints, time: Floats, far: Floats) -> Floats:

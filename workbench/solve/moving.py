@@ -151,7 +151,8 @@ def _levers(body: Body, entry: Floats) -> tuple[Levers, Bools]:
 
     def farthest(at: Floats) -> Floats:
         circle = np.linalg.norm(foot - at, axis=1) + off
-        return np.where(turns, circle, np.linalg.norm(body.centre - at, axis=1))
+        most: Floats = np.where(turns, circle, np.linalg.norm(body.centre - at, axis=1))
+        return most
 
     twisted = np.zeros(len(body.joints), dtype=np.bool_)
     twisted[body.twist_joint[segment[turns]]] = True

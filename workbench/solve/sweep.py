@@ -13,7 +13,7 @@ from workbench.model.contacts import TANGENT_TOLERANCE
 from workbench.model.environment import Environment
 from workbench.model.moving import check_pairs
 from workbench.model.poses import Poses
-from workbench.solve.advance import Chase, first_contacts, whole_way
+from workbench.solve.advance import first_contacts, whole_way
 from workbench.solve.chases import Rule, body_chase, environment_chase, self_chase
 from workbench.solve.moving import frames_of, pack_motion
 from workbench.solve.nearby import candidates
@@ -27,7 +27,8 @@ PIECE = 64
 
 
 def sweep(
-    move: Move,
+    body: Body,
+    way: tuple[Poses, Poses],
     environment: Environment,
     *,
     by: str = "segment",
@@ -37,7 +38,7 @@ def sweep(
 ) -> Floats:
     """Time of first contact on the way from one pose to another: the fraction 0 to 1 of it, NaN where there is none.
 
-    move: a body, its P start and its P end poses; the way between is that of `between`. A sphere is in contact where
+    way: P start and P end poses of the body; between them it moves as `between` says. A sphere is in contact where
     it is deeper in a part than the part's allowance and `tolerance` [m]; hidden parts take no part. by: "segment"
     gives (P, N), "part" (P, N, K), "sphere" (P, S), "sphere and part" (P, S, K).
 
@@ -46,7 +47,7 @@ def sweep(
     (`workbench.kernels.advance`, `workbench.kernels.motion`). threads: all cores where None; no answer depends on it.
     UsageError for another `by`, InputError where the poses do not belong together.
     """
-    body, start, end = move
+    start, end = way
     check_pairs(start, end)
     rows, columns = _sphere_rows(body, by), _part_columns(environment, by)
     frames, pairs = frames_of(start, end)
@@ -56,7 +57,8 @@ def sweep(
 
 
 def self_sweep(
-    move: Move,
+    body: Body,
+    way: tuple[Poses, Poses],
     *,
     by: str = "segment",
     window: Iterable[str] | None = None,
@@ -67,7 +69,7 @@ def self_sweep(
 
     by: "segment" or "sphere" (P, S, S). The body's allowance for soft flesh is no contact.
     """
-    body, start, end = move
+    start, end = way
     check_pairs(start, end)
     rows = _sphere_rows(body, _pair_by(by))
     frames, pairs = frames_of(start, end)
