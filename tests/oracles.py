@@ -166,3 +166,30 @@ def check_pair_sweep(body, way, other, own, *, steps):
             there = still if found is other[0] else here
             gap = np.linalg.norm(here[s] - there[v]) - radii[s, v]
             assert gap < np.broadcast_to(level, gaps.shape[1:])[s, v] + 2e-5
+
+
+def check_episodes(body, motion, environment, found, *, steps):
+    """Episodes by segment and part against dense sampling: what is sampled in contact lies in one of them, they begin
+    and end where the surfaces meet, and nothing sampled is deeper."""
+    import workbench as wb
+
+    def frame(i):
+        return wb.Poses(motion.rotations[[i]], motion.reference, motion.world_from_reference[[i]])
+
+    pieces = [wb.clearance(on_the_way(body, (frame(i), frame(i + 1)), steps), environment)
+              for i in range(len(motion) - 1)]  # fmt: skip
+    distance = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+    times = np.arange(len(distance)) / steps
+    inside, deep = np.zeros(distance.shape, dtype=bool), np.full(distance.shape[1:], np.inf)
+    for e in range(len(found)):
+        n, k = found.segment[e], found.part[e]
+        here = (times >= found.enter[e] - 2e-6) & (times <= found.leave[e] + 2e-6)
+        inside[here, n, k] = True
+        deep[n, k] = min(deep[n, k], found.distance[e])
+        within = (times >= found.enter[e] + 2e-6) & (times <= found.leave[e] - 2e-6)
+        assert np.all(distance[within, n, k] < 1e-5)
+        assert found.distance[e] <= distance[within, n, k].min(initial=np.inf) + 1.1e-5
+        at = wb.between(frame(found.frame[e]), frame(min(found.frame[e] + 1, len(motion) - 1)),
+                        found.deepest[e] - found.frame[e])  # fmt: skip
+        assert abs(wb.clearance(wb.place(body, at), environment)[0, n, k] - found.distance[e]) < 1e-8
+    assert np.all(inside | ~(distance < -1e-9))

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests import oracles
 from tests.conftest import box_part, environment_of
-from workbench.files.mesh_parts import RawPart
+from workbench.files.meshes.parts import RawPart
+from workbench.model.blend import enclosing_spheres
 from workbench.model.environment import Allowance
 from workbench.model.quaternions import from_matrices, matrices
 from workbench.solve.moving import centres_at, frames_of, jumps, pack_motion, ways
@@ -246,6 +247,28 @@ def test_the_bound_holds_from_any_reference_segment(one_arm, random_arm, seed):
         wb.Poses(p.rotations, reference, p.world_from_reference) for p in (random_arm(9, seed), random_arm(9, seed + 1))
     ]
     assert np.max(strays_beyond(one_arm, way, seed)) < 1e-12
+
+
+@pytest.fixture(scope="module")
+def blended_arm(one_arm):
+    """The one arm with every sphere but the base's blended across a joint, the lower arm's twist shared as well."""
+    joint = np.array([-1, 0, 1, 1, 1, 2, 2, 2, 2, 2])
+    share = np.array([0, 0.5, 0.2, 0.5, 0.7, 0.3, 0.5, 1.0, 0.4, 0.1])
+    body = replace(one_arm, blend_joint=joint, blend_share=share)
+    centre, radius = enclosing_spheres(body)
+    return replace(body, enclosing_centre=centre, enclosing_radius=radius)
+
+
+@given(st.integers(0, 10**6), st.sampled_from([1.0, 5.0]))
+def test_the_bound_holds_for_blended_spheres(blended_arm, random_arm, seed, spread):
+    way = (random_arm(20, seed, spread), random_arm(20, seed + 1, spread))
+    assert np.max(strays_beyond(blended_arm, way, seed)) < 1e-12
+
+
+@given(st.integers(0, 10**6))
+def test_first_contact_of_blended_spheres_equals_dense_sampling(blended_arm, random_arm, box_cab, seed):
+    way = (random_arm(1, seed), random_arm(1, seed + 1))
+    oracles.check_sweep(blended_arm, way, box_cab, wb.sweep(blended_arm, way, box_cab, by="part")[0], steps=300)
 
 
 @given(st.integers(0, 10**6))

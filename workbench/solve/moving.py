@@ -11,6 +11,7 @@ from workbench.errors import InputError
 from workbench.kernels.forward import Chain, chain_transforms, place_spheres
 from workbench.kernels.motion import Levers, Turns, aim, bound_segments, strays, turn_on
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.blend import blend_point, twist_shared
 from workbench.model.body import Body
 from workbench.model.poses import Placed, Poses
 from workbench.model.quaternions import from_matrices, matrices
@@ -154,16 +155,20 @@ def _levers(body: Body, entry: Floats) -> tuple[Levers, Bools]:
         most: Floats = np.where(turns, circle, np.linalg.norm(body.centre - at, axis=1))
         return most
 
+    blends, joint = (body.blend_joint >= 0) & (body.blend_share > 0), body.blend_joint
+    point, shared = blend_point(body), twist_shared(body)
+    reach = np.where(blends, np.linalg.norm(point - entry[segment], axis=1) + farthest(point), farthest(entry[segment]))
+    blend_twist = np.where(blends & np.append(shared, False)[joint], joint, -1)
     twisted = np.zeros(len(body.joints), dtype=np.bool_)
     twisted[body.twist_joint[segment[turns]]] = True
-    none = np.full(len(segment), -1)
+    twisted[blend_twist[blend_twist >= 0]] = True
     levers = Levers(
         segment=segment,
-        reach=farthest(entry[segment]),
+        reach=reach,
         twist=np.where(turns, body.twist_share * off, 0.0),
         twist_joint=body.twist_joint[segment],
-        blend=np.zeros(len(segment)),
-        blend_joint=none,
-        blend_twist=none,
+        blend=np.where(blends, body.blend_share * farthest(point), 0.0),
+        blend_joint=joint,
+        blend_twist=blend_twist,
     )
     return levers, twisted
