@@ -27,7 +27,7 @@ HOMES = {
     "markupsafe": {"report"},
     "cyclopts": {"cli.py", "cli_body.py", "cli_fit.py", "cli_people.py"},
     "rich": {"cli.py"},
-    "pyvista": set(),
+    "pyvista": {"draw/window.py"},
     "imageio_ffmpeg": {"draw/film_mp4.py"},
     "manifold3d": {"shape"},
 }
