@@ -144,11 +144,19 @@ def test_check_names_the_good_files_and_all_faults_of_the_bad(capsys, cab, tmp_p
         (["check"], 2, "name one file or more"),
         (["schema", "bodies"], 2, "no schema 'bodies'; did you mean 'body'? valid: body, postures"),
         (["render", "bubbleman"], 2, "--out requires an argument"),
-        (["render", "bubbleman", "--out", "x.jpg"], 2, "a picture of disks is a .png file; got --out x.jpg"),
-        (["render", "bubbleman", "--out", "x.png", "--size", "big"], 2, 'unable to convert "big" into int'),
-        (["render", "bubbleman", "--out", "x.png", "--size", "-1"], 2, "16 to 8192 pixels"),
+        (["render", "bubbleman", "--out", "x.jpg"], 2, "x.jpg: the ending says what to make; valid: .png"),
+        (
+            ["render", "bubbleman", "--out", "x.png", "--size", "big"],
+            2,
+            "pixels such as 800 or 1280x720",
+        ),
+        (["render", "bubbleman", "--out", "x.png", "--size", "9x900"], 2, "16 to 8192 pixels"),
         (["render", "bubbleman", "--out", "x.png", "--view", "up"], 2, "no view 'up'; valid: front"),
-        (["render", "bubbleman", "--out", "x.svg", "--style", "circels"], 2, "a picture of circels"),
+        (
+            ["render", "bubbleman", "--out", "x.svg", "--display", "circels"],
+            2,
+            "no display 'circels'; did you mean",
+        ),
         (["inspect", "trainer", "--units", "mm"], 2, "--units, --up and --forward are for mesh files"),
         (["run", "no_such_study"], 3, "no studies entry named 'no_such_study'; valid: "),
         (["run", "no/such.yaml"], 3, "no/such.yaml: no such file (looked from "),
@@ -161,7 +169,7 @@ def test_check_names_the_good_files_and_all_faults_of_the_bad(capsys, cab, tmp_p
         (["inspect", "none.obj"], 3, "none.obj"),
         (["inspect", "no_such_cab"], 3, "no environments entry named 'no_such_cab'"),
         (["render", "nobody", "--out", "x.png"], 3, "nothing is called 'nobody'"),
-        (["render", "bubbleman", "--out", "x.png", "--posture", "std"], 3, "no posture 'std'; did you mean 'seated'?"),
+        (["render", "bubbleman", "--out", "x.png", "--pose", "std"], 3, "no posture 'std'; did you mean 'seated'?"),
         (["body", "show", "nobody"], 3, "no bodies entry named 'nobody'"),
         (["body", "shwo"], 2, "shwo"),
     ],
@@ -202,12 +210,12 @@ def test_body_list_and_show_speak_text_and_json(capsys, cab, monkeypatch):
         "hanging": "the arm straight down", "bent": "elbow bent to a right angle"}  # fmt: skip
 
 
-@pytest.mark.parametrize(("source", "more"), [("bodies/one_arm.yaml", ["--posture", "bent"]), ("environments/cab", []),
+@pytest.mark.parametrize(("source", "more"), [("bodies/one_arm.yaml", ["--pose", "bent"]), ("environments/cab", []),
                                               ("studies/cab_study.yaml", ["--case", "forward"])])  # fmt: skip
 def test_render_draws_a_body_an_environment_and_a_case(capsys, cab, tmp_path, source, more):
-    for style, ending, head in (("disks", "png", b"\x89PNG"), ("circles", "svg", b"<svg")):
+    for display, ending, head in (("disks", "png", b"\x89PNG"), ("circles", "svg", b"<svg")):
         out = tmp_path / f"new/picture.{ending}"
-        wanted = ["render", cab.parents[1] / source, "--out", out, "--style", style, "--size", "64", *more]
+        wanted = ["render", cab.parents[1] / source, "--out", out, "--display", display, "--size", "64", *more]
         assert answer(capsys, *wanted) == (0, f"{out}\n", "")
         assert out.read_bytes().startswith(head)
     assert len(list((tmp_path / "new").iterdir())) == 2

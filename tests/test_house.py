@@ -13,7 +13,7 @@ from tests.conftest import ROOT
 PACKAGE = ROOT / "workbench"
 FILES = sorted(PACKAGE.rglob("*.py"))
 LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "files"}, {"study"}, {"draw"},
-          {"report", "viewer"}, {"cli_body", "cli_fit", "cli_people"}, {"cli"}]  # fmt: skip
+          {"report", "viewer"}, {"cli_progress"}, {"cli_body", "cli_fit", "cli_people", "cli_render"}, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
     "trimesh": {"files/meshes/scene.py"},
@@ -25,8 +25,8 @@ HOMES = {
     "PIL": {"draw"},
     "jinja2": {"report"},
     "markupsafe": {"report"},
-    "cyclopts": {"cli.py", "cli_body.py", "cli_fit.py", "cli_people.py"},
-    "rich": {"cli.py"},
+    "cyclopts": {"cli.py", "cli_body.py", "cli_fit.py", "cli_people.py", "cli_render.py"},
+    "rich": {"cli_progress.py"},
     "pyvista": {"draw/window.py"},
     "imageio_ffmpeg": {"draw/film_mp4.py"},
     "manifold3d": {"shape"},

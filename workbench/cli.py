@@ -19,6 +19,8 @@ from workbench import __version__
 from workbench.cli_body import body_app
 from workbench.cli_fit import body_fit
 from workbench.cli_people import people_app
+from workbench.cli_progress import Progress, tell
+from workbench.cli_render import render
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
@@ -37,6 +39,7 @@ app = App(
 body_app.command(body_fit, name="fit")
 app.command(body_app)
 app.command(people_app)
+app.command(render)
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
 
@@ -54,19 +57,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         sys.stdout.flush()
     except CycloptsError as error:
-        _tell(f"workbench: {error}".rstrip() + "\nworkbench --help lists the commands.")
+        tell(f"workbench: {error}".rstrip() + "\nworkbench --help lists the commands.")
         return 2
     except WorkbenchError as error:
-        _tell(str(error))
+        tell(str(error))
         return error.exit_code
     except BrokenPipeError:  # the reader has seen enough; what is left to print must not fail again at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        _tell(f"{f'{error.filename}: ' if error.filename else ''}cannot read or write: {error.strerror}")
+        tell(f"{f'{error.filename}: ' if error.filename else ''}cannot read or write: {error.strerror}")
         return 3
-    except KeyboardInterrupt:
-        _tell("stopped")
+    except KeyboardInterrupt as error:
+        tell(str(error) or "stopped")
         return 130
     return code if isinstance(code, int) else 0
 
@@ -88,7 +91,7 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
     from workbench.report.words import headline
     from workbench.study.run import run as run_study
 
-    with _progress() as say:
+    with Progress() as say:
         say(f"reading {study}")
         loaded = load_study(study)
         folder = out or Path("out") / loaded.name
@@ -97,7 +100,7 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
         result = run_study(loaded)
         rows = write_report(result, folder, progress=say)
     for warning in rows.warnings:
-        _tell(f"warning: {warning}")
+        tell(f"warning: {warning}")
     if as_json:
         print(_dumped(rows))
     else:
@@ -125,7 +128,7 @@ def check(*files: Path) -> int:
     for path in files:
         try:
             for warning in check_file(path):
-                _tell(f"{path}: warning: {warning}")
+                tell(f"{path}: warning: {warning}")
         except InputError as error:
             faults += error.problems
         else:
@@ -172,50 +175,6 @@ def inspect(
 
 
 @app.command
-def render(
-    source: str,
-    *,
-    out: Path,
-    posture: str = "standing",
-    case: str | None = None,
-    view: str = "three_quarter",
-    style: str = "disks",
-    size: int = 800,
-) -> int:
-    """Draw a body, an environment or a case of a study into a PNG (disks) or SVG (circles, outline) file.
-
-    Parameters
-    ----------
-    source
-        a body, an environment or a study: a file or a name
-    out
-        the picture to write
-    posture
-        the posture of a body
-    case
-        the case of a study; its first where not given
-    view
-        front, back, left, right, top, bottom or three_quarter
-    style
-        disks (PNG), circles (SVG) or outline (SVG)
-    size
-        width and height in pixels
-    """
-    from workbench.draw.render import ENDINGS
-    from workbench.draw.render import render as draw
-    from workbench.draw.sources import scene_of
-    from workbench.files.results import write_file
-
-    ending = ENDINGS.get(style, ".png")
-    if out.suffix.lower() != ending:
-        raise UsageError(f"a picture of {style} is a {ending} file; got --out {out}")
-    picture = draw(scene_of(source, posture=posture, case=case), view=view, style=style, size=size)
-    write_file(out, picture)
-    print(out)
-    return 0
-
-
-@app.command
 def schema(kind: str) -> int:
     """Print the JSON Schema of a kind of file, for editors.
 
@@ -258,28 +217,3 @@ def _dumped(data: ResultFile | Inspection | list[Any] | dict[str, Any]) -> str:
     if isinstance(data, (list, dict)):
         return json_text(data)
     return json_text(asdict(data) if is_dataclass(data) else data.model_dump(mode="json"))
-
-
-def _tell(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
-
-
-class _progress:  # noqa: N801
-    """A spinner on a terminal, nothing elsewhere."""
-
-    def __enter__(self) -> Any:
-        self.status = None
-        if sys.stderr.isatty():
-            from rich.console import Console
-
-            self.status = Console(stderr=True).status("starting")
-            self.status.start()
-        return self._say
-
-    def _say(self, text: str) -> None:
-        if self.status is not None:
-            self.status.update(text)
-
-    def __exit__(self, *_: object) -> None:
-        if self.status is not None:
-            self.status.stop()

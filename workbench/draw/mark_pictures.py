@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from xml.sax.saxutils import escape
 
 from PIL import Image, ImageDraw, ImageFont
@@ -61,7 +62,9 @@ def _svg_label(mark: PlacedMark) -> str:
 
 
 def svg_bar(camera: Camera) -> list[str]:
-    """SVG elements of the scale bar."""
+    """SVG elements of the scale bar; none in a perspective view, where no bar is true for all depths."""
+    if math.isfinite(camera.distance):
+        return []
     bar, ink = scale_bar(camera), hexadecimal(INK)
     shape = f"M{bar.x:.1f} {bar.y - 5:.1f}v10m0-5h{bar.pixels:.2f}m0-5v10"
     return [
@@ -87,6 +90,8 @@ def paint_mark_shapes(image: Image.Image, scene: Scene, camera: Camera, factor: 
                 _stroke(draw, shape, mark.colour, factor)
             else:
                 draw.polygon([(x * factor, y * factor) for x, y in shape.corners], fill=mark.colour)
+    if math.isfinite(camera.distance):  # no bar is true for all depths
+        return
     bar = scale_bar(camera)
     line = Shape(((bar.x, bar.y), (bar.x + bar.pixels, bar.y)), 2.0)
     ends = [Shape(((x, bar.y - 5.0), (x, bar.y + 5.0)), 2.0) for x in (bar.x, bar.x + bar.pixels)]
@@ -112,6 +117,8 @@ def paint_mark_texts(image: Image.Image, scene: Scene, camera: Camera) -> None:
             (x, y), (a, b) = mark.label, mark.half
             draw.rounded_rectangle((x - a, y - b, x + a, y + b), radius=4, fill=PAPER, outline=mark.colour, width=1)
             draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor="mm")
+    if math.isfinite(camera.distance):
+        return
     bar = scale_bar(camera)
     middle = bar.x + bar.pixels / 2.0
     draw.text((middle, bar.y - 7), bar.text, fill=INK, font=font, anchor="ms", stroke_width=2, stroke_fill=PAPER)

@@ -1,38 +1,238 @@
-"""One picture as a file: PNG of disks, SVG of circles or of outlines."""
+"""A source and a look become a file: pictures, strips, films, models and solids, each by one row of a table."""
 
 from __future__ import annotations
 
 import io
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
 
-from workbench.draw.camera import standard_view
+import numpy as np
+from PIL import Image
+
+from workbench.draw.annotations import (
+    axes_marks,
+    clearance_marks,
+    contact_marks,
+    control_marks,
+    segment_marks,
+    stop_marks,
+)
+from workbench.draw.camera import Camera, standard_view, turned
 from workbench.draw.circles import circles
+from workbench.draw.colours import FAMILIES
 from workbench.draw.disks import disks
+from workbench.draw.eyes import eye_view
+from workbench.draw.film import film_frames, write_film
+from workbench.draw.looks import Look
+from workbench.draw.motion import every_pose, frame_times, scene_at
 from workbench.draw.outline import outline
-from workbench.draw.scene import Scene
-from workbench.draw.views import four_views
+from workbench.draw.scene import Mark, Scene
+from workbench.draw.sources import Source
+from workbench.draw.strip import strip_image, strip_svg
+from workbench.draw.views import fitted_view, framed_views
+from workbench.draw.window import window_image
 from workbench.errors import UsageError, one_of
+from workbench.files.exports.gltf import Figure, glb_bytes
+from workbench.files.exports.solids import stl_bytes, threemf_bytes
+from workbench.files.results import write_file
+from workbench.shape.solid import body_solid
+from workbench.solve.collide import contacts, nearest
+from workbench.solve.stops import stops
 
-__all__ = ["ENDINGS", "STYLES", "render"]
+__all__ = ["MARKS", "camera_of", "drawing", "marked", "picture", "render"]
 
-ENDINGS = {"disks": ".png", "circles": ".svg", "outline": ".svg"}  # of the files of each style
-STYLES = tuple(ENDINGS)
+TURN = 6.0  # [s] a film of what does not move goes round it once in this time
+Progress = Callable[[int, int], None]
+_Painter = Callable[[Scene, Camera], Image.Image]
+_Pen = Callable[[Scene, Camera], str]
+
+_PAINTERS: dict[tuple[str, str], _Painter] = {
+    ("disks", "flat"): disks,
+    ("pyvista", "lit"): window_image,
+}
+_PENS: dict[tuple[str, str], _Pen] = {
+    ("outline", "veiled"): outline,
+    ("circles", "veiled"): circles,
+}
+MARKS = ("axes", "clearances", "contacts", "controls", "segments", "stops")
 
 
-def render(scene: Scene, *, view: str = "three_quarter", style: str = "disks", size: int = 800) -> bytes:
-    """The bytes of a picture, size x size pixels: PNG for disks, SVG for circles and outline.
+def render(source: Source, look: Look, out: Path, *, progress: Progress | None = None) -> None:
+    """Write a source into the file `out`, which appears whole or not at all.
 
-    view: a standard view. UsageError for an unknown view or style or a size beyond 16 to 8192.
+    Several poses or cases stand side by side in a picture, follow one another in a film and move in a .glb; a film of
+    one pose goes round it. progress(done, all) after each frame of a film. UsageError where look and source do not go
+    together; see write_film for films.
     """
-    if style not in STYLES:
-        raise UsageError(f"no style {style!r}; {one_of(style, STYLES)}")
-    if not 16 <= size <= 8192:
-        raise UsageError(f"a picture of 16 to 8192 pixels is possible, got {size}")
-    framed = dict(four_views(scene, width=size, height=size))
-    camera = framed.get(view) or standard_view(view, scene.bounds, width=size, height=size)
-    if style == "circles":
-        return circles(scene, camera).encode()
-    if style == "outline":
-        return outline(scene, camera).encode()
+    if look.holds == "film":
+        _film(source, look, out, progress)
+        return
+    makers: dict[str, Callable[[Source, Look], bytes]] = {
+        "raster": _raster, "vector": _vector, "model": _model, "solid": _solid}  # fmt: skip
+    write_file(out, makers[look.holds](source, look))
+
+
+def picture(scene: Scene, camera: Camera, look: Look) -> Image.Image:
+    """The scene in a raster display."""
+    return _PAINTERS[look.display, look.style](scene, camera)
+
+
+def drawing(scene: Scene, camera: Camera, look: Look) -> str:
+    """The scene in a vector display, as SVG text."""
+    return _PENS[look.display, look.style](scene, camera)
+
+
+def camera_of(scene: Scene, look: Look, people: tuple[str, ...] = ()) -> Camera:
+    """The camera of a look: a standard view that holds all bodies and ghosts, or what a body's eyes see."""
+    if look.view.startswith("eye"):
+        return _eye(scene, look, people)
+    whole = replace(scene, bodies=scene.bodies + scene.ghosts, ghosts=())
+    if look.angle:
+        camera = standard_view(look.view, whole.bounds, width=look.width, height=look.height, field=look.angle)
+        return fitted_view(whole, camera)
+    return framed_views(whole, [look.view], width=look.width, height=look.height)[0][1]
+
+
+def _eye(scene: Scene, look: Look, people: tuple[str, ...]) -> Camera:
+    _, _, name = look.view.partition(":")
+    if not scene.bodies:
+        raise UsageError(f"view {look.view}: there is no body here whose eyes could see")
+    if name and name not in people:
+        raise UsageError(f"view {look.view}: nobody is called {name!r}; {one_of(name, people)}")
+    shown = scene.bodies[people.index(name) if name else 0]
+    if look.angle:
+        return eye_view(shown, width=look.width, height=look.height, field=look.angle)
+    return eye_view(shown, width=look.width, height=look.height)
+
+
+def marked(source: Source, kinds: tuple[str, ...]) -> Source:
+    """The source with marks of these kinds (see MARKS) for its first pose. UsageError for an unknown kind."""
+    for kind in kinds:
+        if kind not in MARKS:
+            raise UsageError(f"no marks {kind!r}; {one_of(kind, MARKS)}")
+    scene, found = source.scene, list(source.scene.marks)
+    for kind in kinds:
+        found += _marks(source, kind)
+    return replace(source, scene=replace(scene, marks=tuple(found)))
+
+
+def _marks(source: Source, kind: str) -> tuple[Mark, ...]:
+    scene, found = source.scene, tuple[Mark, ...]()
+    if kind == "axes":
+        low, high = scene.bounds
+        return axes_marks((0.0, 0.0, 0.0), length=float(np.max(high - low)) / 5.0)
+    if kind == "controls":
+        return control_marks(scene.environment) if scene.environment is not None else ()
+    for shown, person in zip(scene.bodies, source.persons, strict=True):
+        if kind == "segments":
+            found += segment_marks(shown.placed)
+        elif kind == "stops":
+            found += stop_marks(shown.placed, stops(person.body, person.poses).margin)
+        elif scene.environment is not None and kind == "contacts":
+            found += contact_marks(contacts(shown.placed, scene.environment))
+        elif scene.environment is not None:
+            found += clearance_marks(shown.placed, nearest(shown.placed, scene.environment))
+    return found
+
+
+def _panels(source: Source, look: Look) -> list[tuple[Scene, Camera]]:
+    """The scene of each pose, and one camera for all; from its eyes each has its own."""
+    scenes = [scene_at(source.scene, k) for k in range(max(len(source.names), 1))]
+    if look.view.startswith("eye"):
+        return [(scene, camera_of(scene, look, source.people)) for scene in scenes]
+    camera = camera_of(every_pose(source.scene) if len(scenes) > 1 else source.scene, look)
+    return [(scene, camera) for scene in scenes]
+
+
+def _raster(source: Source, look: Look) -> bytes:
+    pictures = [picture(scene, camera, look) for scene, camera in _panels(source, look)]
+    image = pictures[0] if len(pictures) == 1 else strip_image(pictures, _captions(source))
     out = io.BytesIO()
-    disks(scene, camera).save(out, "PNG", optimize=True)
+    image.save(out, "PNG", optimize=True)
     return out.getvalue()
+
+
+def _vector(source: Source, look: Look) -> bytes:
+    drawings = [drawing(scene, camera, look) for scene, camera in _panels(source, look)]
+    if len(drawings) == 1:
+        return drawings[0].encode()
+    return strip_svg(drawings, _captions(source), title=source.scene.title).encode()
+
+
+def _captions(source: Source) -> list[str]:
+    return [name.replace("_", " ") for name in source.names]
+
+
+def _film(source: Source, look: Look, out: Path, progress: Progress | None) -> None:
+    def painter(scene: Scene, camera: Camera) -> Image.Image:
+        own = camera_of(scene, look, source.people) if look.view.startswith("eye") else camera
+        return picture(scene, own, look)
+
+    if source.moving:
+        clock = source.persons[0].poses.time
+        assert clock is not None
+        times = frame_times(float(clock[0]), float(clock[-1]), fps=look.fps, speed=look.speed)
+        scene = source.at(times)
+        camera = camera_of(every_pose(scene) if not look.view.startswith("eye") else scene, look, source.people)
+        frames = film_frames(scene, camera, times, painter, stamp=_pace(look))
+        count = len(times)
+    elif len(source.names) > 1:
+        raise UsageError(f"a film shows a motion, or goes round one case; got {len(source.names)} cases without times")
+    else:
+        count = len(frame_times(0.0, TURN - 1e-6, fps=look.fps, speed=look.speed))
+        frames = _round(source, look, count, painter)
+    write_film(out, frames, count, fps=look.fps, progress=progress)
+
+
+def _pace(look: Look) -> str:
+    """ "1/10 speed, 25 frames/s"."""
+    slow = 1.0 / look.speed
+    named = "real time" if look.speed == 1.0 else f"1/{slow:g} speed" if slow > 1.0 else f"{look.speed:g} x speed"
+    return f"{named}, {look.fps:g} frames/s"
+
+
+def _round(source: Source, look: Look, count: int, painter: _Painter) -> Iterator[Image.Image]:
+    """`count` pictures once round the scene about its upright axis; the whole of it is in all of them."""
+    if look.view.startswith("eye"):
+        raise UsageError(f"view {look.view}: nothing moves here, and what goes round a scene is not its eyes")
+    scene = source.scene
+    low, high = scene.bounds
+    reach = float(np.hypot(*(high - low)[:2])) / 2.0
+    middle = (low + high) / 2.0
+    half = np.array([reach, reach, (high - low)[2] / 2.0])
+    box = np.array([middle - half, middle + half])
+    camera = standard_view(look.view, box, width=look.width, height=look.height, field=look.angle)
+    for frame in range(count):
+        yield painter(scene, turned(camera, math.tau * frame / count))
+
+
+def _model(source: Source, look: Look) -> bytes:
+    figures = [
+        Figure(name, shown.placed, _linear(shown.colour))
+        for name, shown in zip(source.people, source.scene.bodies, strict=True)
+    ]
+    times = source.persons[0].poses.time if source.moving else None
+    if times is None and len(source.names) > 1:
+        raise UsageError(f"a .glb file holds one case or a motion; got {len(source.names)} cases without times")
+    return glb_bytes(figures, source.scene.environment, times=times)
+
+
+def _linear(family: str) -> tuple[float, float, float]:
+    """A colour as glTF has it: linear light, by the transfer function of sRGB (IEC 61966-2-1)."""
+    red, green, blue = (
+        (share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4)
+        for share in (value / 255.0 for value in FAMILIES[family][1])
+    )
+    return round(red, 6), round(green, 6), round(blue, 6)
+
+
+def _solid(source: Source, look: Look) -> bytes:
+    if not source.scene.bodies:
+        raise UsageError(f"a {look.ending} file holds the solid of a body; there is none in {source.scene.title}")
+    if len(source.names) > 1:
+        raise UsageError(f"a {look.ending} file holds one pose; got {', '.join(source.names)}")
+    surfaces = {name: body_solid(shown.placed, shown.pose)
+                for name, shown in zip(source.people, source.scene.bodies, strict=True)}  # fmt: skip
+    return stl_bytes(surfaces) if look.ending == ".stl" else threemf_bytes(surfaces)

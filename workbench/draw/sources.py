@@ -1,68 +1,187 @@
-"""From the name of a body, an environment or a study to the scene that shows it."""
+"""From the name of a body, an environment, a study or a result to the scene that shows it."""
 
 from __future__ import annotations
 
+import hashlib
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from workbench.draw.scene import Scene, SceneBody
+import numpy as np
+
+from workbench.draw.motion import poses_at
+from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.bodies import load_body
-from workbench.files.catalogue import names
+from workbench.files.catalogue import find, names
 from workbench.files.environments import load_environment
 from workbench.files.kinds import kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
+from workbench.files.results import load_result
 from workbench.files.studies import load_study
+from workbench.model.arrays import Floats
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed, Poses
+from workbench.model.posing import join_poses
+from workbench.model.study import Person, Study
 from workbench.solve.forward import place
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
 
-__all__ = ["PEOPLE_COLOURS", "scene_of"]
+__all__ = ["PEOPLE_COLOURS", "Source", "result_source", "scene_of", "source_of", "study_source"]
 
 PEOPLE_COLOURS = ("warm", "blue", "green", "rose", "grey")
 
 
-def scene_of(source: str, *, posture: str = "standing", case: str | None = None) -> Scene:
-    """The scene of a body in a posture, of an environment, or of a case of a study.
+@dataclass(frozen=True, eq=False)
+class Source:
+    """What is to be drawn. scene: its bodies hold P poses each and show the first.
 
-    InputError for what is not there; UsageError for a case the study does not have.
+    names: of the poses or cases, P of them; people: of the bodies. persons: who moves and where, empty for an
+    environment; a body by itself is a person in no seat. moving: the poses are one motion with times. notes: what the
+    numbers of marks mean.
+    """
+
+    scene: Scene
+    names: tuple[str, ...] = ()
+    people: tuple[str, ...] = ()
+    persons: tuple[Person, ...] = ()
+    moving: bool = False
+    notes: tuple[str, ...] = ()
+
+    def at(self, times: Floats) -> Scene:
+        """The scene with every body in its poses at times (F,) [s] of the motion."""
+        bodies = []
+        for shown, person in zip(self.scene.bodies, self.persons, strict=True):
+            moved = replace(person, poses=poses_at(person.poses, times))
+            bodies.append(replace(shown, placed=_placed(moved, self.scene.environment), pose=0))
+        return replace(self.scene, bodies=tuple(bodies))
+
+
+def scene_of(source: str, *, posture: str | None = None, case: str | None = None) -> Scene:
+    """The scene of a body in a posture, of an environment, or of a case of a study. See source_of."""
+    return source_of(source, poses=posture, case=case).scene
+
+
+def source_of(source: str, *, poses: str | None = None, case: str | None = None) -> Source:
+    """A body in one posture or several ("standing,seated"), an environment, or one or several cases of a study.
+
+    Where none is named: a body standing, or in the first posture it has; the first case of a study, or all of one
+    whose poses are a motion. InputError for what is not there; UsageError for a case the study does not have, and for
+    postures and cases where there are none.
     """
     kind = _kind(source)
+    _check_choice(source, kind, poses, case)
+    if kind == "result":
+        return result_source(Path(source), case)
     if kind == "environment":
         environment = load_environment(source)
-        return Scene((), environment, (), environment.name, environment.description)
-    if kind == "body":
-        return _body_scene(source, posture)
-    study, _ = sized(load_study(source))
-    wanted = study.cases[0] if case is None else case
-    if wanted not in study.cases:
-        raise UsageError(f"study {study.name} has no case {wanted!r}; {one_of(wanted, study.cases)}")
-    pose = study.cases.index(wanted)
+        return Source(Scene((), environment, (), environment.name, environment.description))
+    return _body_source(source, poses) if kind == "body" else study_source(load_study(source), case)
+
+
+def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -> None:
+    """UsageError for postures of what is no body and cases of what is no study."""
+    cases = kind in ("study", "result")
+    if poses is not None and kind != "body":
+        raise UsageError(f"{source} is {_an(kind)}: --pose is for bodies{', --case for studies' if cases else ''}")
+    if case is not None and not cases:
+        raise UsageError(
+            f"{source} is {_an(kind)}: --case is for studies{', --pose for bodies' if kind == 'body' else ''}"
+        )
+
+
+def result_source(path: Path, case: str | None = None) -> Source:
+    """A case of the study that a result was made from, with its findings marked: breaches by number, else distances.
+
+    The case where something failed, or came nearest to it, if none is named. InputError where the study is not found
+    by its name, or one of its files has changed since.
+    """
+    rows = load_result(path)
+    study = load_study(find("studies", rows.study))
+    made = rows.provenance.get("inputs", {})
+    for role, file in study.inputs.items():
+        if made.get(role) != hashlib.sha256(file.read_bytes()).hexdigest():
+            raise InputError(f"{path}: {file} is not as it was when this result was made; run the study again")
+    verdicts = sorted((v for v in rows.verdicts if v.worst), key=lambda v: v.passed)
+    usual = verdicts[0].worst.case if verdicts and verdicts[0].worst else rows.cases[0]
+    source = study_source(study, case or usual)
+    breaches = [f for v in rows.verdicts for f in v.breaches if f.case == source.names[0] and f.point_mm]
+    nearest = [v.worst for v in rows.verdicts if v.passed and v.worst and v.worst.case == source.names[0]]
+    marks = [Mark(_metres(f.point_mm), str(n), "contact") for n, f in enumerate(breaches, start=1) if f.point_mm]
+    marks += [Mark(_metres(f.point_mm), f"{f.value:.1f} {f.unit}", "clearance") for f in nearest if f.point_mm]
+    notes = tuple(f"{number}: {finding.sentence}" for number, finding in enumerate(breaches, start=1))
+    return replace(source, scene=replace(source.scene, marks=tuple(marks)), notes=notes)
+
+
+def _metres(point: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = (value / 1000.0 for value in point)
+    return x, y, z
+
+
+def study_source(study: Study, case: str | None = None) -> Source:
+    """The cases of a study, by name with commas between; see source_of."""
+    study, _ = sized(study)
+    timed = all(person.poses.time is not None for person in study.people)
+    wanted = _listed(case) if case is not None else study.cases if timed else study.cases[:1]
+    for name in wanted:
+        if name not in study.cases:
+            raise UsageError(f"study {study.name} has no case {name!r}; {one_of(name, study.cases)}")
+    rows = [study.cases.index(name) for name in wanted]
+    persons = tuple(replace(person, poses=_chosen(person.poses, rows)) for person in study.people)
     environment = adjusted_environment(study)
     bodies = tuple(
-        SceneBody(place_person(person, environment), pose, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
-        for i, person in enumerate(study.people)
+        SceneBody(place_person(person, environment), 0, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
+        for i, person in enumerate(persons)
     )
-    return Scene(bodies, environment, (), study.title, wanted)
+    scene = Scene(bodies, environment, (), study.title, ", ".join(wanted) if len(wanted) < 9 else "")
+    return Source(scene, tuple(wanted), tuple(p.name for p in persons), persons, timed and len(rows) > 1)
 
 
-def _body_scene(source: str, posture: str) -> Scene:
+def _chosen(poses: Poses, rows: list[int]) -> Poses:
+    time = None if poses.time is None else poses.time[rows]
+    return Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows], time)
+
+
+def _placed(person: Person, environment: Environment | None) -> Placed:
+    return place(person.body, person.poses) if environment is None else place_person(person, environment)
+
+
+def _listed(text: str) -> tuple[str, ...]:
+    """Names with commas between; UsageError where one is missing."""
+    found = tuple(name.strip() for name in text.split(","))
+    if not all(found):
+        raise UsageError(f"names with commas between are needed, got {text!r}")
+    return found
+
+
+def _body_source(source: str, poses: str | None) -> Source:
     body = load_body(source)
     path = posture_path(source)
     if path is None:
         raise InputError(f"body {body.name} names no postures file")
     file, _ = load_postures(path, body)
-    placed = place(body, posture_pose(body, file, posture))
-    return Scene((SceneBody(placed, 0),), None, (), body.name, posture)
+    usual = "standing" if "standing" in file.postures else next(iter(file.postures))
+    wanted = (usual,) if poses is None else _listed(poses)
+    joined = join_poses([posture_pose(body, file, name) for name in wanted])
+    if len(wanted) > 1:
+        joined = replace(joined, time=np.arange(len(wanted), dtype=np.float64))  # a second from each to the next
+    person = Person(body.name, body, joined, wanted)
+    scene = Scene((SceneBody(place(body, joined), 0),), None, (), body.name, ", ".join(wanted))
+    return Source(scene, wanted, (body.name,), (person,), len(wanted) > 1)
+
+
+def _an(kind: str) -> str:
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
 
 
 def _kind(source: str) -> str:
     """body, environment or study, of a path or a catalogue name."""
     path = Path(source)
     if path.exists():
-        kind = kind_of(path)
-        if kind in ("body", "environment", "study"):
+        kind = "result" if path.suffix == ".json" or (path / "result.json").is_file() else kind_of(path)
+        if kind in ("body", "environment", "study", "result"):
             return kind
-        raise InputError(f"{source}: a body, an environment or a study is needed (got {kind})")
+        raise InputError(f"{source}: a body, an environment, a study or a result is needed (got {kind})")
     known = {"body": names("bodies"), "environment": names("environments", "environment.yaml"),
              "study": names("studies")}  # fmt: skip
     for kind, there in known.items():

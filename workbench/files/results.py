@@ -8,12 +8,12 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
 
-__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "write_file",
-           "write_folder"]  # fmt: skip
+__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "load_result",
+           "write_file", "write_folder"]  # fmt: skip
 
 MARK = "result.json"
 
@@ -118,6 +118,20 @@ class ResultFile(_Row):
 def dump_json(result: ResultFile) -> str:
     """The text of result.json: the same bytes for the same result."""
     return json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def load_result(path: Path) -> ResultFile:
+    """Read a result.json, or the one in a result's folder. InputError where it is none of this version."""
+    file = path / MARK if path.is_dir() else path
+    try:
+        return ResultFile.model_validate_json(file.read_bytes())
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror})") from None
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        where = ".".join(str(key) for key in first["loc"])
+        said = f"{where}: {first['msg']}" if where else first["msg"]
+        raise InputError(f"{file}: is no result of this version of the workbench ({said})") from None
 
 
 def write_file(path: Path, content: str | bytes) -> None:
