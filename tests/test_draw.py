@@ -259,7 +259,7 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
     code = (
         "import numpy as np; from workbench.kernels.raster import *;"
         "d = np.array([[5.0, 5.0, 3.0], [7.5, 5.2, 2.0]]); i = np.full((10, 12), -1); z = np.full((10, 12), -np.inf);"
-        "paint_disks(d, np.array([1, 0]), i); sphere_depths(d, d[:, 0], d[:, 2] / 10, z);"
+        "sphere_depths(d, d[:, 0], d[:, 2] / 10, z);"
         "t = np.array([[[-3.0, 1, 0], [11, 2, 1], [4, 20, 2]]]); n = np.full((10, 12), -1); c = n > 0;"
         "fill_triangles(t, np.array([7]), 0.1, 1.5, z, n, c); print(i.tolist(), n.tolist(), z.tolist(), c.tolist())"
     )

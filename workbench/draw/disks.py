@@ -13,14 +13,19 @@ from PIL import Image, ImageDraw
 from workbench.draw.camera import Camera, facing
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
 from workbench.draw.edges import Lines, drawn_edges, visible_lines
+from workbench.draw.frames import Surfaces, shaded
 from workbench.draw.ghosts import paint_ghosts
 from workbench.draw.mark_pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
+from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 
-__all__ = ["disks"]
+__all__ = ["MODES", "POLYGONS", "disks"]
+
+MODES = ("flat", "shaded", "depth", "id")
+POLYGONS = ("shaded", "hidden_line")
 
 _Pixels = NDArray[np.float32]
 
@@ -29,27 +34,62 @@ _LIGHT = np.array([-0.35, 0.62, 0.70])  # right, up, toward: over the viewer's l
 _WALL_DARK, _WALL_LIGHT = np.array([190.0, 197.0, 206.0]), np.array([244.0, 246.0, 248.0])
 
 
-def disks(scene: Scene, camera: Camera, *, supersample: int = 2, veil: float = 0.28) -> Image.Image:
-    """RGB picture of a scene, width x height of the camera; byte for byte the same each time.
+def disks(
+    scene: Scene,
+    camera: Camera,
+    *,
+    mode: str = "flat",
+    exact: bool = False,
+    polygons: str = "shaded",
+    supersample: int = 2,
+    veil: float = 0.28,
+) -> Image.Image:
+    """Picture of a scene, width x height of the camera; byte for byte the same each time.
 
-    supersample: pixels drawn each way for one of the picture. veil: opacity, 0 to 1, of what is in front of a body.
+    mode: one of MODES. flat: the paper's, one shade a sphere; shaded: light and intersections pixel by pixel; depth:
+    grey (L), 255 nearest to 1 farthest, 0 nothing; id: the number of the sphere + 1 in 24 bits of red, green and blue,
+    0 for none (see `frames.sphere_at` for names). exact: the true outlines of spheres in perspective, not the paper's
+    circles; all modes but flat are exact. polygons: one of POLYGONS; hidden_line: edges only, which hide one another.
+    supersample: pixels drawn each way for one of the picture, for flat and shaded. veil: opacity, 0 to 1, of what is
+    in front of a body; with 1 it hides the body.
     """
+    if mode not in MODES or polygons not in POLYGONS:
+        raise UsageError(f"no mode {mode!r}; {one_of(mode, MODES)}" if mode not in MODES else
+                         f"no style of polygons {polygons!r}; {one_of(polygons, POLYGONS)}")  # fmt: skip
+    if mode in ("depth", "id"):
+        return _measured(scene, camera, mode)
     fine = camera.enlarged(supersample)
-    layers = visible_layers(scene, fine)
+    layers = visible_layers(scene, fine, spheres="surfaces" if mode == "shaded" else "exact" if exact else "painted")
     picture: _Pixels = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
-    if scene.environment is not None:
+    if scene.environment is not None and polygons == "shaded":
         _paint_environment(picture, scene.environment, fine, layers)
-    _paint_bodies(picture, scene, fine, (layers, _outline(layers, supersample)), veil)
+    body = _lit(scene, fine, layers) if mode == "shaded" else _flat(scene, fine, layers)
+    _paint_bodies(picture, body, layers, _outline(layers, supersample), veil)
     paint_ghosts(picture, scene, fine, layers, supersample)
     if scene.environment is not None:
-        _paint_glass(picture, layers)
+        if polygons == "shaded":
+            _paint_glass(picture, layers)
         edges, clear = drawn_edges(scene.environment, fine, layers.cut)
         _paint_lines(picture, visible_lines(edges, clear, layers), supersample)
     image = Image.fromarray(np.round(picture).astype(np.uint8))
     paint_mark_shapes(image, scene, camera, supersample)
-    image = image.resize((camera.width, camera.height), Image.Resampling.BOX)
+    if supersample > 1:
+        image = image.resize((camera.width, camera.height), Image.Resampling.BOX)
     paint_mark_texts(image, scene, camera)
     return image
+
+
+def _measured(scene: Scene, camera: Camera, mode: str) -> Image.Image:
+    """The pictures that are data: depth or numbers of spheres."""
+    layers = visible_layers(scene, camera, spheres="surfaces")
+    if mode == "id":
+        number = layers.sphere + 1
+        return Image.fromarray(np.stack([number >> 16, number >> 8 & 255, number & 255], axis=-1).astype(np.uint8))
+    depth = np.maximum(layers.depth, layers.body_depth)
+    there = np.isfinite(depth)
+    grey = np.zeros(depth.shape, dtype=np.uint8)
+    grey[there] = np.round(1.0 + 254.0 * depth_share(depth[there]))
+    return Image.fromarray(grey)
 
 
 def _paint_environment(picture: _Pixels, environment: Environment, camera: Camera, layers: Layers) -> None:
@@ -74,17 +114,28 @@ def _fade(layers: Layers) -> _Pixels:
     return np.clip((near - layers.depth) / 1.5, 0.0, 1.0).astype(np.float32) * np.float32(0.6)
 
 
-def _paint_bodies(picture: _Pixels, scene: Scene, camera: Camera, seen: tuple[Layers, Bools], veil: float) -> None:
-    """One shade a sphere, a darker line at the outline, a veil of what stands in front."""
-    layers, outline = seen
-    spheres, flat = scene.spheres, projected_disks(scene, camera)
-    share = depth_share(flat.front)
+def _flat(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
+    """Colours (K, 3) of the K body pixels in turn: one shade a sphere, by its depth."""
+    spheres = scene.spheres
+    share = depth_share(projected_disks(scene, camera).front)
     colour = np.zeros((len(share), 3), dtype=np.float32)
     for index, shown in enumerate(scene.bodies):
         mine = spheres.body == index
         colour[mine] = ramp(shown.colour, share[mine])
+    return colour[layers.sphere[layers.sphere >= 0]]
+
+
+def _lit(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
+    """The same by light and shade."""
+    full = np.array([ramp(shown.colour, np.array(0.9)) for shown in scene.bodies]).reshape(-1, 3)
+    surfaces = Surfaces(layers.body_depth, layers.sphere.astype(np.int32))
+    picture = shaded(projected_disks(scene, camera), surfaces, camera, full[scene.spheres.body])
+    return picture[layers.sphere >= 0].astype(np.float32)
+
+
+def _paint_bodies(picture: _Pixels, body: _Pixels, layers: Layers, outline: Bools, veil: float) -> None:
+    """The body pixels' colours (K, 3), a darker line at the outline, a veil of what stands in front."""
     here = layers.sphere >= 0
-    body = colour[layers.sphere[here]]
     body[outline[here]] *= 0.42
     front = layers.veiled[here][:, None] * np.float32(veil)
     picture[here] = picture[here] * front + body * (1 - front)

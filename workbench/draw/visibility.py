@@ -13,33 +13,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, in_view, pixels_per_metre, projective, to_picture
+from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
 from workbench.draw.clipping import clip_triangles
+from workbench.draw.frames import Disks, disks_of, exact_disks, painted, surfaces_of
 from workbench.draw.scene import Scene
-from workbench.kernels.raster import fill_triangles, paint_disks, sphere_depths
+from workbench.kernels.raster import fill_triangles, sphere_depths
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["Disks", "Layers", "depth_share", "projected_disks", "triangle_polygons", "visible_layers"]
+__all__ = ["Layers", "depth_share", "projected_disks", "triangle_polygons", "visible_layers"]
 
 _BEHIND = 1e-4  # [m] where the faces of two touching parts coincide, the one that looks at the viewer wins
 _SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is still shown
-
-
-class Disks(NamedTuple):
-    """Projected spheres: disk (S, 3) x, y, radius [pixels]; centre, radius, front (S,): depths and radius [m].
-
-    The paper's perspective: a circle about the image of the centre, its radius in inverse proportion to the centre's
-    distance along the view. Spheres that hold the eye are not drawn. Those that the nearest plane cuts end there:
-    where it takes their centre, their disk is that of the cut face. disk is 0 and front -inf where nothing is drawn.
-    order (K,): those drawn back to front by the frontmost point; the first given comes first where two are equal.
-    """
-
-    disk: Floats
-    centre: Floats
-    radius: Floats
-    front: Floats
-    order: Ints
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,31 +55,27 @@ class Layers:
 
 def projected_disks(scene: Scene, camera: Camera) -> Disks:
     """The scene's spheres as disks, with their painter's order."""
-    spheres, nearest = scene.spheres, camera.nearest
-    seen, radius = in_view(camera, spheres.centre), spheres.radius
-    front = np.minimum(seen[:, 2] + radius, nearest)
-    beyond = np.maximum(seen[:, 2] - nearest, 0.0) if np.isfinite(nearest) else np.zeros(len(radius))
-    if np.isfinite(camera.distance):
-        off = (seen[:, 2] - camera.distance) ** 2 + seen[:, 0] ** 2 + seen[:, 1] ** 2
-        beyond = np.where(off <= radius * radius, np.inf, beyond)
-    gone = beyond >= radius
-    seen, radius = seen.copy(), np.sqrt(np.maximum(radius * radius - np.where(gone, radius, beyond) ** 2, 0.0))
-    seen[:, 2] = np.minimum(seen[:, 2], nearest)
-    picture = to_picture(camera, seen)
-    disk = np.column_stack([picture[:, :2], radius * pixels_per_metre(camera, seen[:, 2])])
-    disk[gone], front[gone] = 0.0, -np.inf
-    order = np.argsort(front, kind="stable")
-    return Disks(disk, np.ascontiguousarray(seen[:, 2]), radius, front, order[np.count_nonzero(gone) :])
+    return disks_of(scene.spheres, camera)
 
 
-def visible_layers(scene: Scene, camera: Camera) -> Layers:
-    """All depth buffers of a scene at the camera's own resolution."""
+def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") -> Layers:
+    """All depth buffers of a scene at the camera's own resolution.
+
+    spheres: painted, in the paper's order and circles; exact, in its order by their true outlines, ellipses in
+    perspective; or surfaces, each pixel the one whose surface is foremost there. In a parallel view the first two are
+    one.
+    """
     size = (camera.height, camera.width)
     disks = projected_disks(scene, camera)
-    sphere, body_depth = np.full(size, -1, dtype=np.int64), np.full(size, -np.inf)
-    paint_disks(disks.disk, disks.order, sphere)
-    sphere_depths(disks.disk[disks.order], disks.centre[disks.order], disks.radius[disks.order], body_depth)
-    np.minimum(body_depth, camera.nearest, out=body_depth)
+    if spheres == "surfaces":
+        surfaces = surfaces_of(disks, camera)
+        body_depth, sphere = surfaces.depth, surfaces.sphere.astype(np.int64)
+    elif spheres == "exact" and np.isfinite(camera.distance):
+        sphere, body_depth = exact_disks(disks, camera), surfaces_of(disks, camera).depth
+    else:
+        sphere, body_depth = painted(disks, camera), np.full(size, -np.inf)
+        sphere_depths(disks.disk[disks.order], disks.centre[disks.order], disks.radius[disks.order], body_depth)
+        np.minimum(body_depth, camera.nearest, out=body_depth)
     cut = min(float(disks.front[disks.order[-1]]) + _SLACK if len(disks.order) else np.inf, camera.nearest)
     opaque, glass = _buffers(size), _buffers(size)
     section = np.zeros(size, dtype=np.bool_)

@@ -12,39 +12,40 @@ from numba import njit
 
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["paint_disks", "project_spheres", "resort"]
+__all__ = ["disk_span", "paint_disks", "project_spheres", "resort"]
 
 
 @njit(cache=True)
-def project_spheres(centre: Floats, radius: Floats, lens: Floats, view: Floats, disk: Floats, front: Floats) -> int:
+def project_spheres(
+    centre: Floats, radius: Floats, lens: Floats, view: Floats, shown: Floats, disk: Floats, front: Floats
+) -> int:
     """Spheres centre (S, 3), radius (S,) [m] to their disks; how many are drawn.
 
     view (S, 4) [m]: to the right, up and toward the viewer; and the radius. disk (S, 3): x, y, radius [pixels]: the
     paper's circle, in inverse proportion to the distance of the centre along the view. front (S,) [m]: the depth of
     the frontmost point. What the nearest plane cuts ends there: the disk of a sphere that loses its centre is that of
-    the cut face, and view holds the face. Spheres that hold the eye, or are all cut away, have disk 0 and front -inf.
+    the cut face. shown (S, 2) [m]: depth and radius of what the disk shows, the centre's or the face's. Spheres that
+    hold the eye, or are all cut away, have disk 0 and front -inf.
     """
     nearest, distance, drawn = lens[16], lens[17], 0
     for s in range(len(radius)):
-        x, y, z, size, off = 0.0, 0.0, 0.0, radius[s], 0.0
+        x, y, z, size, holds = 0.0, 0.0, 0.0, radius[s], False
         for k in range(3):
             away = centre[s, k] - lens[9 + k]
             x, y, z = x + lens[k] * away, y + lens[3 + k] * away, z + lens[6 + k] * away
-        holds = False
+        view[s, 0], view[s, 1], view[s, 2], view[s, 3] = x, y, z, size
         if lens[13] > 0.0:
-            off = x * x + y * y + (distance - z) * (distance - z)
-            holds = off <= size * size
+            holds = x * x + y * y + (distance - z) * (distance - z) <= size * size
         beyond = max(z - nearest, 0.0)
-        if holds or beyond >= size:
-            view[s, 0], view[s, 1], view[s, 2], view[s, 3] = x, y, min(z, nearest), 0.0
-            disk[s, 0] = disk[s, 1] = disk[s, 2] = 0.0
-            front[s] = -math.inf
+        if holds or not beyond < size:
+            disk[s, 0] = disk[s, 1] = disk[s, 2] = shown[s, 1] = 0.0
+            front[s], shown[s, 0] = -math.inf, min(z, nearest)
             continue
         front[s] = min(z + size, nearest)
         if beyond > 0.0:
             size, z = math.sqrt(size * size - beyond * beyond), nearest
         scale = lens[12] / (1.0 - z * lens[13])
-        view[s, 0], view[s, 1], view[s, 2], view[s, 3] = x, y, z, size
+        shown[s, 0], shown[s, 1] = z, size
         disk[s, 0], disk[s, 1], disk[s, 2] = lens[14] + scale * x, lens[15] - scale * y, scale * size
         drawn += 1
     return drawn
@@ -72,7 +73,7 @@ def resort(order: Ints, front: Floats) -> int:
 
 
 @njit(cache=True)
-def _span(row: int, x: float, y: float, radius: float, width: int) -> tuple[int, int]:
+def disk_span(row: int, x: float, y: float, radius: float, width: int) -> tuple[int, int]:
     """First and one past the last column of a disk in a row; the first is not below the second where there is none.
 
     The square root gives the ends to within rounding; the last steps use the very predicate that defines the disk, so
@@ -122,7 +123,7 @@ def paint_disks(disk: Floats, order: Ints, value: Ints, blank: int, picture: Int
             a, b, c, d = covered[row, 0], covered[row, 1], covered[row, 2], covered[row, 3]
             if (a <= left and b >= right) or (c <= left and d >= right):
                 continue
-            first, end = _span(row, x, y, radius, width)
+            first, end = disk_span(row, x, y, radius, width)
             if first >= end or (a <= first and b >= end) or (c <= first and d >= end):
                 continue
             line = picture[row]

@@ -1,4 +1,4 @@
-"""Filling disks, spheres and triangles into pixel arrays. Pixel centres lie at half-integers; rows run down.
+"""Filling spheres and triangles into depth buffers. Pixel centres lie at half-integers; rows run down.
 
 Depth is in metres and larger is nearer. Every loop writes into arrays that the caller has filled with the
 background, visits rows top to bottom and pixels left to right, and is deterministic to the bit.
@@ -10,53 +10,10 @@ import math
 
 from numba import njit
 
+from workbench.kernels.frames import disk_span
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["fill_triangles", "paint_disks", "sphere_depths"]
-
-
-@njit(cache=True)
-def _in_disk(column: int, row: int, x: float, y: float, radius: float) -> bool:
-    dx, dy = column + 0.5 - x, row + 0.5 - y
-    return dx * dx + dy * dy <= radius * radius
-
-
-@njit(cache=True)
-def _disk_span(row: int, x: float, y: float, radius: float, width: int) -> tuple[int, int]:
-    """First and one past the last column of a disk in a row; equal where there is none.
-
-    The square root gives the ends to within rounding; the last step uses the very predicate that defines the disk,
-    so that spans and a pixel-by-pixel test agree on every pixel.
-    """
-    dy = row + 0.5 - y
-    rest = radius * radius - dy * dy
-    half = math.sqrt(rest) if rest > 0.0 else 0.0
-    first, last = math.ceil(x - half - 0.5), math.floor(x + half - 0.5)
-    if _in_disk(first - 1, row, x, y, radius):
-        first -= 1
-    if _in_disk(last + 1, row, x, y, radius):
-        last += 1
-    while first <= last and not _in_disk(first, row, x, y, radius):
-        first += 1
-    while first <= last and not _in_disk(last, row, x, y, radius):
-        last -= 1
-    first, last = max(first, 0), min(last, width - 1)
-    return first, max(last + 1, first)
-
-
-@njit(cache=True)
-def paint_disks(disks: Floats, order: Ints, ids: Ints) -> None:
-    """Painter's disks: `disks` (S, 3) x, y, radius [pixels]; later ones of `order` (S,) cover earlier ones.
-
-    Writes the sphere's number into `ids` (height, width).
-    """
-    height, width = ids.shape
-    for sphere in order:
-        x, y, radius = disks[sphere, 0], disks[sphere, 1], disks[sphere, 2]
-        for row in range(max(0, math.floor(y - radius - 0.5)), min(height, math.ceil(y + radius + 0.5))):
-            first, end = _disk_span(row, x, y, radius, width)
-            for column in range(first, end):
-                ids[row, column] = sphere
+__all__ = ["fill_triangles", "sphere_depths"]
 
 
 @njit(cache=True)
@@ -70,7 +27,7 @@ def sphere_depths(disks: Floats, centre: Floats, radius: Floats, depth: Floats) 
         x, y, size = disks[sphere, 0], disks[sphere, 1], disks[sphere, 2]
         metre = radius[sphere] / size
         for row in range(max(0, math.floor(y - size - 0.5)), min(height, math.ceil(y + size + 0.5))):
-            first, end = _disk_span(row, x, y, size, width)
+            first, end = disk_span(row, x, y, size, width)
             dy = row + 0.5 - y
             for column in range(first, end):
                 dx = column + 0.5 - x
