@@ -25,7 +25,8 @@ from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
     from workbench.files.inspection import Inspection
-    from workbench.files.results import ResultFile
+    from pydantic import BaseModel
+
 
 __all__ = ["app", "main"]
 
@@ -86,14 +87,13 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
         the folder to write; out/<study> where not given
     """
     from workbench.files.results import check_folder
-    from workbench.files.studies import load_study
-    from workbench.report.folder import write_report
-    from workbench.report.words import headline
+    from workbench.report.folder import report_headline, write_report
+    from workbench.study.run import load
     from workbench.study.run import run as run_study
 
     with Progress() as say:
         say(f"reading {study}")
-        loaded = load_study(study)
+        loaded = load(study)
         folder = out or Path("out") / loaded.name
         check_folder(folder)  # before the work, not after it
         say("measuring")
@@ -106,7 +106,7 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
     else:
         for verdict in rows.verdicts:
             print(f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}")
-        print(headline(result))
+        print(report_headline(result, rows))
         print(folder / "report.html")
     return 0 if result.passed else 1
 
@@ -211,7 +211,7 @@ def json_text(data: Any) -> str:
     return json.dumps(data, indent=1, ensure_ascii=plain, allow_nan=False)
 
 
-def _dumped(data: ResultFile | Inspection | list[Any] | dict[str, Any]) -> str:
+def _dumped(data: BaseModel | Inspection | list[Any] | dict[str, Any]) -> str:
     from dataclasses import asdict, is_dataclass
 
     if isinstance(data, (list, dict)):

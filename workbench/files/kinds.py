@@ -10,6 +10,9 @@ from pydantic import BaseModel
 from workbench.errors import InputError
 from workbench.files.bodies import load_body
 from workbench.files.body_schema import BodyFile
+from workbench.files.crash_results import CrashResultFile
+from workbench.files.crash_schema import CrashFile, RulesFile
+from workbench.files.crash_studies import load_crash
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import load_environment
 from workbench.files.growth import GrowthFile, load_growth
@@ -23,7 +26,7 @@ from workbench.files.yaml_text import read_yaml
 
 __all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
 
-KINDS = ("study", "body", "environment", "postures", "population", "growth")
+KINDS = ("study", "body", "environment", "postures", "population", "growth", "rules")
 _MODELS: dict[str, type[BaseModel]] = {
     "body": BodyFile,
     "postures": PosturesFile,
@@ -31,12 +34,15 @@ _MODELS: dict[str, type[BaseModel]] = {
     "study": StudyFile,
     "population": PopulationFile,
     "growth": GrowthFile,
+    "rules": RulesFile,
+    "crash": CrashFile,
     "result": ResultFile,
+    "crash_result": CrashResultFile,
 }
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment, postures, population or growth, by the keys of the file; "mesh" where it is not YAML.
+    """study, body, environment, postures, population, growth or rules, by the keys of the file; "mesh" where it is not YAML.
 
     InputError where a YAML file has no key that names its kind.
     """
@@ -72,6 +78,9 @@ def check_file(path: Path) -> list[str]:
         raise InputError(f"{path}: no such file")
     kind = kind_of(path)
     if kind == "study":
+        value = read_yaml(path).value
+        if isinstance(value, dict) and value.get("kind") == "crash":
+            return list(load_crash(path).environment.warnings)
         return list(load_study(path).warnings)
     if kind == "body":
         body = load_body(path)
@@ -86,6 +95,9 @@ def check_file(path: Path) -> list[str]:
         return []
     if kind == "population":
         load_population_model(path)
+        return []
+    if kind == "rules":
+        validate(read_yaml(path), RulesFile)
         return []
     if kind == "growth":
         load_growth(path)

@@ -115,7 +115,7 @@ class ResultFile(_Row):
     provenance: dict[str, dict[str, str]]
 
 
-def dump_json(result: ResultFile) -> str:
+def dump_json(result: BaseModel) -> str:
     """The text of result.json: the same bytes for the same result."""
     return json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 

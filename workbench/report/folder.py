@@ -5,22 +5,48 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from workbench.files.crash_results import CrashResultFile
 from workbench.files.results import ResultFile, dump_json, write_folder
+from workbench.model.crash import CrashResult
 from workbench.model.result import Result
+from workbench.report.crash_data import crash_csv_tables, crash_result_file
+from workbench.report.crash_page import crash_page
 from workbench.report.data import result_file
 from workbench.report.page import page
 from workbench.report.tables import csv_tables
+from workbench.report.words import headline
 
-__all__ = ["write_report"]
+__all__ = ["report_headline", "write_report"]
+
+Say = Callable[[str], None]
 
 
-def write_report(result: Result, folder: Path, *, progress: Callable[[str], None] | None = None) -> ResultFile:
+def write_report(
+    result: Result | CrashResult, folder: Path, *, progress: Say | None = None
+) -> ResultFile | CrashResultFile:
     """Write a result into a folder, all of it or nothing; returns the rows of result.json.
 
     The same inputs and versions give the same bytes. InputError where the folder cannot be written.
     """
-    rows = result_file(result)
-    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **csv_tables(rows)}
-    files["report.html"] = page(result, rows, progress=progress)
+    rows, files = _crash(result, progress) if isinstance(result, CrashResult) else _clearance(result, progress)
     write_folder(folder, files)
     return rows
+
+
+def report_headline(result: Result | CrashResult, rows: ResultFile | CrashResultFile) -> str:
+    """The whole result in one sentence."""
+    if isinstance(rows, CrashResultFile) or isinstance(result, CrashResult):
+        return rows.headline if isinstance(rows, CrashResultFile) else ""
+    return headline(result)
+
+
+def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, str | bytes]]:
+    rows = result_file(result)
+    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **csv_tables(rows)}
+    return rows, files | {"report.html": page(result, rows, progress=progress)}
+
+
+def _crash(result: CrashResult, progress: Say | None) -> tuple[CrashResultFile, dict[str, str | bytes]]:
+    rows = crash_result_file(result)
+    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **crash_csv_tables(result, rows)}
+    return rows, files | {"report.html": crash_page(result, rows, progress=progress)}

@@ -23,7 +23,7 @@ from workbench.model.result import Finding, PersonResult, Result
 from workbench.report.words import finding_sentence, headline, part_count
 from workbench.solve.collide import allowed_depth
 
-__all__ = ["page"]
+__all__ = ["page", "part_count", "template"]
 
 
 NEAR = 0.12
@@ -40,7 +40,7 @@ def page(result: Result, rows: ResultFile, *, progress: Progress | None = None) 
     for index, name in enumerate(result.study.cases):
         say(f"pictures of {name}")
         cases.append(_case(result, index))
-    return _template().render(
+    return template("page.html.j2").render(
         result=result,
         rows=rows,
         headline=headline(result),
@@ -52,7 +52,8 @@ def page(result: Result, rows: ResultFile, *, progress: Progress | None = None) 
 
 
 @cache
-def _template() -> jinja2.Template:
+def template(name: str) -> jinja2.Template:
+    """A page of this room, by its file; everything put into it is escaped."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("workbench.report", "."),
         autoescape=True,
@@ -60,7 +61,7 @@ def _template() -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template("page.html.j2")
+    return environment.get_template(name)
 
 
 def _case(result: Result, case: int) -> dict[str, Any]:

@@ -8,29 +8,29 @@ from collections.abc import Iterable, Sequence
 
 from workbench.files.results import ResultFile
 
-__all__ = ["csv_tables"]
+__all__ = ["csv_tables", "csv_text"]
 
 
 def csv_tables(result: ResultFile) -> dict[str, str]:
     """File name to CSV text: verdicts, breaches, contacts, clearance (long form), stops."""
     return {
-        "verdicts.csv": _csv(
+        "verdicts.csv": csv_text(
             ["criterion", "check", "passed", "worst_value", "limit", "unit", "sentence"],
             ([v.name, v.check, "yes" if v.passed else "no", *_numbers(v.worst), v.sentence] for v in result.verdicts),
         ),
-        "breaches.csv": _csv(
+        "breaches.csv": csv_text(
             ["criterion", "case", "person", "other_person", "subject", "target", "value", "limit", "unit"],
             ([v.name, b.case, b.person, b.other_person, b.subject, b.target, b.value, b.limit, b.unit]
              for v in result.verdicts for b in v.breaches),
         ),
-        "contacts.csv": _csv(
+        "contacts.csv": csv_text(
             ["case", "person", "other_person", "kind", "segment", "sphere", "subpart", "direction", "part", "polygon",
              "other_segment", "other_sphere", "distance_mm", "allowed_mm", "excess_mm", "x_mm", "y_mm", "z_mm"],
             ([c.case, c.person, c.other_person, c.kind, c.segment, c.sphere, c.subpart, c.direction, c.part, c.polygon,
               c.other_segment, c.other_sphere, c.distance_mm, c.allowed_mm, c.excess_mm, *c.point_mm]
              for c in result.contacts),
         ),
-        "clearance.csv": _csv(
+        "clearance.csv": csv_text(
             ["case", "person", "segment", "part", "clearance_mm"],
             ([case, person.name, segment, part, value]
              for person in result.people
@@ -38,7 +38,7 @@ def csv_tables(result: ResultFile) -> dict[str, str]:
              for segment, row in zip(person.segments, rows, strict=True)
              for part, value in zip(result.parts, row, strict=True) if value is not None),
         ),
-        "stops.csv": _csv(
+        "stops.csv": csv_text(
             ["case", "person", "joint", "margin_deg", "motion"],
             ([s.case, p.name, s.joint, s.margin_deg, s.motion] for p in result.people for s in p.stops),
         ),
@@ -49,7 +49,7 @@ def _numbers(worst: object) -> list[object]:
     return [getattr(worst, "value", ""), getattr(worst, "limit", ""), getattr(worst, "unit", "")]
 
 
-def _csv(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """CSV text; a cell that a spreadsheet would take for a formula is quoted with an apostrophe."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import platform
-from importlib.metadata import PackageNotFoundError, version
 from itertools import combinations
 
 from workbench.model.environment import Environment
@@ -23,11 +20,10 @@ from workbench.solve.stops import stops
 from workbench.study.criteria import Measured, verdict
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
+from workbench.study.provenance import hashes, versions
 from workbench.study.warnings import result_warnings, seat_verdicts
 
 __all__ = ["clearance_study"]
-
-PACKAGES = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh")
 
 
 def clearance_study(study: Study) -> Result:
@@ -52,7 +48,7 @@ def clearance_study(study: Study) -> Result:
         ),
         people=tuple(people.values()),
         between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
-        provenance={"inputs": _hashes(study), "versions": _versions()},
+        provenance={"inputs": hashes(study.inputs), "versions": versions()},
         warnings=(*told, *result_warnings(study, environment, tuple(people.values())), *study.warnings),
     )
 
@@ -70,17 +66,3 @@ def _measure(person: Person, placed: Placed, environment: Environment) -> Person
         margin=margins.margin,
         margin_motion=tuple(tuple(margins.motion(p, j) for j in joints) for p in range(len(placed))),
     )
-
-
-def _hashes(study: Study) -> dict[str, str]:
-    return {f"{role}": hashlib.sha256(path.read_bytes()).hexdigest() for role, path in sorted(study.inputs.items())}
-
-
-def _versions() -> dict[str, str]:
-    found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found

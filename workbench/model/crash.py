@@ -1,0 +1,173 @@
+"""Crash: a motion of a body in an environment, what is asked about it, and what was found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.episodes import Episodes
+from workbench.model.poses import Poses
+
+__all__ = ["Agreement", "CrashCriterion", "CrashResult", "CrashStudy", "CrashVerdict", "Limit", "Meeting", "Signal",
+           "SignalPoint", "StopBreach"]  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SignalPoint:
+    """A point whose motion is wanted: at `at` (3,) [m] of a segment's frame (0: its centre of gravity)."""
+
+    name: str
+    segment: int
+    at: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of a rule set. figure: hic, held or chest-like level; window or hold [s]; value in the figure's unit."""
+
+    figure: str
+    segment: str
+    span: float
+    value: float
+    source: str
+
+
+@dataclass(frozen=True)
+class CrashCriterion:
+    """Something that must hold. check: contact, excursion, stops or rules.
+
+    segments, parts: those it is about. at_most [m]: depth of a contact, or how far an excursion goes along `direction`
+    (3,) from `origin` (3,) [m]; for stops [rad] past the stop.
+    """
+
+    name: str
+    check: str
+    segments: tuple[str, ...]
+    parts: tuple[str, ...]
+    at_most: float
+    direction: tuple[float, float, float]
+    origin: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class CrashStudy:
+    """A crash study ready to run. `against`: a second motion to compare with, None where there is none."""
+
+    name: str
+    kind: str
+    title: str
+    description: str
+    environment: Environment
+    person: str
+    body: Body
+    motion: Poses
+    against: Poses | None
+    against_name: str
+    points: tuple[SignalPoint, ...]
+    cfc: int | None
+    rules: str
+    limits: tuple[Limit, ...]
+    criteria: tuple[CrashCriterion, ...]
+    inputs: Mapping[str, Path]
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """One contact of the motion. who, side: in words ("forehead" of the head, "front"); other: the part or segment.
+
+    enter, deepest, leave [s]; began, lasts: in contact already at the first, still at the last frame. depth, allowed
+    [m]; speed, normal, tangential [m/s]: of the sphere as it meets the part, normal toward it. point (3,) [m] where
+    they meet.
+    """
+
+    segment: str
+    who: str
+    other: str
+    enter: float
+    deepest: float
+    leave: float
+    began: bool
+    lasts: bool
+    depth: float
+    allowed: float
+    speed: float
+    normal: float
+    tangential: float
+    point: tuple[float, float, float]
+    own: bool
+
+
+@dataclass(frozen=True)
+class StopBreach:
+    """A joint past its stop from `begin` to `end` [s], by at most `worst` [rad] at `at` [s] in a motion's direction."""
+
+    joint: str
+    motion: str
+    begin: float
+    end: float
+    at: float
+    worst: float
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """A point's motion at even times: time (n,) [s], position, velocity, acceleration (n, 3) in SI units, filtered by
+    class `cfc` (None: not), figures: name -> (value, begin [s], end [s])."""
+
+    point: SignalPoint
+    time: Floats
+    position: Floats
+    velocity: Floats
+    acceleration: Floats
+    cfc: int | None
+    figures: Mapping[str, tuple[float, float, float]]
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How near a joint or segment of one motion is to that of the other, on one time axis: root mean square and peak
+    [m], and when the peak is [s]."""
+
+    name: str
+    rms: float
+    peak: float
+    at: float
+
+
+@dataclass(frozen=True, eq=False)
+class CrashVerdict:
+    """How one criterion came out: value against limit in `unit` (mm, degrees, g or 1), at a time [s], in words."""
+
+    criterion: CrashCriterion
+    passed: bool
+    value: float
+    limit: float
+    unit: str
+    at: float
+    told: str
+
+
+@dataclass(frozen=True, eq=False)
+class CrashResult:
+    """What was found. clearance (P, N) [m]: of each segment from everything it may not touch, at each frame."""
+
+    study: CrashStudy
+    episodes: Episodes
+    meetings: tuple[Meeting, ...]
+    breaches: tuple[StopBreach, ...]
+    signals: tuple[Signal, ...]
+    clearance: Floats
+    agreements: tuple[Agreement, ...]
+    verdicts: tuple[CrashVerdict, ...]
+    provenance: Mapping[str, Mapping[str, str]]
+    warnings: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """True where every criterion holds."""
+        return all(verdict.passed for verdict in self.verdicts)

@@ -1,0 +1,61 @@
+"""A crash in words: what meets what, when, how fast and how deep; one story from the same data every time."""
+
+from __future__ import annotations
+
+from workbench.model.crash import Agreement, CrashResult, Meeting, StopBreach
+
+__all__ = ["agreement_sentence", "breach_sentence", "crash_headline", "meeting_sentence", "milliseconds"]
+
+
+def milliseconds(seconds: float) -> str:
+    """ "83.4 ms" of a time in seconds."""
+    text = f"{1000 * seconds:.1f}"
+    return f"{'0.0' if text == '-0.0' else text} ms"
+
+
+def meeting_sentence(meeting: Meeting) -> str:
+    """ "At 83.4 ms the head, forehead (front) meets the upper panel at 6.1 m/s and is 31.0 mm deep at 91.0 ms." """
+    other = meeting.other.replace("_", " ")
+    deep = f"{1000 * meeting.depth:.1f} mm deep at {milliseconds(meeting.deepest)}"
+    allowed = f" ({1000 * meeting.allowed:.0f} mm allowed)" if meeting.allowed > 0 else ""
+    if meeting.began:
+        text = f"From the beginning the {meeting.who} is in contact with the {other}; it is {deep}{allowed}"
+    else:
+        text = (f"At {milliseconds(meeting.enter)} the {meeting.who} meets the {other} at {meeting.speed:.1f} m/s "
+                f"({max(meeting.normal, 0.0):.1f} m/s toward it) and is {deep}{allowed}")  # fmt: skip
+    return text + ("." if meeting.lasts else f"; they part at {milliseconds(meeting.leave)}.")
+
+
+def breach_sentence(breach: StopBreach, names: dict[str, str]) -> str:
+    """ "From 60.0 to 75.0 ms the neck pivot is past its stop in flexion, by 12.0 degrees at 70.0 ms." """
+    degrees = breach.worst * 57.29577951308232
+    when = f"At {milliseconds(breach.begin)}" if breach.end <= breach.begin else \
+        f"From {milliseconds(breach.begin)} to {milliseconds(breach.end)}"  # fmt: skip
+    return (f"{when} the {names[breach.joint]} is past its stop in {breach.motion.replace('_', ' ')}, by {degrees:.1f} "
+            f"degrees at {milliseconds(breach.at)}.")  # fmt: skip
+
+
+def agreement_sentence(rows: tuple[Agreement, ...], other: str) -> str:
+    """The worst and the mean agreement of two motions."""
+    worst = max(rows, key=lambda row: row.peak)
+    mean = sum(row.rms for row in rows) / len(rows)
+    return (f"Against {other}, joints and segments are {1000 * mean:.0f} mm apart (mean of the root mean squares); the worst "
+            f"is the {worst.name}, {1000 * worst.peak:.0f} mm at {milliseconds(worst.at)}.")  # fmt: skip
+
+
+def crash_headline(result: CrashResult) -> str:
+    """The whole result in one or two sentences."""
+    time = result.episodes.span
+    real = [m for m in result.meetings if not m.own and m.depth > m.allowed]
+    failed = [v for v in result.verdicts if not v.passed]
+    scope = f"{milliseconds(time[1] - time[0])} of {result.study.person}'s motion"
+    contacts = "nothing is touched" if not real else \
+        f"{len(real)} contact{'s' if len(real) > 1 else ''} with {len({m.other for m in real})} part" \
+        f"{'s' if len({m.other for m in real}) > 1 else ''}"  # fmt: skip
+    count = len(result.verdicts)
+    if failed:
+        judged = f"{len(failed)} of {count} criteri{'a' if count > 1 else 'on'} failed: " + \
+            ", ".join(v.criterion.name for v in failed)  # fmt: skip
+    else:
+        judged = "the criterion holds" if count == 1 else f"all {count} criteria hold"
+    return f"{scope}: {contacts}; {judged}."

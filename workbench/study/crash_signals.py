@@ -1,0 +1,55 @@
+"""Signals of points on a moving body, and the figures that injury limits are about."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.errors import UsageError
+from workbench.model.crash import CrashStudy, Limit, Signal, SignalPoint
+from workbench.model.poses import Placed, Poses
+from workbench.solve.signals import GRAVITY, acceleration, cfc_filter, evenly, held_level, hic, velocity
+
+__all__ = ["LONGEST_HIC", "figure_of", "signal_of"]
+
+LONGEST_HIC = 0.2
+"""[s] Windows of a HIC without a stated one are searched up to here."""
+
+
+def signal_of(placed: Placed, motion: Poses, point: SignalPoint, study: CrashStudy) -> Signal:
+    """The signal of a point of a motion with its figures. UsageError where the frames are too few for the filter."""
+    world = placed.world_from_segment[:, point.segment]
+    path = world[:, :, :3] @ np.array(point.at) + world[:, :, 3]
+    clock = motion.time if motion.time is not None else np.arange(len(motion), dtype=np.float64)
+    time, position = evenly(clock, path)
+    second = acceleration(time, position)
+    if study.cfc is not None:
+        try:
+            second = cfc_filter(time, second, cfc=study.cfc)
+        except UsageError as error:
+            raise UsageError(f"filter_class of {point.name}: {error}") from None
+    bare = Signal(point, time, position, velocity(time, position), second, study.cfc, {})
+    level = np.linalg.norm(second, axis=1)
+    most = int(np.argmax(level))
+    figures = {"peak": (float(level[most]) / GRAVITY, float(time[most]), float(time[most]))}
+    figures["delta-v"] = _change(bare)
+    for name, figure, span in (("3 ms", "held", 0.003), ("HIC15", "hic", 0.015), ("HIC36", "hic", 0.036)):
+        if time[-1] - time[0] >= span >= time[1] - time[0]:
+            figures[name] = figure_of(bare, Limit(figure, "", span, 0.0, ""))
+    return Signal(point, time, position, bare.velocity, second, study.cfc, figures)
+
+
+def figure_of(signal: Signal, limit: Limit) -> tuple[float, float, float]:
+    """A limit's figure of a signal (HIC without a unit, a held level in g), and from when to when [s] it is."""
+    level = np.linalg.norm(signal.acceleration, axis=1)
+    if limit.figure == "hic":
+        found = hic(signal.time, level, window=min(limit.span, LONGEST_HIC))
+        return found.value, found.start, found.end
+    most = float(signal.time[int(np.argmax(level))])
+    return held_level(signal.time, level, hold=limit.span) / GRAVITY, most, most
+
+
+def _change(signal: Signal) -> tuple[float, float, float]:
+    """The largest change of velocity [m/s] from the first sample on, and when."""
+    change = np.linalg.norm(signal.velocity - signal.velocity[0], axis=1)
+    most = int(np.argmax(change))
+    return float(change[most]), float(signal.time[0]), float(signal.time[most])

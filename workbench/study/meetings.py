@@ -1,0 +1,111 @@
+"""Episodes of contact as meetings: who meets what, where, how fast and how deep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from workbench.model.arrays import Floats, Ints
+from workbench.model.contacts import Clearance
+from workbench.model.crash import CrashStudy, Meeting
+from workbench.model.episodes import Episodes
+from workbench.model.moving import poses_at
+from workbench.model.poses import Placed, Poses
+from workbench.solve.collide import nearest, self_clearance
+from workbench.solve.forward import place
+
+__all__ = ["environment_meetings", "own_meetings"]
+
+_BLOCK = 64
+_STEP = 1e-4
+"""Speeds are differences over this share of the time between two frames."""
+
+
+def environment_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting]:
+    """A meeting for each episode with the environment."""
+    for rows in _blocks(len(found)):
+        some = found.rows(rows)
+        at = _Moments(study, some)
+        begun, deep = nearest(at.enter, study.environment), nearest(at.deepest, study.environment)
+        for k in range(len(some)):
+            where = (k, int(some.segment[k]), int(some.part[k]))
+            yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=None))
+
+
+def own_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting]:
+    """A meeting for each episode of two segments of the body."""
+    for rows in _blocks(len(found)):
+        some = found.rows(rows)
+        at = _Moments(study, some)
+        begun, deep = self_clearance(at.enter), self_clearance(at.deepest)
+        for k in range(len(some)):
+            one, two = sorted((int(some.segment[k]), int(some.other_segment[k])))
+            where = (k, one, two)
+            yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=begun.polygon))
+
+
+def _blocks(count: int) -> Iterator[Ints]:
+    for first in range(0, count, _BLOCK):
+        yield np.arange(first, min(first + _BLOCK, count))
+
+
+class _Moments:
+    """The body at the beginning and at the deepest moment of each episode, and just before and after the beginning."""
+
+    def __init__(self, study: CrashStudy, some: Episodes) -> None:
+        self.study, motion = study, study.motion
+        time = motion.time if motion.time is not None else np.arange(len(motion), dtype=np.float64)
+        step = _STEP * float(np.min(np.diff(time)))
+        self.before = np.maximum(some.enter - step, time[0])
+        self.after = np.minimum(self.before + 2 * step, time[-1])
+        self.enter, self.deepest = self._placed(motion, some.enter), self._placed(motion, some.deepest)
+        self.pair = self._placed(motion, self.before), self._placed(motion, self.after)
+
+    def _placed(self, motion: Poses, times: Floats) -> Placed:
+        return place(self.study.body, poses_at(motion, times))
+
+    def speed(self, begun: Clearance, where: tuple[int, int, int], *, other: Ints | None) -> Floats:
+        """(3,) speed, its part toward the other, its part along it [m/s] of the sphere that meets first."""
+        k, sphere = where[0], int(begun.sphere[where])
+        if sphere < 0:
+            return np.zeros(3)
+        moved = self._moved(k, sphere)
+        if other is not None and other[where] >= 0:
+            moved = moved - self._moved(k, int(other[where]))
+        toward = begun.point[where] - self.enter.centres[k, sphere]
+        inside = begun.distance[where] < -self.study.body.radius[sphere]
+        length = float(np.linalg.norm(toward))
+        normal = float(moved @ toward) / length * (-1.0 if inside else 1.0) if length > 1e-12 else 0.0
+        speed = float(np.linalg.norm(moved))
+        return np.array([speed, normal, np.sqrt(max(speed**2 - normal**2, 0.0))])
+
+    def _moved(self, k: int, sphere: int) -> Floats:
+        gap = self.pair[1].centres[k, sphere] - self.pair[0].centres[k, sphere]
+        return np.asarray(gap / (self.after[k] - self.before[k]))
+
+
+def _meeting(
+    study: CrashStudy, some: Episodes, k: int, found: tuple[Clearance, Clearance, tuple[int, int, int]], speeds: Floats
+) -> Meeting:
+    begun, deep, where = found
+    began, lasts = some.cut_short
+    at = deep if deep.sphere[where] >= 0 else begun
+    x, y, z = (float(v) for v in at.point[where])
+    return Meeting(
+        segment=study.body.segments[where[1]],
+        who=at.name(where),
+        other=at.other_name(where),
+        enter=float(some.enter[k]),
+        deepest=float(some.deepest[k]),
+        leave=float(some.leave[k]),
+        began=bool(began[k]),
+        lasts=bool(lasts[k]),
+        depth=float(-some.distance[k]),
+        allowed=float(some.allowed[k]),
+        speed=float(speeds[0]),
+        normal=float(speeds[1]),
+        tangential=float(speeds[2]),
+        point=(x, y, z),
+        own=some.part[k] < 0,
+    )

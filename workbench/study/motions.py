@@ -1,0 +1,81 @@
+"""Motion files as poses of a body: each format by its own way, moved and turned into the environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from workbench.files.motions.lines import ALL, Pick
+from workbench.files.motions.opensim import Coordinates, coordinate_poses
+from workbench.files.motions.reading import read_motion
+from workbench.model.body import Body
+from workbench.model.motion import Bones, Markers, SegmentTrack
+from workbench.model.poses import Poses
+from workbench.model.posing import attitude_matrix
+from workbench.solve.markers import bridged, poses_from_markers
+from workbench.solve.retarget import retarget
+from workbench.solve.tracks import poses_from_track
+
+__all__ = ["MotionOptions", "load_motion"]
+
+_LOOSE = 0.02
+
+
+@dataclass(frozen=True)
+class MotionOptions:
+    """How a motion file is read. names: bones by segment, or usual marker names by the file's; up: its upward axis;
+    metres: one unit of a BVH file [m]; keep: the frames wanted; gaps: the longest [s] that is bridged; move (3,) [m]
+    and yaw [rad]: where it is put, turned about the vertical first."""
+
+    names: Mapping[str, str] | None = None
+    up: str | None = None
+    metres: float | None = None
+    keep: Pick = ALL
+    gaps: float = 0.1
+    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    yaw: float = 0.0
+
+
+def load_motion(body: Body, path: str | Path, *, options: MotionOptions | None = None) -> tuple[Poses, tuple[str, ...]]:
+    """A motion file of any known format as poses of a body with their times, and what was assumed or is odd, in
+    sentences. InputError with file and line for every fault."""
+    given = options or MotionOptions()
+    found = read_motion(path, body, up=given.up, keep=given.keep)
+    notes: tuple[str, ...] = ()
+    if isinstance(found, Bones):
+        poses, notes = retarget(body, found, names=given.names, up=given.up, metres=given.metres)
+    elif isinstance(found, Markers):
+        poses, notes = _from_markers(body, found, given)
+    elif isinstance(found, Coordinates):
+        poses, notes = coordinate_poses(body, found)
+    elif isinstance(found, SegmentTrack):
+        poses, notes = _from_track(body, found)
+    else:
+        poses, notes = found
+    turn = attitude_matrix(yaw=given.yaw)
+    world = np.einsum("ij,pjk->pik", turn, poses.world_from_reference)
+    world[:, :, 3] += given.move
+    return replace(poses, world_from_reference=world), tuple(f"{Path(path).name}: {note}" for note in notes)
+
+
+def _from_markers(body: Body, markers: Markers, given: MotionOptions) -> tuple[Poses, tuple[str, ...]]:
+    fit = poses_from_markers(body, bridged(markers, longest=given.gaps), names=given.names)
+    rms = np.sqrt(np.nanmean(fit.residual**2))
+    per = np.sqrt(np.nansum(fit.residual**2, axis=0) / np.maximum(np.isfinite(fit.residual).sum(axis=0), 1))
+    worst = int(np.argmax(per))
+    said = f"{len(fit.markers)} markers are carried to {1000 * rms:.1f} mm (root mean square), the worst is " \
+           f"{fit.markers[worst]} with {1000 * per[worst]:.1f} mm"  # fmt: skip
+    unused = (f"markers not used: {', '.join(fit.unused)}",) if fit.unused else ()
+    return fit.poses, (*fit.notes, said, *unused)
+
+
+def _from_track(body: Body, track: SegmentTrack) -> tuple[Poses, tuple[str, ...]]:
+    poses, apart = poses_from_track(body, track)
+    worst = int(np.argmax(apart.max(axis=0)))
+    if apart.max() <= _LOOSE:
+        return poses, track.notes
+    return poses, (*track.notes, f"segment {track.segments[worst]} is up to {1000 * apart.max():.0f} mm from where the "
+                                 f"joints of {body.name} put it: another size of body?")  # fmt: skip
