@@ -19,10 +19,11 @@ from workbench.draw.circles import circles
 from workbench.draw.disks import disks
 from workbench.draw.film import film_frames, stamped, write_film
 from workbench.draw.ghosts import ghost_strengths
-from workbench.draw.motion import every_pose, frame_times, poses_at, scene_at, timed
+from workbench.draw.motion import every_pose, frame_times, scene_at, timed
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.strip import strip_image, strip_svg
 from workbench.errors import InputError, MissingPartError, UsageError
+from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
 
 

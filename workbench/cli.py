@@ -24,8 +24,9 @@ from workbench.cli_render import render
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
-    from workbench.files.inspection import Inspection
     from pydantic import BaseModel
+
+    from workbench.files.inspection import Inspection
 
 
 __all__ = ["app", "main"]

@@ -11,9 +11,8 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 from workbench.model.poses import Poses
-from workbench.model.quaternions import from_matrices, matrices, slerp
 
-__all__ = ["MOST_FRAMES", "every_pose", "frame_times", "poses_at", "scene_at", "timed"]
+__all__ = ["MOST_FRAMES", "every_pose", "frame_times", "scene_at", "timed"]
 
 MOST_FRAMES = 36_000  # twenty minutes at 30 frames a second: more is a mistake in a unit
 
@@ -21,29 +20,6 @@ MOST_FRAMES = 36_000  # twenty minutes at 30 frames a second: more is a mistake 
 def timed(poses: Poses, *, seconds: float = 1.0) -> Poses:
     """The poses with a time each, `seconds` [s] apart, where they have none."""
     return poses if poses.time is not None else replace(poses, time=seconds * np.arange(len(poses), dtype=np.float64))
-
-
-def poses_at(poses: Poses, times: Floats) -> Poses:
-    """The poses of a motion at times (F,) [s]: every rotation on the shorter way at a constant rate, places straight.
-
-    Before the first and after the last pose the motion stands still. UsageError where the poses have no rising time.
-    """
-    clock = poses.time
-    if clock is None or len(clock) < 1 or np.any(np.diff(clock) <= 0.0):
-        raise UsageError("a motion is needed: poses with times that rise")
-    wanted = np.clip(np.asarray(times, dtype=np.float64), clock[0], clock[-1])
-    before = np.clip(np.searchsorted(clock, wanted, side="right") - 1, 0, max(len(clock) - 2, 0))
-    after = np.minimum(before + 1, len(clock) - 1)
-    span = clock[after] - clock[before]
-    share = np.divide(wanted - clock[before], span, out=np.zeros_like(wanted), where=span > 0.0)
-    world = poses.world_from_reference
-    place = np.empty((len(wanted), 3, 4))
-    turn = from_matrices(world[:, :, :3])
-    place[:, :, :3] = matrices(slerp(turn[before], turn[after], share))
-    place[:, :, 3] = world[before, :, 3] + share[:, None] * (world[after, :, 3] - world[before, :, 3])
-    rotations = slerp(poses.rotations[before], poses.rotations[after], share[:, None])
-    rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
-    return Poses(rotations, poses.reference, place, np.asarray(times, dtype=np.float64))
 
 
 def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> Floats:

@@ -17,7 +17,7 @@ class CrashVerdictRow(_Row):
     name: str
     check: str
     passed: bool
-    value: float
+    value: float | None
     limit: float
     unit: str
     time_ms: float | None

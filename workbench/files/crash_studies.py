@@ -1,4 +1,4 @@
-"""Crash studies: everything they name is loaded and checked; the motions stay files until the study makes them poses."""
+"""Crash studies: everything they name is loaded and checked; motions stay files until the study makes them poses."""
 
 from __future__ import annotations
 
@@ -108,8 +108,9 @@ def _limits(document: Document, file: CrashFile, work: Work) -> tuple[Limit, ...
         faults += [fail(document, ("rules",), problem) for problem in error.problems]
         return ()
     inputs["rules"] = where
-    return tuple(Limit(row.figure, row.segment, (row.window if row.figure == "hic" else row.hold) or
-                       (np.inf if row.figure == "hic" else 0.003), row.limit, row.source) for row in rules.limits)  # fmt: skip
+    spans = {"hic": np.inf, "held": 0.003}
+    return tuple(Limit(row.figure, row.segment, (row.window if row.figure == "hic" else row.hold) or spans[row.figure],
+                       row.limit, row.source) for row in rules.limits)  # fmt: skip
 
 
 def _name_faults(document: Document, file: CrashFile, loaded: tuple[Environment, Body, tuple[Limit, ...]]) -> list[str]:

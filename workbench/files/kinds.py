@@ -42,7 +42,7 @@ _MODELS: dict[str, type[BaseModel]] = {
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment, postures, population, growth or rules, by the keys of the file; "mesh" where it is not YAML.
+    """study, body, environment, postures, population, growth or rules, by the file's keys; "mesh" where it is not YAML.
 
     InputError where a YAML file has no key that names its kind.
     """

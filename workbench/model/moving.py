@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats
 from workbench.model.poses import Poses
 from workbench.model.quaternions import from_matrices, matrices, slerp
 
-__all__ = ["between", "check_pairs"]
+__all__ = ["between", "check_pairs", "poses_at"]
 
 
 def between(start: Poses, end: Poses, at: ArrayLike) -> Poses:
@@ -34,6 +36,24 @@ def between(start: Poses, end: Poses, at: ArrayLike) -> Poses:
     if start.time is not None and end.time is not None:
         time = start.time + fraction * (end.time - start.time)
     return Poses(slerp(start.rotations, end.rotations, fraction[:, None]), start.reference, world, time)
+
+
+def poses_at(poses: Poses, times: ArrayLike) -> Poses:
+    """The poses of a motion at times (T,) [s], on the way `between` its frames.
+
+    Before the first and after the last frame the motion stands still. UsageError where the poses have no rising time.
+    """
+    clock = poses.time
+    if clock is None or len(clock) < 1 or np.any(np.diff(clock) <= 0.0):
+        raise UsageError("a motion is needed: poses with times that rise")
+    asked = np.atleast_1d(np.asarray(times, dtype=np.float64))
+    wanted = np.clip(asked, clock[0], clock[-1])
+    before = np.clip(np.searchsorted(clock, wanted, side="right") - 1, 0, max(len(clock) - 2, 0))
+    after = np.minimum(before + 1, len(clock) - 1)
+    span = clock[after] - clock[before]
+    share = np.divide(wanted - clock[before], span, out=np.zeros_like(wanted), where=span > 0.0)
+    rows = [Poses(poses.rotations[k], poses.reference, poses.world_from_reference[k]) for k in (before, after)]
+    return replace(between(rows[0], rows[1], np.clip(share, 0.0, 1.0)), time=asked)
 
 
 def check_pairs(start: Poses, end: Poses) -> None:

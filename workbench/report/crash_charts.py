@@ -17,6 +17,7 @@ WIDTH = 1100
 _LEFT, _RIGHT, _ROW = 330, 20, 22
 _COLOURS = ("#1f5fa8", "#b3261e", "#1f7a4d", "#8a5a00", "#6b3fa0", "#00798c")
 _FONT = "font-family=\"system-ui, 'DejaVu Sans', sans-serif\""
+_SOFT = f'font-size="12" fill="#5c6b7a" {_FONT}'
 _MOST_ROWS = 24
 
 
@@ -43,7 +44,8 @@ def timeline(result: CrashResult) -> str:
             over = m.depth > m.allowed + 1e-9
             colour = ("#b3261e" if over else "#8fa8c2") if not m.own else "#d79a00"
             said = f"{m.who}, {m.other}: {1000 * m.depth:.1f} mm deep at {milliseconds(m.deepest)}"
-            parts.append(f'<rect x="{left:.1f}" y="{y + 2}" width="{right - left:.1f}" height="14" rx="2" fill="{colour}">'
+            box = f'x="{left:.1f}" y="{y + 2}" width="{right - left:.1f}" height="14"'
+            parts.append(f'<rect {box} rx="2" fill="{colour}">'
                          f"<title>{escape(said)}</title></rect>")  # fmt: skip
             at = axis.x(m.deepest)
             parts.append(f'<path d="M{at:.1f} {y + 1}v16" stroke="#1d2733" stroke-width="1.4"/>')
@@ -74,11 +76,13 @@ def curves(time: Floats, lines: Sequence[tuple[str, Floats]], *, unit: str, titl
 
     parts = [_open(height, title)]
     if zero and low < 0:
-        parts.append(f'<rect x="70" y="{y(0):.1f}" width="{WIDTH - 70 - _RIGHT}" height="{y(low) - y(0):.1f}" fill="#fbe9e7"/>')
+        parts.append(
+            f'<rect x="70" y="{y(0):.1f}" width="{WIDTH - 70 - _RIGHT}" height="{y(low) - y(0):.1f}" fill="#fbe9e7"/>'
+        )
     for value in np.arange(low, high + step / 2, step):
-        parts.append(f'<path d="M70 {y(value):.1f}H{WIDTH - _RIGHT}" stroke="#d9dfe5"/><text x="62" y="{y(value) + 4:.1f}" '
-                     f'text-anchor="end" font-size="12" fill="#5c6b7a" {_FONT}>{value + 0.0:g}</text>')  # fmt: skip
-    parts += [*axis.grid(height), f'<text x="8" y="12" font-size="12" fill="#5c6b7a" {_FONT}>{unit}</text>']
+        parts.append(f'<path d="M70 {y(value):.1f}H{WIDTH - _RIGHT}" stroke="#d9dfe5"/>')
+        parts.append(f'<text x="62" y="{y(value) + 4:.1f}" text-anchor="end" {_SOFT}>{value + 0.0:g}</text>')
+    parts += [*axis.grid(height), f'<text x="8" y="12" {_SOFT}>{unit}</text>']
     for k, (name, values) in enumerate(lines):
         points = " ".join(f"{axis.x(t):.1f},{y(v):.1f}" for t, v in zip(*_thinned(time, values), strict=True))
         colour = _COLOURS[k % len(_COLOURS)]
@@ -115,8 +119,8 @@ class _Axis:
         parts = []
         for ms in np.arange(first, 1000 * self.end + step * 1e-6, step):
             x = self.x(ms / 1000)
-            parts.append(f'<path d="M{x:.1f} 4V{height - 24}" stroke="#d9dfe5"/><text x="{x:.1f}" y="{height - 8}" '
-                         f'text-anchor="middle" font-size="12" fill="#5c6b7a" {_FONT}>{ms + 0.0:g} ms</text>')  # fmt: skip
+            parts.append(f'<path d="M{x:.1f} 4V{height - 24}" stroke="#d9dfe5"/>')
+            parts.append(f'<text x="{x:.1f}" y="{height - 8}" text-anchor="middle" {_SOFT}>{ms + 0.0:g} ms</text>')
         return parts
 
 

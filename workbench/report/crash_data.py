@@ -102,24 +102,27 @@ def _verdict(verdict: CrashVerdict) -> CrashVerdictRow:
     when = None if math.isnan(verdict.at) else _ms(verdict.at)
     at = "" if when is None else f" at {when:.1f} ms"
     limit = f" ({verdict.limit:g} {verdict.unit} allowed)" if verdict.criterion.check in ("excursion",) else ""
+    value = None if math.isnan(verdict.value) else round(verdict.value, 3) + 0.0
     return CrashVerdictRow(name=verdict.criterion.name, check=verdict.criterion.check, passed=verdict.passed,
-                           value=round(verdict.value, 3) + 0.0, limit=round(verdict.limit, 3), unit=verdict.unit, time_ms=when,
-                           sentence=f"{verdict.told}{at}{limit}.")  # fmt: skip
+                           value=value, limit=round(verdict.limit, 3), unit=verdict.unit,
+                           time_ms=when, sentence=f"{verdict.told}{at}{limit}.")  # fmt: skip
 
 
 def _meeting(m: Meeting) -> MeetingRow:
     x, y, z = (_mm(v) for v in m.point)
     return MeetingRow(
         kind="self" if m.own else "environment", segment=m.segment, subject=m.who, target=m.other,
-        met_ms=None if m.began else _ms(m.enter), deepest_ms=_ms(m.deepest), parted_ms=None if m.lasts else _ms(m.leave),
-        depth_mm=_mm(m.depth), allowed_mm=_mm(m.allowed), speed_m_s=round(m.speed, 3), normal_m_s=round(m.normal, 3) + 0.0,
+        met_ms=None if m.began else _ms(m.enter), deepest_ms=_ms(m.deepest),
+        parted_ms=None if m.lasts else _ms(m.leave), depth_mm=_mm(m.depth), allowed_mm=_mm(m.allowed),
+        speed_m_s=round(m.speed, 3), normal_m_s=round(m.normal, 3) + 0.0,
         tangential_m_s=round(m.tangential, 3), point_mm=(x, y, z), sentence=meeting_sentence(m),
     )  # fmt: skip
 
 
 def _signal(signal: Signal, segment: str) -> SignalRow:
     rate = (len(signal.time) - 1) / (signal.time[-1] - signal.time[0])
-    figures = [FigureRow(name=name, value=round(value, 2), unit=_UNITS.get(name, ""), begin_ms=_ms(begin), end_ms=_ms(end))
+    figures = [FigureRow(name=name, value=round(value, 2), unit=_UNITS.get(name, ""), begin_ms=_ms(begin),
+                         end_ms=_ms(end))
                for name, (value, begin, end) in signal.figures.items()]  # fmt: skip
-    return SignalRow(name=signal.point.name, segment=segment, filter_class=signal.cfc, samples_per_second=round(float(rate), 3),
-                     figures=figures)  # fmt: skip
+    return SignalRow(name=signal.point.name, segment=segment, filter_class=signal.cfc,
+                     samples_per_second=round(float(rate), 3), figures=figures)  # fmt: skip

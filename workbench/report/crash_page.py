@@ -47,7 +47,9 @@ def crash_page(result: CrashResult, rows: CrashResultFile, *, progress: Callable
         strip_caption=caption,
         timeline=Markup(timeline(result)),
         clearance=Markup(clearance_curves(result)),
-        acceleration=Markup(curves(result.signals[0].time, lines, unit="g", title="Resultant acceleration")) if lines else "",
+        acceleration=Markup(curves(result.signals[0].time, lines, unit="g", title="Resultant acceleration"))
+        if lines
+        else "",
         figures=[name for name in _FIGURES if name in known],
         agreement=agreement_sentence(result.agreements, result.study.against_name) if result.agreements else "",
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from workbench.model.arrays import Floats
@@ -66,7 +68,7 @@ def spells(track: Floats, least: float) -> list[tuple[int, int]]:
             low = k
     last = high if rising else low if rising is False else turning[-1]
     turning += [last] if last != turning[-1] else []
-    return [(a, b) for a, b in zip(turning[:-1], turning[1:], strict=True) if abs(track[b] - track[a]) >= least]
+    return [(a, b) for a, b in pairwise(turning) if abs(track[b] - track[a]) >= least]
 
 
 def _turn(name: str, pair: tuple[str, str], part: tuple[Floats, int, int], time: Floats) -> str:
@@ -86,8 +88,8 @@ def _ways(body: Body, motion: Poses, time: Floats) -> list[str]:
         if segment not in body.segments:
             continue
         way = at[-1, body.segment(segment)] - at[0, body.segment(segment)]
-        parts = [f"{1000 * abs(w):.0f} mm {words[0] if w > 0 else words[1]}" for w, words in zip(way, _WAYS, strict=True)
-                 if abs(w) >= _LEAST_WAY]  # fmt: skip
+        parts = [f"{1000 * abs(w):.0f} mm {words[0] if w > 0 else words[1]}"
+                 for w, words in zip(way, _WAYS, strict=True) if abs(w) >= _LEAST_WAY]  # fmt: skip
         if parts:
             told.append(f"The {body.segment_names[body.segment(segment)]} ends up {', '.join(parts)} "
                         f"of where it was {1000 * (time[-1] - time[0]):.0f} ms before.")  # fmt: skip

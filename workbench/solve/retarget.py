@@ -16,7 +16,16 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import Bones
 from workbench.model.poses import Poses
-from workbench.model.quaternions import conjugate, exponential, matrices, multiply, rotate, shortest, swing_twist
+from workbench.model.quaternions import (
+    conjugate,
+    exponential,
+    from_matrices,
+    matrices,
+    multiply,
+    rotate,
+    shortest,
+    swing_twist,
+)
 from workbench.solve.bone_names import bone_map
 
 __all__ = ["body_lengths", "bone_lengths", "bone_positions", "retarget"]
@@ -147,7 +156,7 @@ def _segment_turns(
 ) -> dict[str, Floats]:
     """(P, 4) by segment that has a bone: world from segment."""
     chosen, turns, rest = found
-    basis = _quaternion(frame)
+    basis = from_matrices(frame[None])[0]
     result = {}
     for segment, name in chosen.items():
         b = bones.names.index(name)
@@ -229,12 +238,3 @@ def _halfway(a: Floats, b: Floats) -> Floats:
     near = np.where(np.sum(a * b, axis=-1, keepdims=True) < 0, -b, b)
     middle = a + near
     return np.asarray(middle / np.linalg.norm(middle, axis=-1, keepdims=True))
-
-
-def _quaternion(matrix: Floats) -> Floats:
-    """(4,) of a rotation matrix whose rows are a right-handed frame."""
-    first = shortest(np.array([1.0, 0, 0]), matrix[:, 0])
-    turned = rotate(first, np.array([0.0, 1.0, 0.0]))
-    sine, cosine = np.cross(turned, matrix[:, 1]) @ matrix[:, 0], turned @ matrix[:, 1]
-    half = 0.5 * np.arctan2(sine, cosine)
-    return np.asarray(multiply(np.concatenate([[np.cos(half)], np.sin(half) * matrix[:, 0]]), first))

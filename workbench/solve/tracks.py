@@ -1,4 +1,4 @@
-"""Segments told one by one, as poses of a body: joints from the turns of their segments, and how well they hang together."""
+"""Segments told one by one, as poses of a body: joints from the turns of their segments, and how well it all hangs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The crash study: a motion against an environment, in continuous time; what meets what, when, how fast and how deep."""
+"""The crash study: a motion against an environment, in continuous time: what meets what, when, how fast, how deep."""
 
 from __future__ import annotations
 
@@ -129,9 +129,9 @@ def _coarse(placed: Placed, motion: Poses) -> tuple[str, ...]:
     frame, sphere = np.unravel_index(int(np.argmax(step)), step.shape)
     name = placed.body.segment_names[int(placed.body.sphere_segment[sphere])]
     many = int((step.max(axis=1) > 1.0).sum())
-    return (f"the motion is coarse: between {many} of {len(step)} pairs of frames some sphere moves more than its own radius, "
-            f"a sphere of the {name} {step[frame, sphere]:.1f} radii at {clock(motion)[frame]:g} s; what lies between is "
-            "taken as the shortest way",)  # fmt: skip
+    return (f"the motion is coarse: between {many} of {len(step)} pairs of frames some sphere moves more than its own "
+            f"radius, a sphere of the {name} {step[frame, sphere]:.1f} radii at {clock(motion)[frame]:g} s; what lies "
+            "between is taken as the shortest way",)  # fmt: skip
 
 
 def _agreements(study: CrashStudy) -> tuple[Agreement, ...]:

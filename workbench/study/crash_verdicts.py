@@ -61,10 +61,15 @@ def _rules(criterion: CrashCriterion, result: CrashResult, placed: Placed) -> Cr
     for limit in result.study.limits:
         segment = placed.body.segment(limit.segment)
         for signal in result.signals:
+            step = float(signal.time[1] - signal.time[0])
+            if signal.point.segment == segment and step > 0.5 * limit.span:
+                told = (f"{signal.point.name}: samples {1000 * step:.3g} ms apart cannot tell a figure over "
+                        f"{1000 * limit.span:g} ms")  # fmt: skip
+                return CrashVerdict(criterion, False, float("nan"), limit.value, "", float("nan"), told)
             if signal.point.segment == segment:
                 value, begin, end = figure_of(signal, limit)
                 found.append((value / limit.value, value, begin, end, limit, signal.point.name))
-    _, value, begin, end, limit, name = max(found)[:6] if len(found) == 1 else max(found, key=lambda row: row[0])
+    _, value, begin, end, limit, name = max(found, key=lambda row: row[0])
     window = "" if np.isinf(limit.span) else f"{1000 * limit.span:g}"
     what = f"HIC{window}" if limit.figure == "hic" else f"level held for {window} ms"
     unit = "" if limit.figure == "hic" else "g"

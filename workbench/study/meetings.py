@@ -42,7 +42,7 @@ def own_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting]:
         for k in range(len(some)):
             one, two = sorted((int(some.segment[k]), int(some.other_segment[k])))
             where = (k, one, two)
-            yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=begun.polygon))
+            yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=begun.target))
 
 
 def _blocks(count: int) -> Iterator[Ints]:
@@ -95,7 +95,7 @@ def _meeting(
     return Meeting(
         segment=study.body.segments[where[1]],
         who=at.name(where),
-        other=at.other_name(where),
+        other=study.environment.parts[where[2]] if some.part[k] >= 0 else at.other_name(where),
         enter=float(some.enter[k]),
         deepest=float(some.deepest[k]),
         leave=float(some.leave[k]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -77,7 +78,7 @@ def number_rows(
             row = [float(word) if word or not blank else np.nan for word in words]
         except ValueError:
             row = []
-        if not row or not all(map(np.isfinite, (v for v, w in zip(row, words, strict=True) if w or not blank))):
+        if not row or not _finite(row, words, blank):
             _refuse(path, number, words, rows)
         now = row[column] if column is not None else count * step
         count += 1
@@ -96,6 +97,10 @@ def number_rows(
                 )
     done.append(np.array(block, dtype=np.float64).reshape(-1, width))
     return np.concatenate(done), count
+
+
+def _finite(row: list[float], words: Sequence[str], blank: bool) -> bool:
+    return all(map(math.isfinite, (v for v, w in zip(row, words, strict=True) if w) if blank else row))
 
 
 def _refuse(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) -> None:

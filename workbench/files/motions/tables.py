@@ -18,7 +18,7 @@ from workbench.model.body import Body
 from workbench.model.motion import SegmentTrack, rising_time
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
-from workbench.model.quaternions import matrices
+from workbench.model.quaternions import from_matrices, matrices
 
 __all__ = ["angle_table_text", "read_angle_table", "read_segment_table", "table_kind"]
 
@@ -127,7 +127,7 @@ def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
         poses.world_from_reference,
         poses.time if poses.time is not None else np.arange(len(poses), dtype=float),
     )
-    turn = _quaternions(place[:, :, :3])
+    turn = from_matrices(place[:, :, :3])
     for p in range(len(poses)):
         row = [f"{time[p]:.9g}", *(f"{1000 * v:.6f}" for v in place[p, :, 3]), *(f"{v:.12f}" for v in turn[p])]
         yield ", ".join([*row, *(f"{v:.7g}" for v in angles[p])]) + "\n"
@@ -231,22 +231,3 @@ def _unit_quaternions(table: _Table, what: str, given: Floats) -> Floats:
         raise InputError(f"{table.path}: the quaternion of {what} has length {length[wrong[0]]:.4g} at "
                          f"{table.time[wrong[0]]:g} s; 1 is needed")  # fmt: skip
     return np.asarray(given / length[:, None])
-
-
-def _quaternions(matrices: Floats) -> Floats:
-    """(P, 4) unit quaternions of rotation matrices (P, 3, 3), w >= 0 (Shepperd 1978)."""
-    m = matrices
-    trace = np.trace(m, axis1=1, axis2=2)
-    found = np.empty((len(m), 4))
-    for p, (a, t) in enumerate(zip(m, trace, strict=True)):
-        choice = int(np.argmax([t, a[0, 0], a[1, 1], a[2, 2]]))
-        if choice == 0:
-            q = np.array([1 + t, a[2, 1] - a[1, 2], a[0, 2] - a[2, 0], a[1, 0] - a[0, 1]])
-        else:
-            i, j, k = choice - 1, choice % 3, (choice + 1) % 3
-            q = np.empty(4)
-            q[0] = a[k, j] - a[j, k]
-            q[1 + i] = 1 + a[i, i] - a[j, j] - a[k, k]
-            q[1 + j], q[1 + k] = a[j, i] + a[i, j], a[k, i] + a[i, k]
-        found[p] = q / np.linalg.norm(q) * (-1.0 if q[0] < 0 else 1.0)
-    return found
