@@ -24,9 +24,9 @@ from workbench.cli_render import render
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
-    from pydantic import BaseModel
-
+    from workbench.files.crash_results import CrashResultFile
     from workbench.files.inspection import Inspection
+    from workbench.files.results import ResultFile
 
 
 __all__ = ["app", "main"]
@@ -212,7 +212,7 @@ def json_text(data: Any) -> str:
     return json.dumps(data, indent=1, ensure_ascii=plain, allow_nan=False)
 
 
-def _dumped(data: BaseModel | Inspection | list[Any] | dict[str, Any]) -> str:
+def _dumped(data: ResultFile | CrashResultFile | Inspection | list[Any] | dict[str, Any]) -> str:
     from dataclasses import asdict, is_dataclass
 
     if isinstance(data, (list, dict)):

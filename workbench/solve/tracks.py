@@ -36,5 +36,5 @@ def poses_from_track(body: Body, track: SegmentTrack) -> tuple[Poses, Floats]:
     )
     rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
     poses = Poses(rotations, root, track.world_from_segment[:, told[root]], track.time)
-    at = place(body, poses).world_from_segment[:, [body.segment(name) for name in track.segments], :, 3]
+    at = place(body, poses).world_from_segment[:, [body.segment(name) for name in track.segments]][..., 3]
     return poses, np.asarray(np.linalg.norm(at - track.world_from_segment[..., 3], axis=-1))

@@ -1,0 +1,182 @@
+"""Crash studies: times, speeds and depths by hand; words, files and faults."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from tests.conftest import ROOT
+from workbench.cli import main
+from workbench.errors import InputError
+from workbench.files.bodies import load_body
+from workbench.files.crash_studies import load_crash
+from workbench.files.motions.tables import angle_table_text
+from workbench.model.motion import SegmentTrack
+from workbench.model.poses import Poses
+from workbench.model.posing import compose, motion_of
+from workbench.report.movement import movement_sentences, spells
+from workbench.solve.forward import place
+from workbench.solve.tracks import poses_from_track
+from workbench.study.crash import crash_study
+
+BODY = load_body("bubbleman")
+PLATE = "o plate\nv -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nv -2 -2 -1\nv 2 -2 -1\nv 2 2 -1\nv -2 2 -1\n" \
+        "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"  # fmt: skip
+STUDY = """study: drop
+kind: crash
+length: mm
+environment: pit
+body: bubbleman
+motion: {file: drop.csv}
+points:
+  - {name: head, segment: H}
+criteria:
+  - {name: nothing is hit, check: contact, at_most: 10}
+  - {name: head stays low, check: excursion, segments: [H], at_most: 2500, direction: [0, 0, 1], origin: [0, 0, 0]}
+  - {name: stops, check: stops}
+"""
+
+
+def standing(height, time, *, angles=None):
+    """The zero pose with its soles at heights [m] over time [s]."""
+    frames = len(time)
+    turns = np.zeros((frames, len(BODY.joints), 3)) if angles is None else angles
+    still = Poses(compose(BODY, turns), 0, np.tile(np.eye(3, 4), (frames, 1, 1)), time)
+    world = np.array(still.world_from_reference)
+    sole = (place(BODY, still).centres[0, :, 2] - BODY.radius).min()
+    world[:, 2, 3] = height - sole
+    return Poses(still.rotations, 0, world, time)
+
+
+@pytest.fixture
+def drop(tmp_path):
+    """A man falls 100 mm at 2 m/s onto a plate, sinks 40 mm in, and comes out again."""
+    time = np.array([0, 0.05, 0.07, 0.09, 0.2])
+    height = np.array([0.1, 0.0, -0.04, 0.0, 0.2])
+    (tmp_path / "environments/pit").mkdir(parents=True)
+    (tmp_path / "environments/pit/pit.obj").write_text(PLATE)
+    (tmp_path / "environments/pit/environment.yaml").write_text(
+        "environment: pit\nlength: mm\nmeshes: [{file: pit.obj, length: m, up: z, forward: x}]\n"
+    )
+    (tmp_path / "studies").mkdir()
+    (tmp_path / "studies/drop.csv").write_text("".join(angle_table_text(BODY, standing(height, time))))
+    path = tmp_path / "studies/drop.yaml"
+    path.write_text(STUDY)
+    return path
+
+
+def test_a_man_who_falls_on_a_plate_meets_it_when_and_as_fast_and_deep_as_by_hand(drop):
+    result = crash_study(load_crash(drop))
+    feet = [m for m in result.meetings if m.segment in ("LF", "RF")]
+    first = min(feet, key=lambda m: m.enter)
+    assert first.enter == pytest.approx(0.05, abs=1e-5)
+    assert first.leave == pytest.approx(0.09, abs=1e-5)
+    assert first.deepest == pytest.approx(0.07, abs=1e-4)
+    assert first.depth == pytest.approx(0.04, abs=1e-5)
+    assert first.normal == pytest.approx(2.0, rel=1e-3)
+    assert first.tangential == pytest.approx(0.0, abs=1e-3)
+    assert first.other == "plate"
+
+
+def test_criteria_of_a_crash_are_judged_with_their_worst_moment(drop):
+    verdicts = {v.criterion.name: v for v in crash_study(load_crash(drop)).verdicts}
+    assert not verdicts["nothing is hit"].passed
+    assert verdicts["nothing is hit"].value == pytest.approx(40.0, abs=0.02)
+    assert verdicts["head stays low"].passed
+    assert verdicts["head stays low"].value == pytest.approx(1755 + 200, abs=1.0)
+    assert verdicts["stops"].passed
+
+
+def test_a_crash_study_leaves_its_whole_report_and_says_what_happened(drop, capsys, tmp_path):
+    assert main(["run", str(drop), "--out", str(tmp_path / "out")]) == 1
+    said = capsys.readouterr().out
+    assert "FAILED  nothing is hit" in said
+    assert "1 of 3 criteria failed: nothing is hit" in said
+    rows = json.loads((tmp_path / "out/result.json").read_text())
+    sentence = next(c["sentence"] for c in rows["contacts"] if c["segment"] == "LF")
+    assert (
+        "meets the plate at 2.0 m/s (2.0 m/s toward it) and is 40.0 mm deep at 70.0 ms; they part at 90.0 ms."
+        in sentence
+    )
+    tables = {f"{name}.csv" for name in ("verdicts", "contacts", "stops", "figures", "clearance", "signals")}
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"result.json", "report.html", *tables}
+    again = crash_bytes(drop, tmp_path / "again")
+    assert again == {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}
+
+
+def crash_bytes(study, folder):
+    main(["run", str(study), "--out", str(folder)])
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
+def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):
+    drop.write_text(STUDY + "against: {file: drop.csv, move: [30, 0, 40], name: actual}\n")
+    result = crash_study(load_crash(drop))
+    assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * (len(BODY.segments) + len(BODY.joints))
+
+
+def test_a_coarse_motion_is_told(drop):
+    assert "the motion is coarse" in crash_study(load_crash(drop)).warnings[0]
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("{file: drop.csv}", "{file: fall.csv}", "no such file 'fall.csv'"),
+    ("{file: drop.csv}", "{file: drop.csv, start: 1, end: 0.5}", "end 0.5 s must be after start 1 s"),
+    ("{file: drop.csv}", "{file: drop.csv, start: 5}", "no frame between 5 and inf s"),
+    ("{file: drop.csv}", "{file: drop.csv, end: 0.01}", "one frame is a posture"),
+    ("{file: drop.csv}", "{file: drop.yaml}", "is no motion format"),
+    ("segment: H}", "segment: HEAD}", "no segment 'HEAD'"),
+    ("segments: [H]", "segments: [HH]", "nothing is called 'HH'; did you mean 'H'"),
+    ("check: stops", "check: rules", "the study names no rule set"),
+    ("check: stops", "check: stops, at_most: 3", "'at_most' does not belong to check: stops"),
+    ("direction: [0, 0, 1]", "direction: [0, 0, 0]", "'direction' must not be zero"),
+    (", origin: [0, 0, 0]", "", "an excursion needs"),
+    ("body: bubbleman", "body: bubbleman\nrules: fmvss_2", "no studies/rules entry named 'fmvss_2'"),
+])  # fmt: skip
+def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):
+    drop.write_text(STUDY.replace(old, new))
+    assert main(["run", str(drop), "--out", str(drop.parent / "out")]) == 3
+    assert told in capsys.readouterr().err
+    assert not (drop.parent / "out").exists()
+
+
+def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fails(drop):
+    for path in sorted((ROOT / "studies/rules").glob("*.yaml")):
+        assert main(["check", str(path)]) == 0
+    drop.write_text(STUDY.replace("check: stops", "check: rules").replace("body: bub", "rules: fmvss_208\nbody: bub"))
+    verdict = crash_study(load_crash(drop)).verdicts[2]
+    assert not verdict.passed
+    assert "samples 35 ms apart cannot tell a figure over 15 ms" in verdict.told
+
+
+def test_segments_told_one_by_one_give_the_pose_back():
+    rng = np.random.default_rng(3)
+    angles = rng.uniform(-0.4, 0.4, (4, len(BODY.joints), 3))
+    poses = standing(np.zeros(4), np.arange(4) * 0.1, angles=angles)
+    world = place(BODY, poses).world_from_segment
+    track = SegmentTrack(BODY.segments, world, poses.time, "made")
+    again, apart = poses_from_track(BODY, track)
+    assert apart.max() < 1e-9
+    assert np.abs(place(BODY, again).world_from_segment - world).max() < 1e-9
+    moved = SegmentTrack(("LT", "H"), world[:, [1, BODY.segments.index("H")]], poses.time, "made")
+    assert poses_from_track(BODY, moved)[1][:, 0].max() < 1e-12
+    with pytest.raises(InputError, match="no segment 'head'"):
+        poses_from_track(BODY, SegmentTrack(("head",), world[:, :1], poses.time, "made"))
+
+
+def test_movement_is_told_in_the_words_of_the_joints():
+    time = np.linspace(0, 0.4, 41)
+    angles = np.zeros((41, len(BODY.joints), 3))
+    axis, sign = motion_of(BODY, BODY.joint("RE"), "flexion")
+    angles[:, BODY.joint("RE"), axis] = sign * np.radians(np.linspace(95, 20, 41))
+    told = movement_sentences(BODY, standing(np.zeros(41), time, angles=angles))
+    assert told[0] == "The right elbow extends from 95 to 20 degrees between 0 and 400 ms."
+    assert told[1].startswith("The right hand ends up ")
+
+
+def test_spells_are_the_turns_between_turning_points_without_small_waves():
+    track = np.array([0, 10, 20, 18, 30, 40, 20, 5, 7, 0], dtype=float)
+    assert spells(track, 15) == [(0, 5), (5, 9)]
+    assert spells(np.zeros(5), 15) == []
