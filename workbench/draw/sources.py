@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.draw.motion import poses_at
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.bodies import load_body
@@ -20,6 +19,7 @@ from workbench.files.results import load_result
 from workbench.files.studies import load_study
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
+from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Person, Study
