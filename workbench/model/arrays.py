@@ -17,11 +17,17 @@ Bools = NDArray[np.bool_]
 
 
 def frozen(values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: str) -> NDArray[Any]:
-    """Return a read-only C-ordered copy of `values` with this dtype; None in `shape` is any length.
+    """Return a read-only C-ordered copy of `values` with this dtype, or `values` itself where it is one that owns its
+    memory; None in `shape` is any length.
 
     Raises InputError where the shape is another, naming `what`.
     """
-    array: NDArray[Any] = np.array(values, dtype=dtype, order="C")
+    array: NDArray[Any]
+    if isinstance(values, np.ndarray) and values.flags.owndata and not values.flags.writeable:
+        # nobody else can write to it: taken as it is
+        array = np.asarray(values, dtype=dtype, order="C")
+    else:
+        array = np.array(values, dtype=dtype, order="C")
     fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
         raise InputError(f"{what}: an array of shape {shape} is needed (None: any), got {array.shape}")

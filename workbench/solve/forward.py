@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,8 +14,12 @@ from workbench.model.blend import blend_point, distal, twist_shared
 from workbench.model.body import Body
 from workbench.model.poses import Placed, Poses
 from workbench.model.window import logical_window, walk
+from workbench.solve.threads import in_pieces
 
 __all__ = ["packed_chain", "packed_skin", "place", "rereference", "update"]
+
+PIECE = 256
+"""Poses a thread takes at a time."""
 
 
 def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None) -> Placed:
@@ -28,7 +33,7 @@ def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, refe
         raise InputError(f"poses have {poses.rotations.shape[1]} joints, body {body.name} has {len(body.joints)}")
     root = poses.reference if reference is None else body.segment(reference)
     shown = logical_window(body, window, root)
-    world = np.full((len(poses), len(body.segments), 3, 4), np.nan)
+    world = _empty((len(poses), len(body.segments), 3, 4), shown)
     world[:, root] = poses.world_from_reference
     chain_transforms(poses.rotations, packed_chain(body, root, shown), 0, world)
     return _with_spheres(body, poses, (world, shown))
@@ -75,25 +80,52 @@ def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:
 
 def packed_skin(body: Body, shown: Bools) -> Skin:
     """The spheres of a body and which segments are shown (N,), for the kernels."""
+    return _skin(body)._replace(shown=shown.astype(np.int64))
+
+
+@lru_cache(maxsize=64)
+def _skin(body: Body) -> Skin:
+    """The body's spheres as the kernel wants them, once a body (nouns are frozen and compare by identity)."""
+    segment = body.sphere_segment
+    line = body.twist_axis[segment]
+    arm = body.centre - body.twist_point[segment]
+    out = arm - np.einsum("si,si->s", arm, line)[:, None] * line
+    blended = np.flatnonzero((body.blend_joint >= 0) & (body.blend_share > 0))
+    blended = blended[np.lexsort((body.blend_joint[blended], segment[blended]))]
     return Skin(
-        centre=body.centre,
+        centre=np.ascontiguousarray(body.centre.T),
+        out=np.ascontiguousarray(out.T),
+        across=np.ascontiguousarray(np.cross(line, out).T),
         start=body.start,
         twist_joint=body.twist_joint,
         joint_axis=body.stops.axes[:, 2].copy() if len(body.joints) else np.zeros((1, 3)),
-        twist_point=body.twist_point,
         twist_axis=body.twist_axis,
         twist_share=body.twist_share,
-        shown=shown.astype(np.int64),
+        shown=np.ones(len(body.segments), dtype=np.int64),
         blend_joint=body.blend_joint,
         blend_share=body.blend_share,
         blend_point=blend_point(body),
+        blended=blended,
+        blend_start=np.searchsorted(segment[blended], np.arange(len(body.segments) + 1)),
         distal=distal(body).astype(np.int64),
         twist_shared=twist_shared(body).astype(np.int64),
     )
 
 
+def _empty(shape: tuple[int, ...], shown: Bools) -> Floats:
+    """An array to fill; NaN where the window leaves gaps."""
+    return np.empty(shape) if shown.all() else np.full(shape, np.nan)
+
+
 def _with_spheres(body: Body, poses: Poses, placed: tuple[Floats, Bools]) -> Placed:
     world, shown = placed
-    centres = np.full((len(poses), len(body.sphere_names), 3), np.nan)
-    place_spheres(poses.rotations, world, packed_skin(body, shown), centres)
+    skin = packed_skin(body, shown)
+    centres = _empty((len(poses), len(body.sphere_names), 3), shown)
+
+    def work(begin: int, end: int) -> None:
+        some = slice(begin, end)
+        place_spheres(poses.rotations[some], world[some], skin, np.empty(skin.centre.shape), centres[some])
+
+    in_pieces(work, len(poses), PIECE)
+    world.flags.writeable = centres.flags.writeable = False
     return Placed(body, world, centres, shown)

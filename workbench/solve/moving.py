@@ -138,7 +138,7 @@ def _placed_between(mover: Mover, when: tuple[Ints, Floats], shown: Bools) -> Fl
     world[:, mover.reference, :, 3] = start + time[:, None] * (end - start)
     chain_transforms(turned[:, :joints], mover.chain, 0, world)
     centres = np.empty((len(pair), len(body.radius), 3))
-    place_spheres(turned[:, :joints], world, packed_skin(body, shown), centres)
+    place_spheres(turned[:, :joints], world, packed_skin(body, shown), np.empty((3, len(body.radius))), centres)
     return centres
 
 
