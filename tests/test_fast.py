@@ -18,6 +18,7 @@ from workbench.kernels.field import nearest_in, record_gap, square_bound
 from workbench.kernels.groups import cluster_hub
 from workbench.kernels.inside import inside_part
 from workbench.kernels.polygon import point_polygon, point_winding
+from workbench.kernels.wide import DEEP, EIGHT
 from workbench.model.environment import Allowance
 from workbench.solve.collide import _plain, allowed_depth, by_segment, collides, nearest
 from workbench.solve.crowd import crowd_of
@@ -227,7 +228,7 @@ def test_the_nearest_polygon_is_the_first_of_all_at_its_distance_wherever_the_se
     environment = ZOO[kind](5)
     environment = moved(environment, [1e4, 0, -1e4]) if kind == "needles" else environment
     field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
-    stack, gaps, middle = np.empty(64, dtype=np.int64), np.empty(64), environment.bounds.mean(axis=0)
+    stack, gaps, middle = np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT), environment.bounds.mean(axis=0)
     for x in np.random.default_rng(3).uniform(-1, 1, (60, 3)) + middle:
         every = [point_polygon(*x, faces, f, np.inf)[0] for f in range(len(environment.normal))]
         for hint in (-1, 0, len(every) - 1):

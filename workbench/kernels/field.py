@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from workbench.kernels.inside import inside_part
 from workbench.kernels.tree import wider
+from workbench.kernels.wide import DEEP, box_gaps
 
 __all__ = ["RECORD", "Field", "deepest", "fill_rows", "near_polygon", "nearest_in", "reaches", "record_gap",
            "square_bound"]  # fmt: skip
@@ -32,8 +33,9 @@ class Field(NamedTuple):
     """G groups of parts, each with a tree over its polygons and a grid of nodes around them.
 
     record: the polygons one after the other, that of rank q at record[begin[q]:begin[q + 1]]: RECORD numbers, then
-    head and tail of each edge. Tree node m spans box[m] (M, 6: low, high), link[m] (M, 3) is its first child (-1: a
-    leaf; the second follows) and its first and last item; item holds ranks; root (G,), -1 where empty.
+    head and tail of each edge. Tree node m has many[m] children: box[m] (6, 8) are their boxes, low and high
+    coordinates, child[m] (8) the nodes, or -1 less the rank of a polygon; root (G,), -1 where empty; span (G, 6), low
+    and high of each group.
 
     Grid g is that of group g around its own box; wide[g] is a second, coarse one around the environment, asked from
     outside that box, or -1. grid (G + W, 7): origin, cell edge, one over it, slack [m2] for the rounding of
@@ -41,15 +43,17 @@ class Field(NamedTuple):
     for sure. shape (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is
     shape[g, 3] + (i ny + j) nz + k of: square, d^2 to the group rounded down, negative inside a solid; near, the rank
     of the nearest polygon.
-    solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root the trees over each alone.
+    solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root and solid_span the tree
+    over each alone and its low and high, solid_rank (., 2) the first and last of its ranks.
     """
 
     record: NDArray[np.float64]
     begin: NDArray[np.int64]
-    box: NDArray[np.float64]
-    link: NDArray[np.int64]
-    item: NDArray[np.int64]
+    box: NDArray[np.float32]
+    child: NDArray[np.int32]
+    many: NDArray[np.int64]
     root: NDArray[np.int64]
+    span: NDArray[np.float64]
     wide: NDArray[np.int64]
     grid: NDArray[np.float64]
     shape: NDArray[np.int64]
@@ -58,14 +62,17 @@ class Field(NamedTuple):
     solid_start: NDArray[np.int64]
     solid_part: NDArray[np.int64]
     solid_root: NDArray[np.int64]
+    solid_span: NDArray[np.float64]
+    solid_rank: NDArray[np.int64]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _box_gap(x, y, z, field, m):  # type: ignore[no-untyped-def]
-    u = max(field.box[m, 0] - x, 0.0, x - field.box[m, 3])
-    v = max(field.box[m, 1] - y, 0.0, y - field.box[m, 4])
-    w = max(field.box[m, 2] - z, 0.0, z - field.box[m, 5])
-    return u * u + v * v + w * w
+def _beyond(x, y, z, span, m):  # type: ignore[no-untyped-def]
+    """True where a point lies outside the box span[m] (low, high)."""
+    return (
+        min(x - span[m, 0], y - span[m, 1], z - span[m, 2]) < 0.0
+        or min(span[m, 3] - x, span[m, 4] - y, span[m, 5] - z) < 0.0
+    )
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -106,7 +113,7 @@ def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     if sure == 0:
         sure = 1
         for s in range(field.solid_start[g], field.solid_start[g + 1]):
-            if _box_gap(x, y, z, field, field.solid_root[s]) == 0.0:
+            if not _beyond(x, y, z, field.solid_span, s):
                 sure = 0
     return low, sure > 0
 
@@ -165,6 +172,12 @@ def record_gap(x, y, z, field, rank, limit):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _before(field, f, g):  # type: ignore[no-untyped-def]
+    """True where the polygon of rank f has a lower number than that of rank g, or g is none."""
+    return g < 0 or field.record[field.begin[f] + 8] < field.record[field.begin[g] + 8]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[no-untyped-def]
     """Nearest polygon under a tree node: squared distance and rank, -1 where none is within sqrt(limit).
 
@@ -175,65 +188,54 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
         gap = record_gap(x, y, z, field, hint, wider(best))
         if gap <= best:
             best, found = gap, hint
-    stack[0] = root
-    gaps[0] = _box_gap(x, y, z, field, root)
-    size = 1
+    stack[0], gaps[0], size = root, 0.0, 1
     while size > 0:
         size -= 1
         if gaps[size] > wider(best):
             continue
-        m = stack[size]
-        near = field.link[m, 0]
-        if near < 0:
-            for s in range(field.link[m, 1], field.link[m, 2]):
-                f = field.item[s]
-                if f == hint:
-                    continue
-                gap = record_gap(x, y, z, field, f, wider(best))
-                if gap < best:
-                    best, found = gap, f
-                elif (
-                    gap == best
-                    and gap < np.inf
-                    and (found < 0 or field.record[field.begin[f] + 8] < field.record[field.begin[found] + 8])
-                ):
-                    found = f
-            continue
-        far = near + 1
-        a, b = _box_gap(x, y, z, field, near), _box_gap(x, y, z, field, far)
-        if b < a:
-            near, far, a, b = far, near, b, a
-        if b <= wider(best):
-            stack[size] = far
-            gaps[size] = b
-            size += 1
-        if a <= wider(best):
-            stack[size] = near
-            gaps[size] = a
-            size += 1
+        m, low = stack[size], size
+        box_gaps(x, y, z, field.box, m, gaps)
+        for k in range(field.many[m]):
+            near = gaps[DEEP + k]
+            if near > wider(best):
+                continue
+            c = np.int64(field.child[m, k])
+            if c >= 0:
+                at = size
+                while at > low and gaps[at - 1] < near:  # the nearest child on top
+                    stack[at], gaps[at] = stack[at - 1], gaps[at - 1]
+                    at -= 1
+                stack[at], gaps[at] = c, near
+                size += 1
+                continue
+            f = -1 - c
+            if f == hint:
+                continue
+            gap = record_gap(x, y, z, field, f, wider(best))
+            if gap < best or (gap == best and gap < np.inf and _before(field, f, found)):
+                best, found = gap, f
     return best, found
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def reaches(x, y, z, r, field, g, allowed, stack):  # type: ignore[no-untyped-def]
+def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is less than r."""
     limit = wider((r - allowed) * (r - allowed))
     if r - math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit)) > allowed:
         return True
-    stack[0] = field.root[g]
-    size = 1
+    stack[0], size = field.root[g], 1
     while size > 0:
         size -= 1
         m = stack[size]
-        if _box_gap(x, y, z, field, m) > limit:
-            continue
-        if field.link[m, 0] >= 0:
-            stack[size] = field.link[m, 0]
-            stack[size + 1] = field.link[m, 0] + 1
-            size += 2
-            continue
-        for s in range(field.link[m, 1], field.link[m, 2]):
-            if r - math.sqrt(record_gap(x, y, z, field, field.item[s], limit)) > allowed:
+        box_gaps(x, y, z, field.box, m, gaps)
+        for k in range(field.many[m]):
+            if gaps[DEEP + k] > limit:
+                continue
+            c = np.int64(field.child[m, k])
+            if c >= 0:
+                stack[size] = c
+                size += 1
+            elif r - math.sqrt(record_gap(x, y, z, field, -1 - c, limit)) > allowed:
                 return True
     return False
 
@@ -243,7 +245,7 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
     """Depth of a point in the solids of a group and the nearest polygon (rank) of the one it is deepest in, or -1."""
     depth, rank = -1.0, -1
     for s in range(field.solid_start[g], field.solid_start[g + 1]):
-        if _box_gap(x, y, z, field, field.solid_root[s]) > 0.0:
+        if _beyond(x, y, z, field.solid_span, s):
             continue
         if inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
             square, f = nearest_in(x, y, z, field, field.solid_root[s], -1, np.inf, stack, gaps)
@@ -256,7 +258,7 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
 def fill_rows(faces, shells, field, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
     """Fill the rows begin..end of grid g, of a group; a row is a line of nodes along z. Rows may fill at once.
 
-    stack (64,), gaps (64,): working space.
+    stack (DEEP,), gaps (DEEP + EIGHT,): working space.
     """
     ny, nz, h = field.shape[g, 1], field.shape[g, 2], field.grid[g, 3]
     solids = g == group and field.solid_start[g + 1] > field.solid_start[g]

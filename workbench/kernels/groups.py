@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from workbench.kernels.field import deepest, near_polygon, nearest_in, reaches, square_bound
+from workbench.kernels.field import deepest, near_polygon, nearest_in, reaches, record_gap, square_bound
 from workbench.kernels.polygon import point_polygon
 from workbench.kernels.tree import wider
 
@@ -60,55 +60,84 @@ def cluster_hub(centres, world, p, crowd, n, c):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _cluster(centres, p, crowd, c, faces, shells, field, g, best, low, stack, gaps):  # type: ignore[no-untyped-def]
-    """Improve best = (signed distance, sphere, polygon) of a segment to a group by the spheres of cluster c."""
-    a, b = crowd.first[c], crowd.first[c + 1]
+def _least(low, a, b):  # type: ignore[no-untyped-def]
+    """Where the least of low[a:b] stands."""
+    lead = a
+    for i in range(a + 1, b):
+        if low[i] < low[lead]:
+            lead = i
+    return lead
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  # type: ignore[no-untyped-def]
+    """Improve best = (signed distance, sphere, polygon) by sphere s, of radius r, which stands at (x, y, z).
+
+    most: the least distance is no more than this.
+    """
     signed, sphere, polygon = best
-    lead, promise = a, np.inf
-    for i in range(a, b):
+    if not square_bound(x, y, z, field, g)[1]:
+        depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+        if f >= 0:
+            better = -depth - r < signed or (-depth - r == signed and s < sphere)
+            return (-depth - r, s, f) if better else best
+    if most + r < 0.0:
+        return best
+    limit = (most + r) ** 2 * (1.0 + 1e-12)
+    square, f = nearest_in(x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps)
+    if f >= 0:
+        gap = math.sqrt(square) - r
+        if gap < signed or (gap == signed and s < sphere):
+            signed, sphere, polygon = gap, s, f
+    return signed, sphere, polygon
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-untyped-def]
+    """Bound the signed distances of the spheres of cluster c from below, into low; `most` lowered by those from above.
+
+    What is above `most` is left infinite. A sphere that may be inside a solid is no deeper than the way to any polygon.
+    """
+    for i in range(crowd.first[c], crowd.first[c + 1]):
         s = crowd.member[i]
         x, y, z, r = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], crowd.radius[s]
         square, sure = square_bound(x, y, z, field, g)
-        low[i] = math.sqrt(square) - r
-        if not sure:
-            depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
-            if f >= 0:
-                low[i] = np.inf
-                if -depth - r < signed or (-depth - r == signed and s < sphere):
-                    signed, sphere, polygon = -depth - r, s, f
-        if low[i] < promise:
-            lead, promise = i, low[i]
-    for turn in range(a - 1, b):
-        i = lead if turn < a else turn
-        if turn == lead or low[i] > signed or low[i] == np.inf:
+        least = math.sqrt(square) - r
+        if sure and least > most:
             continue
-        s = crowd.member[i]
-        x, y, z, r = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], crowd.radius[s]
-        limit = (signed + r) ** 2 * (1.0 + 1e-12)
-        square, f = nearest_in(x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps)
-        if f >= 0:
-            gap = math.sqrt(square) - r
-            if gap < signed or (gap == signed and s < sphere):
-                signed, sphere, polygon = gap, s, f
-    return signed, sphere, polygon
+        way = math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), np.inf))
+        low[i] = least if sure else -way * (1.0 + 1e-12) - r
+        most = min(most, way - r)
+    return most
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps):  # type: ignore[no-untyped-def]
     """Least signed distance of segment n to a group, with the sphere and the polygon."""
     a, b = crowd.start[n], crowd.start[n + 1]
-    lead, promise = a, np.inf
     for c in range(a, b):
         x, y, z = cluster_hub(centres, world, p, crowd, n, c)
         square, sure = square_bound(x, y, z, field, g)
         lows[c] = math.sqrt(square) - crowd.reach[c] if sure else -np.inf
-        if lows[c] < promise:
-            lead, promise = c, lows[c]
-    best = (np.inf, -1, -1)
-    for turn in range(a - 1, b):
-        c = lead if turn < a else turn
-        if turn != lead and lows[c] <= best[0]:
-            best = _cluster(centres, p, crowd, c, faces, shells, field, g, best, low, stack, gaps)
+    begin, end = crowd.first[a], crowd.first[b]
+    for i in range(begin, end):
+        low[i] = np.inf
+    best, most = (np.inf, -1, -1), np.inf
+    for _ in range(a, b):
+        c = _least(lows, a, b)
+        if lows[c] > most:
+            break
+        lows[c] = np.inf
+        most = _cluster(centres, p, crowd, c, field, g, most, low)
+    while True:
+        i = _least(low, begin, end)
+        if low[i] > most or low[i] == np.inf:
+            break
+        low[i] = np.inf
+        s = crowd.member[i]
+        x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
+        best = _sphere(x, y, z, crowd.radius[s], s, faces, shells, field, g, best, most, stack, gaps)
+        most = min(most, best[0])
     return best
 
 
@@ -117,7 +146,7 @@ def group_clearance(centres, world, crowd, faces, shells, field, out, space, beg
     """Signed clearance of every segment to every group, for the poses begin..end.
 
     centres (P, S, 3), world (P, N, 3, 4); out: distance (P, N, G), sphere, polygon (P, N, G), filled where shown.
-    space: stack (64,), gaps (64,), lows (clusters,), low (S,), working space.
+    space: stack (DEEP,), gaps (DEEP + EIGHT,), lows (clusters,), low (S,), working space.
     """
     distance, sphere, polygon = out
     stack, gaps, lows, low = space
@@ -157,7 +186,7 @@ def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # 
             return depth + r > allowed
     if r <= allowed or square > wider((r - allowed) * (r - allowed)):
         return False
-    return reaches(x, y, z, r, field, g, allowed, stack)
+    return reaches(x, y, z, r, field, g, allowed, stack, gaps)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -206,7 +235,7 @@ def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
 def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, space, begin, end):  # type: ignore[no-untyped-def]
     """Fill hit (P,) for the poses begin..end: is any sphere deeper in a group than allowed (N, G) [m], tolerance
-    included, for its segment? centres (P, S, 3), world (P, N, 3, 4); space: stack (64,), gaps (64,),
+    included, for its segment? centres (P, S, 3), world (P, N, 3, 4); space: stack (DEEP,), gaps (DEEP + EIGHT,),
     key (N G,), pair (N G,), working space."""
     groups = len(field.root)
     stack, gaps, key, pair = space

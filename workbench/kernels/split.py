@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 __all__ = ["split_tree"]
 
-LEAF, BINS, DEEPEST = 2, 12, 40
+LEAF, BINS, DEEPEST = 1, 12, 40
 
 
 @njit(cache=True, error_model="numpy")

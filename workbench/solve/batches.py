@@ -6,6 +6,7 @@ import numpy as np
 
 from workbench.kernels.groups import group_clearance, group_collides, witness_points
 from workbench.kernels.pairs import pair_clearance
+from workbench.kernels.wide import DEEP, EIGHT
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
@@ -26,6 +27,11 @@ def pays(placed: Placed) -> bool:
     return len(placed) >= FEWEST_POSES
 
 
+def _room() -> tuple[Ints, Floats]:
+    """A search's stack and gaps."""
+    return np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT)
+
+
 def grouped_collides(
     placed: Placed, environment: Environment, groups: Groups, allowed: Floats, *, threads: int | None = None
 ) -> Bools:
@@ -36,7 +42,12 @@ def grouped_collides(
     pairs = max(allowed.size, 1)
 
     def work(begin: int, end: int) -> None:
-        space = (np.empty(64, dtype=np.int64), np.empty(64), np.empty(pairs), np.empty(pairs, dtype=np.int64))
+        space = (
+            np.empty(DEEP, dtype=np.int64),
+            np.empty(DEEP + EIGHT),
+            np.empty(pairs),
+            np.empty(pairs, dtype=np.int64),
+        )
         centres, world = placed.centres, placed.world_from_segment
         group_collides(centres, world, *index, np.ascontiguousarray(allowed), hit, space, begin, end)
 
@@ -55,7 +66,7 @@ def grouped_clearance(
 
     def work(begin: int, end: int) -> None:
         lows, low = np.empty(len(crowd.middle)), np.empty(len(crowd.member))
-        space = (np.empty(64, dtype=np.int64), np.empty(64), lows, low)
+        space = (*_room(), lows, low)
         group_clearance(placed.centres, placed.world_from_segment, *index, out, space, begin, end)
 
     in_pieces(work, len(placed), PIECE, threads=threads)

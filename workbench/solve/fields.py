@@ -11,6 +11,7 @@ from workbench.kernels.inside import Shells, is_closed
 from workbench.kernels.polygon import Faces
 from workbench.kernels.split import split_tree
 from workbench.kernels.tree import build_tree
+from workbench.kernels.wide import DEEP, EIGHT, widened
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 from workbench.solve.threads import in_pieces
@@ -94,15 +95,18 @@ def field_of(environment: Environment, groups: Groups) -> Field:
     box, link, item, roots = split_tree(
         np.concatenate(_boxes(environment), axis=1)[polygons], np.cumsum([0, *map(len, lists)])
     )
+    span = np.where(roots[:, None] >= 0, box[roots] if len(box) else np.zeros((len(roots), 6)), 0.0)
+    boxes, child, many, roots = widened(box, link, rank[polygons][item], roots)
     root = roots[: len(groups)]
-    own = np.where(root[:, None] >= 0, box[root] if len(box) else np.zeros((len(root), 6)), 0.0)
-    grid, shape, wide = _grids(own, environment)
+    grid, shape, wide = _grids(span[: len(groups)], environment)
     nodes = int(shape[:, :3].prod(axis=1).sum())
     field = Field(
-        record, begin, box, link, rank[polygons][item], root, wide, grid, shape,
+        record, begin, boxes, child, many, root, span[: len(groups)], wide, grid, shape,
         square=np.zeros(nodes, dtype=np.float32), near=np.full(nodes, -1, dtype=np.int32),
         solid_start=np.cumsum([0, *map(len, solids)]),
         solid_part=np.array([k for group in solids for k in group], dtype=np.int64), solid_root=roots[len(groups):],
+        solid_span=span[len(groups):],
+        solid_rank=np.array([environment.part_start[[k, k + 1]] for group in solids for k in group]).reshape(-1, 2),
     )  # fmt: skip
     for g in range(len(grid)):
         rows, group = int(shape[g, 0] * shape[g, 1]), g % len(groups)
@@ -112,7 +116,7 @@ def field_of(environment: Environment, groups: Groups) -> Field:
 
 
 def _fill(index: tuple[Faces, Shells, Field], which: tuple[int, int], begin: int, end: int) -> None:
-    fill_rows(*index, *which, np.empty(64, dtype=np.int64), np.empty(64), begin, end)
+    fill_rows(*index, *which, np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT), begin, end)
 
 
 def _rounding(environment: Environment) -> float:
