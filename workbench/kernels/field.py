@@ -183,7 +183,7 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
 
     hint: a rank to try first, or -1. Equal distances go to the lower polygon: neither the tree nor the hint shows.
     """
-    best, found = limit, -1
+    best, found = limit, np.int64(-1)
     if hint >= 0:
         gap = record_gap(x, y, z, field, hint, wider(best))
         if gap <= best:
