@@ -22,7 +22,7 @@ from workbench.kernels.inside import inside_part
 from workbench.kernels.tree import wider
 from workbench.kernels.wide import DEEP, box_gaps
 
-__all__ = ["RECORD", "Field", "deepest", "fill_rows", "near_polygon", "nearest_in", "reaches", "record_gap",
+__all__ = ["RECORD", "Field", "deepest", "deepest_may_be", "fill_rows", "near_polygon", "nearest_in", "reaches", "record_gap",
            "square_bound"]  # fmt: skip
 
 RECORD = 10
@@ -252,6 +252,16 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
             if math.sqrt(square) > depth:
                 depth, rank = math.sqrt(square), f
     return depth, rank
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def]
+    """No less than the depth of a point in the solids of a group, `way` being the distance to the polygon of a rank."""
+    for s in range(field.solid_start[g], field.solid_start[g + 1]):
+        mine = field.solid_rank[s, 0] <= rank < field.solid_rank[s, 1]
+        if not mine and not _beyond(x, y, z, field.solid_span, s):
+            return np.inf
+    return way * (1.0 + 1e-12)
 
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)

@@ -13,7 +13,15 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from workbench.kernels.field import deepest, near_polygon, nearest_in, reaches, record_gap, square_bound
+from workbench.kernels.field import (
+    deepest,
+    deepest_may_be,
+    near_polygon,
+    nearest_in,
+    reaches,
+    record_gap,
+    square_bound,
+)
 from workbench.kernels.polygon import point_polygon
 from workbench.kernels.tree import wider
 
@@ -96,7 +104,8 @@ def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  #
 def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-untyped-def]
     """Bound the signed distances of the spheres of cluster c from below, into low; `most` lowered by those from above.
 
-    What is above `most` is left infinite. A sphere that may be inside a solid is no deeper than the way to any polygon.
+    What is above `most` is left infinite. A sphere that may be inside a solid is no deeper than the way to any polygon
+    of that solid.
     """
     for i in range(crowd.first[c], crowd.first[c + 1]):
         s = crowd.member[i]
@@ -105,8 +114,9 @@ def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-unty
         least = math.sqrt(square) - r
         if sure and least > most:
             continue
-        way = math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), np.inf))
-        low[i] = least if sure else -way * (1.0 + 1e-12) - r
+        rank = near_polygon(x, y, z, field, g)
+        way = math.sqrt(record_gap(x, y, z, field, rank, np.inf))
+        low[i] = least if sure else -deepest_may_be(x, y, z, field, g, rank, way) - r
         most = min(most, way - r)
     return most
 
