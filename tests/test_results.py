@@ -152,7 +152,7 @@ def test_provenance_hashes_every_file_that_was_read(data):
 
 
 def test_breaches_csv_is_the_breaches_of_the_json(folder, data):
-    fields = ["case", "person", "other_person", "subject", "target", "value", "limit", "unit"]
+    fields = ["case", "person", "other_person", "subject", "target", "value", "limit", "unit", "surface_known_to"]
     wanted = [[cell(v["name"]), *(cell(b[f]) for f in fields)] for v in data["verdicts"] for b in v["breaches"]]
     assert [list(row.values()) for row in table(folder, "breaches.csv")] == wanted
     assert len(wanted) > 3

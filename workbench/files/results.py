@@ -23,7 +23,11 @@ class _Row(BaseModel):
 
 
 class FindingRow(_Row):
-    """One measured value: lengths in mm, angles in degrees; `sentence` says it in words."""
+    """One measured value: lengths in mm, angles in degrees; `sentence` says it in words.
+
+    surface_known_to: how far the true surface may lie from the spheres toward turning the outcome, in mm; null where
+    the body does not say.
+    """
 
     case: str
     person: str
@@ -34,15 +38,20 @@ class FindingRow(_Row):
     limit: float
     unit: str
     point_mm: tuple[float, float, float] | None
+    surface_known_to: float | None
     sentence: str
 
 
 class VerdictRow(_Row):
-    """One criterion: passed or not, the finding nearest to failing, all breaches."""
+    """One criterion: passed or not, the finding nearest to failing, all breaches.
+
+    doubtful: true where the verdict could turn, the body's surface being known no better.
+    """
 
     name: str
     check: str
     passed: bool
+    doubtful: bool
     sentence: str
     worst: FindingRow | None
     breaches: list[FindingRow]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -19,7 +20,9 @@ class Finding:
     """One measured value of a criterion.
 
     case: index; person, other_person: names ("" where there is none); subject, target: both sides in words; value:
-    [m] or [rad], to be compared with `limit`; point [m] in the world, None where there is none.
+    [m] or [rad], to be compared with `limit`; point [m] in the world, None where there is none. surface_known_to [m]:
+    how far the true surface may lie outside the spheres where the value is within its limit, inside them where it is
+    beyond; of two bodies both together; NaN where not known.
     """
 
     case: int
@@ -30,17 +33,26 @@ class Finding:
     value: float
     limit: float
     point: tuple[float, float, float] | None = None
+    surface_known_to: float = math.nan
+
+    @property
+    def doubt(self) -> float:
+        """How far the body's surface, where it truly is, may lie beyond the limit [m]; negative where it cannot, NaN
+        where it is not known."""
+        return self.surface_known_to - abs(self.value - self.limit)
 
 
 @dataclass(frozen=True)
 class Verdict:
     """How one criterion came out: `worst` is the finding nearest to failing (None where nothing could be measured),
-    `breaches` are all that fail, worst first."""
+    `breaches` are all that fail, worst first. doubtful: a finding by which the verdict could turn, the body's surface
+    not being known any better; None where nothing is in doubt."""
 
     criterion: Criterion
     passed: bool
     worst: Finding | None
     breaches: tuple[Finding, ...]
+    doubtful: Finding | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -46,6 +46,7 @@ def _verdict_row(verdict: Verdict, cases: tuple[str, ...]) -> VerdictRow:
         name=verdict.criterion.name,
         check=check,
         passed=verdict.passed,
+        doubtful=verdict.doubtful is not None,
         sentence=verdict_sentence(verdict, cases),
         worst=_finding_row(check, verdict.worst, cases) if verdict.worst else None,
         breaches=[_finding_row(check, finding, cases) for finding in verdict.breaches],
@@ -64,6 +65,7 @@ def _finding_row(check: str, finding: Finding, cases: tuple[str, ...]) -> Findin
         limit=_micro(math.degrees(finding.limit) if angle else finding.limit * 1000),
         unit="deg" if angle else "mm",
         point_mm=_point(finding.point) if finding.point and all(map(math.isfinite, finding.point)) else None,
+        surface_known_to=_micro(1000 * finding.surface_known_to) if math.isfinite(finding.surface_known_to) else None,
         sentence=finding_sentence(check, finding, cases),
     )
 

@@ -15,12 +15,14 @@ def csv_tables(result: ResultFile) -> dict[str, str]:
     """File name to CSV text: verdicts, breaches, contacts, clearance (long form), stops."""
     return {
         "verdicts.csv": csv_text(
-            ["criterion", "check", "passed", "worst_value", "limit", "unit", "sentence"],
+            ["criterion", "check", "passed", "worst_value", "limit", "unit", "surface_known_to", "sentence"],
             ([v.name, v.check, "yes" if v.passed else "no", *_numbers(v.worst), v.sentence] for v in result.verdicts),
         ),
         "breaches.csv": csv_text(
-            ["criterion", "case", "person", "other_person", "subject", "target", "value", "limit", "unit"],
-            ([v.name, b.case, b.person, b.other_person, b.subject, b.target, b.value, b.limit, b.unit]
+            ["criterion", "case", "person", "other_person", "subject", "target", "value", "limit", "unit",
+             "surface_known_to"],
+            ([v.name, b.case, b.person, b.other_person, b.subject, b.target, b.value, b.limit, b.unit,
+              b.surface_known_to]
              for v in result.verdicts for b in v.breaches),
         ),
         "contacts.csv": csv_text(
@@ -46,7 +48,8 @@ def csv_tables(result: ResultFile) -> dict[str, str]:
 
 
 def _numbers(worst: object) -> list[object]:
-    return [getattr(worst, "value", ""), getattr(worst, "limit", ""), getattr(worst, "unit", "")]
+    return [getattr(worst, "value", ""), getattr(worst, "limit", ""), getattr(worst, "unit", ""),
+            getattr(worst, "surface_known_to", "")]  # fmt: skip
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

@@ -66,10 +66,24 @@ def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
     if verdict.worst is None:
         return "Nothing was there to be measured: what it asks about is hidden, allowed to touch, or not in this study."
     told = finding_sentence(verdict.criterion.check, verdict.worst, cases)
+    doubt = _doubt(verdict, cases)
     if verdict.passed:
-        return f"Nearest to failing: {told}"
+        return f"Nearest to failing: {told}{doubt}"
     more = len(verdict.breaches) - 1
-    return told if not more else f"{told} {more} more breach{'es' if more > 1 else ''}."
+    return told + (f" {more} more breach{'es' if more > 1 else ''}." if more else "") + doubt
+
+
+def _doubt(verdict: Verdict, cases: tuple[str, ...]) -> str:
+    """ " It clears by 2.1 mm; the body's surface is known to 3.2 mm, so it may not." where the verdict could turn."""
+    found = verdict.doubtful
+    if found is None:
+        return ""
+    who = "It" if found == verdict.worst else f"{found.subject[:1].upper()}{found.subject[1:]} ({cases[found.case]})"
+    whose = "the bodies' surfaces are" if found.other_person else "the body's surface is"
+    by = millimetres(abs(found.value - found.limit))
+    outcome = f"clears by {by}" if verdict.passed else f"fails by {by}"
+    known = f"{whose} known to {millimetres(found.surface_known_to)}"
+    return f" {who} {outcome}; {known}, so it {'may not hold' if verdict.passed else 'may yet hold'}."
 
 
 def person_words(person: Person, mass: float) -> str:

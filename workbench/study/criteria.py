@@ -36,7 +36,16 @@ def verdict(criterion: Criterion, measured: Measured) -> Verdict:
     findings = sorted(CHECKS[criterion.check](criterion, measured), key=lambda f: (f.value - f.limit, f.case, f.person))
     breaches = tuple(f for f in findings if f.value < f.limit - tolerance)
     # a criterion that looked at nothing has shown nothing
-    return Verdict(criterion, bool(findings) and not breaches, findings[0] if findings else None, breaches)
+    passed = bool(findings) and not breaches
+    return Verdict(criterion, passed, findings[0] if findings else None, breaches, _doubtful(findings, breaches))
+
+
+def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:
+    """What could turn a verdict: one finding that may be a breach, or all breaches together that may be none."""
+    known = [f for f in breaches or findings if f.doubt > 0]
+    if not known or len(known) < len(breaches):
+        return None
+    return min(known, key=lambda f: f.doubt) if breaches else max(known, key=lambda f: f.doubt)
 
 
 def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -115,11 +124,13 @@ def _pairs(near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[st
     """The worst finding of each case, and every breach."""
     distance, limit, keep = rule
     room = np.where(keep & np.isfinite(distance), distance - limit, np.inf)
+    known = _surface(near)
     for case in range(len(room)):
         if not np.isfinite(room[case]).any():
             continue
-        tightest = np.unravel_index(np.argmin(room[case]), keep.shape)
-        for row, column in {(int(tightest[0]), int(tightest[1])), *map(tuple, np.argwhere(room[case] < 0).tolist())}:
+        tightest = {np.argmin(room[case]), np.argmin(room[case] - np.nan_to_num(known[0]))}
+        pairs = {tuple(map(int, np.unravel_index(at, keep.shape))) for at in tightest}
+        for row, column in pairs | set(map(tuple, np.argwhere(room[case] < 0).tolist())):
             where = (case, row, column)
             yield Finding(
                 case=case,
@@ -130,4 +141,15 @@ def _pairs(near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[st
                 value=float(distance[where]),
                 limit=float(limit[row, column]),
                 point=tuple(near.point[where].tolist()),
+                surface_known_to=float(known[0 if room[where] >= 0 else 1, row, column]),
             )
+
+
+def _surface(near: Clearance) -> Floats:
+    """(2, N, K) [m] how far the true surface may lie outside and inside the spheres of each pair, NaN where not known;
+    parts of an environment are where they are."""
+    own = near.body.fit_error.T[:, :, None]
+    if isinstance(near.other, Environment):
+        return np.broadcast_to(own, (2, *near.distance.shape[1:]))
+    both: Floats = own + near.other.fit_error.T[:, None, :]
+    return both

@@ -1,0 +1,86 @@
+"""Verdicts and what the body's surface is known to: who could turn out otherwise says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.test_study import criterion, only, study
+from workbench.report.data import result_file
+from workbench.report.tables import csv_tables
+from workbench.report.words import verdict_sentence
+
+# the thumb tip stands 455 mm from the wall
+ASKED = ("clearance", {"segments": ("HAND",), "parts": ("wall",)})
+
+
+def outcome(one_arm, at_least, outside=np.nan, inside=np.nan):
+    """The verdict on the hand's clearance to the wall, the surface of every segment known so well."""
+    body = replace(one_arm, fit_error=np.tile([outside, inside], (4, 1)))
+    return wb.run(study(body, criterion(ASKED[0], at_least=at_least, **ASKED[1])))
+
+
+def test_a_body_that_does_not_say_how_well_it_fits_leaves_no_doubt(one_arm):
+    found = only(outcome(one_arm, 0.454))
+    assert found.passed
+    assert found.doubtful is None
+    assert np.isnan(found.worst.surface_known_to)
+
+
+def test_what_clears_by_less_than_the_surface_is_known_to_may_not_hold(one_arm):
+    found = only(outcome(one_arm, 0.454, outside=0.0032, inside=0.001))
+    assert found.passed
+    assert found.doubtful == found.worst
+    told = verdict_sentence(found, ("hanging",))
+    assert told.endswith("It clears by 1.0 mm; the body's surface is known to 3.2 mm, so it may not hold.")
+
+
+def test_what_clears_by_more_is_in_no_doubt(one_arm):
+    found = only(outcome(one_arm, 0.45, outside=0.0032))
+    assert found.doubtful is None
+    assert "known to" not in verdict_sentence(found, ("hanging",))
+
+
+def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
+    # the end of the hand is as near as its thumb is not: only the thumb breaches
+    found = only(outcome(one_arm, 0.456, outside=0.001, inside=0.002))
+    assert not found.passed
+    assert found.doubtful == found.breaches[0]
+    told = verdict_sentence(found, ("hanging",))
+    assert told.endswith("It fails by 1.0 mm; the body's surface is known to 2.0 mm, so it may yet hold.")
+    assert only(outcome(one_arm, 0.458, inside=0.002)).doubtful is None
+
+
+def test_one_breach_beyond_doubt_decides(one_arm):
+    body = replace(one_arm, fit_error=np.array([[0.01, 0.6]] * 3 + [[0.01, 0.001]]))
+    found = only(wb.run(study(body, criterion("clearance", at_least=0.47, parts=("wall",)))))
+    assert len(found.breaches) > 1
+    assert found.doubtful is None
+
+
+def test_of_two_people_both_surfaces_count(one_arm):
+    body = replace(one_arm, fit_error=np.full((4, 2), 0.002))
+    made = study(body, criterion("between_people", at_least=0.197), other=(0.3, 0.0, 0.0))
+    made = replace(made, people=tuple(replace(person, body=body) for person in made.people))
+    found = only(wb.run(made))
+    assert found.worst.surface_known_to == pytest.approx(0.004)
+    assert ("the bodies' surfaces are known to 4.0 mm" in verdict_sentence(found, ("hanging",))) == (
+        abs(found.worst.value - 0.197) < 0.004
+    )
+
+
+def test_a_margin_of_a_joint_stop_has_no_surface(one_arm):
+    body = replace(one_arm, fit_error=np.full((4, 2), 0.002))
+    assert np.isnan(only(wb.run(study(body, criterion("stops")))).worst.surface_known_to)
+
+
+def test_the_doubt_stands_in_the_rows_and_tables(one_arm):
+    data = result_file(outcome(one_arm, 0.454, outside=0.0032, inside=0.001))
+    assert data.verdicts[0].doubtful
+    assert data.verdicts[0].worst.surface_known_to == pytest.approx(3.2)
+    header, row = csv_tables(data)["verdicts.csv"].splitlines()[:2]
+    assert header.split(",")[6] == "surface_known_to"
+    assert row.split(",")[6] == "3.2"
