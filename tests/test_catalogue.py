@@ -21,6 +21,7 @@ YAML = sorted(
     [
         *ROOT.glob("bodies/*.yaml"),
         *ROOT.glob("bodies/populations/*.yaml"),
+        *ROOT.glob("bodies/encumbrance/*.yaml"),
         *ROOT.glob("environments/*/environment.yaml"),
         *ROOT.glob("studies/*.yaml"),
     ]
@@ -30,9 +31,8 @@ STUDIES = sorted(p.stem for p in ROOT.glob("studies/*.yaml"))
 
 def is_data(path):
     head = path.read_text()[:4000]
-    return any(
-        f"\n{key}:" in "\n" + head for key in ("body", "environment", "study", "postures", "population", "growth")
-    )
+    keys = ("body", "environment", "study", "postures", "population", "growth", "encumbrance")
+    return any(f"\n{key}:" in "\n" + head for key in keys)
 
 
 @pytest.mark.parametrize(
@@ -175,7 +175,10 @@ def test_the_first_study_passes_and_its_sitters_rest_on_their_seats():
     assert deepest == pytest.approx(20, abs=0.5)
 
 
-@pytest.mark.parametrize("kind", ["body", "postures", "environment", "study", "population", "growth", "result"])
+KINDS = ("body", "postures", "environment", "study", "population", "growth", "encumbrance", "result")
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_published_schemas_are_those_of_the_code(kind):
     published = json.loads((ROOT / "docs" / "schemas" / f"{kind}.schema.json").read_text())
     assert published == json_schemas()[kind]

@@ -182,7 +182,7 @@ def schema(kind: str) -> int:
     Parameters
     ----------
     kind
-        body, postures, environment, study, population, growth or result
+        body, postures, environment, study, population, growth, encumbrance or result
     """
     from workbench.files.kinds import json_schemas
 

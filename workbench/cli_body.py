@@ -76,6 +76,7 @@ def body_scale(
     age: float | None = None,
     population: str | None = None,
     detail: Literal["coarse", "medium", "fine"] | None = None,
+    wear: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     **measures: str,
 ) -> int:
     """Make a body with given measures, one flag each: --stature "1625 mm" --sitting-height "33.8 in" --mass "60 kg".
@@ -96,14 +97,18 @@ def body_scale(
         the population whose figures they are: ansur2, or cdc_growth with an age
     detail
         how many spheres, of a body that comes in several levels
+    wear
+        what it wears: helmet, shoes, boots, gloves, vest, or encumbrance files
     measures
         measures by name, with units
     """
     from workbench.files.bodies import body_path, load_body
     from workbench.files.body_writer import body_text
+    from workbench.files.encumbrances import worn
     from workbench.files.growth import load_growth
     from workbench.files.populations import load_population_model
     from workbench.files.results import write_file
+    from workbench.shape.wear import wear as dress
     from workbench.study.persons import person_body
 
     if not measures and age is None:
@@ -111,10 +116,12 @@ def body_scale(
     wanted = {name.replace("-", "_"): _quantity(name.replace("-", "_"), text) for name, text in measures.items()}
     people = load_population_model(population or "ansur2") if age is None else load_growth(population or "cdc_growth")
     made = person_body(load_body(body), people, sex=sex, measures=wanted, age=age, detail=detail)
+    dressed = dress(made.body, worn(wear or [], made.body))
     for warning in made.warnings:
         print(f"warning: {warning}", file=sys.stderr)
     told = ", ".join([*(f"{name} {text}" for name, text in measures.items()), *([f"{age:g} years"] if age else [])])
-    text = body_text(made.body, body_path(body), name=out.stem, description=f"{body}, {sex}, to {told}")
+    told += f", with {', '.join(wear)}" if wear else ""
+    text = body_text(dressed, body_path(body), name=out.stem, description=f"{body}, {sex}, to {told}")
     write_file(out, text)
     print(out)
     return 0

@@ -13,6 +13,7 @@ from workbench.files.body_schema import BodyFile
 from workbench.files.crash_results import CrashResultFile
 from workbench.files.crash_schema import CrashFile, RulesFile
 from workbench.files.crash_studies import load_crash
+from workbench.files.encumbrances import EncumbranceFile, load_encumbrance
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import load_environment
 from workbench.files.growth import GrowthFile, load_growth
@@ -26,7 +27,7 @@ from workbench.files.yaml_text import read_yaml
 
 __all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
 
-KINDS = ("study", "body", "environment", "postures", "population", "growth", "rules")
+KINDS = ("study", "body", "environment", "postures", "population", "growth", "encumbrance", "rules")
 _MODELS: dict[str, type[BaseModel]] = {
     "body": BodyFile,
     "postures": PosturesFile,
@@ -36,13 +37,15 @@ _MODELS: dict[str, type[BaseModel]] = {
     "growth": GrowthFile,
     "rules": RulesFile,
     "crash": CrashFile,
+    "encumbrance": EncumbranceFile,
     "result": ResultFile,
     "crash_result": CrashResultFile,
 }
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment, postures, population, growth or rules, by the file's keys; "mesh" where it is not YAML.
+    """study, body, environment, postures, population, growth, encumbrance or rules, by the keys of the file; "mesh"
+    where it is not YAML.
 
     InputError where a YAML file has no key that names its kind.
     """
@@ -101,6 +104,9 @@ def check_file(path: Path) -> list[str]:
         return []
     if kind == "growth":
         load_growth(path)
+        return []
+    if kind == "encumbrance":
+        load_encumbrance(path)
         return []
     raise InputError(f"{path}: a YAML file is needed; meshes are looked at with 'workbench inspect'")
 

@@ -12,6 +12,7 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.files.bodies import body_path, load_body
 from workbench.files.catalogue import find
+from workbench.files.encumbrances import worn
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
@@ -20,6 +21,7 @@ from workbench.files.schema import fail, validate
 from workbench.files.study_schema import CriterionFile, PersonFile, SizeFile, StudyFile, population_name
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body, segment_words
+from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.growth import Growth
 from workbench.model.measures import MEASURES, ON_THE_BODY, WORDS
@@ -51,6 +53,11 @@ def load_study(source: str | Path) -> Study:
         faults += [line for line in problems if line not in faults]
         if body is not None:
             bodies[name] = body
+    dressed: dict[str, tuple[Encumbrance, ...]] = {}
+    for name, loaded in bodies.items():
+        dressed[name], files, problems = _dressed(document, file, (name, loaded[0], path))
+        inputs |= files
+        faults += problems
     faults += _people_faults(document, file, environment) + _case_faults(document, file, bodies)
     faults += _criteria_faults(document, file, (environment, bodies))
     if faults or environment is None:
@@ -61,7 +68,7 @@ def load_study(source: str | Path) -> Study:
         title=file.title or file.study,
         description=file.description,
         environment=environment,
-        people=tuple(_person(file, name, bodies[name]) for name in file.people),
+        people=tuple(_person(file, name, (*bodies[name], dressed[name])) for name in file.people),
         cases=tuple(case.name for case in file.cases),
         criteria=tuple(_criterion(file, row, (environment, bodies)) for row in file.criteria),
         inputs=inputs,
@@ -117,6 +124,19 @@ def _body(document: Document, file: StudyFile, who: tuple[str, Path]) -> tuple[L
         where = ("people", name, "size", "population")
         return None, {}, [fail(document, where, problem) for problem in error.problems]
     return loaded, files, _size_faults(document, file, name)
+
+
+def _dressed(
+    document: Document, file: StudyFile, who: tuple[str, Body, Path]
+) -> tuple[tuple[Encumbrance, ...], Inputs, list[str]]:
+    """What one person wears, and the files it is in, or what is wrong."""
+    name, body, path = who
+    wanted = file.people[name].encumbrance
+    try:
+        files = {f"{item} of {name}": find("bodies/encumbrance", item, near=path.parent) for item in wanted}
+        return worn(wanted, body, near=path.parent), files, []
+    except InputError as error:
+        return (), {}, [fail(document, ("people", name, "encumbrance"), problem) for problem in error.problems]
 
 
 def _size_faults(document: Document, file: StudyFile, name: str) -> list[str]:
@@ -251,8 +271,8 @@ def _matching(patterns: list[str] | None, known: Iterable[str]) -> tuple[str, ..
     return tuple(n for n in names if patterns is None or any(fnmatchcase(n, pattern) for pattern in patterns))
 
 
-def _person(file: StudyFile, name: str, loaded: Loaded) -> Person:
-    body, postures = loaded
+def _person(file: StudyFile, name: str, loaded: tuple[Body, PosturesFile, tuple[Encumbrance, ...]]) -> Person:
+    body, postures, wears = loaded
     person = file.people[name]
     rows = [case.people[name] for case in file.cases]
     poses = join_poses([
@@ -270,6 +290,7 @@ def _person(file: StudyFile, name: str, loaded: Loaded) -> Person:
         stand=person.stand.on if person.stand else None,
         size=_size(person.size) if person.size else None,
         detail=person.detail,
+        wears=wears,
     )
 
 

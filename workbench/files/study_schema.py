@@ -67,6 +67,7 @@ class PersonFile(FileModel):
     body: str
     size: SizeFile | None = None
     detail: Literal["coarse", "medium", "fine"] | None = None
+    encumbrance: list[str] = []
     seat: str | None = None
     adjust: AdjustFile | None = None
     at: AtFile | None = None

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.model.body import Body
+from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.growth import Growth
 from workbench.model.population import PopulationModel
@@ -48,7 +49,8 @@ class Person:
 
     seat: the seat it is put into (its adjustment `forward` and `up` [m]); or `stand`: a point (3,) [m] that the lowest
     sphere stands on; or neither, where the poses are placed already. size: the measures the body is scaled to when the
-    study runs, None for the body as it is. detail: the level of detail of its family, its own where None.
+    study runs, None for the body as it is. detail: the level of detail of its family, its own where None;
+    wears: what it is dressed in then.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Person:
     stand: tuple[float, float, float] | None = None
     size: Size | None = None
     detail: str | None = None
+    wears: tuple[Encumbrance, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -93,6 +93,8 @@ def person_words(person: Person, mass: float) -> str:
         given = ", ".join(f"{name.replace('_', ' ')} {1000 * value:.0f} mm" for name, value in
                           person.size.measures.items() if name != "mass")  # fmt: skip
         words += f" as a {_kind(person.size)}" + (f" of {given}" if given else "")
+    if person.wears:
+        words += f", with {', '.join(item.name for item in person.wears)}"
     words += f", {mass:.1f} kg"
     if person.seat is not None:
         words += f", in seat {person.seat.replace('_', ' ')}"

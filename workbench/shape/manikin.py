@@ -159,7 +159,10 @@ class Manikin:
     def _named(self, name: str) -> list[int]:
         segment, _, subpart = name.partition("/")
         rows = range(*self.body.spheres(self.body.segment(segment)).indices(len(self.rig.segment)))
-        named = [row for row in rows if not subpart or self.body.sphere_names[row] == subpart]
+        # what is worn over a subpart is called after it ("heel (boots)") and stands behind it
+        worn = f"{subpart} ("
+        named = [row for row in rows if not subpart or (label := self.body.sphere_names[row]) == subpart
+                 or label.startswith(worn)]  # fmt: skip
         if not named:
             raise InputError(f"body {self.body.name}: segment {segment} has no sphere named {subpart!r}")
         return named

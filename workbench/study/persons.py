@@ -20,6 +20,7 @@ from workbench.people.percentile import percentile_values
 from workbench.people.scores import Scores, scores_of
 from workbench.shape.measure import MEASURES
 from workbench.shape.scale import morph_to, scale
+from workbench.shape.wear import wear
 
 __all__ = ["RARE", "SizedBody", "person_body", "sized"]
 
@@ -119,7 +120,7 @@ def sized(study: Study) -> tuple[Study, list[str]]:
             made = person_body(body, size.population, sex=size.sex, measures=size.measures, age=size.age)
             body = made.body
             told += [f"{person.name}: {warning}" for warning in made.warnings]
-        people.append(replace(person, body=body))
+        people.append(replace(person, body=wear(body, person.wears)))
     return replace(study, people=tuple(people)), told
 
 
