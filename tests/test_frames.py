@@ -7,14 +7,16 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.test_draw import BOX, boxes, crowd, front, spheres_body
+from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
 from workbench.draw.camera import Camera, look_at, standard_view, turned
+from workbench.draw.circles import circles
 from workbench.draw.disks import MODES, POLYGONS, disks
 from workbench.draw.frames import disks_of, flat_frame, painted, shaded_frame, sphere_at, surfaces_of
 from workbench.draw.scene import Scene, Spheres
@@ -262,3 +264,15 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
         for off in "01"
     ]
     assert runs[0] == runs[1] and len(runs[0]) > 500
+
+
+def test_circles_in_perspective_are_the_paper_s_and_ellipses_where_asked_for() -> None:
+    scene, camera = Scene((crowd(2, 9),)), look_at((3, 0.4, 0.2), (0, 0, 0), field=0.9)
+    root = ElementTree.fromstring(circles(scene, camera))
+    disk = disks_of(scene.spheres, camera)
+    found = [[float(item.get(key) or 0) for key in ("cx", "cy", "r")] for item in root.iter(SVG + "circle")]
+    assert np.array(found) == pytest.approx(disk.disk[disk.order], abs=0.051)
+    exact = list(ElementTree.fromstring(circles(scene, camera, exact=True)).iter(SVG + "ellipse"))
+    assert len(exact) == 9 and all(float(item.get("rx") or 0) >= float(item.get("ry") or 0) for item in exact)
+    radius = np.sort([float(item.get("ry") or 0) for item in exact])
+    assert np.all(radius > np.sort(disk.disk[:, 2]) - 0.1)

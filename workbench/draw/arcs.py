@@ -21,7 +21,8 @@ from workbench.kernels.arcs import rim_arcs
 from workbench.kernels.rims import Rims, parallel_rims, perspective_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["JOINT_SHARE", "JOINT_STEP", "Arcs", "arc_depths", "arc_lengths", "arc_points", "outline_arcs"]
+__all__ = ["JOINT_SHARE", "JOINT_STEP", "Arcs", "arc_depths", "arc_lengths", "arc_points", "outline_arcs",
+           "rim_ellipses"]  # fmt: skip
 
 JOINT_STEP = 0.013  # [m] with 12 to 15 mm ripples are gone and limbs still stand out
 JOINT_SHARE = 0.4  # of the radius: rings of a thigh seen along its length are steps of up to about a third of it
@@ -107,7 +108,7 @@ def _perspective(scene: Scene, camera: Camera, step: float, share: float) -> Arc
     rims = perspective_rims(balls, segment[shown], spheres.body[shown], joined, np.maximum(step, share * radius))
     angle, keys = _ahead(rims, *rim_arcs(rims), near)
     which = keys[:, 0]
-    disk, squeeze = _ellipses(camera, balls)
+    disk, squeeze = rim_ellipses(camera, balls)
     depth, tilt = _planes(camera, rims.balls, disk)
     arcs = _named(scene, shown, keys, disk[which], squeeze[which], angle, depth[which], tilt[which])
     return arcs._replace(angle=_parameters(camera, rims.balls[which], arcs))
@@ -141,8 +142,8 @@ def _ahead(rims: Rims, angle: Floats, keys: Ints, near: float) -> tuple[Floats, 
     return np.concatenate(angles), np.concatenate(names)
 
 
-def _ellipses(camera: Camera, balls: Floats) -> tuple[Floats, Floats]:
-    """disk (S, 3) and squeeze (S, 2) of spheres (S, 4) x, y (down), distance along the view, radius.
+def rim_ellipses(camera: Camera, balls: Floats) -> tuple[Floats, Floats]:
+    """disk (S, 3) and squeeze (S, 2), as in Arcs, of spheres (S, 4) x, y (down), distance along the view, radius [m].
 
     With w along the view, rho across it and F the focal length in pixels: middle F rho w / (w^2 - r^2) outward from the
     picture's middle, half axes F r sqrt(rho^2 + w^2 - r^2) / (w^2 - r^2) outward and F r / sqrt(w^2 - r^2) across.
