@@ -207,9 +207,10 @@ def turned(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) -
 
 def in_view(camera: Camera, points: ArrayLike) -> Floats:
     """View coordinates (..., 3) [m] to the right, up and toward the viewer of points (..., 3) [m]."""
-    away = np.asarray(points, dtype=np.float64) - camera.centre
-    seen: Floats = away @ np.array([camera.right, camera.up, camera.toward]).T
-    return seen
+    given = np.asarray(points, dtype=np.float64)
+    x, y, z = (given[..., k] - camera.centre[k] for k in range(3))
+    # sums written out: several times as fast as a product of so narrow matrices
+    return np.stack([x * way[0] + y * way[1] + z * way[2] for way in (camera.right, camera.up, camera.toward)], axis=-1)
 
 
 def to_picture(camera: Camera, seen: Floats) -> Floats:

@@ -19,7 +19,8 @@ from workbench.draw.mark_pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
 from workbench.errors import UsageError, one_of
-from workbench.model.arrays import Bools
+from workbench.kernels.compose import compose_solids, compose_veils, darken_rims
+from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 
 __all__ = ["MODES", "POLYGONS", "disks"]
@@ -29,6 +30,7 @@ POLYGONS = ("shaded", "hidden_line")
 
 _Pixels = NDArray[np.float32]
 
+_RIM = 0.42  # how dark an outline is
 _JUMP = 0.03  # [m] a step in depth that is drawn as an outline within a body
 _LIGHT = np.array([-0.35, 0.62, 0.70])  # right, up, toward: over the viewer's left shoulder
 _WALL_DARK, _WALL_LIGHT = np.array([190.0, 197.0, 206.0]), np.array([244.0, 246.0, 248.0])
@@ -60,18 +62,16 @@ def disks(
         return _measured(scene, camera, mode)
     fine = camera.enlarged(supersample)
     layers = visible_layers(scene, fine, spheres="surfaces" if mode == "shaded" else "exact" if exact else "painted")
-    picture: _Pixels = np.full((fine.height, fine.width, 3), PAPER, dtype=np.float32)
-    if scene.environment is not None and polygons == "shaded":
-        _paint_environment(picture, scene.environment, fine, layers)
     body = _lit(scene, fine, layers) if mode == "shaded" else _flat(scene, fine, layers)
-    _paint_bodies(picture, body, layers, _outline(layers, supersample), veil)
+    picture: _Pixels = np.empty((fine.height, fine.width, 3), dtype=np.float32)
+    wall, fade = _walls(scene.environment if polygons == "shaded" else None, fine, layers)
+    seen = (layers.triangle, layers.depth, layers.section, layers.sphere, layers.body_depth)
+    if polygons == "hidden_line":
+        seen = (np.full_like(layers.triangle, -1), layers.depth, np.zeros_like(layers.section), *seen[3:])
+    darken_rims(body, layers.body_depth, supersample, _JUMP, _RIM)
+    compose_solids(wall, body, seen, fade, veil, picture)
     paint_ghosts(picture, scene, fine, layers, supersample)
-    if scene.environment is not None:
-        if polygons == "shaded":
-            _paint_glass(picture, layers)
-        edges, clear = drawn_edges(scene.environment, fine, layers.cut)
-        _paint_lines(picture, visible_lines(edges, clear, layers), supersample)
-    image = Image.fromarray(np.round(picture).astype(np.uint8))
+    image = _finished(picture, scene, layers, supersample, 0.1 if polygons == "shaded" else 0.0)
     paint_mark_shapes(image, scene, camera, supersample)
     if supersample > 1:
         image = image.resize((camera.width, camera.height), Image.Resampling.BOX)
@@ -92,87 +92,57 @@ def _measured(scene: Scene, camera: Camera, mode: str) -> Image.Image:
     return Image.fromarray(grey)
 
 
-def _paint_environment(picture: _Pixels, environment: Environment, camera: Camera, layers: Layers) -> None:
-    """Flat shade by the polygon's normal, either side alike; paler with distance; cut faces in one plain tint."""
-    light = _LIGHT @ np.array([camera.right, camera.up, camera.toward])
-    polygon = triangle_polygons(environment)
-    side = np.where(facing(camera, environment.normal, environment.offset) < 0, -1.0, 1.0)
-    lit = np.clip((environment.normal @ light) * side / np.linalg.norm(light), 0.0, 1.0)[polygon, None]
-    colour = (_WALL_DARK + (_WALL_LIGHT - _WALL_DARK) * lit).astype(np.float32)
-    colour = np.concatenate([colour, np.array([PAPER], dtype=np.float32)])  # the last one, found by -1: nothing here
-    np.take(colour, layers.triangle, axis=0, out=picture, mode="wrap")
-    picture += (np.float32(255.0) - picture) * _fade(layers)[..., None]
-    picture[layers.section] = SECTION
+def _walls(environment: Environment | None, camera: Camera, layers: Layers) -> tuple[Floats, Floats]:
+    """Colours of triangles, of cut faces and of paper, and how walls fade, as `compose_solids` takes them.
 
-
-def _fade(layers: Layers) -> _Pixels:
-    """How far the environment has faded into the paper: 0 as far as the bodies reach, more beyond."""
+    Flat shade by the polygon's normal, either side alike. Walls fade into the paper from where the bodies end.
+    """
+    colour = np.empty((0, 3))
+    if environment is not None:
+        light = _LIGHT @ np.array([camera.right, camera.up, camera.toward])
+        side = np.where(facing(camera, environment.normal, environment.offset) < 0, -1.0, 1.0)
+        lit = np.clip((environment.normal @ light) * side / np.linalg.norm(light), 0.0, 1.0)[:, None]
+        colour = (_WALL_DARK + (_WALL_LIGHT - _WALL_DARK) * lit)[triangle_polygons(environment)]
     body = layers.body_depth[layers.sphere >= 0]
-    if not len(body):
-        return np.zeros(layers.depth.shape, dtype=np.float32)
-    near = float(body.min())
-    return np.clip((near - layers.depth) / 1.5, 0.0, 1.0).astype(np.float32) * np.float32(0.6)
+    near = float(body.min()) if len(body) else -np.inf
+    return np.concatenate([colour, [SECTION, PAPER]]), np.array([near, 1.5, 0.6])
 
 
 def _flat(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
-    """Colours (K, 3) of the K body pixels in turn: one shade a sphere, by its depth."""
+    """Picture (height, width, 3) of the bodies: one shade a sphere, by its depth."""
     spheres = scene.spheres
     share = depth_share(projected_disks(scene, camera).front)
-    colour = np.zeros((len(share), 3), dtype=np.float32)
+    colour = np.zeros((len(share) + 1, 3), dtype=np.float32)  # the last one, found by -1, is not looked at
     for index, shown in enumerate(scene.bodies):
-        mine = spheres.body == index
+        mine = np.flatnonzero(spheres.body == index)
         colour[mine] = ramp(shown.colour, share[mine])
-    return colour[layers.sphere[layers.sphere >= 0]]
+    return np.take(colour, layers.sphere, axis=0, mode="wrap")
 
 
 def _lit(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
     """The same by light and shade."""
     full = np.array([ramp(shown.colour, np.array(0.9)) for shown in scene.bodies]).reshape(-1, 3)
     surfaces = Surfaces(layers.body_depth, layers.sphere.astype(np.int32))
-    picture = shaded(projected_disks(scene, camera), surfaces, camera, full[scene.spheres.body])
-    return picture[layers.sphere >= 0].astype(np.float32)
+    return shaded(projected_disks(scene, camera), surfaces, camera, full[scene.spheres.body]).astype(np.float32)
 
 
-def _paint_bodies(picture: _Pixels, body: _Pixels, layers: Layers, outline: Bools, veil: float) -> None:
-    """The body pixels' colours (K, 3), a darker line at the outline, a veil of what stands in front."""
-    here = layers.sphere >= 0
-    body[outline[here]] *= 0.42
-    front = layers.veiled[here][:, None] * np.float32(veil)
-    picture[here] = picture[here] * front + body * (1 - front)
+def _finished(picture: _Pixels, scene: Scene, layers: Layers, width: int, tint: float) -> Image.Image:
+    """The picture with a `tint` where a see-through part is the foremost thing, and with edges `width` wide."""
+    lines = np.zeros(layers.glass.shape, dtype=np.uint8)
+    if scene.environment is not None:
+        edges, clear = drawn_edges(scene.environment, layers.camera, layers.cut)
+        lines = _line_mask(visible_lines(edges, clear, layers), layers.camera, width)
+    out = np.empty(picture.shape, dtype=np.uint8)
+    inks = np.array([[*GLASS, tint], [*INK, 1.0]])
+    compose_veils(picture, layers.glass, layers.glass_depth, layers.depth, layers.body_depth, lines, inks, out)
+    return Image.fromarray(out)
 
 
-def _outline(layers: Layers, width: int) -> Bools:
-    """Body pixels near one that lies more than _JUMP farther: a silhouette, or a limb before the trunk.
-
-    width: of the line [pixels of the layers].
-    """
-    depth = layers.body_depth
-    found = np.zeros(depth.shape, dtype=np.bool_)
-    for step in range(1, width + 1):
-        with np.errstate(invalid="ignore"):  # background minus background
-            down, across = depth[step:] - depth[:-step], depth[:, step:] - depth[:, :-step]
-        found[step:] |= down > _JUMP
-        found[:-step] |= down < -_JUMP
-        found[:, step:] |= across > _JUMP
-        found[:, :-step] |= across < -_JUMP
-    return found
-
-
-def _paint_glass(picture: _Pixels, layers: Layers) -> None:
-    """A thin tint where a see-through part is the foremost thing."""
-    foremost = np.maximum(layers.depth, layers.body_depth)
-    tinted = (layers.glass >= 0) & (layers.glass_depth > foremost)
-    share = tinted.astype(np.float32)[..., None] * np.float32(0.1)
-    picture += (np.array(GLASS, dtype=np.float32) - picture) * share
-
-
-def _paint_lines(picture: _Pixels, lines: Lines, supersample: int) -> None:
-    """Edges in ink through a mask of opacities, far to near."""
-    mask = Image.new("L", (picture.shape[1], picture.shape[0]), 0)
+def _line_mask(lines: Lines, camera: Camera, width: int) -> NDArray[np.uint8]:
+    """(height, width) opacity of edges, drawn from far to near."""
+    mask = Image.new("L", (camera.width, camera.height), 0)
     draw = ImageDraw.Draw(mask)
-    opacity = np.where(lines.faint, 60, 150)
-    for index in np.argsort(lines.depth, kind="stable"):
-        (x, y), (u, v) = lines.ends[index]
-        draw.line((float(x), float(y), float(u), float(v)), fill=int(opacity[index]), width=max(1, supersample))
-    strength = np.asarray(mask, dtype=np.float32)[..., None] / np.float32(255.0)
-    picture += (np.array(INK, dtype=np.float32) - picture) * strength
+    opacity, ends = np.where(lines.faint, 60, 150).tolist(), lines.ends.reshape(-1, 4).tolist()
+    for index in np.argsort(lines.depth, kind="stable").tolist():
+        draw.line(ends[index], fill=opacity[index], width=max(1, width))
+    return np.asarray(mask)

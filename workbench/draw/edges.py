@@ -7,6 +7,7 @@ plane of the view goes through a triangle.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -34,17 +35,18 @@ class Lines(NamedTuple):
 
 
 class _Sides(NamedTuple):
-    """Undirected edges: corners (M, 2) vertices, part (M,), normal of a first and a second side (M, 3), open (M,).
+    """Undirected edges of parts that are shown: corners (M, 2) vertices; clear (M,): of a see-through part.
 
-    turned (M,): one of the two sides faces the viewer.
+    first, second (M,): the polygons on both sides; sense (M,): 1 where they are wound alike, -1 where not, 0
+    where there are not two; always (M,): drawn from wherever it is seen, as an open or sharp edge.
     """
 
     corners: Ints
-    part: Ints
-    first: Floats
-    second: Floats
-    open: Bools
-    turned: Bools
+    clear: Bools
+    first: Ints
+    second: Ints
+    sense: Floats
+    always: Bools
 
 
 def drawn_edges(environment: Environment, camera: Camera, cut: float) -> tuple[Floats, Bools]:
@@ -52,24 +54,25 @@ def drawn_edges(environment: Environment, camera: Camera, cut: float) -> tuple[F
 
     cut [m]: the depth of the cutting plane. Edges are cut where they come too near the eye.
     """
-    sides = _sides(environment, facing(camera, environment.normal, environment.offset))
-    sharp = np.sum(sides.first * sides.second, axis=1) < np.cos(FEATURE_ANGLE)
-    wanted = (sides.open | sharp | sides.turned) & ~environment.hidden[sides.part]
+    sides = _sides(environment)
+    front = facing(camera, environment.normal, environment.offset)
+    turned = front[sides.first] * front[sides.second] * sides.sense < 0.0
+    wanted = np.flatnonzero(sides.always | turned)
     seen = in_view(camera, environment.vertices)
     ahead = np.array([0.0, 0.0, 1.0])
     edges, kept = clip_segments(seen[sides.corners[wanted]], ahead, camera.closest)
-    part = environment.polygon_part[triangle_polygons(environment)]
-    shown = np.flatnonzero(~environment.hidden[part])
-    cut_edges, of = cut_lines(seen[environment.triangles[shown]], ahead, cut)
-    clear = np.concatenate([sides.part[wanted][kept], part[shown[of]]])
-    return to_picture(camera, np.concatenate([edges, cut_edges])), environment.see_through[clear]
+    clear = sides.clear[wanted[kept]]
+    if np.isfinite(cut):
+        part = environment.polygon_part[triangle_polygons(environment)]
+        shown = np.flatnonzero(~environment.hidden[part])
+        cut_edges, of = cut_lines(seen[environment.triangles[shown]], ahead, cut)
+        edges, clear = np.concatenate([edges, cut_edges]), np.append(clear, environment.see_through[part[shown[of]]])
+    return to_picture(camera, edges), clear
 
 
-def _sides(environment: Environment, front: Floats) -> _Sides:
-    """Pair the polygons' directed edges within each part; a second normal is turned where the windings disagree.
-
-    front (F,): positive where a polygon faces the viewer.
-    """
+@lru_cache(maxsize=8)
+def _sides(environment: Environment) -> _Sides:
+    """Pair the polygons' directed edges within each part; remembered, for it is the same in every view."""
     grid = np.round(environment.vertices / _WELD).astype(np.int64)
     _, welded = np.unique(grid, axis=0, return_inverse=True)
     polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.edge_start))
@@ -84,12 +87,14 @@ def _sides(environment: Environment, front: Floats) -> _Sides:
     first = order[start]
     second = order[np.minimum(start + 1, max(len(order) - 1, 0))]
     against = ends[first, 0] == ends[second, 1]  # two neighbours of one winding run along their edge in two directions
-    sense = np.where(against, 1.0, -1.0)
-    normal = environment.normal[polygon[second]] * sense[:, None]
     lone = members != 2
-    normal[lone] = environment.normal[polygon[first[lone]]]
-    turned = ~lone & (front[polygon[first]] * front[polygon[second]] * sense < 0.0)
-    return _Sides(environment.edges[first], part[first], environment.normal[polygon[first]], normal, lone, turned)
+    sense = np.where(lone, 0.0, np.where(against, 1.0, -1.0))
+    one, other = environment.normal[polygon[first]], environment.normal[polygon[second]] * sense[:, None]
+    sharp = lone | (np.sum(one * other, axis=1) < np.cos(FEATURE_ANGLE))
+    shown = np.flatnonzero(~environment.hidden[part[first]])
+    clear = environment.see_through[part[first]]
+    columns = (environment.edges[first], clear, polygon[first], polygon[second], sense, sharp)
+    return _Sides(*(column[shown] for column in columns))
 
 
 def visible_lines(edges: Floats, clear: Bools, layers: Layers) -> Lines:

@@ -81,8 +81,9 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
     section = np.zeros(size, dtype=np.bool_)
     if scene.environment is not None:
         solid, clear = _triangle_kinds(scene.environment)
-        _fill(scene.environment, camera, cut, solid, opaque)
-        _fill(scene.environment, camera, cut, clear, glass)
+        seen = in_view(camera, scene.environment.vertices)
+        _fill(scene.environment, camera, cut, seen, solid, opaque)
+        _fill(scene.environment, camera, cut, seen, clear, glass)
         section = _sections(scene.environment, camera, opaque)
         opaque.depth[section] = cut
     return Layers(camera, cut, sphere, body_depth, opaque.triangle, opaque.depth, section, glass.triangle, glass.depth)
@@ -112,14 +113,19 @@ def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
     return np.flatnonzero(shown & ~clear), np.flatnonzero(shown & clear)
 
 
-def _fill(environment: Environment, camera: Camera, cut: float, chosen: Ints, into: _Buffers) -> None:
-    """Fill the chosen triangles of an environment."""
-    polygon = triangle_polygons(environment)[chosen]
-    away = facing(camera, environment.normal[polygon], environment.offset[polygon]) < 0
-    seen = in_view(camera, environment.vertices)[environment.triangles[chosen]]
-    seen, of = clip_triangles(seen, np.array([0.0, 0.0, 1.0]), camera.closest)
-    corners = to_picture(camera, seen)
-    corners[..., 2] = projective(camera, corners[..., 2]) - np.where(away[of], _BEHIND, 0.0)[:, None]
+def _fill(environment: Environment, camera: Camera, cut: float, seen: Floats, chosen: Ints, into: _Buffers) -> None:
+    """Fill the chosen triangles of an environment; seen (V, 3): its vertices in view coordinates."""
+    away = (facing(camera, environment.normal, environment.offset) < 0)[triangle_polygons(environment)[chosen]]
+    of = np.arange(len(chosen))
+    if not seen[:, 2].max(initial=-np.inf) > camera.closest:
+        points = to_picture(camera, seen)
+        points[:, 2] = projective(camera, points[:, 2])
+        corners = points[environment.triangles[chosen]]
+    else:
+        near, of = clip_triangles(seen[environment.triangles[chosen]], np.array([0.0, 0.0, 1.0]), camera.closest)
+        corners = to_picture(camera, near)
+        corners[..., 2] = projective(camera, corners[..., 2])
+    corners[away[of], :, 2] -= _BEHIND
     fill_triangles(corners, chosen[of], camera.bend, cut, into.depth, into.triangle, into.was_cut)
 
 

@@ -37,25 +37,23 @@ def sphere_depths(disks: Floats, centre: Floats, radius: Floats, depth: Floats) 
 
 
 @njit(cache=True)
-def _triangle_span(row: int, corner: Floats, turn: float, width: int) -> tuple[int, int]:
-    """First and one past the last column whose centre is in the triangle; its edges belong to it."""
-    low, high = 0.5, width - 0.5
-    y = row + 0.5
-    for k in range(3):
-        ax, ay = corner[k, 0], corner[k, 1]
-        dx, dy = corner[(k + 1) % 3, 0] - ax, corner[(k + 1) % 3, 1] - ay
-        # inside: turn * (dx * (y - ay) - dy * (x - ax)) >= 0
-        level = dx * (y - ay) * turn
-        slope = dy * turn
-        if slope == 0.0:
-            if level < 0.0:
-                return 0, 0
-        elif slope > 0.0:
-            high = min(high, ax + level / slope)
-        else:
-            low = max(low, ax + level / slope)
-    first, end = math.ceil(low - 0.5), math.floor(high - 0.5) + 1
-    return first, max(end, first)
+def _edge(ax: float, ay: float, bx: float, by: float, turn: float) -> tuple[float, float, float, float]:
+    """An edge as a bound on a row's pixels: x = first + steep y; which bound (1 right, -1 left, 0 level); and level."""
+    dx, dy = bx - ax, by - ay
+    if dy == 0.0:
+        return ax, 0.0, 0.0, dx * turn  # inside: level (y - ay) >= 0
+    return ax - dx / dy * ay, dx / dy, 1.0 if dy * turn > 0.0 else -1.0, 0.0
+
+
+@njit(cache=True)
+def _bounded(
+    edge: tuple[float, float, float, float], y: float, ay: float, low: float, high: float
+) -> tuple[float, float]:
+    """The run from low to high in the row at y cut by an edge whose first corner is at ay; low > high where none."""
+    if edge[2] == 0.0:
+        return (low, high) if edge[3] * (y - ay) >= 0.0 else (1.0, 0.0)
+    place = edge[0] + edge[1] * y
+    return (low, min(high, place)) if edge[2] > 0.0 else (max(low, place), high)
 
 
 @njit(cache=True)
@@ -64,34 +62,41 @@ def fill_triangles(
 ) -> None:
     """Depth buffer of triangles `corners` (T, 3, 3): x, y [pixels], projective depth Z; on a tie the first one stays.
 
-    Z changes linearly across the picture; the depth [m] is Z / (1 + bend Z), with bend 0 in a parallel view.
+    Z changes linearly across the picture; the depth [m] is Z / (1 + bend Z), with bend 0 in a parallel view. Pixels
+    belong to a triangle where their middle is inside it or on its edge.
 
     ids receives the foremost triangle's `number` (T,). Fragments nearer than `cut` [m] are left out and noted in
     `was_cut`. depth, ids, was_cut: (height, width).
     """
     height, width = depth.shape
-    for triangle in range(len(corners)):
-        corner = corners[triangle]
-        ux, uy, uz = corner[1, 0] - corner[0, 0], corner[1, 1] - corner[0, 1], corner[1, 2] - corner[0, 2]
-        vx, vy, vz = corner[2, 0] - corner[0, 0], corner[2, 1] - corner[0, 1], corner[2, 2] - corner[0, 2]
-        area = ux * vy - uy * vx
+    for t in range(len(corners)):
+        ax, ay, az = corners[t, 0, 0], corners[t, 0, 1], corners[t, 0, 2]
+        bx, by, bz = corners[t, 1, 0], corners[t, 1, 1], corners[t, 1, 2]
+        cx, cy, cz = corners[t, 2, 0], corners[t, 2, 1], corners[t, 2, 2]
+        top, bottom = max(math.ceil(min(ay, by, cy) - 0.5), 0), min(math.floor(max(ay, by, cy) - 0.5), height - 1)
+        if top > bottom or max(ax, bx, cx) < 0.5 or min(ax, bx, cx) > width - 0.5:
+            continue
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         if abs(area) < 1e-12:  # seen edge-on: it covers nothing
             continue
-        slope_x, slope_y = (uz * vy - vz * uy) / area, (vz * ux - uz * vx) / area
-        nearest = max(corner[0, 2], corner[1, 2], corner[2, 2])
-        farthest = min(corner[0, 2], corner[1, 2], corner[2, 2])
-        top = min(corner[0, 1], corner[1, 1], corner[2, 1])
-        bottom = max(corner[0, 1], corner[1, 1], corner[2, 1])
+        slope_x = ((bz - az) * (cy - ay) - (cz - az) * (by - ay)) / area
+        slope_y = ((cz - az) * (bx - ax) - (bz - az) * (cx - ax)) / area
+        nearest, farthest = max(az, bz, cz), min(az, bz, cz)
         turn = 1.0 if area > 0.0 else -1.0
-        for row in range(max(0, math.floor(top)), min(height, math.ceil(bottom))):
-            first, end = _triangle_span(row, corner, turn, width)
-            base = corner[0, 2] + slope_y * (row + 0.5 - corner[0, 1])
-            for column in range(first, end):
-                front = base + slope_x * (column + 0.5 - corner[0, 0])
+        first, second, third = _edge(ax, ay, bx, by, turn), _edge(bx, by, cx, cy, turn), _edge(cx, cy, ax, ay, turn)
+        for row in range(top, bottom + 1):
+            y = row + 0.5
+            low, high = _bounded(first, y, ay, 0.5, width - 0.5)
+            low, high = _bounded(second, y, by, low, high)
+            low, high = _bounded(third, y, cy, low, high)
+            base = az + slope_y * (y - ay)
+            for column in range(math.ceil(low - 0.5), math.floor(high - 0.5) + 1):
+                front = base + slope_x * (column + 0.5 - ax)
                 front = min(max(front, farthest), nearest)  # slivers: never beyond the corners
-                front /= 1.0 + bend * front
+                if bend != 0.0:
+                    front /= 1.0 + bend * front
                 if front > cut:
                     was_cut[row, column] = True
                 elif front > depth[row, column]:
                     depth[row, column] = front
-                    ids[row, column] = number[triangle]
+                    ids[row, column] = number[t]
