@@ -12,8 +12,9 @@ from tests.conftest import ROOT
 
 PACKAGE = ROOT / "workbench"
 FILES = sorted(PACKAGE.rglob("*.py"))
+COMMANDS = {"cli_body", "cli_fit", "cli_motion", "cli_people", "cli_render"}
 LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "files"}, {"study"}, {"draw"},
-          {"report", "viewer"}, {"cli_progress"}, {"cli_body", "cli_fit", "cli_people", "cli_render"}, {"cli"}]  # fmt: skip
+          {"report", "viewer"}, {"cli_progress"}, COMMANDS, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
     "trimesh": {"files/meshes/scene.py"},
@@ -25,7 +26,7 @@ HOMES = {
     "PIL": {"draw"},
     "jinja2": {"report"},
     "markupsafe": {"report"},
-    "cyclopts": {"cli.py", "cli_body.py", "cli_fit.py", "cli_people.py", "cli_render.py"},
+    "cyclopts": {"cli.py", *(f"{name}.py" for name in COMMANDS)},
     "rich": {"cli_progress.py"},
     "pyvista": {"draw/window.py"},
     "imageio_ffmpeg": {"draw/film_mp4.py"},

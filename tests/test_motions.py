@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tests.conftest import SHARED
+from workbench.cli import main
 from workbench.errors import InputError, UsageError
 from workbench.files.bodies import load_body
 from workbench.files.motions.bvh import read_bvh
+from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.lines import Pick
 from workbench.files.motions.opensim import coordinate_poses, read_coordinates
 from workbench.files.motions.tables import angle_table_text, read_angle_table, read_segment_table, table_kind
@@ -274,3 +276,37 @@ def test_missing_and_empty_files_are_told(tmp_path):
         read_bvh(tmp_path / "none.bvh")
     with pytest.raises(InputError, match="is empty"):
         read_bvh(written(tmp_path, "\n"))
+
+
+def test_a_motion_written_as_bvh_comes_back(tmp_path, motion):
+    path = written(tmp_path, "".join(bvh_text(BODY, motion, place(BODY, motion))))
+    again, notes = retarget(BODY, read_bvh(path), names={s: s for s in BODY.segments[1:]}, metres=0.01, up="y")
+    assert notes == ()
+    assert again.time == pytest.approx(motion.time)
+    was, now = (joints_of(poses) for poses in (motion, again))
+    assert np.abs(was - now).max() < 1e-6
+
+
+def joints_of(poses):
+    world = place(BODY, poses).world_from_segment[:, 2:]
+    return np.einsum("pnij,nj->pni", world[..., :3], BODY.joint_in_child[1:]) + world[..., 3]
+
+
+@pytest.mark.parametrize("ending", ["csv", "bvh", "glb"])
+def test_the_command_line_converts_a_motion(tmp_path, motion, ending, capsys):
+    source = written(tmp_path, "".join(angle_table_text(BODY, motion)), "m.csv")
+    out = tmp_path / f"out.{ending}"
+    assert main(["motion", "convert", str(source), "--out", str(out), "--rate", "100", "--speed", "0.5"]) == 0
+    assert capsys.readouterr().out == f"{out}: 25 frames\n"
+    if ending == "csv":
+        poses, _ = read_angle_table(out, BODY)
+        assert poses.time[[0, -1]] == pytest.approx([0, 0.24])
+
+
+def test_the_command_line_shows_a_motion_in_numbers_and_words(tmp_path, motion, capsys):
+    source = written(tmp_path, "".join(angle_table_text(BODY, motion)), "m.csv")
+    assert main(["motion", "show", str(source)]) == 0
+    assert "7 frames from 0 to 0.12 s, told of bubbleman" in capsys.readouterr().out
+    assert main(["motion", "convert", str(source), "--out", str(tmp_path / "m.fbx")]) == 2
+    assert ".fbx is no form of motion to write" in capsys.readouterr().err
+    assert main(["motion", "show", str(tmp_path / "none.bvh")]) == 3

@@ -18,6 +18,7 @@ from cyclopts import App, CycloptsError, Parameter
 from workbench import __version__
 from workbench.cli_body import body_app
 from workbench.cli_fit import body_fit
+from workbench.cli_motion import motion_app
 from workbench.cli_people import people_app
 from workbench.cli_progress import Progress, tell
 from workbench.cli_render import render
@@ -41,6 +42,7 @@ app = App(
 body_app.command(body_fit, name="fit")
 app.command(body_app)
 app.command(people_app)
+app.command(motion_app)
 app.command(render)
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]

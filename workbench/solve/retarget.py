@@ -217,21 +217,28 @@ def _joint_rotations(body: Body, segments: Mapping[str, Floats], frames: int) ->
 
 
 def _one_axis(body: Body, rotations: Floats, joints: tuple[str, str, str]) -> None:
-    """Turn the limb above a hinge so that the hinge bends about its own axis; the turn back goes to the joint below.
-
-    The joint below also gets what the limb turns about itself in the hinge. Where a limb stands the same.
-    """
+    """Turn the limb above a hinge so that the hinge bends about its own axis; what the limb below turns about itself
+    goes to the joint below. Turns are about the lines from joint to joint, so all three joints stay where they are."""
     above, hinge, below = (body.joint(j) for j in joints)
-    first, second, axis = body.stops.axes[hinge]
-    swing, twist = swing_twist(rotations[:, hinge], axis[None])
-    bend, aside = swing @ first, swing @ second
-    turn = np.arctan2(aside * (np.cross(first, second) @ axis), bend)
-    size = np.hypot(bend, aside)
-    turn *= size**4 / (size**4 + _STRAIGHT**4)
-    about = exponential(turn[:, None] * axis)
+    upper, lower = (_line(body, pair) for pair in ((above, hinge), (hinge, below)))
+    first = body.stops.axes[hinge, 0]
+    swing, _ = swing_twist(rotations[:, hinge], lower[None])
+    side = first - upper * (upper @ first)
+    across = np.cross(upper, side)
+    turn = np.arctan2(swing @ across / np.linalg.norm(across), swing @ side / np.linalg.norm(side))
+    size = np.linalg.norm(swing, axis=-1)
+    about = exponential((turn * size**4 / (size**4 + _STRAIGHT**4))[:, None] * upper)
     rotations[:, above] = multiply(rotations[:, above], about)
-    rotations[:, hinge] = multiply(multiply(conjugate(about), exponential(swing)), about)
-    rotations[:, below] = multiply(exponential((twist - turn)[:, None] * axis), rotations[:, below])
+    bent, own = swing_twist(multiply(conjugate(about), rotations[:, hinge]), lower[None])
+    rotations[:, hinge] = exponential(bent)
+    rotations[:, below] = multiply(exponential(own[:, None] * lower), rotations[:, below])
+
+
+def _line(body: Body, joints: tuple[int, int]) -> Floats:
+    """(3,) unit vector in the zero pose from one joint of a limb segment to the next one down."""
+    upper, lower = joints
+    line = body.joint_in_parent[lower] - body.joint_in_child[upper]
+    return np.asarray(line / np.linalg.norm(line))
 
 
 def _halfway(a: Floats, b: Floats) -> Floats:

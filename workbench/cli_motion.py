@@ -1,0 +1,174 @@
+"""`workbench motion show|convert`: recorded motion, looked through and written in another form."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import App, Parameter
+
+from workbench.errors import UsageError, one_of
+
+if TYPE_CHECKING:
+    from workbench.model.body import Body
+    from workbench.model.poses import Poses
+
+__all__ = ["motion_app"]
+
+motion_app = App(name="motion", help="Motion files: look through them, write them in another form.")
+
+Start = Annotated[float | None, Parameter(help="first time wanted [s]")]
+End = Annotated[float | None, Parameter(help="last time wanted [s]")]
+
+
+@motion_app.command
+def show(
+    motion: Path,
+    *,
+    body: str = "bubbleman",
+    up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    start: Start = None,
+    end: End = None,
+    every: int = 1,
+    as_json: Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")] = False,
+) -> int:
+    """Show what a motion file holds when a body makes its movement.
+
+    Parameters
+    ----------
+    motion
+        a CSV, BVH, TRC, C3D, MOT or STO file
+    body
+        the body that moves, by name or file
+    up
+        the file's upward axis, where it is not told right: x, y, z, -x, -y, -z
+    every
+        keep every n-th frame
+    """
+    import numpy as np
+
+    from workbench.model.posing import angles_of
+    from workbench.report.movement import movement_sentences
+
+    who, poses, notes = _read(motion, body, (up, start, end, every))
+    time = poses.time if poses.time is not None else np.arange(len(poses), dtype=np.float64)
+    angles = np.degrees(angles_of(who, poses))
+    ranges = {
+        name: {
+            motions[0]: [round(float(v), 1) for v in (angles[:, j, k].min(), angles[:, j, k].max())]
+            for k, motions in enumerate(who.stops.motions[j])
+        }
+        for j, name in enumerate(who.joints)
+    }
+    told = movement_sentences(who, poses)
+    if as_json:
+        data = {"file": str(motion), "body": who.name, "frames": len(poses), "start_s": float(time[0])}
+        data |= {"end_s": float(time[-1]), "angles_deg": ranges, "movement": told, "notes": notes}
+        print(json.dumps(data, indent=1))
+        return 0
+    print(f"{motion}: {len(poses)} frames from {time[0]:g} to {time[-1]:g} s, told of {who.name}")
+    print(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
+    for joint, rows in ranges.items():
+        cells = (f"{name.replace('_', ' '):<20} {low:>7.1f} {high:>7.1f}" for name, (low, high) in rows.items())
+        print(f"{joint:<6} " + " ".join(cells))
+    print("\n".join(told))
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    return 0
+
+
+@motion_app.command
+def convert(
+    motion: Path,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    body: str = "bubbleman",
+    up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    start: Start = None,
+    end: End = None,
+    every: int = 1,
+    rate: float | None = None,
+    speed: float = 1.0,
+) -> int:
+    """Write a motion file in another form: .csv (joint angles of the body), .bvh or .glb (a model that moves).
+
+    Parameters
+    ----------
+    motion
+        a CSV, BVH, TRC, C3D, MOT or STO file
+    out
+        the file to write; its ending says the form
+    body
+        the body that moves, by name or file
+    up
+        the file's upward axis, where it is not told right: x, y, z, -x, -y, -z
+    every
+        keep every n-th frame
+    rate
+        frames a second of the file written; those of the motion where not given
+    speed
+        seconds of the motion in a second of the file written; 0.1 is ten times slow motion
+    """
+    from workbench.files.results import write_file
+
+    forms = (".csv", ".bvh", ".glb")
+    if out.suffix.lower() not in forms:
+        raise UsageError(f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}")
+    who, poses, notes = _read(motion, body, (up, start, end, every))
+    poses = _timed(poses, rate, speed)
+    write_file(out, _written(who, poses, out.suffix.lower()))
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
+    print(f"{out}: {len(poses)} frames")
+    return 0
+
+
+def _read(
+    motion: Path, body: str, how: tuple[str | None, float | None, float | None, int]
+) -> tuple[Body, Poses, tuple[str, ...]]:
+    import math
+
+    from workbench.files.bodies import load_body
+    from workbench.files.motions.lines import Pick
+    from workbench.study.motions import MotionOptions, load_motion
+
+    up, start, end, every = how
+    keep = Pick(-math.inf if start is None else start, math.inf if end is None else end, every)
+    who = load_body(body)
+    poses, notes = load_motion(who, motion, options=MotionOptions(up=up, keep=keep))
+    return who, poses, notes
+
+
+def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
+    """The motion at another rate and speed."""
+    from dataclasses import replace
+
+    import numpy as np
+
+    from workbench.model.moving import poses_at
+
+    if not 1e-4 <= speed <= 1e4 or not (rate is None or 1e-3 <= rate <= 1e5):
+        raise UsageError(f"rate {rate} and speed {speed}: both must be positive")
+    if poses.time is None:
+        raise UsageError("the motion has no times")
+    if rate is not None:
+        step = speed / rate
+        count = int(np.floor((poses.time[-1] - poses.time[0]) / step + 1e-9)) + 1
+        poses = poses_at(poses, poses.time[0] + step * np.arange(count))
+    time = poses.time if poses.time is not None else np.zeros(len(poses))
+    return replace(poses, time=time[0] + (time - time[0]) / speed)
+
+
+def _written(body: Body, poses: Poses, ending: str) -> str | bytes:
+    from workbench.files.exports.gltf import Figure, glb_bytes
+    from workbench.files.motions.bvh_writer import bvh_text
+    from workbench.files.motions.tables import angle_table_text
+    from workbench.solve.forward import place
+
+    if ending == ".csv":
+        return "".join(angle_table_text(body, poses))
+    if ending == ".bvh":
+        return "".join(bvh_text(body, poses, place(body, poses)))
+    return glb_bytes([Figure(body.name, place(body, poses), (0.75, 0.55, 0.42))], times=poses.time)
