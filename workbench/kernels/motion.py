@@ -22,6 +22,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.rotation import quaternion_matrix
+
 __all__ = ["Levers", "Turns", "aim", "bound_segments", "strays", "turn_on"]
 
 _MOST = 1e15
@@ -122,8 +124,13 @@ def bound_segments(shift, half, chain, entry, reference, bound):  # type: ignore
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def turn_on(rotations, first, turns, pair, time, out):  # type: ignore[no-untyped-def]
-    """Fill out (U, J + 1, 4) with the quaternions at time (U,) of pairs (U,): spherical linear interpolation."""
+def turn_on(rotations, origin, pairs, turns, reference, pair, time, out, world):  # type: ignore[no-untyped-def]
+    """Fill out (U, J + 1, 4) with the quaternions at time (U,) of pairs (U,): spherical linear interpolation.
+
+    pairs: first and second frame (P,); world (U, N, 3, 4) gets the reference segment's transform, its origin (F, 3)
+    running straight.
+    """
+    first, second = pairs
     for u in range(len(pair)):
         p, t = pair[u], time[u]
         for j in range(out.shape[1]):
@@ -134,6 +141,11 @@ def turn_on(rotations, first, turns, pair, time, out):  # type: ignore[no-untype
                 f, g = math.sin(f * half) / sine, math.sin(g * half) / sine
             for i in range(4):
                 out[u, j, i] = f * a[i] + g * b[i]
+        q, place = out[u, out.shape[1] - 1], world[u, reference]
+        r = quaternion_matrix(q[0], q[1], q[2], q[3])
+        for i in range(3):
+            place[i, 0], place[i, 1], place[i, 2] = r[3 * i], r[3 * i + 1], r[3 * i + 2]
+            place[i, 3] = (1.0 - t) * origin[first[p], i] + t * origin[second[p], i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

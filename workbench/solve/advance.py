@@ -181,10 +181,17 @@ def _looks(chase: Chase, who: Ints, time: Floats, far: Floats) -> Floats:
     """(M, 8) looks at a time."""
     looks = np.zeros((len(who), LOOK))
     looks[:, 0] = time
-    looks[:, 1:4] = centres_at(chase.mover, who[:, 0], who[:, 1], time)
+    pair, sphere, target = np.ascontiguousarray(who.T)
+    if chase.against is chase.mover:
+        # both spheres of one body at once: it is placed once for both
+        both = centres_at(chase.mover, np.tile(pair, 2), np.concatenate([sphere, target]), np.tile(time, 2))
+        looks[:, 1:4] = both[: len(who)] - both[len(who) :]
+    else:
+        looks[:, 1:4] = centres_at(chase.mover, pair, sphere, time)
     if isinstance(chase.against, Mover):
-        looks[:, 1:4] -= centres_at(chase.against, who[:, 0], who[:, 2], time)
+        if chase.against is not chase.mover:
+            looks[:, 1:4] -= centres_at(chase.against, pair, target, time)
         looks[:, 4] = np.linalg.norm(looks[:, 1:4], axis=1)
     else:
-        look_at_parts(*chase.against, np.ascontiguousarray(who[:, 2]), far, looks)
+        look_at_parts(*chase.against, target, far, looks)
     return looks

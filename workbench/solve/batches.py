@@ -12,6 +12,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.solve.crowd import crowd_of
 from workbench.solve.fields import Groups, field_of, packed_faces, packed_shells
+from workbench.solve.gpu import clearance_on_device, collides_on_device
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Groups", "grouped_clearance", "grouped_collides", "paired_clearance", "pays", "witnesses"]
@@ -33,11 +34,19 @@ def _room() -> tuple[Ints, Floats]:
 
 
 def grouped_collides(
-    placed: Placed, environment: Environment, groups: Groups, allowed: Floats, *, threads: int | None = None
+    placed: Placed,
+    environment: Environment,
+    groups: Groups,
+    allowed: Floats,
+    *,
+    threads: int | None = None,
+    device: str = "cpu",
 ) -> Bools:
     """(P,) True where any sphere is deeper in a group of parts than allowed (N, G) [m] for its segment."""
     crowd, field = crowd_of(placed), field_of(environment, groups)
     index = (crowd, packed_faces(environment), packed_shells(environment), field)
+    if device == "cuda":
+        return collides_on_device(placed, index, allowed)
     hit = np.zeros(len(placed), dtype=np.bool_)
     pairs = max(allowed.size, 1)
 
@@ -56,11 +65,13 @@ def grouped_collides(
 
 
 def grouped_clearance(
-    placed: Placed, environment: Environment, groups: Groups, *, threads: int | None = None
+    placed: Placed, environment: Environment, groups: Groups, *, threads: int | None = None, device: str = "cpu"
 ) -> tuple[Floats, Ints, Ints]:
     """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of parts."""
     crowd, field = crowd_of(placed), field_of(environment, groups)
     index = (crowd, packed_faces(environment), packed_shells(environment), field)
+    if device == "cuda":
+        return clearance_on_device(placed, index)
     shape = (len(placed), len(placed.window), len(groups))
     out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
 

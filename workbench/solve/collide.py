@@ -16,9 +16,10 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.solve.batches import Groups, grouped_clearance, grouped_collides, paired_clearance, pays, witnesses
 from workbench.solve.fields import packed_faces, packed_shells
+from workbench.solve.gpu import on_cpu
 
-__all__ = ["SegmentClearance", "allowed_depth", "body_clearance", "body_contacts", "by_segment", "clearance",
-           "collides", "contacts", "nearest", "self_clearance", "self_contacts"]  # fmt: skip
+__all__ = ["SegmentClearance", "allowed_depth", "allowed_groups", "body_clearance", "body_contacts", "by_segment",
+           "clearance", "collides", "contacts", "nearest", "self_clearance", "self_contacts"]  # fmt: skip
 
 Spheres = tuple[Floats, Floats, Ints, Floats, Floats]
 _faces = packed_faces
@@ -41,32 +42,37 @@ class SegmentClearance:
 
 
 def collides(
-    placed: Placed, environment: Environment, *, tolerance: float = TANGENT_TOLERANCE, threads: int | None = None
+    placed: Placed,
+    environment: Environment,
+    *,
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+    device: str = "cpu",
 ) -> Bools:
     """(P,) True where a pose overlaps a part by more than the part allows and `tolerance` [m].
 
     The same as asking it of all of `clearance`, but it stops at the first.
     Hidden parts and segments outside the logical window take no part. threads: all cores where None.
+    device: "cpu", or "cuda" for an NVIDIA card (needs numba-cuda; MissingPartError where that or a card is missing).
     """
-    allowed = allowed_depth(placed.body, environment)
-    if not pays(placed):
-        deep = -_plain(placed, environment)[0] > allowed + tolerance
+    if on_cpu(device) and not pays(placed):
+        deep = -_plain(placed, environment)[0] > allowed_depth(placed.body, environment) + tolerance
         return np.asarray(np.any(deep, axis=(1, 2)))
-    parts = np.flatnonzero(~environment.hidden)
-    columns, which = np.unique(allowed[:, parts], axis=1, return_inverse=True)
-    which = which.reshape(-1)
-    groups = tuple(tuple(parts[which == g].tolist()) for g in range(columns.shape[1]))
-    return grouped_collides(placed, environment, groups, columns + tolerance, threads=threads)
+    groups, columns = allowed_groups(placed.body, environment)
+    return grouped_collides(placed, environment, groups, columns + tolerance, threads=threads, device=device)
 
 
-def by_segment(placed: Placed, environment: Environment, *, threads: int | None = None) -> SegmentClearance:
+def by_segment(
+    placed: Placed, environment: Environment, *, threads: int | None = None, device: str = "cpu"
+) -> SegmentClearance:
     """Signed clearance of every segment to the nearest of all parts: `nearest` reduced over the parts, and far faster.
 
-    Of pairs equally near the lowest sphere is named, and of its polygons the lowest.
+    Of pairs equally near the lowest sphere is named, and of its polygons the lowest. device: as in `collides`.
     """
     parts = np.flatnonzero(~environment.hidden)
-    if pays(placed):
-        distance, sphere, polygon = grouped_clearance(placed, environment, (tuple(parts.tolist()),), threads=threads)
+    if not on_cpu(device) or pays(placed):
+        groups = (tuple(parts.tolist()),)
+        distance, sphere, polygon = grouped_clearance(placed, environment, groups, threads=threads, device=device)
     else:
         distance, sphere, polygon = _least(*_plain(placed, environment)[:3])
     point = witnesses(placed, environment, (sphere, polygon))[:, :, 0]
@@ -137,15 +143,15 @@ def body_contacts(one: Placed, other: Placed, *, margin: float = 0.0, tolerance:
     return _sphere_rows((one, other), pairs, (margin - tolerance, np.zeros((len(one.window), len(other.window)))))
 
 
-def clearance(placed: Placed, environment: Environment) -> Floats:
+def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") -> Floats:
     """Signed clearance (P, N, parts) [m] of every segment to every part: negative is penetration depth.
 
-    Infinite for hidden parts and segments without spheres, NaN outside the logical window.
+    Infinite for hidden parts and segments without spheres, NaN outside the logical window. device: as in `collides`.
     """
-    fast = pays(placed)
-    distance = (
-        grouped_clearance(placed, environment, _single(environment))[0] if fast else _plain(placed, environment)[0]
-    )
+    if not on_cpu(device) or pays(placed):
+        distance = grouped_clearance(placed, environment, _single(environment), device=device)[0]
+    else:
+        distance = _plain(placed, environment)[0]
     distance[:, ~placed.window] = np.nan
     return distance
 
@@ -231,6 +237,14 @@ def allowed_depth(body: Body, environment: Environment) -> Floats:
             if name in rule.segments or "all" in rule.segments:
                 depth[n, rule.part] = max(depth[n, rule.part], rule.depth)
     return depth
+
+
+def allowed_groups(body: Body, environment: Environment) -> tuple[Groups, Floats]:
+    """Parts that all segments may be equally deep in, as groups, and that depth (N, G) [m]; without hidden parts."""
+    parts = np.flatnonzero(~environment.hidden)
+    depth, which = np.unique(allowed_depth(body, environment)[:, parts], axis=1, return_inverse=True)
+    which = which.reshape(-1)
+    return tuple(tuple(parts[which == g].tolist()) for g in range(depth.shape[1])), depth
 
 
 def _all_pairs(one: Placed, other: Placed) -> Ints:

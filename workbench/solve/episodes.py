@@ -21,7 +21,7 @@ from workbench.solve.threads import in_pieces
 
 __all__ = ["body_episodes", "episodes", "self_episodes"]
 
-PIECE = 64
+PIECE = 128
 """Pose pairs a thread takes at a time."""
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.kernels.forward import Chain, chain_transforms, place_spheres
+from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.kernels.motion import Levers, Turns, aim, bound_segments, strays, turn_on
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point, twist_shared
@@ -38,6 +38,7 @@ class Mover:
     first: Ints
     second: Ints
     chain: Chain
+    skin: Skin
     levers: Levers
     turns: Turns
 
@@ -69,7 +70,7 @@ def pack_motion(body: Body, frames: Poses, pairs: tuple[Ints, Ints], *, window: 
     aim(rotations, *pairs, body.stops.axes[:, 2].copy(), twisted.astype(np.int64), turns)
     shift = np.linalg.norm(origin[pairs[1]] - origin[pairs[0]], axis=1)
     bound_segments(shift, turns.half, chain, entry, frames.reference, turns.bound)
-    return Mover(placed, frames.reference, rotations, origin, *pairs, chain, levers, turns)
+    return Mover(placed, frames.reference, rotations, origin, *pairs, chain, packed_skin(body, shown), levers, turns)
 
 
 def frames_of(start: Poses, end: Poses) -> tuple[Poses, tuple[Ints, Ints]]:
@@ -131,14 +132,13 @@ def _placed_between(mover: Mover, when: tuple[Ints, Floats], shown: Bools) -> Fl
     pair, time = when
     body, joints = mover.body, len(mover.body.joints)
     turned = np.empty((len(pair), joints + 1, 4))
-    turn_on(mover.rotations, mover.first, mover.turns, pair, time, turned)
     world = np.full((len(pair), len(body.segments), 3, 4), np.nan)
-    world[:, mover.reference, :, :3] = matrices(turned[:, joints])
-    start, end = mover.origin[mover.first[pair]], mover.origin[mover.second[pair]]
-    world[:, mover.reference, :, 3] = start + time[:, None] * (end - start)
+    frames = mover.first, mover.second
+    turn_on(mover.rotations, mover.origin, frames, mover.turns, mover.reference, pair, time, turned, world)
     chain_transforms(turned[:, :joints], mover.chain, 0, world)
     centres = np.empty((len(pair), len(body.radius), 3))
-    place_spheres(turned[:, :joints], world, packed_skin(body, shown), np.empty((3, len(body.radius))), centres)
+    skin = mover.skin._replace(shown=shown.astype(np.int64))
+    place_spheres(turned[:, :joints], world, skin, np.empty(skin.centre.shape), centres)
     return centres
 
 

@@ -22,7 +22,7 @@ from workbench.solve.threads import in_pieces
 __all__ = ["body_sweep", "self_sweep", "sweep"]
 
 Move = tuple[Body, Poses, Poses]
-PIECE = 64
+PIECE = 128
 """Pose pairs a thread takes at a time."""
 
 
