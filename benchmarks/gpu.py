@@ -43,7 +43,8 @@ def _agree(body: Body, poses: Poses, environment: Environment) -> None:
     """Leave with a message where the card's answers are not the processor's."""
     placed = wb.place(body, _some(poses, CHECKED))
     one, two = by_segment(placed, environment), by_segment(placed, environment, device="cuda")
-    worst = float(np.nanmax(np.abs(np.where(np.isinf(one.distance), 0.0, one.distance - two.distance))))
+    known = np.isfinite(one.distance)
+    worst = float(np.max(np.abs(one.distance[known] - two.distance[known])))
     hits = wb.collides(placed, environment)
     same = np.array_equal(hits, wb.collides(placed, environment, device="cuda"))
     same = same and np.array_equal(hits, posed_collides(body, _some(poses, CHECKED), environment, device="cuda"))
