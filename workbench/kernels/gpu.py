@@ -11,11 +11,15 @@ from numba import config, cuda, float64, int64
 
 from workbench.kernels.forward import chain_transforms, place_spheres
 from workbench.kernels.groups import group_clearance, group_collides
+from workbench.kernels.wide import DEEP, EIGHT
 
 __all__ = ["THREADS", "clearance_kernel", "collide_kernel", "device_count", "place_kernel", "to_device", "to_host"]
 
 THREADS = 64
 """Threads of a block; a pose is a long walk with many branches, so larger blocks only wait for their last one."""
+
+ROOM = DEEP + EIGHT
+"""Numbers a search keeps of the boxes it has still to visit."""
 
 
 def device_count() -> int:
@@ -66,7 +70,7 @@ def collide_kernel(placed, index, answer, space):  # type: ignore[no-untyped-def
     crowd, faces, shells, field = index
     allowed, hit = answer
     thread = cuda.grid(1)
-    stack, gaps = cuda.local.array(64, int64), cuda.local.array(64, float64)
+    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float64)
     mine = (stack, gaps, space[0][:, thread], space[1][:, thread])
     for p in range(thread, hit.shape[0], cuda.gridsize(1)):
         group_collides(centres, world, crowd, faces, shells, field, allowed, hit, mine, p, p + 1)
@@ -81,7 +85,7 @@ def clearance_kernel(placed, index, answer, space):  # type: ignore[no-untyped-d
     centres, world = placed
     crowd, faces, shells, field = index
     thread = cuda.grid(1)
-    stack, gaps = cuda.local.array(64, int64), cuda.local.array(64, float64)
+    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float64)
     mine = (stack, gaps, space[0][:, thread], space[1][:, thread])
     for p in range(thread, answer[0].shape[0], cuda.gridsize(1)):
         group_clearance(centres, world, crowd, faces, shells, field, answer, mine, p, p + 1)
