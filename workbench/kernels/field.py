@@ -22,8 +22,8 @@ from workbench.kernels.inside import inside_part
 from workbench.kernels.tree import wider
 from workbench.kernels.wide import DEEP, box_gaps
 
-__all__ = ["RECORD", "Field", "deepest", "deepest_may_be", "fill_rows", "near_polygon", "nearest_in", "reaches", "record_gap",
-           "square_bound"]  # fmt: skip
+__all__ = ["RECORD", "Field", "deepest", "deepest_may_be", "fill_rows", "near_polygon", "nearest_in", "reaches",
+           "record_gap", "square_bound"]  # fmt: skip
 
 RECORD = 10
 """Numbers before a polygon's edges: normal, circle's centre, radius, coordinate left out, polygon, off its plane."""
