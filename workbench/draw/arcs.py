@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.draw.camera import Camera, in_view, metric
-from workbench.draw.scene import Scene
-from workbench.draw.visibility import projected_disks
+from workbench.draw.frames import disks_of
+from workbench.draw.scene import Scene, Spheres
 from workbench.kernels.arcs import rim_arcs
 from workbench.kernels.rims import Rims, parallel_rims, perspective_rims
 from workbench.model.arrays import Bools, Floats, Ints
@@ -85,15 +85,16 @@ def outline_arcs(scene: Scene, camera: Camera, *, step: float = JOINT_STEP, shar
 
 def _parallel(scene: Scene, camera: Camera, step: float, share: float) -> Arcs:
     """Circles, in pixels."""
-    flat = projected_disks(scene, camera)
+    spheres = scene.spheres
+    flat = disks_of(spheres, camera)
     shown = np.sort(flat.order)
     disk, depth = flat.disk[shown], flat.centre[shown]
     balls = np.column_stack([disk[:, :2], depth * camera.scale, disk[:, 2]])
     segment, joined = _segments(scene)
     steps = camera.scale * np.maximum(step, share * flat.radius[shown])
-    angle, keys = rim_arcs(parallel_rims(balls, segment[shown], scene.spheres.body[shown], joined, steps))
+    angle, keys = rim_arcs(parallel_rims(balls, segment[shown], spheres.body[shown], joined, steps))
     which, count = keys[:, 0], len(keys)
-    return _named(scene, shown, keys, disk[which], np.tile([1.0, 0.0], (count, 1)), angle, depth[which],
+    return _named(spheres, shown, keys, disk[which], np.tile([1.0, 0.0], (count, 1)), angle, depth[which],
                   np.zeros((count, 2)))  # fmt: skip
 
 
@@ -110,7 +111,7 @@ def _perspective(scene: Scene, camera: Camera, step: float, share: float) -> Arc
     which = keys[:, 0]
     disk, squeeze = rim_ellipses(camera, balls)
     depth, tilt = _planes(camera, rims.balls, disk)
-    arcs = _named(scene, shown, keys, disk[which], squeeze[which], angle, depth[which], tilt[which])
+    arcs = _named(spheres, shown, keys, disk[which], squeeze[which], angle, depth[which], tilt[which])
     return arcs._replace(angle=_parameters(camera, rims.balls[which], arcs))
 
 
@@ -181,14 +182,14 @@ def _parameters(camera: Camera, balls: Floats, arcs: Arcs) -> Floats:
 
 
 def _named(
-    scene: Scene, shown: Ints, keys: Ints, disk: Floats, squeeze: Floats, angle: Floats, depth: Floats, tilt: Floats
+    spheres: Spheres, shown: Ints, keys: Ints, disk: Floats, squeeze: Floats, angle: Floats, depth: Floats, tilt: Floats
 ) -> Arcs:
     """Arcs of the shown spheres, named by the scene's numbers."""
     number = np.append(shown, -1)
     sphere = number[keys[:, 0]]
     veiled = np.zeros(len(keys), dtype=np.bool_)
     return Arcs(sphere, disk, squeeze, angle, depth, tilt, number[keys[:, 1:3]], keys[:, 3] == 1, veiled,
-                scene.spheres.body[sphere])  # fmt: skip
+                spheres.body[sphere])  # fmt: skip
 
 
 def _segments(scene: Scene) -> tuple[Ints, Bools]:

@@ -12,22 +12,31 @@ import math
 import numpy as np
 from numba import njit
 
-from workbench.kernels.rims import COINCIDE, Rims, candidates, covered_by_few, grid_of, keep_uncovered, pair_cosines
+from workbench.kernels.rims import (
+    COINCIDE,
+    Rims,
+    candidates,
+    covered_by_few,
+    diamond_angle,
+    diamond_span,
+    grid_of,
+    keep_uncovered,
+    pair_cosines,
+    wrapped,
+)
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["arc_chains", "ends_met", "rim_arcs"]
 
-_TURN = 2.0 * math.pi
-_NOTHING = 1e-12  # [rad] a gap no wider than rounding
-_INSIDE = 1e-9  # [rad]
+_TURN = 4.0  # intervals are in ways of rims.diamond; only what is drawn is turned into angles
+_NOTHING = 1e-12  # a gap no wider than rounding
+_INSIDE = 1e-9
 _HIDES, _NEXT = 1, 2  # of an interval: it hides the rim; it ends where the rim of the same body's other sphere goes on
 
 
 @njit(cache=True)
-def _add(
-    count: int, middle: float, half: float, other: int, kind: int, spans: Floats, others: Ints, kinds: Ints
-) -> int:
-    spans[count, 0], spans[count, 1] = middle - half, middle + half
+def _add(count: int, first: float, end: float, other: int, kind: int, spans: Floats, others: Ints, kinds: Ints) -> int:
+    spans[count, 0], spans[count, 1] = first, end
     others[count], kinds[count] = other, kind
     return count + 1
 
@@ -61,19 +70,19 @@ def _pair_spans(j: int, count: int, one: bool, pair: Floats, spans: Floats, othe
     """
     if pair[2] >= 1.0 and not one:
         return count
-    middle, whole = math.atan2(pair[1], pair[0]), pair[2] == pair[3]  # whole: the rim ends on j's, which may go on
+    whole = pair[2] == pair[3]  # then the rim ends on j's, which may go on
     if pair[2] < 1.0:
-        kind = _HIDES | (_NEXT if one and whole else 0)
-        count = _add(count, middle, math.acos(pair[2]), j, kind, spans, others, kinds)
+        first, end = diamond_span(pair[0], pair[1], pair[2])
+        count = _add(count, first, end, j, _HIDES | (_NEXT if one and whole else 0), spans, others, kinds)
     if one and not whole:
-        half = math.acos(pair[3]) if pair[3] > -1.0 else 3.2  # surely all round
-        count = _add(count, middle, half, j, _NEXT, spans, others, kinds)
+        first, end = diamond_span(pair[0], pair[1], pair[3]) if pair[3] > -1.0 else (0.0, 4.1)  # surely all round
+        count = _add(count, first, end, j, _NEXT, spans, others, kinds)
     return count
 
 
 @njit(cache=True)
 def _gaps(order: Ints, kinds: Ints, kind: int, spans: Floats, gaps: Floats, edge: Ints) -> int:
-    """What no interval of this kind covers on the turn 0 to 2 pi; `order` sorts by start; one starts at 0.
+    """What no interval of this kind covers on the turn 0 to 4; `order` sorts by start; one starts at 0.
 
     gaps (K, 2): from and to; edge (K, 2): the interval that ends at the one and that which starts at the other.
     """
@@ -118,7 +127,7 @@ def _cut_rim(i: int, count: int, spans: Floats, others: Ints, kinds: Ints, arcs:
             origin, free = spans[k, 0], False
     for k in range(count):
         width = spans[k, 1] - spans[k, 0]
-        spans[k, 0] = (spans[k, 0] - origin) % _TURN
+        spans[k, 0] = wrapped(spans[k, 0] - origin)
         spans[k, 1] = spans[k, 0] + width
     order = _sorted(count, spans)
     seen, seen_edge = np.empty((count + 1, 2)), np.empty((count + 1, 2), dtype=np.int64)
@@ -152,7 +161,13 @@ def _key(k: int, others: Ints, kinds: Ints) -> int:
 def _put(
     at: int, i: int, start: float, end: float, before: int, after: int, outer: int, arcs: Floats, keys: Ints
 ) -> int:
-    arcs[at, 0], arcs[at, 1] = start, end
+    first = diamond_angle(start)
+    width = (diamond_angle(end) - first) % math.tau
+    if end - start > _TURN - _NOTHING:
+        width = math.tau
+    elif end - start < 1.0 and width > math.pi:  # rounded to less than nothing
+        width = 0.0
+    arcs[at, 0], arcs[at, 1] = first, first + width
     keys[at, 0], keys[at, 1], keys[at, 2], keys[at, 3] = i, before, after, outer
     return at + 1
 
@@ -195,7 +210,7 @@ def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
             one = rims.body[i] == rims.body[found[k]]
             spanned = _pair_spans(found[k], spanned, one, pairs[k], spans, others, kinds)
         if high > low:
-            spanned = _add(spanned, 0.5 * (low + high), 0.5 * (high - low), i, _HIDES, spans, others, kinds)
+            spanned = _add(spanned, low, high, i, _HIDES, spans, others, kinds)
         if spanned:
             number = _cut_rim(i, spanned, spans, others, kinds, some_arcs, some_keys)
         else:
@@ -263,14 +278,16 @@ def ends_met(points: Floats, own: Ints, disk: Floats, angle: Floats, chain: Ints
     for end in range(len(points)):
         for arc in range(len(chain)):
             dx, dy, radius = points[end, 0] - disk[arc, 0], points[end, 1] - disk[arc, 1], disk[arc, 2]
+            if chain[arc] == own[end] or dx * dx + dy * dy > (radius + room) ** 2:
+                continue
             if disk[arc, 3] != 1.0:
                 cosine, sine = math.cos(disk[arc, 4]), math.sin(disk[arc, 4])
                 dx, dy = dx * cosine + dy * sine, (dy * cosine - dx * sine) / disk[arc, 3]
             square = dx * dx + dy * dy
-            if chain[arc] == own[end] or square > (radius + room) ** 2 or square < max(radius - room, 0.0) ** 2:
+            if square > (radius + room) ** 2 or square < max(radius - room, 0.0) ** 2:
                 continue
             slack = room / radius
-            if (math.atan2(dy, dx) - angle[arc, 0] + slack) % _TURN <= angle[arc, 1] - angle[arc, 0] + 2.0 * slack:
+            if (math.atan2(dy, dx) - angle[arc, 0] + slack) % math.tau <= angle[arc, 1] - angle[arc, 0] + 2.0 * slack:
                 met[end] = True
                 break
     return met

@@ -26,10 +26,14 @@ __all__ = [
     "Rims",
     "candidates",
     "covered_by_few",
+    "diamond_angle",
+    "diamond_span",
     "grid_of",
+    "keep_uncovered",
     "pair_cosines",
     "parallel_rims",
     "perspective_rims",
+    "wrapped",
 ]
 
 COINCIDE = 1e-7  # [unit of x, y], and a hundredth of it [rad]: rims nearer than this are one
@@ -192,10 +196,43 @@ def candidates(
 
 
 @njit(cache=True)
-def covered_by_few(pairs: Floats, count: int) -> tuple[float, float]:
-    """From and to [rad] what the few widest hidden intervals of a rim cover together, in one run round the widest.
+def diamond(x: float, y: float) -> float:
+    """Which way a vector points, from 0 along +x to below 4: it grows with its angle and takes no arc tangent."""
+    if y >= 0.0:
+        return y / (x + y) if x > 0.0 else (1.0 - x / (y - x) if y > 0.0 or x < 0.0 else 0.0)
+    return 2.0 - y / (-x - y) if x < 0.0 else 3.0 + x / (x - y)
 
-    pairs (K, 4): x, y and cosines. A whole turn or more: all. Most rims are hidden, and most of these by three others.
+
+@njit(cache=True)
+def wrapped(way: float) -> float:
+    """A way of `diamond` within the turn from 0 to 4; several times as fast as a remainder."""
+    return way - 4.0 * math.floor(0.25 * way)
+
+
+@njit(cache=True)
+def diamond_angle(way: float) -> float:
+    """The angle [rad], from -pi to pi, of a `diamond` way, which may be some turns of 4 off."""
+    way = wrapped(way)
+    if way < 2.0:
+        return math.atan2(way if way < 1.0 else 2.0 - way, 1.0 - way)
+    return math.atan2(2.0 - way if way < 3.0 else way - 4.0, way - 3.0)
+
+
+@njit(cache=True)
+def diamond_span(x: float, y: float, cosine: float) -> tuple[float, float]:
+    """From and to, in ways of `diamond`, of what lies within the angle with this cosine round (x, y)."""
+    sine = math.sqrt(max(1.0 - cosine * cosine, 0.0))
+    first = diamond(x * cosine + y * sine, y * cosine - x * sine)
+    width = diamond(x * cosine - y * sine, y * cosine + x * sine) - first
+    return first, first + (width if width >= 0.0 else width + 4.0)
+
+
+@njit(cache=True)
+def covered_by_few(pairs: Floats, count: int) -> tuple[float, float]:
+    """From and to, in ways of `diamond`, what the few widest hidden intervals of a rim cover in one run.
+
+    pairs (K, 4): x, y and cosines. A whole turn of 4 or more: all. Most hidden rims are so by
+    three others.
     """
     widest, most = np.empty(_FEW, np.int64), 0
     for k in range(count):
@@ -210,38 +247,40 @@ def covered_by_few(pairs: Floats, count: int) -> tuple[float, float]:
     low = high = 0.0
     used = np.zeros(_FEW, np.bool_)
     grown = most > 0
-    while grown and high - low < math.tau:
+    while grown and high - low < 4.0:
         grown = False
         for n in range(most):
             if used[n]:
                 continue
             k = widest[n]
-            half = math.acos(pairs[k, 2])
-            first = math.atan2(pairs[k, 1], pairs[k, 0]) - half
+            first, end = diamond_span(pairs[k, 0], pairs[k, 1], pairs[k, 2])
             if n == 0:
-                low, high, used[0], grown = first, first + 2.0 * half, True, True
+                low, high, used[0], grown = first, end, True, True
                 continue
-            first = low + (first - low) % math.tau
-            if first - math.tau + 2.0 * half >= low:  # it comes round to the beginning
-                first -= math.tau
+            width, first = end - first, low + wrapped(first - low)
+            if first - 4.0 + width >= low:  # it comes round to the beginning
+                first -= 4.0
             if first <= high:
-                low, high = min(low, first), max(high, first + 2.0 * half)
+                low, high = min(low, first), max(high, first + width)
                 used[n], grown = True, True
     return low, high
 
 
 @njit(cache=True)
 def keep_uncovered(low: float, high: float, found: Ints, pairs: Floats, count: int) -> int:
-    """Of the pairs (K, 4) only those that reach out of the hidden part from low to high [rad], without any angle.
+    """Of the pairs (K, 4) only those that reach out of the hidden part from low to high (ways of `diamond`).
 
     An interval of half width h round v is inside one of half width H round m where the angle between them is at most
     H - h. Those that lie inside over their whole disk go; of the others nothing is changed. Returns how many are kept.
     """
-    half, kept = 0.5 * (high - low), 0
-    mx, my, least = math.cos(0.5 * (low + high)), math.sin(0.5 * (low + high)), math.cos(min(half, math.pi))
+    if high <= low:
+        return count
+    begin, kept = diamond_angle(low), 0
+    half = 0.5 * ((diamond_angle(high) - begin) % math.tau)
+    mx, my, least = math.cos(begin + half), math.sin(begin + half), math.cos(half)
     for k in range(count):
         cosine = pairs[k, 3]
-        if cosine > -1.0 and half > 0.0 and cosine >= least:
+        if cosine > -1.0 and cosine >= least:
             along = (mx * pairs[k, 0] + my * pairs[k, 1]) / math.sqrt(pairs[k, 0] ** 2 + pairs[k, 1] ** 2)
             sine = math.sqrt(max((1.0 - along * along) * (1.0 - cosine * cosine), 0.0))
             if along > -cosine and along * cosine - sine >= least:

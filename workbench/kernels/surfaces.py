@@ -218,15 +218,17 @@ def _shade(
     """
     height, width = depth.shape
     (nx, ny, nz), here, dark = normal, depth[row, column], 0.0
-    slope_x, slope_y = nx * grow / nz, ny * grow / nz  # [m] the tangent plane falls a pixel to the right, and up
+    slope_x, slope_y = nx * grow, ny * grow  # [m], times nz: the tangent plane falls a pixel to the right, and up
+    far = offset[sphere, 0, 0]
+    inside = column >= far and row >= far and column + far < width and row + far < height
     for k in range(8):
         du, dv = offset[sphere, k, 0], offset[sphere, k, 1]
         u, v = column + du, row + dv
-        if u < 0 or v < 0 or u >= width or v >= height:
+        if not inside and (u < 0 or v < 0 or u >= width or v >= height):
             continue
-        rise = (depth[v, u] - here + slope_x * du - slope_y * dv) * nz * inverse[sphere, k]
-        if rise > 0.0:
-            dark += max(min(rise, 2.0 - rise), 0.0)
+        rise = ((depth[v, u] - here) * nz + slope_x * du - slope_y * dv) * inverse[sphere, k]
+        taken = rise if rise < 1.0 else 2.0 - rise
+        dark += taken if taken > 0.0 else 0.0
     return 1.0 - min(0.11 * dark, 0.75)
 
 
