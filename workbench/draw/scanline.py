@@ -16,7 +16,7 @@ import numpy as np
 from PIL import Image
 
 from workbench.draw.camera import Camera, in_view
-from workbench.draw.colours import PAPER, ramp
+from workbench.draw.colours import INKS, PAPER
 from workbench.draw.scene import Scene, Spheres
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats, Ints
@@ -156,7 +156,7 @@ def scan_numbers(spheres: Spheres, camera: Camera, *, rule: str = "front") -> In
 
 
 def scanline(scene: Scene, camera: Camera, *, rule: str = "surface", spacing: int = 1) -> Image.Image:
-    """RGB picture of a scene's bodies by scan lines, every `spacing`-th one [pixels], each sphere lighter the nearer.
+    """RGB picture of a scene's bodies by scan lines, every `spacing`-th one [pixels], in ink, stronger the nearer.
 
     The environment and marks are not drawn.
     """
@@ -171,5 +171,6 @@ def scanline(scene: Scene, camera: Camera, *, rule: str = "surface", spacing: in
     colour = np.array([PAPER] * (len(front) + 1), dtype=np.float64)  # the last one, found by -1, is paper
     for index, body in enumerate(scene.bodies):
         mine = np.flatnonzero(spheres.body == index)
-        colour[mine] = ramp(body.colour, share[mine])
+        strength = 0.2 + 0.8 * share[mine, None]
+        colour[mine] += (np.array(INKS[body.colour]) - np.array(PAPER)) * strength
     return Image.fromarray(np.round(colour[shown]).astype(np.uint8))

@@ -16,6 +16,7 @@ from workbench.kernels.rims import (
     COINCIDE,
     Rims,
     candidates,
+    cells_of,
     covered_by_few,
     diamond_angle,
     diamond_span,
@@ -274,20 +275,35 @@ def ends_met(points: Floats, own: Ints, disk: Floats, angle: Floats, chain: Ints
     The arcs are of ellipses: disk (A, 5) x, y, longer half axis, the shorter as a share of it, direction of the longer;
     angle (A, 2) from and to, chain (A,). Of an ellipse distances are measured as if it were stretched to a circle.
     """
-    met = np.zeros(len(points), dtype=np.bool_)
+    met, box = np.zeros(len(points), dtype=np.bool_), np.empty((len(chain), 4))
+    for arc in range(len(chain)):
+        for k in range(2):
+            box[arc, k], box[arc, 2 + k] = disk[arc, k] - disk[arc, 2] - room, disk[arc, k] + disk[arc, 2] + room
+    start, listed, cells, frame = grid_of(box, np.zeros(len(chain)))
+    place = np.empty(4)
     for end in range(len(points)):
-        for arc in range(len(chain)):
-            dx, dy, radius = points[end, 0] - disk[arc, 0], points[end, 1] - disk[arc, 1], disk[arc, 2]
-            if chain[arc] == own[end] or dx * dx + dy * dy > (radius + room) ** 2:
-                continue
-            if disk[arc, 3] != 1.0:
-                cosine, sine = math.cos(disk[arc, 4]), math.sin(disk[arc, 4])
-                dx, dy = dx * cosine + dy * sine, (dy * cosine - dx * sine) / disk[arc, 3]
-            square = dx * dx + dy * dy
-            if square > (radius + room) ** 2 or square < max(radius - room, 0.0) ** 2:
-                continue
-            slack = room / radius
-            if (math.atan2(dy, dx) - angle[arc, 0] + slack) % math.tau <= angle[arc, 1] - angle[arc, 0] + 2.0 * slack:
+        place[:2] = place[2:] = points[end]
+        column, row, _, _ = cells_of(place, cells, frame)
+        cell = row * cells[0] + column
+        for n in range(start[cell], start[cell + 1]):
+            arc = listed[n]
+            if chain[arc] != own[end] and _on_arc(points[end, 0], points[end, 1], disk[arc], angle[arc], room):
                 met[end] = True
                 break
     return met
+
+
+@njit(cache=True)
+def _on_arc(x: float, y: float, disk: Floats, angle: Floats, room: float) -> bool:
+    """Whether a point lies within `room` of an arc, of disk (5,), angle (2,) as in `ends_met`."""
+    dx, dy, radius = x - disk[0], y - disk[1], disk[2]
+    if dx * dx + dy * dy > (radius + room) ** 2:
+        return False
+    if disk[3] != 1.0:
+        cosine, sine = math.cos(disk[4]), math.sin(disk[4])
+        dx, dy = dx * cosine + dy * sine, (dy * cosine - dx * sine) / disk[3]
+    square, slack = dx * dx + dy * dy, room / radius
+    if square > (radius + room) ** 2 or square < max(radius - room, 0.0) ** 2:
+        return False
+    turn = (math.atan2(dy, dx) - angle[0] + slack) % math.tau
+    return turn <= angle[1] - angle[0] + 2.0 * slack

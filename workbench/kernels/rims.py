@@ -25,6 +25,7 @@ __all__ = [
     "COINCIDE",
     "Rims",
     "candidates",
+    "cells_of",
     "covered_by_few",
     "diamond_angle",
     "diamond_span",
@@ -147,14 +148,14 @@ def grid_of(box: Floats, near: Floats) -> tuple[Ints, Ints, Ints, Floats]:
             frame[k], frame[2 + k] = low[k], cells[k] / max(high[k] - low[k], 1e-300)
     order, start = np.argsort(-near), np.zeros(cells[0] * cells[1] + 1, np.int64)
     for i in order:
-        a, b, c, d = _cells(box[i], cells, frame)
+        a, b, c, d = cells_of(box[i], cells, frame)
         for row in range(b, d):
             for column in range(a, c):
                 start[row * cells[0] + column + 1] += 1
     start = np.cumsum(start)
     at, rims = start[:-1].copy(), np.empty(start[-1], np.int64)
     for i in order:
-        a, b, c, d = _cells(box[i], cells, frame)
+        a, b, c, d = cells_of(box[i], cells, frame)
         for row in range(b, d):
             for column in range(a, c):
                 cell = row * cells[0] + column
@@ -164,7 +165,7 @@ def grid_of(box: Floats, near: Floats) -> tuple[Ints, Ints, Ints, Floats]:
 
 
 @njit(cache=True)
-def _cells(box: Floats, cells: Ints, frame: Floats) -> tuple[int, int, int, int]:
+def cells_of(box: Floats, cells: Ints, frame: Floats) -> tuple[int, int, int, int]:
     """First column and row, and one past the last, of the cells that a box meets."""
     ends = np.empty(4, np.int64)
     for k in range(4):
@@ -179,7 +180,7 @@ def candidates(
 ) -> int:
     """Rims j != i whose boxes meet that of i, into `found`; how many. stamp (S,) holds no i before the call."""
     count = 0
-    a, b, c, d = _cells(box[i], cells, frame)
+    a, b, c, d = cells_of(box[i], cells, frame)
     stamp[i] = i
     for row in range(b, d):
         for column in range(a, c):
