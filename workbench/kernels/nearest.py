@@ -173,15 +173,15 @@ def mesh_distance(points, solid, distance, face, foot):  # type: ignore[no-untyp
 
 @njit(cache=True)
 def shrink_balls(points, normals, greatest, slack, solid, centre):  # type: ignore[no-untyped-def]
-    """Balls under the surface points (n, 3): from radius `greatest` [m] shrunk until no surface is deeper than slack.
+    """Balls under the surface points (n, 3): from radius `greatest` shrunk until no surface is deeper than slack.
 
-    slack (n,) [m]. Source of the step: Ma, Bae & Choi, Visual Computer 28, 2012, DOI 10.1007/s00371-011-0594-7. Fills
-    centre (n, 3).
+    greatest, slack (n,) [m]. Source of the step: Ma, Bae & Choi, Visual Computer 28, 2012, DOI
+    10.1007/s00371-011-0594-7. Fills centre (n, 3).
     """
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
-        r, hint = greatest, -1
+        r, hint = greatest[i], -1
         for _ in range(40):
             cx, cy, cz = x - r * u, y - r * v, z - r * w
             empty = max(r - slack[i], 0.25 * r)

@@ -54,13 +54,17 @@ def bounded_radius(depth: Floats, limits: Limits) -> Floats:
     return np.where(radius >= limits.least, radius, 0.0)
 
 
-def inner_balls(surface: Surface, samples: Samples, limits: Limits, *, slack: Floats, bits: Ints) -> Candidates:
+def inner_balls(
+    surface: Surface, samples: Samples, limits: Limits, *, slack: Floats, bits: Ints, reach: Floats | None = None
+) -> Candidates:
     """A candidate under each sample (n): shrunk from the greatest radius until the surface is at most `slack` (n,) [m]
-    deep in it."""
+    deep in it. reach (n,) [m]: how far under each sample it may be; everywhere where None."""
     order = morton_order(samples.point)
     centre = np.empty((len(order), 3))
-    start = max(limits.greatest - limits.outward, limits.least)
-    shrink_balls(samples.point[order], samples.normal[order], start, slack[order], surface.solid, centre)
+    start = np.full(len(order), max(limits.greatest - limits.outward, limits.least))
+    if reach is not None:
+        start = np.minimum(start, np.maximum(reach, limits.least))
+    shrink_balls(samples.point[order], samples.normal[order], start[order], slack[order], surface.solid, centre)
     return Candidates(centre, -surface.distance(centre), bits[order])
 
 

@@ -86,10 +86,10 @@ def prepared(
     under = samples
     if len(samples) > 1.3 * sources:
         under = even_samples(surface, float(np.sqrt(0.7 * surface.area / sources)), seed=seed + 2)
-    slack = np.random.default_rng(seed + 3).random(len(under)) * limits.outward
-    balls = inner_balls(surface, under, limits, slack=slack, bits=packed(regions.shared(under.point)))
-    row, bits = singles(balls.bits, regions.count)
-    balls = replace(balls.at(row), bits=bits)
+    row, bits = singles(packed(regions.shared(under.point)), regions.count)
+    slack = np.random.default_rng(seed + 3).random(len(row)) * limits.outward
+    reach = regions.reach(under.point[row], bits)
+    balls = inner_balls(surface, under.at(row), limits, slack=slack, bits=bits, reach=reach)
     inner = _inner_targets(balls, limits)
     first = Candidates(joints.centre, -surface.distance(joints.centre), joints.bits)
     margin = np.full(len(samples), 0.97 * limits.inward)
@@ -138,7 +138,8 @@ def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> P
         targets.append(Targets(bare.samples.point, margin, bare.bits))
         for share in (0.0, 0.5):
             slack = np.full(len(bare), share * limits.outward)
-            balls.append(inner_balls(problem.surface, bare.samples, limits, slack=slack, bits=bare.bits))
+            reach = problem.regions.reach(bare.samples.point, bare.bits)
+            balls.append(inner_balls(problem.surface, bare.samples, limits, slack=slack, bits=bare.bits, reach=reach))
     if len(hollow):
         everyone = np.full(len(hollow), EVERYONE)
         # not at the rim of a sphere, where it was found, but well inside one

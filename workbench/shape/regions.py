@@ -14,6 +14,9 @@ EVERYONE = np.int64(2**62 - 1)
 """The bits of all segments."""
 
 
+_BEYOND = 1.1
+
+
 @dataclass(frozen=True, eq=False)
 class Regions:
     """Bones from head (B, 3) to tail (B, 3) [m], the segment each belongs to, owner (B,), numbered from 0.
@@ -49,6 +52,16 @@ class Regions:
         for b, owner in enumerate(self.owner):
             found[:, owner] = np.minimum(found[:, owner], far[:, b] / thick[:, b])
         return found
+
+    def reach(self, points: Floats, bits: Ints) -> Floats:
+        """(n,) how deep [m] under each point a sphere of a segment, given as its bit (n,), may have its centre: about
+        as deep as the segment's bones. A sphere beyond them would leave its place when the joint turns."""
+        if self.count == 1:
+            return np.full(len(points), np.inf)
+        far = bone_distance(points, self.head, self.tail)[0]
+        mine = (bits[:, None] >> self.owner) & 1 == 1
+        nearest: Floats = np.where(mine, far, np.inf).min(axis=1)
+        return _BEYOND * nearest
 
     def number(self, points: Floats) -> Ints:
         """(n,) the segment each point belongs to."""
