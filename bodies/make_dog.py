@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter
 
+import workbench as wb
+from workbench.files.postures import load_postures, posture_pose
 from workbench.shape.marching import level_surface
 from workbench.shape.segmenting import Bones, SegmentedFit, fit_segments, regions_of
 from workbench.shape.surface import Surface, sealed
@@ -182,7 +184,6 @@ def body_text(data: Row, rows: list[Segment], joints: dict[str, Row]) -> str:
     origin = {row.key: row.origin for row in rows}
     for key, entry in joints.items():
         lines += _joint(key, entry, origin)
-    lines += ["allowances:", *(f"  - {_flow(row)}" for row in data["allowances"])] if data["allowances"] else []
     return "\n".join(lines) + "\n"
 
 
@@ -213,6 +214,27 @@ def _names(table: dict[str, Row], row: Segment) -> dict[int, tuple[str, str]]:
     return found
 
 
+def folds(file: Path) -> dict[tuple[str, str], int]:
+    """Depth [mm] by which segments that share no joint overlap in the dog's own postures: folds of its skin."""
+    body = wb.load_body(file)
+    postures = load_postures(HERE / "dog_postures.yaml", body)[0]
+    found: dict[tuple[str, str], int] = {}
+    for name in postures.postures:
+        rows = wb.self_contacts(wb.place(body, posture_pose(body, postures, name)))
+        of = body.sphere_segment
+        for one, other, distance in zip(of[rows.sphere], of[rows.other_sphere], rows.distance, strict=True):
+            pair = [body.segments[int(one)], body.segments[int(other)]]
+            for turned in (pair, [_mirrored(s) for s in pair]):
+                first, second = sorted(turned, key=body.segments.index)
+                key = (first, second)
+                found[key] = max(found.get(key, 0), 5 * int(np.ceil((-1e3 * distance + 1) / 5)))
+    return dict(sorted(found.items(), key=lambda item: [body.segments.index(s) for s in item[0]]))
+
+
+def _mirrored(segment: str) -> str:
+    return {"L": "R", "R": "L"}[segment[0]] + segment[1:] if len(segment) == 3 else segment
+
+
 def _tell(cut: SegmentedFit) -> None:
     q = cut.fit.quality
     print(f"{q.spheres} spheres, mean {q.mean * 1e3:.2f} mm, largest {q.largest * 1e3:.1f} mm, IoU {q.iou:.3f}, "
@@ -236,7 +258,11 @@ def main() -> None:
     data = yaml.safe_load((HERE / "dog_outlines.yaml").read_text(encoding="utf-8"))
     segments, joints = both_sides(data)
     rows = fitted(dog_surface(data["parts"]), segments)
-    (HERE / "dog.yaml").write_text(body_text(data, rows, joints), encoding="utf-8")
+    file = HERE / "dog.yaml"
+    text = body_text(data, rows, joints)
+    file.write_text(text, encoding="utf-8")
+    pairs = [f"  - {_flow({'between': pair, 'depth': depth})}" for pair, depth in folds(file).items()]
+    file.write_text("\n".join([text.rstrip(), "allowances:", *pairs, ""]), encoding="utf-8")
 
 
 if __name__ == "__main__":

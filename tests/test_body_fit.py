@@ -105,6 +105,13 @@ def test_a_mesh_in_a_posture_gives_the_same_segments(arm):
     )
 
 
+def test_a_posture_that_twists_a_shared_joint_is_refused(arm):
+    twisted = POSTURES + "  turned: {angles: {WRIST: {pronation: 40}}}\n"
+    (arm / "arm_postures.yaml").write_text(twisted)
+    with pytest.raises(UsageError, match="WRIST"):
+        placed_skeleton(arm / "one_arm.yaml", posture="turned")
+
+
 def test_outlines_give_a_body_of_one_segment(tmp_path, capsys):
     (tmp_path / "forearm.yaml").write_text(FOREARM)
     out = tmp_path / "made.yaml"

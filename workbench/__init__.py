@@ -37,8 +37,12 @@ if TYPE_CHECKING:
     from workbench.model.study import Study as Study
     from workbench.people.boundary import boundary_cases as boundary_cases
     from workbench.people.draw import draw_people as draw_people
+    from workbench.shape.decompose import decompose as decompose
     from workbench.shape.measure import measure as measure
     from workbench.shape.scale import scale as scale
+    from workbench.shape.segmenting import Bones as Bones
+    from workbench.shape.segmenting import fit_segments as fit_segments
+    from workbench.shape.surface import sealed as sealed
     from workbench.solve.collide import body_clearance as body_clearance
     from workbench.solve.collide import body_contacts as body_contacts
     from workbench.solve.collide import clearance as clearance
@@ -100,6 +104,10 @@ _HOME: dict[str, str] = {
     "run": "study.run",
     "person_body": "study.persons",
     "scale": "shape.scale",
+    "Bones": "shape.segmenting",
+    "decompose": "shape.decompose",
+    "fit_segments": "shape.segmenting",
+    "sealed": "shape.surface",
     "measure": "shape.measure",
     "boundary_cases": "people.boundary",
     "draw_people": "people.draw",
@@ -109,6 +117,7 @@ _HOME: dict[str, str] = {
 
 __all__ = [
     "Body",
+    "Bones",
     "Clearance",
     "Contacts",
     "Environment",
@@ -131,8 +140,10 @@ __all__ = [
     "clearance",
     "collides",
     "contacts",
+    "decompose",
     "draw_people",
     "episodes",
+    "fit_segments",
     "join_poses",
     "load_body",
     "load_environment",
@@ -147,6 +158,7 @@ __all__ = [
     "rereference",
     "run",
     "scale",
+    "sealed",
     "self_contacts",
     "self_episodes",
     "self_sweep",

@@ -12,10 +12,14 @@ import numpy as np
 
 from workbench.kernels.nearest import morton_order, shrink_balls
 from workbench.model.arrays import Bools, Floats, Ints
+from workbench.shape.regions import Regions
 from workbench.shape.sampling import Samples
 from workbench.shape.surface import Surface
 
 __all__ = ["Candidates", "Limits", "bounded_radius", "inner_balls", "joined_candidates"]
+
+
+_RETREATS = 8
 
 
 @dataclass(frozen=True)
@@ -55,17 +59,26 @@ def bounded_radius(depth: Floats, limits: Limits) -> Floats:
 
 
 def inner_balls(
-    surface: Surface, samples: Samples, limits: Limits, *, slack: Floats, bits: Ints, reach: Floats | None = None
+    surface: Surface, samples: Samples, limits: Limits, *, slack: Floats, bits: Ints, regions: Regions
 ) -> Candidates:
     """A candidate under each sample (n): shrunk from the greatest radius until the surface is at most `slack` (n,) [m]
-    deep in it. reach (n,) [m]: how far under each sample it may be; everywhere where None."""
+    deep in it.
+
+    bits (n,): the segment each is for. Its centre lies no deeper than about the bones of that segment, and not far
+    inside another's part: a sphere that did would leave its place when the joint turns.
+    """
     order = morton_order(samples.point)
+    point, normal, bits, slack = samples.point[order], samples.normal[order], bits[order], slack[order]
     centre = np.empty((len(order), 3))
     start = np.full(len(order), max(limits.greatest - limits.outward, limits.least))
-    if reach is not None:
-        start = np.minimum(start, np.maximum(reach, limits.least))
-    shrink_balls(samples.point[order], samples.normal[order], start[order], slack[order], surface.solid, centre)
-    return Candidates(centre, -surface.distance(centre), bits[order])
+    start = np.minimum(start, np.maximum(regions.reach(point, bits), limits.least))
+    shrink_balls(point, normal, start, slack, surface.solid, centre)
+    for _ in range(_RETREATS):
+        away = regions.foreign(centre, bits)
+        if not away.any():
+            break
+        centre[away] = point[away] + 0.7 * (centre[away] - point[away])
+    return Candidates(centre, -surface.distance(centre), bits)
 
 
 def joined_candidates(parts: list[Candidates]) -> Candidates:

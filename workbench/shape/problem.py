@@ -88,8 +88,7 @@ def prepared(
         under = even_samples(surface, float(np.sqrt(0.7 * surface.area / sources)), seed=seed + 2)
     row, bits = singles(packed(regions.shared(under.point)), regions.count)
     slack = np.random.default_rng(seed + 3).random(len(row)) * limits.outward
-    reach = regions.reach(under.point[row], bits)
-    balls = inner_balls(surface, under.at(row), limits, slack=slack, bits=bits, reach=reach)
+    balls = inner_balls(surface, under.at(row), limits, slack=slack, bits=bits, regions=regions)
     inner = _inner_targets(balls, limits)
     first = Candidates(joints.centre, -surface.distance(joints.centre), joints.bits)
     margin = np.full(len(samples), 0.97 * limits.inward)
@@ -138,8 +137,8 @@ def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> P
         targets.append(Targets(bare.samples.point, margin, bare.bits))
         for share in (0.0, 0.5):
             slack = np.full(len(bare), share * limits.outward)
-            reach = problem.regions.reach(bare.samples.point, bare.bits)
-            balls.append(inner_balls(problem.surface, bare.samples, limits, slack=slack, bits=bare.bits, reach=reach))
+            balls.append(inner_balls(problem.surface, bare.samples, limits, slack=slack, bits=bare.bits,
+                                     regions=problem.regions))  # fmt: skip
     if len(hollow):
         everyone = np.full(len(hollow), EVERYONE)
         # not at the rim of a sphere, where it was found, but well inside one
@@ -175,4 +174,4 @@ def inner_depth(problem: Problem, limits: Limits, bare: Ints) -> Floats:
     normal = np.empty((len(solid.face), 3))
     normal[solid.face] = solid.normal[:, 0]
     samples, bits = Samples(foot, normal[face], face), np.ones(len(face), np.int64)
-    return inner_balls(problem.surface, samples, limits, slack=np.zeros(len(face)), bits=bits).depth
+    return inner_balls(problem.surface, samples, limits, slack=np.zeros(len(face)), bits=bits, regions=Regions()).depth

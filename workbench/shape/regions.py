@@ -15,6 +15,8 @@ EVERYONE = np.int64(2**62 - 1)
 
 
 _BEYOND = 1.1
+_INSIDE = 0.45
+"""Thicknesses: a limb's lap over a joint is 0.4 long at its middle line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +64,15 @@ class Regions:
         mine = (bits[:, None] >> self.owner) & 1 == 1
         nearest: Floats = np.where(mine, far, np.inf).min(axis=1)
         return _BEYOND * nearest
+
+    def foreign(self, points: Floats, bits: Ints) -> Bools:
+        """(n,) True where a point lies far inside the part of another segment than that given by its bit (n,)."""
+        if self.count == 1:
+            return np.zeros(len(points), dtype=np.bool_)
+        found = self.measure(points)
+        mine = np.where((bits[:, None] >> np.arange(self.count)) & 1 == 1, found, np.inf).min(axis=1)
+        far: Bools = mine - found.min(axis=1) > _INSIDE
+        return far
 
     def number(self, points: Floats) -> Ints:
         """(n,) the segment each point belongs to."""

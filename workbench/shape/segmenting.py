@@ -132,8 +132,8 @@ def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regio
     share = np.linspace(0.0, 1.0, _STEPS + 1)[None, :, None]
     along = bones.head[:, None] + share * (bones.tail - bones.head)[:, None]
     depth = -surface.distance(along.reshape(-1, 3)).reshape(len(bones.head), -1)
-    # bones that graze the skin still have some thickness, a tenth of the median of all
-    thickness = np.maximum(depth, 0.1 * max(float(np.median(depth)), 1e-3))
+    # bones that graze the skin, or run in an ear or a finger, still count as a quarter of the median
+    thickness = np.maximum(depth, 0.25 * max(float(np.median(depth)), 1e-3))
     served = bones.joints()[1]
     beside = np.eye(len(bones.names), dtype=np.bool_) | (served.T.astype(np.int64) @ served > 0)
     return Regions(bones.head, bones.tail, bones.owner, thickness, beside, border)

@@ -17,7 +17,7 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.posing import pose
+from workbench.model.posing import angles_of, pose
 from workbench.shape.candidates import Limits
 from workbench.shape.fewest import fewest_spheres
 from workbench.shape.outlines import outline_surface
@@ -42,6 +42,7 @@ __all__ = [
 DENSITY = 1010.0
 """Of a body [kg/m3], lungs half full."""
 ALONE = "BODY"
+_TWISTED = 1e-3
 _MM = ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
 
 
@@ -76,7 +77,10 @@ def read_surface(source: Path, *, length: str | None = None, up: str = "z", forw
 
 
 def placed_skeleton(source: str | Path, *, posture: str | None = None, at: Floats | None = None) -> Skeleton:
-    """A body as a skeleton, in its zero pose or a posture of its own, its reference segment's origin at (3,) [m]."""
+    """A body as a skeleton, in its zero pose or a posture of its own, its reference segment's origin at (3,) [m].
+
+    UsageError where the posture twists what a segment shares: its spheres could not be turned back.
+    """
     body, path = load_body(source), body_path(source)
     poses = pose(body, {})
     if posture is not None:
@@ -84,6 +88,10 @@ def placed_skeleton(source: str | Path, *, posture: str | None = None, at: Float
         if file is None:
             raise UsageError(f"posture {posture!r}: {path} names no file of postures")
         poses = posture_pose(body, load_postures(file, body)[0], posture)
+    shared = body.twist_joint[body.twist_joint >= 0]
+    if np.abs(angles_of(body, poses)[0, shared, 2]).max(initial=0.0) > _TWISTED:
+        turned = ", ".join(body.joints[j] for j in shared)
+        raise UsageError(f"posture {posture!r}: the joints whose twist a segment shares ({turned}) must not be twisted")
     world = place(body, poses).world_from_segment[0].copy()
     world[..., 3] += np.zeros(3) if at is None else np.asarray(at)
     return Skeleton(body, path, world)
