@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,7 +15,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests import oracles
-from tests.conftest import box_part, environment_of
+from tests.conftest import ROOT, box_part, environment_of
 from workbench.files.meshes.parts import RawPart
 from workbench.model.blend import enclosing_spheres
 from workbench.model.environment import Allowance
@@ -313,3 +316,13 @@ def test_two_bodies_meet_at_the_same_time_whichever_comes_first(one_arm, two_sph
     other = wb.body_sweep((two_spheres, ball, ball), (one_arm, *way))
     assert np.allclose(one, other.transpose(0, 2, 1), rtol=0, atol=EXACT, equal_nan=True)
     assert np.isfinite(one).any()
+
+
+@pytest.mark.nightly
+def test_the_kernels_of_continuous_contact_pass_with_the_compiler_off():
+    chosen = "dropped or pendulum or spinning or tunnels or graze or allowance or by_hand or half_turn"
+    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-k", f"({chosen}) and not compiler",
+               "tests/test_sweep.py", "tests/test_episodes.py"]  # fmt: skip
+    env = os.environ | {"NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout[-3000:]
