@@ -121,7 +121,8 @@ def body_scale(
         print(f"warning: {warning}", file=sys.stderr)
     told = ", ".join([*(f"{name} {text}" for name, text in measures.items()), *([f"{age:g} years"] if age else [])])
     told += f", with {', '.join(wear)}" if wear else ""
-    text = body_text(dressed, body_path(body), name=out.stem, description=f"{body}, {sex}, to {told}")
+    words = f"{body}, {sex}, to {told}"
+    text = body_text(dressed, body_path(body), name=out.stem, description=words, folder=out.parent)
     write_file(out, text)
     print(out)
     return 0

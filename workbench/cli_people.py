@@ -5,6 +5,8 @@ from __future__ import annotations
 import csv
 import io
 import json
+import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -27,9 +29,38 @@ Numbers = Annotated[list[float] | None, Parameter(consume_multiple=True, negativ
 LONGEST_HEADING = 9
 
 
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Made:
+    """People as body files.
+
+    Parameters
+    ----------
+    bodies
+        a folder to write a body file for each person into, with a table of who they are
+    body
+        the body they are made from, or two: for men and for women; bubbleman where not given
+    detail
+        how many spheres, of a body that comes in several levels
+    wear
+        what they wear: helmet, shoes, boots, gloves, vest, or encumbrance files
+    """
+
+    bodies: Path | None = None
+    body: Names = None
+    detail: Literal["coarse", "medium", "fine"] | None = None
+    wear: Names = None
+
+
 @people_app.command
 def percentile(
-    *, sex: Sex, p: Numbers = None, measures: Names = None, population: Names = None, as_json: Json = False
+    *,
+    sex: Sex,
+    p: Numbers = None,
+    measures: Names = None,
+    population: Names = None,
+    made: Made | None = None,
+    as_json: Json = False,
 ) -> int:
     """Show the measures of one sex at percentiles, each measure by itself.
 
@@ -47,13 +78,21 @@ def percentile(
     from workbench.people.percentile import percentile_people
 
     people = percentile_people(_source(population), sex, p or [5, 50, 95])
+    if _write(made, people, _split(measures)):
+        return 0
     _show(_chosen(people, measures), as_json=as_json)
     return 0
 
 
 @people_app.command
 def boundary(
-    *, sex: Sex, share: float = 95, measures: Names = None, population: Names = None, as_json: Json = False
+    *,
+    sex: Sex,
+    share: float = 95,
+    measures: Names = None,
+    population: Names = None,
+    made: Made | None = None,
+    as_json: Json = False,
 ) -> int:
     """Show the eight boundary cases of one sex.
 
@@ -73,6 +112,8 @@ def boundary(
 
     chosen = tuple(_split(measures)) or COCKPIT
     cases = boundary_cases(_source(population), sex, share=share / 100, measures=chosen)
+    if _write(made, cases.people, list(chosen)):
+        return 0
     others = [name for name in cases.people.names if name not in chosen]
     _show(cases.people.of([*chosen, *others]), as_json=as_json)
     return 0
@@ -86,6 +127,7 @@ def draw(
     men: float = 0.5,
     measures: Names = None,
     population: Names = None,
+    made: Made | None = None,
     as_json: Json = False,
     as_csv: Csv = False,
 ) -> int:
@@ -113,7 +155,10 @@ def draw(
         raise UsageError("one of --json and --csv can be printed, not both")
     source = _source(population)
     model = source if isinstance(source, PopulationModel) else fit_population(source, name=source.source)
-    people = _chosen(draw_people(model, count, seed=seed, men=men), measures)
+    people = draw_people(model, count, seed=seed, men=men)
+    if _write(made, people, _split(measures)):
+        return 0
+    people = _chosen(people, measures)
     if as_json or as_csv:
         _show(people, as_json=as_json, as_csv=as_csv)
         return 0
@@ -124,7 +169,7 @@ def draw(
 
 
 @people_app.command
-def growth(*, sex: Sex, age: float, p: Numbers = None, as_json: Json = False) -> int:
+def growth(*, sex: Sex, age: float, p: Numbers = None, made: Made | None = None, as_json: Json = False) -> int:
     """Show stature and mass of children at percentiles of the CDC growth charts.
 
     Parameters
@@ -139,8 +184,36 @@ def growth(*, sex: Sex, age: float, p: Numbers = None, as_json: Json = False) ->
     from workbench.files.growth import load_growth
     from workbench.people.growth import growth_people
 
-    _show(growth_people(load_growth(), sex, p or [5, 50, 95], age=age), as_json=as_json)
+    people = growth_people(load_growth(), sex, p or [5, 50, 95], age=age)
+    if not _write(made, people, ["stature"]):
+        _show(people, as_json=as_json)
     return 0
+
+
+def _write(made: Made | None, people: Population, shown: list[str]) -> bool:
+    """Write people as bodies where that is asked for; True where it was."""
+    if made is None or made == Made():
+        return False
+    if made.bodies is None:
+        raise UsageError("--body, --detail and --wear say how bodies are made; --bodies FOLDER says where to")
+    from workbench.report.people_folder import write_people
+    from workbench.study.crowd import SHOWN
+
+    sources = made.body or ["bubbleman"]
+    if len(sources) > 2:
+        raise UsageError(f"--body takes one body, or one for men and one for women, got {len(sources)}")
+    told = write_people(
+        made.bodies,
+        people,
+        {"male": sources[0], "female": sources[-1]},
+        shown=shown or SHOWN,
+        detail=made.detail,
+        wears=made.wear or [],
+    )
+    for line in told:
+        print(f"warning: {line}", file=sys.stderr)
+    print(made.bodies)
+    return True
 
 
 def _source(population: list[str] | None) -> Population | PopulationModel:

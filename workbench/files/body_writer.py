@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from workbench.files.catalogue import is_file, roots
 from workbench.files.schema import metres_in
 from workbench.files.yaml_text import read_yaml
 from workbench.model.body import Body
@@ -18,19 +20,22 @@ __all__ = ["body_text"]
 DIGITS = 3
 
 
-def body_text(body: Body, origin: Path, *, name: str, description: str) -> str:
+def body_text(body: Body, origin: Path, *, name: str, description: str, folder: Path | None = None) -> str:
     """YAML text of a body with the segments and joints of the body file `origin`; its spheres may be others.
 
-    Lengths in the unit of that file, to 3 decimals; a sphere at a joint is written with the joint's own numbers.
+    folder: where the file will lie, the origin's own where None: what the origin names beside itself is named from
+    there, unless it is among the bodies that come along. Lengths in the unit of that file, to 3 decimals; a sphere at
+    a joint is written with the joint's own numbers.
     """
     value = dict(read_yaml(origin).value)
     unit = metres_in[value["length"]]
     lines = [f"body: {_flow(name)}", f"description: {_flow(description)}"]
     lines += [f"{key}: {_flow(value[key])}" for key in ("source", "licence", "length") if key in value]
     if "postures" in value:
-        lines.append(f"postures: {_flow(value['postures'])}")
+        lines.append(f"postures: {_flow(_named(str(value['postures']), origin, folder))}")
     if body.basis is not None:
-        lines.append(f"basis: {_flow(value.get('basis', body.basis.name))}")
+        named = _named(str(value.get("basis", body.basis.name)), origin, folder)
+        lines.append(f"basis: {_flow(named)}")
         lines.append(f"basis_at: {_flow([round(float(z), 6) + 0.0 for z in body.basis_at])}")
     lines.append("segments:")
     for segment, entry in value["segments"].items():
@@ -45,6 +50,14 @@ def body_text(body: Body, origin: Path, *, name: str, description: str) -> str:
         lines += [f"    {key}: {_flow(at if key == 'at' else item)}" for key, item in entry.items()]
     lines += ["allowances:", *_allowances(body, unit)]
     return "\n".join(lines) + "\n"
+
+
+def _named(name: str, origin: Path, folder: Path | None) -> str:
+    """How a file that the origin names beside itself is named from another folder."""
+    beside = origin.parent / name
+    if folder is None or not is_file(beside) or any(is_file(root / "bodies" / name) for root in roots()[1:]):
+        return name
+    return Path(os.path.relpath(beside.resolve(), folder.resolve())).as_posix()
 
 
 def _segment(body: Body, entry: tuple[str, dict[str, Any]], unit: float) -> list[str]:

@@ -155,12 +155,12 @@ def write_file(path: Path, content: str | bytes) -> None:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
 
 
-def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
+def write_folder(folder: Path, files: Mapping[str, str | bytes], *, mark: str = MARK) -> None:
     """Write all files into a folder that appears at once, replacing an earlier result.
 
     InputError where the folder holds something that is not a result, or cannot be written.
     """
-    folder = check_folder(folder)
+    folder = check_folder(folder, mark=mark)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder.parent))
@@ -179,11 +179,11 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes]) -> None:
         shutil.rmtree(partial, ignore_errors=True)
 
 
-def check_folder(folder: Path) -> Path:
+def check_folder(folder: Path, *, mark: str = MARK) -> Path:
     """The place of an output folder; InputError where something is there that is not an earlier result, nor empty."""
     try:
         place = folder.resolve()
-        foreign = place.exists() and (not place.is_dir() or (any(place.iterdir()) and not (place / MARK).is_file()))
+        foreign = place.exists() and (not place.is_dir() or (any(place.iterdir()) and not (place / mark).is_file()))
     except RuntimeError:
         raise InputError(f"{folder}: cannot be written (symbolic links in a circle)") from None
     except OSError as error:

@@ -1,0 +1,65 @@
+"""People as a folder of body files, and a table of who they are: complete or not there at all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from workbench.errors import InputError
+from workbench.files.bodies import body_path, load_body
+from workbench.files.body_writer import body_text
+from workbench.files.encumbrances import worn
+from workbench.files.results import check_folder, write_folder
+from workbench.model.measures import MASS
+from workbench.model.population import SEXES, Population
+from workbench.report.tables import csv_text
+from workbench.shape.scale import morph_to
+from workbench.shape.wear import wear
+from workbench.study.crowd import file_names, people_bodies
+
+__all__ = ["TABLE", "write_people"]
+
+TABLE = "people.csv"
+
+
+def write_people(
+    folder: Path,
+    people: Population,
+    sources: Mapping[str, str],
+    *,
+    shown: Sequence[str],
+    detail: str | None = None,
+    wears: Sequence[str] = (),
+) -> list[str]:
+    """Write the bodies of people and people.csv into a folder; returns what is improbable about them, a line each.
+
+    sources: the body that men ("male") and women ("female") are made from; shown: the measures that each body shows
+    exactly; detail: of their family; wears: what they are dressed in. InputError, and nothing is written, where there
+    is no such person or the folder holds something else.
+    """
+    check_folder(folder, mark=TABLE)  # before the work, not after it
+    loaded = {name: morph_to(load_body(name), detail) for name in dict.fromkeys(sources.values())}
+    dressing = {name: worn(list(wears), body) for name, body in loaded.items()}
+    files: dict[str, str | bytes] = {}
+    told, rows = [], []
+    bodies = {sex: loaded[name] for sex, name in sources.items()}
+    names = file_names(people)
+    for name, made, code, label in zip(
+        names, people_bodies(bodies, people, shown), people.sex, people.labels, strict=True
+    ):
+        source = sources[SEXES[int(code)]]
+        body = wear(made.body, dressing[source])
+        words = f"{people.source}: {SEXES[int(code)]}, {label}; made from {source}"
+        words += f", with {', '.join(wears)}" if wears else ""
+        files[name] = body_text(body, body_path(source), name=Path(name).stem, description=words, folder=folder)
+        told += [f"{name}: {warning}" for warning in made.warnings]
+        rows.append([name, SEXES[int(code)], label, *(_told(m, made.measures[m]) for m in people.names)])
+    if not rows:
+        raise InputError(f"{people.source}: there is nobody to make bodies of")
+    units = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
+    write_folder(folder, {TABLE: csv_text(["file", "sex", "label", *units], rows), **files}, mark=TABLE)
+    return told
+
+
+def _told(name: str, value: float) -> float:
+    return round(value, 2) if name == MASS else round(1000 * value, 1)
