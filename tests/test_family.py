@@ -158,9 +158,9 @@ def test_blended_spheres_are_measured_where_they_are_placed(adult):
 
     blended = replace(adult, blend_share=np.where(adult.blend_joint >= 0, 0.4, 0.0))
     manikin = Manikin(blended)
-    for q, angles in enumerate(POSTURES.values()):
+    for name, angles in POSTURES.items():
         placed = wb.place(blended, wb.pose(blended, angles))
-        assert np.allclose(placed.centres[0], manikin.centres[q], atol=1e-12)
+        assert np.allclose(placed.centres[0], manikin.centres(name), atol=1e-12)
 
 
 def test_many_people_are_scaled_as_each_by_itself(adult):

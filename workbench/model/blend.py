@@ -51,15 +51,19 @@ def swept_spheres(body: Body) -> tuple[Floats, Floats]:
     middle = body.centre - share[:, None] * (body.centre - point)
     reach = np.linalg.norm(body.centre - point, axis=1)
     segment = body.sphere_segment
-    for s in np.flatnonzero((share > 0) & (body.twist_share > 0) & (body.twist_joint[segment] >= 0)):
-        start, line = body.twist_point[segment[s]], body.twist_axis[segment[s]]
-        along = np.array([(p - start) @ line for p in (body.centre[s], point[s])])
-        off = np.array([p - start for p in (body.centre[s], point[s])]) - along[:, None] * line
-        far = np.linalg.norm(off, axis=1)
-        if far[1] > 1e-9:
-            reach[s] = np.hypot(along[0] - along[1], far.sum())
-            out = off[0] / far[0] if far[0] > 1e-12 else off[1] / far[1]
-            middle[s] = start + line * (along @ [1 - share[s], share[s]]) + out * (far @ [1 - share[s], share[s]])
+    turned = np.flatnonzero((share > 0) & (body.twist_share > 0) & (body.twist_joint[segment] >= 0))
+    start, line = body.twist_point[segment[turned]], body.twist_axis[segment[turned]]
+    both = np.stack([body.centre[turned], point[turned]]) - start
+    along = np.einsum("ksi,si->ks", both, line)
+    off = both - along[..., None] * line
+    far = np.linalg.norm(off, axis=-1)
+    aside = far[1] > 1e-9
+    turned, start, line, along, off, far = (
+        turned[aside], start[aside], line[aside], along[:, aside], off[:, aside], far[:, aside])  # fmt: skip
+    part = np.stack([1.0 - share[turned], share[turned]])
+    reach[turned] = np.hypot(along[0] - along[1], far.sum(axis=0))
+    out = np.where(far[0, :, None] > 1e-12, off[0], off[1]) / np.where(far[0] > 1e-12, far[0], far[1])[:, None]
+    middle[turned] = start + line * (along * part).sum(axis=0)[:, None] + out * (far * part).sum(axis=0)[:, None]
     return middle, body.radius + share * reach
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
-from workbench.shape.manikin import Length
+from workbench.shape.manikin import Manikin
+from workbench.shape.measure import lengths
 from workbench.shape.space import ShapeSpace
 from workbench.shape.stretch import KNOBS
 
@@ -21,27 +22,28 @@ CLOSED, CLOSED_TAPER = (0.75, 1.33), 0.25
 """How far a body of a family may be: its family has the shapes of people, stretching closes what is left."""
 RAREST = 8.0
 """Standard deviations, along the most unlikely direction of the coefficients, beyond which nobody is."""
+SMALLEST = 0.2
+"""Share of its own radius that no sphere falls below."""
 
-Given = Mapping[str, tuple[Length, float]]
+Measures = Mapping[str, float]
 
 
-def check_likely(space: ShapeSpace, values: Floats, given: Given) -> None:
+def check_likely(space: ShapeSpace, values: Floats, manikin: Manikin, measures: Measures) -> None:
     """InputError where the knobs (K,) make no person, with what is strained most and the measure that causes it.
 
-    given: each measure as a length on the unchanged body, and its wanted value [m].
+    manikin: the body with these knobs; measures [m]: the given ones.
     """
-    faults = [fault for fault in (_rare(space, values), _strained(space, values), _vanished(space, values)) if fault]
-    if faults:
-        raise InputError(f"no such person: {faults[0]}{_cause(space, values, given)}")
+    for fault in (_rare(space, values), _strained(space, values), _vanished(space, manikin)):
+        if fault:
+            raise InputError(f"no such person: {fault}{_cause(space, measures)}")
 
 
 def _rare(space: ShapeSpace, values: Floats) -> str:
     """The direction of the family's coefficients in which this body is farthest from people like the first one."""
     if not space.family:
         return ""
-    off = (values - space.neutral)[: space.family]
-    inverse, axes = np.linalg.eigh(space.price[: space.family, : space.family])
-    most = float(np.abs(np.sqrt(inverse) * (off @ axes)).max())
+    variance, axes = space.likely
+    most = float(np.abs((values - space.neutral)[: space.family] @ axes / np.sqrt(variance)).max())
     if most <= RAREST:
         return ""
     return f"this mix of measures is {most:.1f} standard deviations from people like {space.base.body.name}"
@@ -67,23 +69,23 @@ def _strained(space: ShapeSpace, values: Floats) -> str:
     return ""
 
 
-def _vanished(space: ShapeSpace, values: Floats) -> str:
+def _vanished(space: ShapeSpace, manikin: Manikin) -> str:
     """Radii are linear in the knobs, so far out they could fall to nothing."""
-    radius = space.shape(values).radius
-    worst = int(np.argmin(radius / space.base.shape.radius))
-    if radius[worst] > 0.2 * space.base.shape.radius[worst]:
+    share = manikin.shape.radius / space.base.shape.radius
+    worst = int(np.argmin(share))
+    if share[worst] > SMALLEST:
         return ""
     name = space.base.body.segment_names[int(space.base.rig.segment[worst])]
     return f"the {name} would shrink to nothing in one place"
 
 
-def _cause(space: ShapeSpace, values: Floats, given: Given) -> str:
+def _cause(space: ShapeSpace, measures: Measures) -> str:
     """The measure whose change costs most, being held against the others: b_i lambda_i of the least change."""
-    if len(given) < 2:
+    if len(measures) < 2:
         return ""
-    rows = np.array([space.row(length) for length, _ in given.values()])
-    wanted = np.array([value - space.base.value(length) for length, value in given.values()])
-    system = rows @ space.cheap @ rows.T
-    pull = np.linalg.lstsq(system, wanted, rcond=1e-9)[0]
-    name = list(given)[int(np.argmax(pull * wanted))]
-    return f"; {name} {1000 * given[name][1]:.0f} mm does not go with the others"
+    found = lengths(space.base, measures)
+    rows = np.array([space.row(length) for length in found.values()])
+    wanted = np.array([measures[name] - space.base.value(length) for name, length in found.items()])
+    pull = np.linalg.lstsq(rows @ space.cheap @ rows.T, wanted, rcond=1e-9)[0]
+    name = list(measures)[int(np.argmax(pull * wanted))]
+    return f"; {name} {1000 * measures[name]:.0f} mm does not go with the others"

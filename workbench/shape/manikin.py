@@ -72,12 +72,23 @@ class Manikin:
 
     def _take(self, shape: Shape) -> None:
         self.shape = shape
-        origin, self.joints = self.rig.origins(shape)
-        self.centres = self.rig.spheres(shape, origin)
-        along = self.centres.transpose(0, 2, 1)
-        # (postures, 6, S): how far each sphere's middle lies along each direction; its surface one radius farther
-        self._middles = np.stack([along, -along], axis=2).reshape(len(along), 6, -1)
-        self._surfaces = self._middles + shape.radius
+        self._origin, self.joints = self.rig.origins(shape)
+        self._seen: dict[int, tuple[Floats, Floats, Floats]] = {}
+
+    def _posture(self, queue: int) -> tuple[Floats, Floats, Floats]:
+        """Sphere centres (S, 3) in a posture, worked out when first asked for; how far each sphere's middle and its
+        surface lie along each direction (6, S)."""
+        if queue not in self._seen:
+            centres = self.rig.spheres(self.shape, self._origin, queue)
+            middles = np.empty((6, len(centres)))
+            middles[0::2] = centres.T
+            middles[1::2] = -middles[0::2]
+            self._seen[queue] = centres, middles, middles + self.shape.radius
+        return self._seen[queue]
+
+    def centres(self, posture: str) -> Floats:
+        """(S, 3) sphere centres in the world [m], the stage at the origin."""
+        return self._posture(QUEUE[posture])[0]
 
     def changed(self, shape: Shape) -> Manikin:
         """The same body with another shape."""
@@ -88,14 +99,14 @@ class Manikin:
 
     def lowest(self) -> float:
         """Height [m] of the lowest surface, standing, over the stage."""
-        return -float(self._surfaces[QUEUE["standing"], DOWN].max())
+        return -float(self._posture(QUEUE["standing"])[2][DOWN].max())
 
     def overlaps(self) -> Floats:
         """(N, N) greatest depth [m] two segments that share no joint overlap by, standing or sitting."""
         deepest = np.zeros(self.body.allowance.shape)
         asked = ~self.body.adjacent
         for posture in ("standing", "sitting"):
-            segment_overlaps(self.centres[QUEUE[posture]], self.shape.radius, self.body.start, asked, deepest)
+            segment_overlaps(self.centres(posture), self.shape.radius, self.body.start, asked, deepest)
         return deepest
 
     def value(self, length: Length) -> float:
@@ -107,13 +118,13 @@ class Manikin:
                 far = self.joints[q, joint, direction // 2]
                 total += sign * float(-far if direction % 2 else far)
             else:
-                total += sign * float((self._surfaces if surface else self._middles)[q, direction, sphere])
+                total += sign * float(self._posture(q)[2 if surface else 1][direction, sphere])
         return total
 
     def farthest(self, posture: str, direction: int, where: Iterable[str]) -> Length:
         """The farthest surface along a direction among segments ("LF") or subparts ("LF/heel")."""
         rows = self._rows(where)
-        best = int(rows[self._surfaces[QUEUE[posture], direction, rows].argmax()])
+        best = int(rows[self._posture(QUEUE[posture])[2][direction][rows].argmax()])
         return Length(((1.0, Reach(posture, direction, best)),))
 
     def band(
@@ -126,12 +137,12 @@ class Manikin:
         where a sphere comes into reach.
         """
         height, half, where = level
-        rows, q = self._rows(where), QUEUE[posture]
-        off = self._middles[q, along, rows] - self.value(height)
+        rows, (_, middles, surfaces) = self._rows(where), self._posture(QUEUE[posture])
+        off = middles[along][rows] - self.value(height)
         beyond = np.abs(off) - half
         if not (beyond <= 0).any():
             raise InputError(f"body {self.body.name} has no spheres within {1000 * half:.0f} mm of that level")
-        k = int((self._surfaces[q, direction, rows] - STEEP * np.maximum(beyond, 0.0)).argmax())
+        k = int((surfaces[direction][rows] - STEEP * np.maximum(beyond, 0.0)).argmax())
         best = int(rows[k])
         found = Length(((1.0, Reach(posture, direction, best)),))
         if beyond[k] <= 0:

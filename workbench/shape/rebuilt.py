@@ -14,13 +14,12 @@ from workbench.shape.space import ShapeSpace, volumes
 
 __all__ = ["rebuilt"]
 
-ENCLOSING_STEPS = 12
+ENCLOSING_STEPS = 6
 
 
-def rebuilt(space: ShapeSpace, values: Floats) -> Body:
-    """The body with these knobs (K,). Masses go with the volume of each segment."""
+def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
+    """The body with these knobs (K,), of which the manikin is. Masses go with the volume of each segment."""
     body = space.base.body
-    manikin = space.manikin(values)
     shape = manikin.shape
     made = replace(
         body,

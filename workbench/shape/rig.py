@@ -75,12 +75,12 @@ class Rig:
         origin = self.above @ step
         return origin, origin[..., self.parent, :] + down
 
-    def spheres(self, shape: Shape, origin: Floats) -> Floats:
-        """(Q, S, 3) sphere centres in the world [m] of one shape whose origins (Q, N, 3) are known."""
-        centres: Floats = origin[:, self.segment] + np.einsum("qsab,sb->qsa", self.turn, shape.centre)
+    def spheres(self, shape: Shape, origin: Floats, queue: int) -> Floats:
+        """(S, 3) sphere centres in the world [m] in one posture, of a shape whose origins (Q, N, 3) are known."""
+        centres: Floats = origin[queue, self.segment] + np.einsum("sab,sb->sa", self.turn[queue], shape.centre)
         if len(self.blended):
             point = np.where(self.distal[:, None], shape.in_child[self.joint], shape.in_parent[self.joint])
-            centres[:, self.blended] += np.einsum("qsab,sb->qsa", self.lever, point)
+            centres[self.blended] += np.einsum("sab,sb->sa", self.lever[queue], point)
         return centres
 
 

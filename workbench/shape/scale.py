@@ -24,9 +24,10 @@ from workbench.shape.space import ShapeSpace, shape_space
 
 __all__ = ["LONGER", "morph_to", "scale", "scale_many"]
 
-MOST_STEPS = 12
+LEAST_STEPS, MOST_STEPS = 2, 14
+"""Steps of the least change from the unchanged body, then of the least change from the last step."""
 CLOSE, ENOUGH = 1e-5, 2e-4
-"""[m] Stop at the first; after all steps, twice, the second is good enough."""
+"""[m] Stop at the first; after all steps the second is good enough."""
 PATIENCE = 4
 GIVE = 1e-9
 """Rivals that cannot both be had must not make the system singular."""
@@ -53,6 +54,7 @@ LONGER: tuple[tuple[str, str], ...] = (
 
 
 Measures = Mapping[str, float]
+Fitted = tuple[Floats, Manikin]
 
 
 def scale(body: Body, measures: Measures, *, others: Measures | None = None, detail: str | None = None) -> Body:
@@ -65,7 +67,7 @@ def scale(body: Body, measures: Measures, *, others: Measures | None = None, det
     """
     _refuse(measures)
     space = shape_space(morph_to(body, detail))
-    return rebuilt(space, _fitted(space, measures, others or {}, space.neutral))
+    return rebuilt(space, *_fitted(space, measures, others or {}, space.neutral))
 
 
 def scale_many(
@@ -87,8 +89,8 @@ def scale_many(
             start = found[int(np.argmin(((np.array(rows) - given) ** 2).sum(axis=1)))]
         try:
             _refuse(measures)
-            values = _fitted(space, measures, soft or {}, start)
-            yield rebuilt(space, values)
+            values, manikin = _fitted(space, measures, soft or {}, start)
+            yield rebuilt(space, values, manikin)
         except InputError as error:
             yield error
             continue
@@ -121,40 +123,41 @@ def _refuse(measures: Measures) -> None:
         raise InputError(faults)
 
 
-def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floats) -> Floats:
-    """The knobs (K,) of the least change that shows the measures; InputError where there are none."""
+def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floats) -> Fitted:
+    """The knobs (K,) of the least change that shows the measures, and the body with them; InputError where there are
+    none."""
     soft = {name: value for name, value in others.items() if name not in measures}
-    found = _sought(space, (measures, soft), start, MOST_STEPS)
-    if found[0] > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change
-        found = min(found, _sought(space, (measures, None), found[1], MOST_STEPS), key=lambda each: each[0])
-    off, values = found
+    off, found = _sought(space, (measures, soft), start, LEAST_STEPS)
+    if off > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change
+        off, found = min((off, found), _sought(space, (measures, None), found[0], MOST_STEPS), key=lambda each: each[0])
+    values, manikin = found
     if off > ENOUGH:
-        manikin = space.manikin(values)
         miss = {name: manikin.value(length) - measures[name] for name, length in lengths(manikin, measures).items()}
         worst = max(miss, key=lambda name: abs(miss[name]))
         raise InputError(f"no shape of {space.base.body.name} found with these measures: {worst} stays "
                          f"{1000 * miss[worst]:+.1f} mm off")  # fmt: skip
-    check_likely(space, values, {name: (lengths(space.base, [name])[name], measures[name]) for name in measures})
-    return values
+    check_likely(space, values, manikin, measures)
+    return found
 
 
 def _sought(
     space: ShapeSpace, goal: tuple[Measures, Measures | None], start: Floats, most: int
-) -> tuple[float, Floats]:
-    """The greatest miss [m] on the hard measures of a goal, and the knobs with it.
+) -> tuple[float, Fitted]:
+    """The greatest miss [m] on the hard measures of a goal, and what has it.
 
     With soft measures, or none of them ({}), each step is the least change from the unchanged body with the extreme
     spheres of the last step; with None, the least change from the last step.
     """
     measures, soft = goal
-    values, best, nearest = start, np.inf, start
+    values, best = start, np.inf
+    nearest: Fitted | None = None
     rivals: dict[str, list[Length]] = {name: [] for name in measures}
     for step in range(most):
         manikin = space.manikin(values)
         hard = lengths(manikin, measures)
         off = max((abs(manikin.value(length) - measures[name]) for name, length in hard.items()), default=0.0)
-        if off < best and (step or soft is None):
-            best, nearest = off, values
+        if nearest is None or (off < best and (step or soft is None)):
+            nearest, best = (values, manikin), off if step or soft is None else np.inf
         if best < CLOSE:
             break
         # extreme spheres may take turns; from then on the last few of them are held at the measure together
@@ -166,6 +169,7 @@ def _sought(
         else:
             near = [(length, soft[name]) for name, length in lengths(manikin, soft).items()]
             values = _solve((space, space.base, space.neutral), rows, near)
+    assert nearest is not None
     return best, nearest
 
 

@@ -26,7 +26,7 @@ _FIELDS = ("centre", "radius", "in_parent", "in_child")
 CLOSING = 4.0e3
 """What a stretch costs a body of a family beside its coefficients: a factor of 1.02 about as much as one standard
 deviation, so that lengths are found within the family first and stretching closes what is left."""
-VOLUME_LINES = 20
+VOLUME_LINES = 14
 """Lines each way across a segment that its volume is found by."""
 NARROW = 0.02
 """Least standard deviation of a coefficient among people of a kind: however narrow they are, some room is left."""
@@ -37,9 +37,9 @@ class ShapeSpace:
     """K knobs of a body of N segments; the first `family` of them are coefficients of its family, the rest stretch it.
 
     groups (N,): the group of each segment; neutral (K,): the knobs of the unchanged body; knobs: for the fields of
-    Shape the stacked (K, ...) parts, whose sum with the knobs as weights is the shape; constant: what is added to it;
-    price (K, K): the quadratic cost of knobs off neutral, cheap its inverse; overlaps (N, N) [m], volume (N,) [m3]: of
-    the unchanged body; tied: spheres that stand on a joint and these joints, of the parents, then of the children.
+    Shape what each knob adds (K, ...); price (K, K): the quadratic cost of knobs off neutral, cheap its inverse;
+    overlaps (N, N) [m], volume (N,) [m3]: of the unchanged body; tied: spheres that stand on a joint and these joints,
+    of the parents, then of the children; likely: variances and axes, in the family's coefficients, of people like it.
     """
 
     base: Manikin
@@ -47,20 +47,22 @@ class ShapeSpace:
     family: int
     neutral: Floats
     knobs: Shape
-    constant: Shape
     price: Floats
     cheap: Floats
     overlaps: Floats
     volume: Floats
     tied: tuple[tuple[Ints, Ints], tuple[Ints, Ints]]
+    likely: tuple[Floats, Floats]
     _origins: Floats
     _joints: Floats
+    _stacked: Floats
+    _still: Floats
     _rows: dict[Reach, Floats] = field(default_factory=dict)
 
     def shape(self, values: Floats) -> Shape:
         """The shape with these knobs (K,); spheres that stand on joints stand on them exactly."""
-        parts = (np.tensordot(values, getattr(self.knobs, f), axes=1) + getattr(self.constant, f) for f in _FIELDS)
-        shape = Shape(*parts)
+        flat = (values - self.neutral) @ self._stacked + self._still
+        shape = _apart(flat, len(self.base.rig.segment))
         (above, joint_above), (below, joint_below) = self.tied
         shape.centre[above] = shape.in_parent[joint_above]
         shape.centre[below] = shape.in_child[joint_below]
@@ -105,24 +107,30 @@ def shape_space(body: Body) -> ShapeSpace:
     stretch = stretch_shapes(body, groups)
     neutral = np.tile([1.0, 1.0, 1.0, 1.0, 0.0], len(stretch.radius) // KNOBS)
     price = stretch_price(body, groups)
-    none = Shape(*(np.zeros_like(getattr(stretch, f)[0]) for f in _FIELDS))
-    family, knobs, constant = 0, stretch, none
+    family, knobs, likely = 0, stretch, (np.zeros(0), np.zeros((0, 0)))
     if body.basis is not None:
         within = family_shapes(body)
         family = len(within.radius)
         knobs = Shape(*(np.concatenate([getattr(within, f), getattr(stretch, f)]) for f in _FIELDS))
-        at = body.basis_at
-        constant = Shape(*(-np.tensordot(at, getattr(within, f), axes=1) for f in _FIELDS))
-        neutral = np.concatenate([at, neutral])
-        joint_price = np.zeros((family + len(price), family + len(price)))
-        joint_price[:family, :family] = _likelihood(body)
-        joint_price[family:, family:] = CLOSING * price
-        price = joint_price
+        neutral = np.concatenate([body.basis_at, neutral])
+        likely = _likely(body)
+        both = np.zeros((family + len(price), family + len(price)))
+        both[:family, :family] = (likely[1] / likely[0]) @ likely[1].T
+        both[family:, family:] = CLOSING * price
+        price = both
     base = Manikin(body)
-    origins, joints = base.rig.origins(knobs)
     cheap: Floats = np.linalg.inv(price).astype(np.float64)
-    measured = (price, cheap, base.overlaps(), volumes(body, base.shape))
-    return ShapeSpace(base, groups, family, neutral, knobs, constant, *measured, _tied(body), origins, joints)
+    measured = (price, cheap, base.overlaps(), volumes(body, base.shape), _tied(body), likely)
+    stacked = np.concatenate([getattr(knobs, f).reshape(len(neutral), -1) for f in _FIELDS], axis=1)
+    still = np.concatenate([getattr(base.shape, f).ravel() for f in _FIELDS])
+    return ShapeSpace(base, groups, family, neutral, knobs, *measured, *base.rig.origins(knobs), stacked, still)
+
+
+def _apart(flat: Floats, spheres: int) -> Shape:
+    """The shape of a flat row of numbers: centres, radii, joints in their parents, joints in their children."""
+    centre, radius, joints = flat[: 3 * spheres], flat[3 * spheres : 4 * spheres], flat[4 * spheres :]
+    in_parent, in_child = joints.reshape(2, -1, 3)
+    return Shape(centre.reshape(-1, 3), radius, in_parent, in_child)
 
 
 def family_shapes(body: Body) -> Shape:
@@ -147,13 +155,12 @@ def detail_of(body: Body) -> Detail:
     return next(d for d in levels if np.array_equal(np.bincount(d.segment, minlength=len(counts)), counts))
 
 
-def _likelihood(body: Body) -> Floats:
-    """(K, K) inverse covariance of the coefficients among people like the nearest anchor of the family."""
+def _likely(body: Body) -> tuple[Floats, Floats]:
+    """Variances (K,) and axes (K, K) of the coefficients among people like the nearest anchor of the family."""
     basis = body.basis
     assert basis is not None
     variance, axes = np.linalg.eigh(basis.anchor_spread[basis.nearest_anchor(body.basis_at)])
-    inverse: Floats = (axes / np.maximum(variance, NARROW**2)) @ axes.T
-    return inverse
+    return np.maximum(variance, NARROW**2), axes
 
 
 def _tied(body: Body) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
