@@ -15,7 +15,9 @@ from workbench.draw.arcs import arc_lengths, outline_arcs
 from workbench.draw.camera import VIEWS, fitted, look_at, metric, project, projective, standard_view, turned
 from workbench.draw.circles import circles
 from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
+from workbench.draw.cutting import cut_away
 from workbench.draw.disks import disks
+from workbench.draw.edges import drawn_edges
 from workbench.draw.eyes import eye_point, eye_view
 from workbench.draw.outline import outline
 from workbench.draw.scene import Scene, SceneBody
@@ -194,3 +196,29 @@ def test_a_segment_through_the_plane_ends_on_it() -> None:
 def test_what_is_no_camera_is_refused_in_words(wrong: object, message: str) -> None:
     with pytest.raises(UsageError, match=message):
         wrong()  # type: ignore[operator]
+
+
+def test_a_box_cut_in_half_is_open_and_half_as_large() -> None:
+    box = boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])
+    half = cut_away(box, (0, 0, 0), (2, 0, 0))
+    area = _areas(half.vertices[half.triangles])
+    assert area.sum() == pytest.approx(1.0 + 4 * 0.5) and half.bounds[:, 0] == pytest.approx([-0.5, 0.0])
+    whole, opened = (visible_layers(Scene((), shown), front()).depth for shown in (box, half))
+    assert whole[32, 32] == pytest.approx(0.5, abs=1e-3) and opened[32, 32] == pytest.approx(-0.5, abs=1e-3)
+    edges, _ = drawn_edges(half, front(), np.inf)
+    rim = edges[np.all(np.abs(edges[:, :, 2]) < 1e-9, axis=1)]
+    assert np.linalg.norm(rim[:, 1, :2] - rim[:, 0, :2], axis=1).sum() == pytest.approx(4 * 32.0)
+    for display in (outline, circles):
+        assert "nan" not in display(Scene((crowd(),), half), front())
+
+
+@pytest.mark.parametrize(
+    ("point", "normal", "message"),
+    [((0, 0, 0), (0, 0, 0), "a point and a direction"), ((0, np.nan, 0), (1, 0, 0), "a point and a direction"),
+     ((-9, 0, 0), (1, 0, 0), "nothing of boxes is left")],
+)  # fmt: skip
+def test_a_plane_that_is_none_or_leaves_nothing_is_refused(
+    point: tuple[float, ...], normal: tuple[float, ...], message: str
+) -> None:
+    with pytest.raises(UsageError, match=message):
+        cut_away(boxes([[-1, -1, -1], [1, 1, 1]]), point, normal)
