@@ -25,7 +25,7 @@ from workbench.kernels.field import (
 from workbench.kernels.polygon import point_polygon
 from workbench.kernels.tree import wider
 
-__all__ = ["Crowd", "cluster_hub", "group_clearance", "group_collides", "witness_points"]
+__all__ = ["Crowd", "carried", "cluster_hub", "group_clearance", "group_collides", "witness_points"]
 
 
 class Crowd(NamedTuple):
@@ -50,7 +50,7 @@ class Crowd(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _carried(world, p, n, a, b, c):  # type: ignore[no-untyped-def]
+def carried(world, p, n, a, b, c):  # type: ignore[no-untyped-def]
     """A point of the frame of segment n in the world."""
     x = world[p, n, 0, 0] * a + world[p, n, 0, 1] * b + world[p, n, 0, 2] * c + world[p, n, 0, 3]
     y = world[p, n, 1, 0] * a + world[p, n, 1, 1] * b + world[p, n, 1, 2] * c + world[p, n, 1, 3]
@@ -64,7 +64,7 @@ def cluster_hub(centres, world, p, crowd, n, c):  # type: ignore[no-untyped-def]
     m = crowd.middle[c]
     if m >= 0:
         return centres[p, m, 0], centres[p, m, 1], centres[p, m, 2]
-    return _carried(world, p, n, crowd.hub[c, 0], crowd.hub[c, 1], crowd.hub[c, 2])
+    return carried(world, p, n, crowd.hub[c, 0], crowd.hub[c, 1], crowd.hub[c, 2])
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -223,7 +223,7 @@ def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-
     for n in range(len(crowd.shown)):
         if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
             continue
-        x, y, z = _carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+        x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
         for g in range(groups):
             if field.root[g] < 0:
                 continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.kernels.groups import group_clearance, group_collides, witness_points
-from workbench.kernels.pairs import pair_clearance
+from workbench.kernels.pairs import pair_clearance, pair_witness
 from workbench.kernels.wide import DEEP, EIGHT
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
@@ -84,19 +84,26 @@ def grouped_clearance(
     return out
 
 
-def paired_clearance(one: Placed, other: Placed, pairs: Ints) -> tuple[Floats, Ints]:
-    """Least I [m] (P, M) of segment pairs (M, 2), and the spheres (P, M, 2) that have it; -1 where there are none."""
-    distance, sphere = np.full((len(one), len(pairs)), np.inf), np.full((len(one), len(pairs), 2), -1)
+def paired_clearance(
+    one: Placed, other: Placed, pairs: Ints, *, threads: int | None = None
+) -> tuple[Floats, Ints, Floats, Ints]:
+    """Least I [m] (P, M) of segment pairs (M, 2), the spheres (P, M, 2) that have it, -1 where there are none, the
+    nearest point (P, M, 3) of the other's and the side (P, M) of the one's that faces it."""
+    shape, pairs = (len(one), len(pairs)), np.ascontiguousarray(pairs)
+    distance, sphere = np.full(shape, np.inf), np.full((*shape, 2), -1)
+    point, facing = np.full((*shape, 3), np.nan), np.full(shape, -1)
     crowds = crowd_of(one), crowd_of(other)
     first, second = ((b.centres, b.world_from_segment, c) for b, c in zip((one, other), crowds, strict=True))
-    many = [len(crowd.middle) for crowd in crowds]
 
     def work(begin: int, end: int) -> None:
-        space = np.empty((many[0], 3)), np.empty((many[1], 3)), np.empty((many[0], many[1]))
-        pair_clearance(first, second, np.ascontiguousarray(pairs), distance, sphere, space, begin, end)
+        room = [np.empty((len(values), 3)) for values in (*(c.middle for c in crowds), *(c.big for c in crowds))]
+        space = (*room, *(np.empty(len(crowd.middle), dtype=np.int64) for crowd in crowds))
+        pair_clearance(first, second, pairs, distance, sphere, space, begin, end)
+        ends = (*first[:2], one.body.directions), (other.centres, other.body.radius)
+        pair_witness(*ends, pairs, sphere, (point, facing), begin, end)
 
-    in_pieces(work, len(one), PIECE)
-    return distance, sphere
+    in_pieces(work, len(one), PIECE, threads=threads)
+    return distance, sphere, point, facing
 
 
 def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]) -> Floats:

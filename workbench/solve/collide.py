@@ -214,19 +214,15 @@ def self_clearance(placed: Placed) -> Clearance:
 def _pair_rows(placed: tuple[Placed, Placed], pairs: Ints) -> Clearance:
     one, other = placed
     shape = (len(one), len(one.window), len(other.window))
-    near, sphere = paired_clearance(one, other, pairs)
-    distance, first, second = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
-    distance[:, pairs[:, 0], pairs[:, 1]] = near
-    first[:, pairs[:, 0], pairs[:, 1]], second[:, pairs[:, 0], pairs[:, 1]] = sphere[..., 0], sphere[..., 1]
-    poses = np.arange(len(one))[:, None, None]
-    centre, away = other.centres[poses, second], one.centres[poses, first] - other.centres[poses, second]
-    point = centre + _unit(away, np.array([0.0, 0.0, 1.0])) * other.body.radius[second][..., None]
-    point[second < 0] = np.nan
+    a, b = pairs[:, 0], pairs[:, 1]
+    near, sphere, at, side = paired_clearance(one, other, pairs)
+    distance, first, second, facing = np.full(shape, np.inf), *(np.full(shape, -1) for _ in range(3))
+    point = np.full((*shape, 3), np.nan)
+    distance[:, a, b], first[:, a, b], second[:, a, b] = near, sphere[..., 0], sphere[..., 1]
+    point[:, a, b], facing[:, a, b] = at, side
     distance[:, ~one.window, :] = np.nan
     distance[:, :, ~other.window] = np.nan
-    # toward the other's centre: its near point lies behind ours where the spheres overlap
-    side = _near_side(one, (np.abs(distance), first, centre))
-    return Clearance(one.body, other.body, distance, first, second, point, side)
+    return Clearance(one.body, other.body, distance, first, second, point, facing)
 
 
 def allowed_depth(body: Body, environment: Environment) -> Floats:
