@@ -133,12 +133,14 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
             continue
         for kind, wanted in (("any", hit), ("by segment", distance)):
             ask(kind, 0)
-            begin, answers = time.process_time(), []
-            while time.process_time() - begin < 4.0 and len(answers) < POSES:
-                answers.append(ask(kind, len(answers)))
-            took = 1e6 * (time.process_time() - begin) / len(answers)
+            spent, answers = 0.0, []
+            while spent < 3.0 and len(answers) < POSES:
+                begin = time.process_time()
+                answer = ask(kind, len(answers))
+                spent += time.process_time() - begin
+                answers.append(answer())
             told = agreement(kind, np.array(answers), wanted[: len(answers)])
-            yield f"{name}: {kind}", size, str(len(placed.body.radius)), took, told
+            yield f"{name}: {kind}", size, str(len(placed.body.radius)), 1e6 * spent / len(answers), told
 
 
 def agreement(kind: str, answers: Floats, wanted: Floats) -> str:

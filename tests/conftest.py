@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 os.environ.setdefault("NO_COLOR", "1")
+os.environ.setdefault("WORKBENCH_CACHE", "off")
 
 import numpy as np
 import pytest

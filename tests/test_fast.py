@@ -255,3 +255,15 @@ def test_blended_bodies_have_the_same_answers_fast_and_plain(one_arm, random_arm
     distance, sphere, *_ = _plain(placed, box_cab)
     assert np.array_equal(wb.clearance(placed, box_cab), distance)
     assert np.array_equal(nearest(placed, box_cab).sphere, sphere)
+
+
+@pytest.mark.parametrize("kind", ZOO)
+def test_contacts_of_a_batch_are_those_of_its_poses_one_at_a_time(one_arm, random_arm, kind):
+    poses, environment = random_arm(100, 6), ZOO[kind](6)
+    whole = wb.contacts(wb.place(one_arm, poses), environment, margin=0.03)
+    assert len(whole)
+    for p in range(0, 100, 7):
+        row = wb.place(one_arm, wb.Poses(poses.rotations[p : p + 1], 0, poses.world_from_reference[p : p + 1]))
+        alone, mine = wb.contacts(row, environment, margin=0.03), whole.rows(whole.pose == p)
+        for name in ("sphere", "part", "polygon", "distance", "point", "normal"):
+            assert np.array_equal(getattr(mine, name), getattr(alone, name))

@@ -76,17 +76,19 @@ def _grow(rows, numbers):  # type: ignore[no-untyped-def]
     return wide, long
 
 
-@njit(cache=True)
-def environment_contacts(centres, radius, start, shown, faces, shells, checked, margin):  # type: ignore[no-untyped-def]
+@njit(cache=True, nogil=True)
+def environment_contacts(centres, radius, near, faces, shells, checked, margin, begin, end):  # type: ignore[no-untyped-def]
     """All (sphere, polygon) pairs nearer than margin [m], and for a centre inside a solid its nearest polygon.
+
+    Of the spheres with near (P, S) 1, in the poses begin..end.
 
     Returns rows (C, 4): pose, sphere, part, polygon; numbers (C, 5): signed distance, point, 1 where inside.
     """
     rows, numbers, used = np.empty((256, 4), np.int64), np.empty((256, 5)), 0
     stack = np.empty(64, np.int64)
-    for p in range(centres.shape[0]):
-        for n in range(start.shape[0] - 1):
-            for s in range(start[n], start[n + 1] if shown[n] else start[n]):
+    for p in range(begin, end):
+        for s in range(centres.shape[1]):
+            if near[p, s]:
                 x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
                 reach = max(radius[s] + margin, 0.0)
                 for k in range(faces.root.shape[0]):

@@ -25,7 +25,7 @@ from workbench.kernels.field import (
 from workbench.kernels.polygon import point_polygon
 from workbench.kernels.tree import wider
 
-__all__ = ["Crowd", "carried", "cluster_hub", "group_clearance", "group_collides", "witness_points"]
+__all__ = ["Crowd", "carried", "cluster_hub", "group_clearance", "group_collides", "may_touch", "witness_points"]
 
 
 class Crowd(NamedTuple):
@@ -257,3 +257,21 @@ def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, sp
                 found = True
                 break
         hit[p] = found
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def may_touch(centres, world, crowd, field, margin, near, begin, end):  # type: ignore[no-untyped-def]
+    """Fill near (P, S) for the poses begin..end: 1 where a sphere may come nearer than margin [m] to the only group."""
+    for p in range(begin, end):
+        for n in range(len(crowd.shown)):
+            for c in range(crowd.start[n], crowd.start[n + 1] if crowd.shown[n] else crowd.start[n]):
+                x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+                square, sure = square_bound(x, y, z, field, 0)
+                reach = max(crowd.reach[c] + margin, 0.0)
+                if sure and square > wider(reach * reach):
+                    continue
+                for i in range(crowd.first[c], crowd.first[c + 1]):
+                    s = crowd.member[i]
+                    square, sure = square_bound(centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], field, 0)
+                    reach = max(crowd.radius[s] + margin, 0.0)
+                    near[p, s] = 0 if sure and square > wider(reach * reach) else 1

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.kernels.groups import group_clearance, group_collides, witness_points
+from workbench.kernels.clearance import environment_contacts
+from workbench.kernels.groups import group_clearance, group_collides, may_touch, witness_points
 from workbench.kernels.pairs import pair_clearance, pair_witness
 from workbench.kernels.wide import DEEP, EIGHT
 from workbench.model.arrays import Bools, Floats, Ints
@@ -15,7 +16,7 @@ from workbench.solve.fields import Groups, field_of, packed_faces, packed_shells
 from workbench.solve.gpu import clearance_on_device, collides_on_device
 from workbench.solve.threads import in_pieces
 
-__all__ = ["Groups", "grouped_clearance", "grouped_collides", "paired_clearance", "pays", "witnesses"]
+__all__ = ["Groups", "grouped_clearance", "grouped_collides", "paired_clearance", "pays", "touching", "witnesses"]
 
 FEWEST_POSES = 64
 """Grids cost about as much as 64 poses without them; below, nothing of the fast path is even compiled."""
@@ -112,3 +113,23 @@ def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]
     point = np.full((*sphere.shape, 3), np.nan)
     witness_points(placed.centres, packed_faces(environment), sphere, polygon, point)
     return point
+
+
+def touching(placed: Placed, environment: Environment, margin: float) -> tuple[Ints, Floats]:
+    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose: the grid tells most spheres apart."""
+    checked = ~environment.hidden
+    near: Bools = np.repeat(placed.window[placed.body.sphere_segment][None], len(placed), axis=0)
+    index = packed_faces(environment), packed_shells(environment), checked.astype(np.int64)
+    fast = pays(placed)
+    crowd, field = crowd_of(placed), field_of(environment, (tuple(np.flatnonzero(checked).tolist()),)) if fast else None
+    found: dict[int, tuple[Ints, Floats]] = {}
+
+    def work(begin: int, end: int) -> None:
+        if field is not None and field.root[0] >= 0:
+            near[begin:end] = False
+            may_touch(placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end)
+        found[begin] = environment_contacts(placed.centres, placed.body.radius, near, *index, margin, begin, end)
+
+    in_pieces(work, len(placed), PIECE)
+    parts = [found[begin] for begin in sorted(found)] or [(np.zeros((0, 4), dtype=np.int64), np.zeros((0, 5)))]
+    return np.concatenate([rows for rows, _ in parts]), np.concatenate([numbers for _, numbers in parts])

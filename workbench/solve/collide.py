@@ -7,14 +7,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.kernels.clearance import environment_contacts, segment_clearance
+from workbench.kernels.clearance import segment_clearance
 from workbench.kernels.pairs import sphere_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.solve.batches import Groups, grouped_clearance, grouped_collides, paired_clearance, pays, witnesses
+from workbench.solve.batches import (
+    Groups,
+    grouped_clearance,
+    grouped_collides,
+    paired_clearance,
+    pays,
+    touching,
+    witnesses,
+)
 from workbench.solve.fields import packed_faces, packed_shells
 from workbench.solve.gpu import on_cpu
 
@@ -91,13 +99,8 @@ def contacts(
     solid part a sphere whose centre is inside has one row with the nearest polygon and a distance that is negative
     all the way in. Rows are sorted by pose, sphere, part, polygon. Hidden parts are left out.
     """
-    faces = _faces(environment)
-    checked = (~environment.hidden).astype(np.int64)
-    shown = placed.window.astype(np.int64)
     body = placed.body
-    rows, numbers = environment_contacts(
-        placed.centres, body.radius, body.start, shown, faces, packed_shells(environment), checked, margin - tolerance
-    )
+    rows, numbers = touching(placed, environment, margin - tolerance)
     order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], rows[:, 0]))
     rows, numbers = rows[order], numbers[order]
     point, inside = numbers[:, 1:4], numbers[:, 4] > 0

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.kernels.field import RECORD, Field, fill_rows
 from workbench.kernels.inside import Shells, is_closed
@@ -14,6 +16,7 @@ from workbench.kernels.tree import build_tree
 from workbench.kernels.wide import DEEP, EIGHT, widened
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
+from workbench.solve.index_cache import content_key, kept
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Groups", "field_of", "packed_faces", "packed_records", "packed_shells"]
@@ -24,6 +27,8 @@ WIDE_CELL = 0.10
 """Edge of a cell [m] of the grids that answer for single parts from far off."""
 MOST_NODES = 2_000_000
 """Nodes of all grids of a field, 8 bytes each; cells of larger environments grow to keep to it."""
+WORTH_KEEPING = 5_000
+"""Polygons from which on an index is kept on disk: smaller ones are made in no time."""
 Groups = tuple[tuple[int, ...], ...]
 
 
@@ -83,7 +88,22 @@ def packed_records(environment: Environment) -> tuple[Floats, Ints, Ints]:
 
 @lru_cache(maxsize=4)
 def field_of(environment: Environment, groups: Groups) -> Field:
-    """Grids and trees of groups of parts, made on all cores and kept for the next batch."""
+    """Grids and trees of groups of parts, made on all cores and kept for the next batch, large ones also on disk."""
+    record, begin, _ = packed_records(environment)
+
+    def make() -> dict[str, NDArray[Any]]:
+        made = _made(environment, groups)._asdict()
+        return {name: values for name, values in made.items() if name not in ("record", "begin")}
+
+    if len(begin) < WORTH_KEEPING:
+        return Field(record, begin, **make())
+    said = repr((groups, CELL, WIDE_CELL, MOST_NODES)).encode()
+    names = ("vertices", "edges", "edge_start", "normal", "circle_centre", "triangles", "triangle_start", "part_start",
+             "solid")  # fmt: skip
+    return Field(record, begin, **kept(content_key([said, *(getattr(environment, name) for name in names)]), make))
+
+
+def _made(environment: Environment, groups: Groups) -> Field:
     faces, shells = packed_faces(environment), packed_shells(environment)
     record, begin, rank = packed_records(environment)
     none = np.zeros(0, dtype=np.int64)

@@ -1,0 +1,94 @@
+"""Indexes on disk: believed only where they are whole and ours, and never in the way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.conftest import environment_of
+from tests.test_fast import soup
+from workbench.solve import fields
+from workbench.solve.index_cache import MOST_FILES, cache_folder, content_key, kept
+
+KEY = content_key([np.arange(3)])
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "kept"))
+    return tmp_path / "kept"
+
+
+def made_once(times):
+    def make():
+        times.append(1)
+        return {"a": np.arange(5), "b": np.ones((2, 3), dtype=np.float32)}
+
+    return make
+
+
+def test_what_was_made_once_is_read_the_next_time(folder):
+    times = []
+    first, second = (kept(KEY, made_once(times)) for _ in range(2))
+    assert len(times) == 1
+    assert all(np.array_equal(first[name], second[name]) and first[name].dtype == second[name].dtype for name in "ab")
+    assert [path.suffix for path in folder.iterdir()] == [".index"]
+
+
+@pytest.mark.parametrize("change", [lambda data: data[:-9], lambda data: b"", lambda data: b"hello", None])
+def test_a_torn_or_foreign_file_is_made_anew(folder, change):
+    times = []
+    kept(KEY, made_once(times))
+    path = next(folder.iterdir())
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 1
+    path.write_bytes(bytes(data) if change is None else change(path.read_bytes()))
+    assert np.array_equal(kept(KEY, made_once(times))["a"], np.arange(5))
+    kept(KEY, made_once(times))
+    assert len(times) == 2
+
+
+def test_another_key_in_the_same_place_is_not_believed(folder):
+    times = []
+    kept(KEY, made_once(times))
+    kept(KEY[:20] + bytes(len(KEY) - 20), made_once(times))
+    assert len(times) == 2
+
+
+@pytest.mark.parametrize("word", ["off", "0", ""])
+def test_the_cache_can_be_switched_off(monkeypatch, word):
+    monkeypatch.setenv("WORKBENCH_CACHE", word)
+    assert cache_folder() is None
+    times = []
+    kept(KEY, made_once(times))
+    kept(KEY, made_once(times))
+    assert len(times) == 2
+
+
+def test_a_folder_that_cannot_be_made_stops_nothing(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "file" / "kept"))
+    assert np.array_equal(kept(KEY, made_once([]))["a"], np.arange(5))
+
+
+def test_the_files_used_longest_ago_give_way(folder):
+    for n in range(MOST_FILES + 3):
+        kept(content_key([np.array([n])]), made_once([]))
+    assert len(list(folder.iterdir())) == MOST_FILES
+
+
+def test_a_field_from_disk_gives_the_same_answers_as_one_just_made(folder, one_arm, random_arm, monkeypatch):
+    monkeypatch.setattr(fields, "WORTH_KEEPING", 10)
+    placed, environment = wb.place(one_arm, random_arm(80, 1)), environment_of(soup(1, 40))
+    answers = []
+    for _ in range(2):
+        fields.field_of.cache_clear()
+        answers.append(wb.clearance(placed, environment))
+    assert len(list(folder.iterdir())) == 1
+    assert np.array_equal(*answers)
+
+
+def test_any_change_of_what_it_is_made_from_is_another_key():
+    keys = {content_key(values) for values in ([np.arange(3)], [np.arange(3.0)], [np.arange(3)[None]], [np.arange(4)])}
+    assert len(keys) == 4
