@@ -27,7 +27,7 @@ WIDE_CELL = 0.10
 """Edge of a cell [m] of the grids that answer for single parts from far off."""
 MOST_NODES = 2_000_000
 """Nodes of all grids of a field, 8 bytes each; cells of larger environments grow to keep to it."""
-WORTH_KEEPING = 5_000
+WORTH_KEEPING = 1_000
 """Polygons from which on an index is kept on disk: smaller ones are made in no time."""
 Groups = tuple[tuple[int, ...], ...]
 
