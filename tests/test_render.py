@@ -140,7 +140,7 @@ def test_a_result_is_drawn_with_its_findings_and_refused_when_its_study_has_chan
         (["bubbleman", "-o", "x.png", "--display", "outline"], 2, "the display outline makes .svg, not .png"),
         (["bubbleman", "-o", "x.svg", "--display", "disks"], 2, "for .svg take outline, circles"),
         (["bubbleman", "-o", "x.gif", "--display", "circles"], 2, "for .gif take disks"),
-        (["bubbleman", "-o", "x.png", "--style", "hidden-line"], 2, "disks has no style 'hidden-line'"),
+        (["bubbleman", "-o", "x.png", "--style", "veiled"], 2, "disks has no style 'veiled'"),
         (["bubbleman", "-o", "x.glb", "--view", "left", "--size", "9"], 2, "leave out --view and --size"),
         (["bubbleman", "-o", "x.png", "--fps", "9"], 2, "is no film"),
         (["bubbleman", "-o", "x.gif", "--fps", "60"], 2, "0.1 to 50 frames a second, got 60"),

@@ -46,7 +46,7 @@ def render(
     display
         disks or pyvista for .png and films; outline or circles for .svg
     style
-        flat for disks; veiled (pale behind walls) or hidden-line for outline and circles
+        flat, shaded, hidden_line, depth or id for disks; veiled (pale behind walls) or hidden_line for outline, circles
     view
         front, back, left, right, top, bottom, three_quarter, eye (of the first body) or eye:NAME
     size

@@ -7,25 +7,49 @@ a line is cut where it goes behind the outline of a sphere.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.draw.arcs import Arcs
 from workbench.draw.camera import Camera, in_view, metric, projective, to_picture
 from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
-from workbench.draw.edges import Lines
+from workbench.draw.edges import Lines, drawn_edges
 from workbench.draw.scene import Scene
-from workbench.draw.visibility import triangle_polygons
+from workbench.draw.visibility import cut_depth, projected_disks, triangle_polygons
+from workbench.errors import UsageError, one_of
 from workbench.kernels.hiding import Hiders, hidden_arcs, hidden_lines, hiding_planes, lines_among_balls
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["arcs_behind", "hiders_of", "lines_seen", "sections"]
+__all__ = ["HIDDEN", "Surroundings", "arcs_behind", "hiders_of", "lines_seen", "sections", "surroundings"]
 
+HIDDEN = ("veiled", "hidden_line")
 _BIAS = 1e-3  # [m] a polygon that touches a rim or an edge does not hide it
 _AHEAD = np.array([0.0, 0.0, 1.0])
 _CELL = 24.0  # [pixels]
 _WELD = 1e-5  # [m] ends of a section's lines nearer than this are one
+
+
+class Surroundings(NamedTuple):
+    """What vector displays draw of an environment: its triangles as they hide, its visible lines, its cut faces."""
+
+    hiders: Hiders
+    lines: Lines
+    sections: list[list[Floats]]
+
+
+def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | None:
+    """The environment of a scene as lines, None where there is none. hidden: one of HIDDEN, UsageError for others."""
+    if hidden not in HIDDEN:
+        raise UsageError(f"no style {hidden!r}; {one_of(hidden, HIDDEN)}")
+    if scene.environment is None:
+        return None
+    cut = cut_depth(projected_disks(scene, camera), camera)
+    hiders = hiders_of(scene.environment, camera, cut)
+    edges, clear = drawn_edges(scene.environment, camera, cut)
+    lines = lines_seen(edges, clear, scene, camera, hiders, cut)
+    return Surroundings(hiders, lines, sections(scene.environment, camera, cut))
 
 
 def hiders_of(environment: Environment, camera: Camera, cut: float) -> Hiders:

@@ -25,10 +25,10 @@ class Display:
 
 
 DISPLAYS: Mapping[str, Display] = {
-    "disks": Display("raster", ("flat",)),
+    "disks": Display("raster", ("flat", "shaded", "hidden_line", "depth", "id")),
     "pyvista": Display("raster", ("lit",)),
-    "outline": Display("vector", ("veiled",)),
-    "circles": Display("vector", ("veiled",)),
+    "outline": Display("vector", ("veiled", "hidden_line")),
+    "circles": Display("vector", ("veiled", "hidden_line")),
 }
 ENDINGS: Mapping[str, tuple[str, str]] = {  # ending -> what it holds, the display used where none is asked for
     ".png": ("raster", "disks"),

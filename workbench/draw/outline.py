@@ -7,33 +7,31 @@ chest keeps its outline. Other bodies hide without that allowance. Specks are le
 connect nothing, and chinks between fingers.
 
 What stands between the viewer and a body must not hide it: arcs behind an opaque polygon are drawn as a thin, pale
-line. Where they change is found on the environment's depth buffer, at points one pixel apart or closer, and so is true
-to within 2 pixels.
+line, or left out in the style hidden_line. Where they change is exact too (see hiding). Ghosts lie under the bodies.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from workbench.draw.arcs import Arcs, arc_depths, arc_lengths, arc_points, outline_arcs
+from workbench.draw.arcs import Arcs, arc_lengths, arc_points, outline_arcs
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INKS, hexadecimal
-from workbench.draw.edges import drawn_edges, visible_lines
+from workbench.draw.colours import INKS, PAPER, hexadecimal
+from workbench.draw.ghosts import ghost_strengths
+from workbench.draw.hiding import arcs_behind, surroundings
 from workbench.draw.scene import Scene
-from workbench.draw.svg import environment_paths, page
-from workbench.draw.visibility import Layers, visible_layers
+from workbench.draw.svg import environment_paths, page, section_paths
+from workbench.draw.visibility import projected_disks
 from workbench.kernels.arcs import arc_chains, ends_met
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["outline"]
+__all__ = ["body_paths", "ghost_paths", "outline"]
 
 _SPECK = 9.0  # [pixels] shorter lines that connect nothing are not drawn
 _CHINK = 24.0  # [pixels] so is the rim of a smaller hole
 _MEET = 0.5  # [pixels] a line that ends so near another one meets it
 _TINY = 0.3  # [pixels] shorter arcs are run together
 _WIDEST = 2.1  # [rad] longer arcs are drawn in pieces: rounded ends leave those near half a turn ill-determined
-_STEP = 1.0  # [pixels] between points tested against the environment
-_BIAS = 1e-3  # [m] a polygon that touches the rim does not hide it
 _PENS = (  # what is drawn first, and how: class, outer, veiled, stroke width and opacity
     ("veiled", False, True, 'stroke-width="0.6" stroke-opacity="0.4"'),
     ("veiled", True, True, 'stroke-width="0.8" stroke-opacity="0.5"'),
@@ -42,41 +40,35 @@ _PENS = (  # what is drawn first, and how: class, outer, veiled, stroke width an
 )
 
 
-def outline(scene: Scene, camera: Camera) -> str:
+def outline(scene: Scene, camera: Camera, *, hidden: str = "veiled") -> str:
     """SVG text of width x height of the camera: environment's edges, then the bodies' outlines, then marks.
 
-    Outer contours are heavier than those inside. No script, no reference to anything outside; labels are escaped.
+    hidden: veiled draws what is behind a wall as a thin, pale line; hidden_line leaves it out. Outer contours are
+    heavier than those inside. No script, no reference to anything outside; labels are escaped.
     """
-    arcs, parts = outline_arcs(scene, camera), []
-    if scene.environment is not None:
-        layers = visible_layers(scene, camera)
-        arcs = _veiled(arcs, layers)
-        parts = environment_paths(visible_lines(*drawn_edges(scene.environment, camera, layers.cut), layers))
-    return page(scene, camera, "a line drawing of the outline", [*parts, *_bodies(scene, arcs)])
+    arcs, walls = outline_arcs(scene, camera), surroundings(scene, camera, hidden)
+    if walls is not None:
+        arcs = arcs_behind(arcs, walls.hiders)
+        if hidden == "hidden_line":
+            arcs = Arcs._make(column[~arcs.veiled] for column in arcs)
+    parts = [*ghost_paths(scene, camera), *body_paths(scene, arcs)]
+    if walls is not None:
+        parts = [*environment_paths(walls.lines), *parts, *section_paths(walls.sections, hidden)]
+    return page(scene, camera, "a line drawing of the outline", parts)
 
 
-def _veiled(arcs: Arcs, layers: Layers) -> Arcs:
-    """Cut arcs where an opaque polygon comes in front of them or goes."""
-    width = arcs.angle[:, 1] - arcs.angle[:, 0]
-    count = np.ceil(width * arcs.disk[:, 2] / _STEP).astype(np.int64) + 1
-    arc = np.repeat(np.arange(len(count)), count)
-    first = np.cumsum(count) - count
-    number = np.arange(len(arc)) - first[arc]
-    points = arc_points(arcs, arc, arcs.angle[arc, 0] + width[arc] * (number + 0.5) / count[arc])  # middles of pieces
-    x, y = np.floor(points).astype(np.int64).T
-    high, wide = layers.depth.shape
-    inside = (x >= 0) & (x < wide) & (y >= 0) & (y < high)
-    behind = np.zeros(len(arc), dtype=np.bool_)
-    depth = arc_depths(arcs, arc[inside], points[inside], layers.camera)
-    behind[inside] = layers.depth[y[inside], x[inside]] > depth + _BIAS
-    start = np.flatnonzero((number == 0) | (np.diff(behind, prepend=False) != 0))
-    last = np.append(start[1:], len(arc))[: len(start)] - 1
-    of = arc[start]
-    from_, to = number[start] / count[of], (number[last] + 1) / count[of]
-    lead = arcs.lead[of].copy()
-    lead[from_ > 0.0, 0] = lead[to < 1.0, 1] = -1
-    cut = arcs.angle[of, :1] + width[of, None] * np.column_stack([from_, to])
-    return Arcs._make(column[of] for column in arcs)._replace(angle=cut, lead=lead, veiled=behind[start])
+def ghost_paths(scene: Scene, camera: Camera) -> list[str]:
+    """The outlines of a scene's ghosts, pale, and the bodies' disks in paper, which hide them."""
+    if not scene.ghosts:
+        return []
+    parts = []
+    for shown, strength in zip(scene.ghosts, ghost_strengths(scene).tolist(), strict=True):
+        alone = Scene((shown,))
+        parts += [f'<g class="ghost" stroke-opacity="{strength:.2f}">', *body_paths(alone, outline_arcs(alone, camera))]
+        parts.append("</g>")
+    flat = projected_disks(scene, camera)
+    disks = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}"/>' for x, y, r in flat.disk[flat.order].tolist()]
+    return [*parts, f'<g class="cover" fill="{hexadecimal(PAPER)}">', *disks, "</g>"]
 
 
 def _following(arcs: Arcs) -> Ints:
@@ -90,8 +82,8 @@ def _following(arcs: Arcs) -> Ints:
     return np.where((start[found] == end) & (arcs.lead[:, 1] >= 0), found, -1)
 
 
-def _bodies(scene: Scene, arcs: Arcs) -> list[str]:
-    """A path for each pen and body."""
+def body_paths(scene: Scene, arcs: Arcs) -> list[str]:
+    """SVG elements of a scene's arcs: a path for each pen and body."""
     parts = ['<g class="bodies" fill="none" stroke-linecap="round" stroke-linejoin="round">']
     following = _following(arcs)
     order, start = arc_chains(following)

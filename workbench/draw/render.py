@@ -6,6 +6,7 @@ import io
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from workbench.draw.colours import FAMILIES
 from workbench.draw.disks import disks
 from workbench.draw.eyes import eye_view
 from workbench.draw.film import film_frames, write_film
+from workbench.draw.hiding import HIDDEN
 from workbench.draw.looks import Look
 from workbench.draw.motion import every_pose, frame_times, scene_at
 from workbench.draw.outline import outline
@@ -50,11 +52,16 @@ _Pen = Callable[[Scene, Camera], str]
 
 _PAINTERS: dict[tuple[str, str], _Painter] = {
     ("disks", "flat"): disks,
+    ("disks", "shaded"): partial(disks, mode="shaded"),
+    ("disks", "hidden_line"): partial(disks, polygons="hidden_line"),
+    ("disks", "depth"): partial(disks, mode="depth"),
+    ("disks", "id"): partial(disks, mode="id"),
     ("pyvista", "lit"): window_image,
 }
 _PENS: dict[tuple[str, str], _Pen] = {
-    ("outline", "veiled"): outline,
-    ("circles", "veiled"): circles,
+    (name, style): partial(pen, hidden=style)
+    for name, pen in (("outline", outline), ("circles", circles))
+    for style in HIDDEN
 }
 MARKS = ("axes", "clearances", "contacts", "controls", "segments", "stops")
 

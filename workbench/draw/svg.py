@@ -8,12 +8,13 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import PAPER, hexadecimal
+from workbench.draw.colours import PAPER, SECTION, hexadecimal
 from workbench.draw.edges import Lines
 from workbench.draw.mark_pictures import svg_bar, svg_marks
 from workbench.draw.scene import Scene
+from workbench.model.arrays import Floats
 
-__all__ = ["environment_paths", "page"]
+__all__ = ["environment_paths", "page", "section_paths"]
 
 _MOST_LINES = 9000  # keeps a picture under 400 kB
 
@@ -59,3 +60,14 @@ def environment_paths(lines: Lines) -> list[str]:
             path = "".join(f"M{a:.1f} {b:.1f}L{c:.1f} {d:.1f}" for a, b, c, d in chosen)
             parts.append(f'<path {style} d="{path}"/>')
     return [*parts, "</g>"]
+
+
+def section_paths(sections: Iterable[list[Floats]], hidden: str) -> list[str]:
+    """The cut faces of solids, a path for each part from its loops (K, 2) [pixels]: opaque in the style hidden_line."""
+    paths = [
+        "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) + "Z" for loop in loops)
+        for loops in sections
+    ]
+    style = f'fill="{hexadecimal(SECTION)}" fill-opacity="{1.0 if hidden == "hidden_line" else 0.7:g}"'
+    group = f'<g class="section" {style} fill-rule="evenodd" stroke="#8d99a8" stroke-width="0.8">'
+    return [group, *(f'<path d="{path}"/>' for path in paths), "</g>"] if paths else []

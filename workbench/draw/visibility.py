@@ -21,7 +21,7 @@ from workbench.kernels.raster import fill_triangles, sphere_depths
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["Layers", "depth_share", "projected_disks", "triangle_polygons", "visible_layers"]
+__all__ = ["Disks", "Layers", "cut_depth", "depth_share", "projected_disks", "triangle_polygons", "visible_layers"]
 
 _BEHIND = 1e-4  # [m] where the faces of two touching parts coincide, the one that looks at the viewer wins
 _SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is still shown
@@ -76,7 +76,7 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
         sphere, body_depth = painted(disks, camera), np.full(size, -np.inf)
         sphere_depths(disks.disk[disks.order], disks.centre[disks.order], disks.radius[disks.order], body_depth)
         np.minimum(body_depth, camera.nearest, out=body_depth)
-    cut = min(float(disks.front[disks.order[-1]]) + _SLACK if len(disks.order) else np.inf, camera.nearest)
+    cut = cut_depth(disks, camera)
     opaque, glass = _buffers(size), _buffers(size)
     section = np.zeros(size, dtype=np.bool_)
     if scene.environment is not None:
@@ -87,6 +87,11 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
         section = _sections(scene.environment, camera, opaque)
         opaque.depth[section] = cut
     return Layers(camera, cut, sphere, body_depth, opaque.triangle, opaque.depth, section, glass.triangle, glass.depth)
+
+
+def cut_depth(disks: Disks, camera: Camera) -> float:
+    """The depth [m] of the plane that cuts the environment: at the foremost body, or where the camera has it."""
+    return min(float(disks.front[disks.order[-1]]) + _SLACK if len(disks.order) else np.inf, camera.nearest)
 
 
 def triangle_polygons(environment: Environment) -> Ints:

@@ -1,0 +1,255 @@
+"""Polygons hide arcs and lines exactly: every sample agrees with a ray against every triangle and sphere."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
+from workbench.draw.arcs import arc_points, outline_arcs
+from workbench.draw.camera import in_view, look_at, projective, standard_view, to_picture
+from workbench.draw.circles import circles
+from workbench.draw.disks import disks
+from workbench.draw.edges import drawn_edges
+from workbench.draw.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
+from workbench.draw.motion import every_pose
+from workbench.draw.outline import outline
+from workbench.draw.scene import Scene
+from workbench.errors import UsageError
+from workbench.kernels.hiding import hidden_arcs, hidden_lines, hiding_planes
+from workbench.model.poses import Placed
+
+
+def eye_rays(camera, points):
+    """Unit directions (M, 3) from view coordinates to the eye, and the distances; a parallel view looks along z."""
+    if math.isinf(camera.distance):
+        return np.tile([0.0, 0.0, 1.0], (len(points), 1)), np.full(len(points), np.inf)
+    away = np.array([0.0, 0.0, camera.distance]) - points
+    length = np.linalg.norm(away, axis=1)
+    return away / length[:, None], length
+
+
+def blocked(camera, points, corners):
+    """(M,) triangles between points and the eye (Moeller and Trumbore), and how far each is from being judged so."""
+    ray, reach = eye_rays(camera, points)
+    hit, margin = np.zeros(len(points), bool), np.full(len(points), np.inf)
+    for a, b, c in corners:
+        one, two = b - a, c - a
+        cross = np.cross(ray, two)
+        area = cross @ one
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = np.sum((points - a) * cross, axis=1) / area
+            other = np.cross(points - a, one)
+            v = np.sum(ray * other, axis=1) / area
+            far = (other @ two) / area
+        inside = np.minimum.reduce([u, v, 1.0 - u - v])
+        ahead = np.minimum(far, reach - far)
+        least = np.where(np.isfinite(far), np.minimum(inside, ahead), -np.inf)
+        hit |= least > 0.0
+        margin = np.minimum(margin, np.abs(least))
+    return hit, margin
+
+
+def behind_balls(camera, points, spheres):
+    """(M,) a sphere is between points and the eye or holds them, and how clearly."""
+    ray, reach = eye_rays(camera, points)
+    centre = in_view(camera, spheres.centre)
+    hit, margin = np.zeros(len(points), bool), np.full(len(points), np.inf)
+    for c, r in zip(centre, spheres.radius, strict=True):
+        along = np.sum((c - points) * ray, axis=1)
+        off = np.linalg.norm(c - points, axis=1)
+        side = np.sqrt(np.maximum(off**2 - along**2, 0.0))
+        hit |= (off < r) | ((side < r) & (along > 0.0) & (along < reach))
+        margin = np.minimum(margin, np.minimum(np.abs(off - r), np.where(off < r, np.inf, np.abs(side - r))))
+    return hit, margin
+
+
+def random_scene(seed, count=6):
+    random = np.random.default_rng(seed)
+    low = random.uniform(-1, 0.8, (count, 3))
+    box = boxes(*np.stack([low, low + random.uniform(0.02, 0.9, (count, 3))], axis=1))
+    body = spheres_body(random.uniform(-0.9, 0.9, (12, 3)), random.uniform(0.05, 0.4, 12))
+    return Scene((body,), box)
+
+
+CAMERAS = {
+    "parallel": standard_view("three_quarter", BOX, width=300, height=260),
+    "perspective": look_at([2.6, 1.9, 1.4], [0, 0, 0], width=300, height=260, field=0.9),
+}
+
+
+def triangles(scene, camera):
+    return in_view(camera, scene.environment.vertices)[scene.environment.triangles]
+
+
+@pytest.mark.parametrize("view", CAMERAS)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_an_arc_is_veiled_exactly_where_a_ray_to_the_eye_meets_a_polygon(view, seed):
+    scene, camera = random_scene(seed), CAMERAS[view]
+    arcs = arcs_behind(outline_arcs(scene, camera), hiders_of(scene.environment, camera, np.inf))
+    random = np.random.default_rng(seed)
+    which = random.integers(0, len(arcs.sphere), 400)
+    angle = arcs.angle[which, 0] + random.uniform(0, 1, 400) * np.diff(arcs.angle)[which, 0]
+    pixels = arc_points(arcs, which, angle)
+    inside = np.all((pixels > 0) & (pixels < (camera.width, camera.height)), axis=1)
+    which, pixels = which[inside], pixels[inside]
+    depth = arcs.depth[which] + np.sum(arcs.tilt[which] * (pixels - arcs.disk[which, :2]), axis=1)
+    depth = depth / (1.0 + depth * camera.bend)
+    size = camera.scale / (1.0 - depth * camera.bend)
+    points = np.column_stack([(pixels[:, 0] - 150) / size, (130 - pixels[:, 1]) / size, depth])
+    hit, margin = blocked(camera, points, triangles(scene, camera))
+    clear = margin > 5e-3
+    assert np.array_equal(arcs.veiled[which][clear], hit[clear])
+
+
+@pytest.mark.parametrize("view", CAMERAS)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_line_is_drawn_exactly_where_no_polygon_and_no_sphere_hides_it(view, seed):
+    scene, camera = random_scene(seed, 3), CAMERAS[view]
+    edges, clear = drawn_edges(scene.environment, camera, np.inf)
+    drawn = lines_seen(edges, clear, scene, camera, hiders_of(scene.environment, camera, np.inf), np.inf)
+    random = np.random.default_rng(seed)
+    which = random.integers(0, len(edges), 150)
+    ends = np.concatenate([edges[which, :, :2], projective(camera, edges[which, :, 2:])], axis=2)
+    share = random.uniform(0.02, 0.98, (150, 1))
+    at = ends[:, 0] * (1 - share) + ends[:, 1] * share
+    inside = np.all((at[:, :2] > 0) & (at[:, :2] < (camera.width, camera.height)), axis=1)
+    at = at[inside]
+    depth = at[:, 2] / (1.0 + at[:, 2] * camera.bend)
+    size = camera.scale / (1.0 - depth * camera.bend)
+    points = np.column_stack([(at[:, 0] - 150) / size, (130 - at[:, 1]) / size, depth])
+    ray, _ = eye_rays(camera, points)
+    lifted = points + 2e-3 * ray  # off its own faces, as the allowance of the display has it
+    hit, margin = blocked(camera, lifted, triangles(scene, camera))
+    ball, gap = behind_balls(camera, points, scene.spheres)
+    sure = (margin > 1.6e-3) & (gap > 1e-3)
+    assert sure.sum() > 20
+    ends = drawn.ends
+    along = ends[:, 1] - ends[:, 0]
+    length = np.maximum(np.linalg.norm(along, axis=1), 1e-12)
+    away = at[:, None, :2] - ends[None, :, 0]
+    t = np.clip(np.sum(away * along, axis=2) / length**2, 0, 1)
+    near = np.linalg.norm(away - t[:, :, None] * along, axis=2).min(axis=1)
+    seen = ~(hit | ball)
+    assert np.all(near[sure & seen] < 1e-6)
+    assert np.sum(near[sure & ~seen] < 1e-6) <= 2  # another line may lie over it in the picture
+
+
+def test_a_square_before_a_circle_hides_the_arc_inside_it_and_nothing_else():
+    corners = np.array([[[0, -9, 1.0], [9, -9, 1], [9, 9, 1]], [[0, -9, 1], [9, 9, 1], [0, 9, 1]]])
+    rim = np.array([[[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]])  # radius 4: the right half lies behind the square
+    hiders = hiders_by_hand(corners)
+    of, angle, hidden = hidden_arcs(rim, np.array([[-math.pi, math.pi]]), hiders)
+    assert of.tolist() == [0, 0, 0] and hidden.tolist() == [0, 1, 0]
+    assert angle[1] == pytest.approx([-math.pi / 2, math.pi / 2])
+    of, share, hidden = hidden_lines(np.array([[[-5.0, 0, 0], [5, 0, 0]], [[-5, 0, 2], [5, 0, 2]]]), hiders)
+    assert (of.tolist(), hidden.tolist()) == ([0, 0, 1], [0, 1, 0]) and share[1].tolist() == [0.5, 1.0]
+
+
+def hiders_by_hand(corners):
+    from workbench.kernels.hiding import Hiders
+
+    inside = np.arange(len(corners))
+    return Hiders(hiding_planes(corners, 0.0), 1e3, 1, 1, np.array([0, len(corners)]), inside)
+
+
+def test_a_slanting_plane_hides_what_is_behind_it_and_not_what_is_before_it():
+    plane = np.array([[[-20.0, -20, -20], [20, -20, 20], [0, 40, 0]]])  # depth = x
+    _, angle, hidden = hidden_arcs(np.array([[[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]]), np.array([[-math.pi, math.pi]]),
+                                   hiders_by_hand(plane))  # fmt: skip
+    assert angle[hidden == 1].tolist() == [pytest.approx([-math.pi / 2, math.pi / 2])]
+
+
+def drawn(svg, name):
+    """The elements of a group of a drawing."""
+    return list(next((item for item in ElementTree.fromstring(svg) if item.get("class") == name), []))
+
+
+@pytest.mark.parametrize("display", [outline, circles])
+def test_the_hidden_line_style_leaves_out_what_is_behind_a_wall(display):
+    body, wall = spheres_body([[0, 0, 0.5], [0.9, 0.9, 0.9]], [0.3, 0.05]), boxes([[0.5, -1, 0], [0.6, 1, 1]])
+    scene = Scene((body,), wall)
+    texts = {hidden: ElementTree.tostring(ElementTree.fromstring(display(scene, front(200), hidden=hidden))).decode()
+             for hidden in ("veiled", "hidden_line")}  # fmt: skip
+    assert len(texts["hidden_line"]) < len(texts["veiled"])
+    kinds = {item.get("class") for item in drawn(display(scene, front(200), hidden="hidden_line"), "bodies")}
+    assert "veiled" not in kinds
+    with pytest.raises(UsageError, match="no style 'solid'; valid: veiled, hidden_line"):
+        display(scene, front(200), hidden="solid")
+
+
+def test_a_circle_half_behind_a_wall_is_half_a_circle():
+    body = spheres_body([[0, 0, 0], [0.9, 0.9, 0.9]], [0.5, 0.05])  # the second keeps the wall from being cut away
+    scene = Scene((body,), boxes([[0.6, -1, 0], [0.7, 1, 1]]))
+    rim = [item for item in drawn(circles(scene, front(200), hidden="hidden_line"), "bodies") if item.get("d")]
+    assert len(rim) == 1 and rim[0].get("d") == "M150.0 100.0A50.0 50.0 0 0 1 100.0 150.0A50.0 50.0 0 0 1 50.0 100.0"
+
+
+def test_the_cut_face_of_a_solid_is_drawn_with_its_own_area():
+    scene = Scene((spheres_body([0, 0, 0], 0.25),), boxes([[-1, 0.5, -1], [1, 1, 1]]))
+    walls = surroundings(scene, front(100), "veiled")
+    (loops,) = walls.sections
+    x, y = loops[0].T
+    area = 0.5 * abs(np.sum(x * np.roll(y, 1) - y * np.roll(x, 1)))
+    assert len(loops) == 1 and area == pytest.approx(25.0 * 100.0)  # 0.5 m by 2 m, 50 pixels a metre
+    assert len(drawn(outline(scene, front(100)), "section")) == 1
+
+
+def test_a_camera_s_cut_takes_away_what_is_nearer_in_vector_too():
+    room, body = boxes([[0.2, -0.5, -0.5], [0.9, 0.5, 0.5]]), spheres_body([0.95, 0, 0], 0.04)
+    scene, camera = Scene((body,), room), replace(front(200), cut=0.5)
+    (loops,) = sections(room, camera, 0.5)
+    assert sorted(np.ptp(loops[0], axis=0).tolist()) == pytest.approx([100.0, 100.0])
+    lines = surroundings(scene, camera, "veiled").lines
+    assert lines.depth.max() <= 0.5 + 2e-3
+    assert not sections(room, camera, np.inf)
+
+
+def test_a_hidden_or_see_through_part_hides_nothing_and_a_camera_inside_a_room_sees_its_walls():
+    for kind in ({"hidden": True}, {"see_through": True}):
+        assert not len(hiders_of(boxes([[0, 0, 0], [1, 1, 1]], **kind), front(), np.inf).plane)
+    camera = look_at([0, 0, 0], [1, 0, 0], width=100, height=80, field=2.2)
+    scene = Scene((), boxes([[-1, -1, -1], [1, 1, 1]]))
+    lines = surroundings(scene, camera, "hidden_line").lines
+    assert len(lines.ends) and np.all(np.isfinite(lines.ends))
+
+
+def test_ghosts_are_pale_outlines_under_the_bodies():
+    scene = Scene((crowd(),), ghosts=(crowd(2, 5), crowd(3, 5)))
+    for display in (outline, circles):
+        root = ElementTree.fromstring(display(scene, front(200)))
+        names = [item.get("class") for item in root if item.tag == SVG + "g"]
+        assert names.index("ghost") < names.index("cover") < names.index("bodies") and names.count("ghost") == 2
+    assert np.any(np.asarray(disks(scene, front(200))) != np.asarray(disks(replace(scene, ghosts=()), front(200))))
+    assert len(every_pose(scene).bodies) == 3
+
+
+def test_a_placed_body_outside_the_window_hides_nothing():
+    lump = crowd().placed
+    unplaced = Placed(lump.body, lump.world_from_segment, lump.centres * np.nan, np.array([False]))
+    scene = Scene((replace(crowd(), placed=unplaced),), boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]))
+    assert not surroundings(scene, front(100), "veiled").lines.faint.any()
+    assert to_picture(front(100), np.zeros((1, 3)))[0, :2].tolist() == [50.0, 50.0]
+
+
+def test_the_kernels_run_with_the_compiler_off():
+    code = (
+        "import numpy as np; from workbench.kernels.hiding import *; r = np.random.default_rng(5);"
+        "c = r.uniform(-3, 3, (20, 3, 3)); p = hiding_planes(c, 1e-3);"
+        "h = Hiders(p, 10.0, 1, 1, np.array([0, 20]), np.arange(20)); m = r.uniform(-1, 1, (15, 3, 3));"
+        "a = hidden_arcs(m, np.tile([0.3, 6.0], (15, 1)), h); e = r.uniform(0, 3, (15, 2, 3)); l = hidden_lines(e, h);"
+        "s = r.uniform(0.2, 1, (9, 4)); b = lines_among_balls(e, s, 7.0); q = lines_among_balls(e, s, np.inf);"
+        "print([np.round(x, 9).tolist() for x in (*a, *l, b, q)])"
+    )
+    runs = [subprocess.run([sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": off},
+                           capture_output=True, check=True).stdout for off in "01"]  # fmt: skip
+    assert runs[0] == runs[1] and len(runs[0]) > 500
