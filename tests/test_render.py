@@ -44,7 +44,8 @@ def made(tmp_path, source, name, **look):
 def test_every_display_draws_everything_in_the_catalogue(tmp_path, source, display, style):
     if DISPLAYS[display].kind == "raster":
         image = Image.open(io.BytesIO(made(tmp_path, source, "x.png", display=display, style=style, size=SMALL)))
-        assert image.size == (64, 48) and len(set(image.convert("RGB").tobytes())) > 8
+        empty = style == "id" and source in names("environments", "environment.yaml")  # numbers of spheres only
+        assert image.size == (64, 48) and (len(set(image.convert("RGB").tobytes())) > 8) != empty
     else:
         root = ElementTree.fromstring(made(tmp_path, source, "x.svg", display=display, style=style, size=SMALL))
         assert root.get("viewBox") == "0 0 64 48" and len(list(root.iter())) > 8
