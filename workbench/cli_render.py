@@ -44,9 +44,10 @@ def render(
     case
         the case of a study, or several with commas between; its first where not given
     display
-        disks or pyvista for .png and films; outline or circles for .svg
+        disks, scanline or pyvista for .png and films; outline or circles for .svg
     style
-        flat, shaded, hidden_line, depth or id for disks; veiled (pale behind walls) or hidden_line for outline, circles
+        of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline and circles: veiled
+        (pale behind walls) or hidden_line
     view
         front, back, left, right, top, bottom, three_quarter, eye (of the first body) or eye:NAME
     size

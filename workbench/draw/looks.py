@@ -26,6 +26,7 @@ class Display:
 
 DISPLAYS: Mapping[str, Display] = {
     "disks": Display("raster", ("flat", "shaded", "hidden_line", "depth", "id")),
+    "scanline": Display("raster", ("surface", "front")),
     "pyvista": Display("raster", ("lit",)),
     "outline": Display("vector", ("veiled", "hidden_line")),
     "circles": Display("vector", ("veiled", "hidden_line")),

@@ -30,6 +30,7 @@ from workbench.draw.hiding import HIDDEN
 from workbench.draw.looks import Look
 from workbench.draw.motion import every_pose, frame_times, scene_at
 from workbench.draw.outline import outline
+from workbench.draw.scanline import scanline
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.sources import Source
 from workbench.draw.strip import strip_image, strip_svg
@@ -56,6 +57,8 @@ _PAINTERS: dict[tuple[str, str], _Painter] = {
     ("disks", "hidden_line"): partial(disks, polygons="hidden_line"),
     ("disks", "depth"): partial(disks, mode="depth"),
     ("disks", "id"): partial(disks, mode="id"),
+    ("scanline", "surface"): scanline,
+    ("scanline", "front"): partial(scanline, rule="front"),
     ("pyvista", "lit"): window_image,
 }
 _PENS: dict[tuple[str, str], _Pen] = {
@@ -82,7 +85,9 @@ def render(source: Source, look: Look, out: Path, *, progress: Progress | None =
 
 
 def picture(scene: Scene, camera: Camera, look: Look) -> Image.Image:
-    """The scene in a raster display."""
+    """The scene in a raster display. UsageError where it shows bodies only and there is none."""
+    if not scene.bodies and (look.display == "scanline" or look.style in ("id", "depth")):
+        raise UsageError(f"{look.display} in the style {look.style} shows bodies only; there is none in {scene.title}")
     return _PAINTERS[look.display, look.style](scene, camera)
 
 

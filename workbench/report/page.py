@@ -20,7 +20,8 @@ from workbench.draw.sources import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.files.results import ResultFile
 from workbench.model.result import Finding, PersonResult, Result
-from workbench.report.words import finding_sentence, headline, part_count
+from workbench.report.pictures import clearance_drawing
+from workbench.report.words import finding_sentence, headline, part_count, without_polygons
 from workbench.solve.collide import allowed_depth
 
 __all__ = ["page", "part_count", "template"]
@@ -28,6 +29,7 @@ __all__ = ["page", "part_count", "template"]
 
 NEAR = 0.12
 PICTURE = 520
+DRAWING = 720
 MOST_MARKS = 12
 
 Progress = Callable[[str], None]
@@ -61,6 +63,7 @@ def template(name: str) -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.filters["parts_only"] = without_polygons
     return environment.get_template(name)
 
 
@@ -83,6 +86,7 @@ def _case(result: Result, case: int) -> dict[str, Any]:
         "name": result.study.cases[case],
         "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
         "views": views,
+        "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
         "marked": say,
         "unmarked": [finding_sentence(check, finding, result.study.cases) for check, finding in rest],
     }

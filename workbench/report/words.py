@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
@@ -10,7 +11,7 @@ from workbench.model.result import Finding, Result, Verdict
 from workbench.model.study import Person, Size
 
 __all__ = ["contact_sentence", "finding_sentence", "headline", "millimetres", "person_words",
-           "verdict_sentence"]  # fmt: skip
+           "verdict_sentence", "without_polygons"]  # fmt: skip
 
 
 def millimetres(metres: float) -> str:
@@ -52,6 +53,11 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
 def _apart(distance: float) -> str:
     """ "12.4 mm into" or "12.4 mm from"."""
     return f"{millimetres(-distance)} into" if distance < 0 else f"{millimetres(distance)} from"
+
+
+def without_polygons(sentence: str) -> str:
+    """A sentence that names parts only: the numbers of polygons are for the tables."""
+    return re.sub(r", polygon \d+\b", "", sentence)
 
 
 def contact_sentence(contacts: Contacts, row: int) -> str:

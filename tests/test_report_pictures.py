@@ -1,0 +1,49 @@
+"""The report's line drawing of the nearest clearances, and sentences that name parts."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import pytest
+
+import workbench as wb
+from tests.one_arm_cab import write_cab
+from tests.test_draw import SVG
+from workbench.draw.scene import Scene, SceneBody
+from workbench.report.data import result_file
+from workbench.report.page import page
+from workbench.report.pictures import clearance_drawing
+from workbench.report.words import without_polygons
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory):
+    """The result of the small cab."""
+    return wb.run(wb.load_study(write_cab(tmp_path_factory.mktemp("cab"))))
+
+
+def test_the_drawing_states_the_least_clearance_of_the_case(result):
+    person = result.people[0]
+    scene = Scene((SceneBody(person.placed, 0),), result.environment)
+    drawing = clearance_drawing(scene, result.people, 0, within=9.0, size=200)
+    texts = [item.text for item in ElementTree.fromstring(drawing["svg"]).iter(SVG + "text")]
+    measured = {f"{1000 * value:.1f} mm" for value in person.clearance.distance[0].ravel().tolist()}
+    assert len(set(texts) & measured) >= 2
+    assert drawing["name"] in ("front", "left", "top", "three quarter")
+
+
+def test_there_is_no_drawing_where_nothing_is_near(result):
+    scene = Scene((SceneBody(result.people[0].placed, 0),), result.environment)
+    assert clearance_drawing(scene, (), 0, within=9.0, size=200) is None
+    assert clearance_drawing(scene, result.people, 0, within=1e-9, size=200) is None
+
+
+def test_sentences_of_the_page_name_parts_and_not_polygons_by_number(result, monkeypatch):
+    monkeypatch.setattr("workbench.report.page.NEAR", 9.0)
+    text = page(result, result_file(result))
+    assert 'class="drawing"' in text
+    assert not re.search(r"polygon \d", text)
+    assert without_polygons("head is 5 mm from canopy, polygon 429.") == "head is 5 mm from canopy."
+    assert replace(result, warnings=()).passed == result.passed

@@ -1,0 +1,43 @@
+"""The line drawing of a case: outlines with dimension lines of the nearest clearances, from where they show best."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.draw.annotations import clearance_marks
+from workbench.draw.camera import project
+from workbench.draw.outline import outline
+from workbench.draw.scene import Mark, Scene
+from workbench.draw.views import four_views
+from workbench.model.result import PersonResult
+
+__all__ = ["clearance_drawing"]
+
+_EACH = 3  # dimension lines of one person
+
+
+def clearance_drawing(
+    scene: Scene, people: tuple[PersonResult, ...], case: int, *, within: float, size: int
+) -> dict[str, object] | None:
+    """The drawing of a case and the name of its view; None where nothing lies within `within` [m] without touching.
+
+    One dimension line for each of the three parts nearest to each person. Of the four views the one in which these
+    lines are longest together.
+    """
+    marks: tuple[Mark, ...] = ()
+    for person in people:
+        marks += clearance_marks(person.placed, person.clearance, case, most=_EACH, within=within)
+    if not marks:
+        return None
+    ends = np.array([(mark.point, mark.to) for mark in marks])
+    views = four_views(scene, width=size, height=size)
+    lengths = [
+        float(np.linalg.norm(np.diff(project(camera, ends)[..., :2], axis=1), axis=2).sum()) for _, camera in views
+    ]
+    name, camera = views[int(np.argmax(lengths))]
+    told = f"line drawing with the {len(marks)} nearest clearances in millimetres"
+    drawing = outline(replace(scene, marks=marks, description=told), camera)
+    return {"name": name.replace("_", " "), "svg": Markup(drawing)}
