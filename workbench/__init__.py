@@ -13,6 +13,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from workbench.draw.sources import scene_of as scene_of
+    from workbench.draw.window import to_pyvista as to_pyvista
     from workbench.errors import InputError as InputError
     from workbench.errors import MissingPartError as MissingPartError
     from workbench.errors import UsageError as UsageError
@@ -65,6 +67,8 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME: dict[str, str] = {
+    "scene_of": "draw.sources",
+    "to_pyvista": "draw.window",
     "InputError": "errors",
     "MissingPartError": "errors",
     "UsageError": "errors",
