@@ -162,12 +162,14 @@ __all__ = [
     "rereference",
     "run",
     "scale",
+    "scene_of",
     "sealed",
     "self_contacts",
     "self_episodes",
     "self_sweep",
     "stops",
     "sweep",
+    "to_pyvista",
     "update",
 ]
 
