@@ -27,6 +27,7 @@ __all__ = ["Figure", "glb_bytes"]
 _STILL = 1e-7  # [m] and of a quaternion: less is no motion
 _UPRIGHT = (-0.5, -0.5, -0.5, 0.5)  # x, y, z, w: z up and x forward to y up and z forward
 _FLOAT, _SHORT, _INT = 5126, 5123, 5125
+_CORNERS, _INDICES = 34962, 34963
 _TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
@@ -50,20 +51,24 @@ class _File:
         self.json[kind].append(entry)
         return len(self.json[kind]) - 1
 
-    def accessor(self, values: NDArray[Any], *, bounds: bool = False) -> int:
-        """Put an array (M, 3), (M, 4) or (M,) into the file; 32-bit floats, indices of 16 or 32 bits."""
+    def accessor(self, values: NDArray[Any], *, bounds: bool = False, mesh: bool = False) -> int:
+        """Put an array (M, 3), (M, 4) or (M,) into the file; 32-bit floats, indices of 16 or 32 bits.
+
+        mesh: it is part of a mesh, corners or their numbers, for the graphics card.
+        """
         whole = np.issubdtype(values.dtype, np.integer)
         kind = (_SHORT if values.max(initial=0) < 65535 else _INT) if whole else _FLOAT
         stored = values.astype({_FLOAT: "<f4", _SHORT: "<u2", _INT: "<u4"}[kind])
-        view = self.add("bufferViews", {"buffer": 0, "byteOffset": len(self.data), "byteLength": stored.nbytes})
+        entry = {"buffer": 0, "byteOffset": len(self.data), "byteLength": stored.nbytes}
+        view = self.add("bufferViews", entry | ({"target": _INDICES if whole else _CORNERS} if mesh else {}))
         self.data += stored.tobytes()
         self.data += b"\0" * (-len(self.data) % 4)
-        entry: dict[str, Any] = {"bufferView": view, "componentType": kind, "count": len(stored),
+        row: dict[str, Any] = {"bufferView": view, "componentType": kind, "count": len(stored),
                                  "type": _TYPES[1 if stored.ndim == 1 else stored.shape[1]]}  # fmt: skip
         if bounds:
             low, high = stored.min(axis=0), stored.max(axis=0)
-            entry |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
-        return self.add("accessors", entry)
+            row |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
+        return self.add("accessors", row)
 
 
 def glb_bytes(
@@ -187,9 +192,9 @@ def _material(name: str, colour: tuple[float, float, float, float]) -> dict[str,
 def _ball(file: _File, material: int) -> int:
     """A sphere of radius 1 of 1,280 triangles: an icosahedron halved three times; normals are its corners."""
     corners, faces = _icosphere(3)
-    points = file.accessor(corners, bounds=True)
-    mesh = {"attributes": {"POSITION": points, "NORMAL": points}, "indices": file.accessor(faces.reshape(-1)),
-            "material": material}  # fmt: skip
+    points = file.accessor(corners, bounds=True, mesh=True)
+    numbers = file.accessor(faces.reshape(-1), mesh=True)
+    mesh = {"attributes": {"POSITION": points, "NORMAL": points}, "indices": numbers, "material": material}
     return file.add("meshes", {"name": "sphere", "primitives": [mesh]})
 
 
@@ -226,7 +231,10 @@ def _environment(file: _File, environment: Environment) -> int:
         if not len(corners):
             continue
         normals = np.repeat(environment.normal[polygon[span]], 3, axis=0)
-        attributes = {"POSITION": file.accessor(corners, bounds=True), "NORMAL": file.accessor(normals)}
+        attributes = {
+            "POSITION": file.accessor(corners, bounds=True, mesh=True),
+            "NORMAL": file.accessor(normals, mesh=True),
+        }
         mesh = {"attributes": attributes, "material": glass if environment.see_through[part] else grey}
         name = environment.parts[part]
         nodes.append(
