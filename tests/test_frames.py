@@ -276,3 +276,19 @@ def test_circles_in_perspective_are_the_paper_s_and_ellipses_where_asked_for() -
     assert len(exact) == 9 and all(float(item.get("rx") or 0) >= float(item.get("ry") or 0) for item in exact)
     radius = np.sort([float(item.get("ry") or 0) for item in exact])
     assert np.all(radius > np.sort(disk.disk[:, 2]) - 0.1)
+
+
+def test_a_pose_that_is_not_finite_is_refused_by_name() -> None:
+    body = crowd()
+    lost = replace(body.placed, centres=np.full_like(body.placed.centres, np.nan))
+    with pytest.raises(InputError, match="body lump, pose 0: sphere centres must be finite"):
+        disks(Scene((replace(body, placed=lost),)), front())
+
+
+@pytest.mark.nightly
+def test_a_million_spheres_are_a_picture() -> None:
+    random = np.random.default_rng(0)
+    place, none = random.uniform(-1, 1, (1_000_000, 3)), np.zeros(1_000_000, dtype=np.int64)
+    many = Spheres(place, random.uniform(0.0005, 0.005, 1_000_000), none)
+    assert np.mean(flat_frame(many, front(300)).picture == 255) < 0.01  # each pixel lies under some ten of them
+    assert np.mean(surfaces_of(disks_of(many, front(300)), front(300)).sphere < 0) < 0.01
