@@ -1,0 +1,164 @@
+"""Spheres for the left half of a symmetric skin, by segment, with the joints and landmarks given; mirrored to a whole.
+
+The tolerance is finer where the body is: face, hands, feet. Built on workbench.shape: blue-noise samples, inner balls,
+set cover, least-squares polish.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from human.skeleton import SEGMENTS
+from workbench.shape.candidates import Candidates, Limits, inner_balls, joined_candidates
+from workbench.shape.cover import Targets, cover, joined_targets
+from workbench.shape.polish import polished
+from workbench.shape.sampling import Samples, even_samples
+from workbench.shape.surface import Surface
+
+__all__ = ["Given", "Spheres", "fitted", "shares_at"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+FLIP = np.array([1.0, -1.0, 1.0])
+MOST = 2**62 - 1
+# [m], at the level "fine" of a body of 1.70 m
+TOLERANCE = {"LT": 3.6, "CT": 3.3, "UT": 3.3, "N": 2.8, "H": 2.6, "LSM": 3.2, "LUA": 2.9, "LLA": 2.5, "LHN": 1.6,
+             "LUL": 3.5, "LLL": 2.8, "LF": 2.3}  # fmt: skip
+FACE = 1.6
+FINE_PARTS = ("H", "LHN", "LF")
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """Spheres that stand in any case, left and middle: centre (G, 3), radius (G,), segment (G,), joint (G,) or -1,
+    name and direction."""
+
+    centre: Floats
+    radius: Floats
+    segment: Ints
+    joint: Ints
+    name: tuple[str, ...]
+    direction: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Spheres:
+    """Left and middle spheres, the given ones first: centre (S, 3), radius (S,), segment (S,)."""
+
+    centre: Floats
+    radius: Floats
+    segment: Ints
+    given: int
+
+    @property
+    def sided(self) -> NDArray[np.bool_]:
+        """(S,) True for those that have a twin on the right."""
+        return self.centre[:, 1] != 0
+
+
+def shares_at(surface: Surface, share: Floats, samples: Samples) -> Floats:
+    """(n, N) the segments' shares at samples, from those at the vertices."""
+    corner = surface.faces[samples.face]
+    a, b, c = (surface.vertices[corner[:, k]] for k in range(3))
+    whole = np.cross(b - a, c - a)
+    square = np.maximum(np.einsum("nc,nc->n", whole, whole), 1e-30)
+    u = np.einsum("nc,nc->n", np.cross(c - b, samples.point - b), whole) / square
+    v = np.einsum("nc,nc->n", np.cross(a - c, samples.point - c), whole) / square
+    weight = np.column_stack([u, v, 1 - u - v])
+    result: Floats = np.einsum("nk,nks->ns", weight, share[corner])
+    return result
+
+
+def _tolerance(point: Floats, label: Ints, eye: Floats) -> Floats:
+    """(n,) [m] at the finest level."""
+    table = np.array([TOLERANCE.get(name, 3.0) for name in SEGMENTS])
+    tolerance = table[label]
+    face = (label == SEGMENTS.index("H")) & (point[:, 0] > eye[0] - 0.045) & (point[:, 2] < eye[2] + 0.03)
+    tolerance[face] = FACE
+    return 1e-3 * tolerance
+
+
+def fitted(surface: Surface, share: Floats, given: Given, *, factor: float, eye: Floats, seed: int = 0) -> Spheres:
+    """Spheres within the tolerances times `factor`. share (P, N) at the vertices of the surface; eye (3,): a place."""
+    fine = float(np.clip(np.sqrt(factor), 0.8, 1.6))
+    wide, close = even_samples(surface, 0.0038 * fine, seed=seed), even_samples(surface, 0.0019 * fine, seed=seed + 1)
+    samples = [_kept(surface, share, wide, fine=False), _kept(surface, share, close, fine=True)]
+    targets, balls = [], []
+    for part in samples:
+        weight = shares_at(surface, share, part)
+        label = weight.argmax(axis=1)
+        tolerance = factor * _tolerance(part.point, label, eye)
+        may = ((weight >= 0.3) | (np.arange(len(SEGMENTS)) == label[:, None])) @ (1 << np.arange(len(SEGMENTS)))
+        targets.append(Targets(part.point, 0.97 * tolerance, may.astype(np.int64)))
+        slack = np.random.default_rng(seed + 2).random(len(part)) * 0.7 * tolerance
+        limits = Limits(0.0025, 0.16, 0.0, 0.0)
+        found = inner_balls(surface, part, limits, slack=slack, bits=(1 << label).astype(np.int64))
+        balls.append(_middled(surface, _of_one_part(surface, share, found)))
+    candidates = joined_candidates([Candidates(given.centre, given.radius, np.full(len(given.radius), MOST)), *balls])
+    label = np.log2(np.minimum(candidates.bits, 2**40).astype(float)).astype(int)
+    label[: len(given.radius)] = given.segment
+    outward = 0.6 * factor * _tolerance(candidates.centre + [0.03, 0, 0] * (label == 5)[:, None], label, eye)
+    radius = np.where(candidates.depth > 0.0018, candidates.depth + outward, -1e9)
+    radius[: len(given.radius)] = given.radius
+    targets.append(_inner(candidates, radius, factor))
+    found = cover(joined_targets(targets), candidates, radius, required=len(given.radius), moves=16, seed=seed)
+    chosen = found.chosen
+    spheres = Spheres(candidates.centre[chosen], radius[chosen], label[chosen].astype(np.int64), len(given.radius))
+    return _polished(spheres, samples)
+
+
+def _kept(surface: Surface, share: Floats, samples: Samples, *, fine: bool) -> Samples:
+    """The samples of the left half that lie on parts of this fineness."""
+    label = shares_at(surface, share, samples).argmax(axis=1)
+    wanted = np.isin(label, [SEGMENTS.index(n) for n in FINE_PARTS]) == fine
+    return samples.at(np.flatnonzero(wanted & (samples.point[:, 1] >= -1e-4)))
+
+
+def _of_one_part(surface: Surface, share: Floats, found: Candidates) -> Candidates:
+    """Without the balls that also touch the skin of another part: they would bridge an arm pit or a groin."""
+    _, face, _ = surface.nearest(found.centre)
+    mine = np.log2(found.bits.astype(np.float64)).astype(np.int64)
+    return found.at(share[surface.faces[face]].mean(axis=1)[np.arange(len(mine)), mine] > 0.25)
+
+
+def _middled(surface: Surface, found: Candidates) -> Candidates:
+    """What lies near the middle plane is moved into it, so that it needs no twin."""
+    depth = np.maximum(found.depth, 1e-9)
+    near = found.centre[:, 1] < 0.45 * depth
+    centre = np.where(near[:, None], found.centre * [1, 0, 1], found.centre)
+    return Candidates(centre, np.where(near, -surface.distance(centre), found.depth), found.bits)
+
+
+def _inner(candidates: Candidates, radius: Floats, factor: float) -> Targets:
+    """Thinned centres of deep candidates that must lie inside some sphere: against voids."""
+    from workbench.kernels.spacing import thin_points
+
+    deep = np.flatnonzero((candidates.depth > 0.008 * factor) & (radius > 0))
+    deep = deep[np.argsort(-candidates.depth[deep], kind="stable")]
+    deep = deep[thin_points(candidates.centre[deep], 0.012 * factor)]
+    return Targets(candidates.centre[deep], np.zeros(len(deep)), np.full(len(deep), MOST))
+
+
+def _polished(spheres: Spheres, samples: list[Samples]) -> Spheres:
+    """Least squares on both halves at once, then exactly symmetric again."""
+    point = np.concatenate([s.point for s in samples])
+    # fine parts have more samples for their area; each sphere is solved by its own, so that does no harm
+    both = np.concatenate([point, point * FLIP])
+    sided = spheres.sided
+    centre = np.concatenate([spheres.centre, spheres.centre[sided] * FLIP])
+    radius = np.concatenate([spheres.radius, spheres.radius[sided]])
+    free = np.arange(len(radius)) >= spheres.given
+    free[len(spheres.radius) :] = free[: len(spheres.radius)][sided]
+    from workbench.kernels.nearest import morton_order
+
+    both = both[morton_order(both)]
+    centre, radius = polished(both, centre, radius, free=free, limits=Limits(0.002, 0.2, 1, 1), steps=4)
+    count = len(spheres.radius)
+    twin_centre, twin_radius = centre[:count] * [1, 0, 1], radius[:count].copy()
+    twin_centre[sided], twin_radius[sided] = centre[count:] * FLIP, radius[count:]
+    centre, radius = 0.5 * (centre[:count] + twin_centre), 0.5 * (radius[:count] + twin_radius)
+    centre[~sided, 1] = 0.0
+    return Spheres(centre, radius, spheres.segment, spheres.given)

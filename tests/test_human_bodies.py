@@ -1,0 +1,184 @@
+"""The human family: its files are bodies of people, adult and child, with anatomy, masses and landmarks in place."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+import yaml
+
+import workbench as wb
+from tests.conftest import ROOT
+from workbench.kernels.nearest import morton_order
+from workbench.shape.measure import MEASURES, measure
+from workbench.shape.morph import morph
+from workbench.shape.polish import union_field
+
+NAMES = ("adult_male", "adult_female", "child_6", "child_3")
+ADULTS = {"adult_male": 0, "adult_female": 1}
+SEATED = {f"{side}{joint}": {"flexion": 90.0} for side in "LR" for joint in "HKE"}
+# ANSUR II medians [mm], men and women (NATICK/TR-15/007)
+MEDIANS = {
+    "stature": (1755, 1626), "sitting_height": (918, 857), "eye_height_sitting": (804, 748),
+    "buttock_knee_length": (617, 589), "knee_height_sitting": (553, 510), "popliteal_height": (430, 387),
+    "shoulder_elbow_length": (363, 334), "forearm_hand_length": (480, 438), "bideltoid_breadth": (509, 450),
+    "biacromial_breadth": (415, 365), "hip_breadth_sitting": (378, 397), "thigh_clearance": (180, 167),
+    "chest_depth": (253, 245), "waist_depth": (234, 209), "hand_length": (193, 180), "foot_length": (271, 246),
+    "head_length": (200, 190), "head_breadth": (154, 147),
+}  # fmt: skip
+# de Leva 1996, table 4; shoulder masses from the upper trunk, a fifth of head and neck the neck
+SHARES = {
+    "LT": (0.1117, 0.1247), "CT": (0.1633, 0.1465), "UT": (0.133, 0.1279), "LSM": (0.0133, 0.0133),
+    "N": (0.0139, 0.0134), "H": (0.0555, 0.0534), "LUA": (0.0271, 0.0255), "LLA": (0.0162, 0.0138),
+    "LHN": (0.0061, 0.0056), "LUL": (0.1416, 0.1478), "LLL": (0.0433, 0.0481), "LF": (0.0137, 0.0129),
+}  # fmt: skip
+
+
+@cache
+def loaded(name):
+    return wb.load_body(name)
+
+
+@cache
+def measured(name):
+    return measure(loaded(name))
+
+
+def world(body):
+    """Sphere centres (S, 3) and joints (J, 3) in the zero pose."""
+    placed = wb.place(body, wb.pose(body, {}))
+    frames = placed.world_from_segment[0][1:]
+    return placed.centres[0], np.einsum("jik,jk->ji", frames[:, :, :3], body.joint_in_child) + frames[:, :, 3]
+
+
+@cache
+def volumes(name):
+    """(N,) [m3] of each segment: points belong to the segment whose sphere they are deepest in; 9 mm grid."""
+    body = loaded(name)
+    centre, step = world(body)[0], 0.009 * np.ptp(world(body)[0][:, 2]) / 1.7
+    reach = body.radius[:, None]
+    low, high = (centre - reach).min(axis=0), (centre + reach).max(axis=0)
+    axes = [np.arange(a + step / 2, b, step) for a, b in zip(low, high, strict=True)]
+    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    grid = grid[morton_order(grid)]
+    field, ball = union_field(grid, centre, body.radius)
+    owner = body.sphere_segment[ball[field < 0]]
+    return np.bincount(owner, minlength=len(body.segments)) * step**3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_measure_can_be_taken(name):
+    assert set(measured(name)) == set(MEASURES)
+    assert all(0.03 < value < 2.3 for value in measured(name).values())
+
+
+@pytest.mark.parametrize("name", ADULTS)
+def test_adults_are_of_median_size_within_15_mm(name):
+    off = {key: 1000 * measured(name)[key] - row[ADULTS[name]] for key, row in MEDIANS.items()}
+    assert max(map(abs, off.values())) <= 15, off
+    assert np.mean(np.abs(list(off.values()))) <= 5, off
+
+
+def test_an_average_mans_hips_are_170_to_180_mm_apart():
+    body = loaded("adult_male")
+    joints = world(body)[1]
+    apart = np.linalg.norm(joints[body.joint("LH")] - joints[body.joint("RH")])
+    assert 0.170 <= apart <= 0.180
+
+
+@pytest.mark.parametrize("name", ADULTS)
+def test_volume_times_density_is_the_mass_of_the_table(name):
+    body, k = loaded(name), ADULTS[name]
+    density = dict(zip(body.segments, body.basis.density, strict=True))
+    found = dict(zip(body.segments, volumes(name), strict=True))
+    off = {n: found[n] * density[n] / (row[k] * body.mass.sum()) - 1 for n, row in SHARES.items()}
+    assert abs(sum(found[n] * density[n] for n in body.segments) / body.mass.sum() - 1) < 0.05
+    assert max(map(abs, off.values())) < 0.15, off
+
+
+@pytest.mark.parametrize(("name", "kilograms"), [("adult_male", 84.6), ("adult_female", 66.8), ("child_6", 23.4),
+                                                 ("child_3", 15.5)])  # fmt: skip
+def test_bodies_weigh_what_they_should(name, kilograms):
+    assert loaded(name).mass.sum() == pytest.approx(kilograms, rel=0.01)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_left_is_the_mirror_image_of_right(name):
+    body = loaded(name)
+    centre, joints = world(body)
+    rows = np.column_stack([centre, body.radius])
+    for twin in (rows, np.column_stack([joints, np.zeros(len(joints))])):
+        image = twin * [1, -1, 1, 1]
+        gap = np.abs(image[:, None] - twin[None]).max(axis=2).min(axis=1)
+        assert gap.max() < 3e-5
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_subparts_of_bubbleman_and_more_are_named(name):
+    body, first = loaded(name), loaded("bubbleman")
+
+    def named(b):
+        return {(b.segments[s], n) for s, n in zip(b.sphere_segment, b.sphere_names, strict=True) if n}
+
+    assert named(first) <= named(body)
+    assert {("LLL", "calf"), ("N", "nape")} <= named(body)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_nobody_touches_himself_standing_or_sitting(name):
+    body = loaded(name)
+    poses = wb.join_poses([wb.pose(body, {}), wb.pose(body, SEATED)])
+    contacts = wb.self_contacts(wb.place(body, poses))
+    assert not [d for d, a in zip(contacts.distance, contacts.allowed, strict=True) if -d > a + 1e-9]
+
+
+def test_a_child_is_no_shrunken_adult():
+    head = {name: measured(name)["head_length"] / measured(name)["stature"] for name in NAMES}
+    sitting = {name: measured(name)["sitting_height"] / measured(name)["stature"] for name in NAMES}
+    assert head["child_3"] > head["child_6"] > 1.25 * head["adult_male"]
+    # NHTSA, Hybrid III: 546 of 945 mm, 635 of 1143 mm; men 918 of 1755 mm
+    assert sitting["child_3"] == pytest.approx(0.578, abs=0.008)
+    assert sitting["child_6"] == pytest.approx(0.556, abs=0.008)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_fit_errors_are_told_for_every_segment(name):
+    body = loaded(name)
+    assert np.all(np.isfinite(body.fit_error[1:]))
+    assert np.all((body.fit_error[1:] > 0) & (body.fit_error[1:] < 0.05))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_family_gives_the_body_of_the_file(name):
+    body = loaded(name)
+    again = morph(body, body.basis_at, "fine")
+    assert np.abs(world(again)[0] - world(body)[0]).max() < 3e-5
+    assert np.abs(again.radius - body.radius).max() < 1e-5
+
+
+@pytest.mark.parametrize(("level", "low", "high"), [("coarse", 140, 180), ("medium", 380, 440), ("fine", 700, 1000)])
+def test_there_are_three_levels_of_detail(level, low, high):
+    body = loaded("adult_female")
+    assert low <= len(body.basis.detail(level).names) <= high
+    other = morph(body, body.basis_at, level)
+    stature, sitting = (1000 * measure(other)[key] for key in ("stature", "sitting_height"))
+    assert stature == pytest.approx(1626, abs=12)
+    assert sitting == pytest.approx(857, abs=15)
+
+
+def test_the_basis_is_small_and_scaled_to_unit_variance():
+    path = ROOT / "bodies" / "human_basis.npz"
+    assert path.stat().st_size < 3e6
+    basis = loaded("adult_male").basis
+    assert set(basis.anchor_names) == set(NAMES)
+    assert np.abs(basis.anchors).max() < 5
+    for spread in basis.anchor_spread:
+        assert np.linalg.eigvalsh(spread).min() > 0
+
+
+def test_bodies_say_where_they_come_from():
+    for name in NAMES:
+        text = (ROOT / "bodies" / f"{name}.yaml").read_text(encoding="utf-8")
+        assert "MakeHuman" in text.split("segments:")[0]
+        assert yaml.safe_load(text)["licence"] == "CC0-1.0"
