@@ -82,6 +82,25 @@ class Family:
                           for k in range(1, len(self.radius))], axis=1)  # fmt: skip
         return total, slope
 
+    def pressed(self, z: Floats) -> tuple[Floats, Floats]:
+        """How deep forearm and hand lie in trunk and thigh in the zero pose (m,) [m], with derivatives (m, K): the
+        deepest sphere of the trunk and thigh for each sphere of the arm that comes nearer than a millimetre."""
+        weight = np.concatenate([[1.0], z])
+        centre, radius = np.tensordot(weight, self.centre, axes=1), weight @ self.radius
+        names = np.array(SEGMENTS)[self.level.segment]
+        arm = np.flatnonzero(np.isin(names, ["LLA", "LHN"]))
+        side = np.flatnonzero(np.isin(names, ["LUL", "LT", "CT"]))
+        away = centre[arm][:, None] - centre[side][None]
+        far = np.linalg.norm(away, axis=2)
+        deep = radius[arm][:, None] + radius[side][None] - far
+        k = deep.argmax(axis=1)
+        row = np.flatnonzero(deep.max(axis=1) > -1e-3)
+        i, j = arm[row], side[k[row]]
+        unit = away[row, k[row]] / far[row, k[row]][:, None]
+        slope = self.radius[1:, i] + self.radius[1:, j]
+        slope = slope - np.einsum("kmc,mc->km", self.centre[1:, i] - self.centre[1:, j], unit)
+        return deep[row, k[row]], slope.T
+
 
 def fitted_z(
     family: Family, start: Floats, measures: dict[str, tuple[float, float]], masses: dict[str, float], whole: float,
@@ -90,7 +109,8 @@ def fitted_z(
     """Coefficients near `start` (K,) whose body has the measures (value, tolerance) [m], segment masses [kg]
     and a whole mass [kg].
 
-    loose: the weight of staying at the start; masses are wanted within about 4 %, the whole within 2 %.
+    Forearm and hand are kept out of trunk and thigh. loose: the weight of staying at the start; masses are
+    wanted within about 15 %, the whole within 2 %.
     """
     names = list(measures)
     wanted = np.array([measures[name][0] for name in names])
@@ -99,14 +119,17 @@ def fitted_z(
     for turn in range(14):
         value, slope = family.rows_of(family.manikin(z), names)
         rows, gap = [loose * np.eye(len(z)), weight[:, None] * slope], [loose * (start - z), weight * (wanted - value)]
+        deep, push = family.pressed(z)
+        rows.append(push / 0.008)
+        gap.append((-0.001 - deep) / 0.008)
         volume, grow = family.volume_rows(z)
         heavy = np.array([density(name) if name != "STG" else 0.0 for name in SEGMENTS])
         rows.append((heavy @ grow)[None] / (0.02 * whole))
         gap.append(np.array([whole - heavy @ volume]) / (0.02 * whole))
         for name, mass in masses.items():
             n = SEGMENTS.index(name)
-            rows.append(heavy[n] * grow[n][None] / (0.04 * mass))
-            gap.append(np.array([mass - heavy[n] * volume[n]]) / (0.04 * mass))
+            rows.append(heavy[n] * grow[n][None] / (0.15 * mass))
+            gap.append(np.array([mass - heavy[n] * volume[n]]) / (0.15 * mass))
         step = np.linalg.lstsq(np.concatenate(rows), np.concatenate(gap), rcond=None)[0]
         z = z + (1.0 if turn < 8 else 0.5) * step
     return z

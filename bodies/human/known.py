@@ -32,12 +32,13 @@ _MEDIAN = {
 }  # fmt: skip
 _LOOSE = {
     "acromial_height_sitting": 8, "elbow_rest_height": 8, "thumb_tip_reach": 12, "cervicale_height": 10,
-    "overhead_fingertip_reach_sitting": 12, "forearm_forearm_breadth": 15, "acromion_radiale_length": 8,
+    "overhead_fingertip_reach_sitting": 12, "forearm_forearm_breadth": 12, "acromion_radiale_length": 8,
     "cervicale_height_sitting": 10, "trochanterion_height": 12, "lateral_femoral_epicondyle_height": 12,
-    "abdominal_extension_depth_sitting": 12, "buttock_popliteal_length": 15, "waist_depth": 8, "waist_breadth": 8,
-    "buttock_depth": 8, "forearm_center_of_grip_length": 6, "hand_breadth": 4, "foot_breadth_horizontal": 4,
+    "abdominal_extension_depth_sitting": 8, "buttock_popliteal_length": 15, "waist_depth": 8, "waist_breadth": 8,
+    "buttock_depth": 8, "forearm_center_of_grip_length": 6, "hand_breadth": 4,
+    "hip_breadth_sitting": 6, "thigh_clearance": 4, "foot_breadth_horizontal": 4,
 }  # fmt: skip
-"""Tolerances [mm] of measures whose landmark the sphere body stands in for; 4 for the others."""
+"""Tolerances [mm] of measures whose landmark the sphere body stands in for; 2.5 for the others."""
 _SHARE = {
     "LT": (0.1117, 0.1247), "CT": (0.1633, 0.1465), "UT": (0.133, 0.1279), "LSM": (0.0133, 0.0133),
     "N": (0.0139, 0.0134), "H": (0.0555, 0.0534), "LUA": (0.0271, 0.0255), "LLA": (0.0162, 0.0138),
@@ -68,7 +69,7 @@ def _age(years: float) -> float:
 
 
 def _adult(k: int, description: str, start: Person, mass: float) -> Known:
-    measures = {name: (MM * row[k], MM * _LOOSE.get(name, 4)) for name, row in _MEDIAN.items()}
+    measures = {name: (MM * row[k], MM * _LOOSE.get(name, 2.5)) for name, row in _MEDIAN.items()}
     share = {name: row[k] for name, row in _SHARE.items()}
     source = ("spheres fitted to the MakeHuman base mesh (CC0, MPFB2 assets); size: medians of ANSUR II "
               "(NATICK/TR-15/007); masses: de Leva 1996")  # fmt: skip

@@ -60,7 +60,9 @@ class Skeleton:
         body = source.groups["body"]
         spot = np.array([0, 0.024, points[markers["l-clavicle"]].mean(axis=0)[2]])
         gap = np.linalg.norm((points[body] - spot)[:, 1:], axis=1) - 0.2 * points[body, 0]
-        bare = cls(markers, np.zeros((len(points), len(SEGMENTS))), body[np.argsort(gap)[:6]], np.zeros((len(points), 4)))
+        bare = cls(
+            markers, np.zeros((len(points), len(SEGMENTS))), body[np.argsort(gap)[:6]], np.zeros((len(points), 4))
+        )
         joint = bare.joints(points)
         return cls(markers, _shares(source, points, joint), bare.notch, _fingers(source, len(points)))
 

@@ -21,8 +21,10 @@ BENT = {"LE": ("flexion", 100.0), "LK": ("flexion", 100.0), "LW": ("flexion", 50
         "NP": ("flexion", 40.0), "LH": ("flexion", 90.0), "LS": ("abduction", 60.0)}  # fmt: skip
 FLESH = {("LT", "UT"), ("CT", "LUL"), ("CT", "RUL"), ("LT", "LUA"), ("CT", "LUA"), ("CT", "RUA"), ("UT", "LUA"),
          ("UT", "RUA"), ("LUL", "RUL"), ("N", "LSM"), ("N", "RSM"), ("CT", "LSM"), ("CT", "RSM"), ("LSM", "RSM"),
-         ("UT", "H"), ("LT", "LLL"), ("LT", "RLL"), ("LT", "LLA"), ("LT", "RLA"), ("LT", "RUA")}  # fmt: skip
-"""Pairs that flesh joins or presses together, standing or sitting."""
+         ("UT", "H"), ("LT", "LLL"), ("LT", "RLL"), ("LT", "LLA"), ("LT", "RLA"), ("LT", "RUA"),
+         ("N", "LUA"), ("N", "RUA"), ("LHN", "LUL"), ("RHN", "RUL"), ("H", "LSM"), ("H", "RSM"),
+         ("CT", "LLA"), ("CT", "RLA")}  # fmt: skip
+"""Pairs that flesh joins or presses together, standing or sitting; the palm may lie against the thigh."""
 
 
 def neighbours(segment: int) -> list[int]:
@@ -34,7 +36,8 @@ def neighbours(segment: int) -> list[int]:
 def fit_errors(surface: Surface, share: Floats, spheres: tuple[Floats, Floats, NDArray[np.int64]]) -> Floats:
     """(N, 2) [m] how far the skin lies outside and inside the spheres of each segment and its neighbours.
 
-    100,000 samples of the skin; in the zero pose skin lies against skin, so each part is held against its own.
+    100,000 samples of the skin; in the zero pose skin lies against skin, so each part is held against its own,
+    and skin folded in between two parts (an arm pit, a groin) is not counted.
     """
     centre, radius, segment = spheres
     samples = random_samples(surface, 100_000, seed=3)
@@ -45,7 +48,9 @@ def fit_errors(surface: Surface, share: Floats, spheres: tuple[Floats, Floats, N
         point = samples.point[label == n]
         if not len(point):
             continue
-        field = union_field(point, centre[own], radius[own])[0]
+        field, ball = union_field(point, centre[own], radius[own])
+        folded = (segment[own][ball] != n) & (field < -0.005)
+        point, field = point[~folded], field[~folded]
         exposed = exposed_points(centre[own], radius[own], 20_000)
         far = distance_to_union(point, exposed, centre[own], radius[own])
         result[n] = max(field.max(), 0.0), far[field < 0].max(initial=0.0)
