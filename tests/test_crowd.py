@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from functools import lru_cache
 
 import pytest
 
@@ -103,3 +104,22 @@ def test_every_boundary_case_shows_the_six_measures_of_a_cockpit(bubbleman, row)
     wanted = {name: float(row[name.replace("_", "")]) / 1000 for name in COCKPIT}
     found = measure(wb.scale(bubbleman, wanted), COCKPIT)
     assert max(abs(found[name] - wanted[name]) for name in COCKPIT) < 5e-5
+
+
+@pytest.mark.parametrize("row", cases(), ids=lambda row: f"{row['sex']}{row['angle']}")
+def test_every_boundary_case_is_a_member_of_the_human_family(row):
+    name = {"M": "adult_male", "F": "adult_female"}[row["sex"]]
+    if not (ROOT / "bodies" / f"{name}.yaml").exists():
+        pytest.skip(f"no {name} here")
+    wanted = {name: float(row[name.replace("_", "")]) / 1000 for name in COCKPIT}
+    body = load(name)
+    made = wb.scale(body, wanted)
+    found = measure(made, COCKPIT)
+    assert max(abs(found[name] - wanted[name]) for name in COCKPIT) < 5e-5
+    assert abs(made.basis_at - body.basis_at).max() < 4
+
+
+@lru_cache(maxsize=2)
+def load(name):
+    """A body of the catalogue, once: its space of shapes is worked out once a body."""
+    return wb.load_body(name)
