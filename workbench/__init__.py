@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from workbench.model.poses import Poses as Poses
     from workbench.model.posing import join_poses as join_poses
     from workbench.model.posing import pose as pose
+    from workbench.model.reach import Reach as Reach
     from workbench.model.result import Result as Result
     from workbench.model.study import Study as Study
     from workbench.people.boundary import boundary_cases as boundary_cases
@@ -57,6 +58,8 @@ if TYPE_CHECKING:
     from workbench.solve.forward import place as place
     from workbench.solve.forward import rereference as rereference
     from workbench.solve.forward import update as update
+    from workbench.solve.limbs import limb as limb
+    from workbench.solve.reach import reach as reach
     from workbench.solve.stops import stops as stops
     from workbench.solve.sweep import body_sweep as body_sweep
     from workbench.solve.sweep import self_sweep as self_sweep
@@ -104,6 +107,9 @@ _HOME: dict[str, str] = {
     "place": "solve.forward",
     "rereference": "solve.forward",
     "update": "solve.forward",
+    "limb": "solve.limbs",
+    "reach": "solve.reach",
+    "Reach": "model.reach",
     "stops": "solve.stops",
     "run": "study.run",
     "person_body": "study.persons",
@@ -130,6 +136,7 @@ __all__ = [
     "MissingPartError",
     "Placed",
     "Poses",
+    "Reach",
     "Result",
     "Study",
     "UsageError",
@@ -149,6 +156,7 @@ __all__ = [
     "episodes",
     "fit_segments",
     "join_poses",
+    "limb",
     "load_body",
     "load_environment",
     "load_population_model",
@@ -157,6 +165,7 @@ __all__ = [
     "person_body",
     "place",
     "pose",
+    "reach",
     "read_ansur",
     "relation",
     "rereference",

@@ -1,0 +1,185 @@
+"""A serial chain of joints: where its links are, and how its tip moves with each free angle.
+
+The angles of a joint are the two components of its swing vector and its twist: rotation = exp(swing) exp(twist). The
+rate of turn that a swing component causes is the left Jacobian of the exponential map times its axis (Chirikjian 2011,
+Stochastic Models, Information Theory, and Lie Groups 2, section 10.3).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+__all__ = ["Linkage", "State", "move", "new_state"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Linkage(NamedTuple):
+    """K joints from link 0 (held) to link K (with the tip); n of the 3 K angles are free.
+
+    at_parent, at_child (K, 3): each joint in both links' frames; axes (K, 3, 3): swing 1, swing 2, twist; rows (R, 3):
+    its stops, joint, axis and side (see kernels.limits); limits (K, 3, 2) [rad]; coupled (K, 3, 2): the row of
+    coupling (M, 6) that a limit follows, or -1: driver joint and axis, two driver angles, two limits; free_joint,
+    free_axis (n,); free_of (K, 3): which free angle, or -1; mode (n,) [rad] and weight (n,) [1/rad2]: comfort is the
+    weighted square of the distance to the mode. sides (V, 5, 3): the spherical polygon that holds limb (3,) in the
+    frame of link polygon_link, side by side: first corner, inward normal, normals of its two ends, normal of the plane
+    through first corner and centre. tip (3,), pointing (3,): the point that reaches and the direction it reaches in,
+    in link K.
+    """
+
+    at_parent: Floats
+    at_child: Floats
+    axes: Floats
+    rows: Ints
+    limits: Floats
+    coupling: Floats
+    coupled: Ints
+    free_joint: Ints
+    free_axis: Ints
+    free_of: Ints
+    mode: Floats
+    weight: Floats
+    sides: Floats
+    limb: Floats
+    polygon_link: int
+    tip: Floats
+    pointing: Floats
+
+
+class State(NamedTuple):
+    """Where a chain is: angles (K, 3); world (K + 1, 3, 4); spin (n, 3): rate of turn for each free angle; slope
+    (n, 6): rate of the tip and of its direction; at (6,): tip and direction; room (R,), slope_of_room (R, n), label
+    (R, 3): the stops (joint, axis, side) and planes; used (1,): how many rows there are."""
+
+    angles: Floats
+    world: Floats
+    spin: Floats
+    slope: Floats
+    at: Floats
+    room: Floats
+    slope_of_room: Floats
+    label: Ints
+    used: Ints
+
+
+@njit(cache=True)
+def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
+    """An empty state."""
+    return State(
+        np.zeros((joints, 3)),
+        np.zeros((joints + 1, 3, 4)),
+        np.zeros((free, 3)),
+        np.zeros((free, 6)),
+        np.zeros(6),
+        np.zeros(rows),
+        np.zeros((rows, free)),
+        np.zeros((rows, 3), np.int64),
+        np.zeros(1, np.int64),
+    )
+
+
+@njit(cache=True, inline="always")
+def _sines(angle):  # type: ignore[no-untyped-def]
+    """sin(a)/a, (1 - cos a)/a2 and (a - sin a)/a3, also near zero."""
+    if angle < 1e-4:
+        square = angle * angle
+        return 1.0 - square / 6.0, 0.5 - square / 24.0, 1.0 / 6.0 - square / 120.0
+    sine, cosine = math.sin(angle), math.cos(angle)
+    return sine / angle, (1.0 - cosine) / (angle * angle), (angle - sine) / (angle * angle * angle)
+
+
+@njit(cache=True, inline="always")
+def _times(m, r):  # type: ignore[no-untyped-def]
+    """Product of two matrices given row by row as tuples."""
+    return (
+        m[0] * r[0] + m[1] * r[3] + m[2] * r[6], m[0] * r[1] + m[1] * r[4] + m[2] * r[7],
+        m[0] * r[2] + m[1] * r[5] + m[2] * r[8],
+        m[3] * r[0] + m[4] * r[3] + m[5] * r[6], m[3] * r[1] + m[4] * r[4] + m[5] * r[7],
+        m[3] * r[2] + m[4] * r[5] + m[5] * r[8],
+        m[6] * r[0] + m[7] * r[3] + m[8] * r[6], m[6] * r[1] + m[7] * r[4] + m[8] * r[7],
+        m[6] * r[2] + m[7] * r[5] + m[8] * r[8],
+    )  # fmt: skip
+
+
+@njit(cache=True, inline="always")
+def _turn(x, y, z, angle):  # type: ignore[no-untyped-def]
+    """Matrix of the rotation vector (x, y, z) of length angle: Rodrigues' formula."""
+    a, b, _ = _sines(angle)
+    return (
+        1.0 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y,
+        b * x * y + a * z, 1.0 - b * (x * x + z * z), b * y * z - a * x,
+        b * x * z - a * y, b * y * z + a * x, 1.0 - b * (x * x + y * y),
+    )  # fmt: skip
+
+
+@njit(cache=True, inline="always")
+def _joint(link, k, state):  # type: ignore[no-untyped-def]
+    """World of link k + 1 and the rates of turn of joint k's free angles, from the world of link k."""
+    angles, world, spin = state.angles[k], state.world, state.spin
+    a, b, c = link.axes[k, 0], link.axes[k, 1], link.axes[k, 2]
+    s = (angles[0] * a[0] + angles[1] * b[0], angles[0] * a[1] + angles[1] * b[1], angles[0] * a[2] + angles[1] * b[2])
+    size = math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2])
+    w = world[k]
+    above = (w[0, 0], w[0, 1], w[0, 2], w[1, 0], w[1, 1], w[1, 2], w[2, 0], w[2, 1], w[2, 2])
+    swung = _times(above, _turn(s[0], s[1], s[2], size)) if size > 0.0 else above
+    below = swung
+    if angles[2] != 0.0:
+        turn = _turn(c[0] * angles[2], c[1] * angles[2], c[2] * angles[2], abs(angles[2]))
+        below = _times(swung, turn)
+    p, q = link.at_parent[k], link.at_child[k]
+    for i in range(3):
+        m = 3 * i
+        world[k + 1, i, 0], world[k + 1, i, 1], world[k + 1, i, 2] = below[m], below[m + 1], below[m + 2]
+        at = above[m] * p[0] + above[m + 1] * p[1] + above[m + 2] * p[2]
+        world[k + 1, i, 3] = w[i, 3] + at - below[m] * q[0] - below[m + 1] * q[1] - below[m + 2] * q[2]
+    _, second, third = _sines(size)
+    for axis in range(3):
+        d = link.free_of[k, axis]
+        if d < 0:
+            continue
+        v, frame = link.axes[k, axis], swung
+        x, y, z = v[0], v[1], v[2]
+        if axis < 2:
+            frame = above
+            u = (s[1] * z - s[2] * y, s[2] * x - s[0] * z, s[0] * y - s[1] * x)
+            t = (s[1] * u[2] - s[2] * u[1], s[2] * u[0] - s[0] * u[2], s[0] * u[1] - s[1] * u[0])
+            x, y, z = (
+                x + second * u[0] + third * t[0],
+                y + second * u[1] + third * t[1],
+                z + second * u[2] + third * t[2],
+            )
+        for i in range(3):
+            spin[d, i] = frame[3 * i] * x + frame[3 * i + 1] * y + frame[3 * i + 2] * z
+
+
+@njit(cache=True)
+def move(link, base, state):  # type: ignore[no-untyped-def]
+    """Fill world, spin, slope and `at` of a state from its angles; base (3, 4) is the world of link 0."""
+    state.world[0] = base
+    joints = link.at_parent.shape[0]
+    for k in range(joints):
+        _joint(link, k, state)
+    last, at, slope = state.world[joints], state.at, state.slope
+    for i in range(3):
+        at[i] = last[i, 3]
+        at[3 + i] = 0.0
+        for m in range(3):
+            at[i] += last[i, m] * link.tip[m]
+            at[3 + i] += last[i, m] * link.pointing[m]
+    for d in range(link.free_joint.shape[0]):
+        k = link.free_joint[d]
+        w, o = state.spin[d], link.at_parent[k]
+        x, y, z = state.world[k, 0], state.world[k, 1], state.world[k, 2]
+        r0 = at[0] - (x[0] * o[0] + x[1] * o[1] + x[2] * o[2] + x[3])
+        r1 = at[1] - (y[0] * o[0] + y[1] * o[1] + y[2] * o[2] + y[3])
+        r2 = at[2] - (z[0] * o[0] + z[1] * o[1] + z[2] * o[2] + z[3])
+        slope[d, 0], slope[d, 1], slope[d, 2] = w[1] * r2 - w[2] * r1, w[2] * r0 - w[0] * r2, w[0] * r1 - w[1] * r0
+        slope[d, 3] = w[1] * at[5] - w[2] * at[4]
+        slope[d, 4] = w[2] * at[3] - w[0] * at[5]
+        slope[d, 5] = w[0] * at[4] - w[1] * at[3]

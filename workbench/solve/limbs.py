@@ -1,0 +1,116 @@
+"""Limbs that reach: a hand or foot, the point of it that arrives, and the joints that the harness leaves free.
+
+Zones after MIL-STD-1333: 1 shoulders against the seat back, harness locked, no stretch; 2 locked, the shoulder
+stretched; 3 unlocked, the trunk leans and twists over a pelvis held by the lap belt. Grip points are landmarks of the
+body, so that they follow its measures: the fingertip, the thumb's tip as thumb-tip reach is measured, the centre of
+grip as forearm-grip length is measured, on the surface of the palm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
+from workbench.model.vocabulary import DIRECTIONS
+
+__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb"]
+
+HANDS, FEET = ("left hand", "right hand"), ("left foot", "right foot")
+GRIPS = {"hand": ("push", "pinch", "grasp"), "foot": ("ball", "heel")}
+ZONES = (1, 2, 3)
+_ARM = {1: ("S", "E", "W"), 2: ("C", "S", "E", "W"), 3: ("C", "S", "E", "W")}
+_LEG = ("H", "K", "A")
+
+
+@dataclass(frozen=True, eq=False)
+class Limb:
+    """A chain of a body that reaches: from segment `base` (held) to segment `end`, the joints `free` free.
+
+    tip (3,) [m]: the point that reaches, pointing (3,): the direction it reaches in, both in the frame of `end`.
+    moving: the segments that go along; solid (S,): the spheres that may meet obstacles. The fingers of a hand that
+    reaches are not among them: the body holds them straight, where a person bends them out of the way.
+    """
+
+    name: str
+    base: int
+    end: int
+    free: tuple[int, ...]
+    tip: Floats
+    pointing: Floats
+    moving: tuple[int, ...]
+    solid: Bools
+
+
+def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Limb:
+    """A hand or foot of a human body.
+
+    name: left hand, right hand, left foot or right foot; grip: push, pinch or grasp of a hand, ball or heel of a foot
+    (the first of them where None); zone: 1, 2 or 3 (of a hand). InputError for unknown names, and where the body lacks
+    the landmark.
+    """
+    if name not in HANDS + FEET:
+        raise InputError(f"no limb {name!r}; {one_of(name, HANDS + FEET)}")
+    side, kind = name[0].upper(), name.split()[1]
+    grip = GRIPS[kind][0] if grip is None else grip
+    if grip not in GRIPS[kind]:
+        raise InputError(f"a {kind} has no grip {grip!r}; {one_of(grip, GRIPS[kind])}")
+    if zone not in ZONES:
+        raise InputError(f"no zone {zone}; it is 1, 2 or 3")
+    if kind == "foot":
+        end, base, joints = body.segment(f"{side}F"), body.segment("LT"), [side + letter for letter in _LEG]
+        more: tuple[str, ...] = ()
+    else:
+        end, base = body.segment(f"{side}HN"), body.segment("UT" if zone < 3 else "LT")
+        joints = [*(("W", "SP") if zone == 3 else ()), *(side + letter for letter in _ARM[zone])]
+        more = ("N", "H") if zone == 3 else ()
+    free = tuple(body.joint(joint) for joint in joints)
+    moving = tuple(sorted({joint + 1 for joint in free} | {body.segment(segment) for segment in more}))
+    tip, pointing = _landmark(body, end, grip)
+    solid = np.isin(body.sphere_segment, moving)
+    if kind == "hand":
+        solid &= ~_fingers(body, end)
+    return Limb(f"{name}, {grip}", base, end, free, tip, pointing, moving, solid)
+
+
+def _fingers(body: Body, hand: int) -> Bools:
+    """(S,) the spheres of a hand that lie farther out than the index knuckle."""
+    knuckle, _ = _sphere(body, hand, "index knuckle")
+    beyond = (body.centre - knuckle) @ body.directions[hand, DIRECTIONS.index("top")] > 1e-6
+    fingers: Bools = beyond & (body.sphere_segment == hand)
+    return fingers
+
+
+def _landmark(body: Body, segment: int, grip: str) -> tuple[Floats, Floats]:
+    """The point of a hand or foot that arrives, and the way it points, by grip."""
+    top, front, down = (body.directions[segment, DIRECTIONS.index(d)] for d in ("top", "front", "bottom"))
+    if grip == "push":
+        centre, radius = _sphere(body, segment, "index fingertip")
+        return centre + radius * top, top
+    if grip == "pinch":
+        thumb, radius = _sphere(body, segment, "thumb tip")
+        index, _ = _sphere(body, segment, "index fingertip")
+        between = 0.5 * (thumb + index)
+        return between + ((thumb - between) @ top + radius) * top, top
+    if grip == "grasp":
+        palm, radius = _sphere(body, segment, "palm")
+        knuckle, _ = _sphere(body, segment, "index knuckle")
+        between = 0.5 * (palm + knuckle)
+        return between + ((palm - between) @ front + radius) * front, front
+    centre, radius = _sphere(body, segment, "ball of foot" if grip == "ball" else "heel")
+    return centre + radius * down, down
+
+
+def _sphere(body: Body, segment: int, name: str) -> tuple[Floats, float]:
+    """Centre (3,) and radius of a named sphere of a segment."""
+    names = body.sphere_names[body.spheres(segment)]
+    if name not in names:
+        known = [known for known in names if known]
+        raise InputError(
+            f"body {body.name}: {body.segment_names[segment]} has no sphere {name!r}; {one_of(name, known)}"
+        )
+    row = int(body.start[segment]) + names.index(name)
+    return np.array(body.centre[row]), float(body.radius[row])
