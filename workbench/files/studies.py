@@ -18,7 +18,8 @@ from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, flat_angles, load_postures, posture_path, posture_pose
 from workbench.files.schema import fail, validate
-from workbench.files.study_schema import CriterionFile, PersonFile, SizeFile, StudyFile, population_name
+from workbench.files.study_aims import aim_faults, aims_of, envelopes_of
+from workbench.files.study_schema import PREDICTED, CriterionFile, PersonFile, SizeFile, StudyFile, population_name
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
@@ -59,7 +60,7 @@ def load_study(source: str | Path) -> Study:
         inputs |= files
         faults += problems
     faults += _people_faults(document, file, environment) + _case_faults(document, file, bodies)
-    faults += _criteria_faults(document, file, (environment, bodies))
+    faults += aim_faults(document, file, environment) + _criteria_faults(document, file, (environment, bodies))
     if faults or environment is None:
         raise InputError(faults)
     return Study(
@@ -73,6 +74,7 @@ def load_study(source: str | Path) -> Study:
         criteria=tuple(_criterion(file, row, (environment, bodies)) for row in file.criteria),
         inputs=inputs,
         warnings=environment.warnings,
+        envelopes=envelopes_of(file),
     )
 
 
@@ -205,9 +207,9 @@ def _case_faults(document: Document, file: StudyFile, bodies: dict[str, Loaded])
             if name not in bodies:
                 continue
             body, postures = bodies[name]
-            if entry.posture not in postures.postures:
-                what = f"no posture {entry.posture!r}; {one_of(entry.posture, postures.postures)}"
-                faults.append(fail(document, (*where, "posture"), what))
+            if entry.named not in postures.postures:
+                what = f"no posture {entry.named!r}; {one_of(entry.named, [PREDICTED, *postures.postures])}"
+                faults.append(fail(document, (*where, "posture" if entry.named == entry.posture else "like"), what))
             problems = flat_angles(body, entry.angles)[1]
             faults += [fail(document, (*where, "angles", *path), what) for path, what in problems]
     for name, (body, _) in bodies.items():
@@ -228,6 +230,7 @@ def _criteria_faults(document: Document, file: StudyFile, loaded: Found) -> list
     words = {word: name for body, _ in bodies.values() for word, name in segment_words(body).items()}
     if environment is not None:
         valid["parts"] = _visible(environment)
+        valid["controls"] = [control.name for control in environment.controls]
     faults, seen = [], set()
     for row, criterion in enumerate(file.criteria):
         key = ("criteria", row)
@@ -262,6 +265,8 @@ def _criterion(file: StudyFile, row: CriterionFile, loaded: tuple[Environment, d
         segments=_matching(row.segments, segments),
         parts=_matching(row.parts, _visible(environment)),
         at_least=at_least,
+        controls=_matching(row.controls, [control.name for control in environment.controls]),
+        zone=row.zone,
     )
 
 
@@ -276,7 +281,7 @@ def _person(file: StudyFile, name: str, loaded: tuple[Body, PosturesFile, tuple[
     person = file.people[name]
     rows = [case.people[name] for case in file.cases]
     poses = join_poses([
-        posture_pose(body, postures, row.posture, more=row.angles, attitude=person.at.attitude if person.at else None)
+        posture_pose(body, postures, row.named, more=row.angles, attitude=person.at.attitude if person.at else None)
         for row in rows
     ])  # fmt: skip
     return Person(
@@ -291,6 +296,8 @@ def _person(file: StudyFile, name: str, loaded: tuple[Body, PosturesFile, tuple[
         size=_size(person.size) if person.size else None,
         detail=person.detail,
         wears=wears,
+        aims=tuple(aims_of(row) for row in rows),
+        free_seat=person.seat is not None and person.adjust is None,
     )
 
 

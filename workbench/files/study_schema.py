@@ -9,10 +9,20 @@ from pydantic import Field, model_validator
 from workbench.files.postures import AnglesFile, AttitudeFile
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
 
-__all__ = ["CaseFile", "CriterionFile", "PersonFile", "SizeFile", "StudyFile", "population_name"]
+__all__ = [
+    "PREDICTED",
+    "CaseFile",
+    "CasePersonFile",
+    "CriterionFile",
+    "PersonFile",
+    "SizeFile",
+    "StudyFile",
+    "population_name",
+]
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Names = Annotated[list[str], Field(min_length=1)]
+PREDICTED = "predicted"
 
 
 class AdjustFile(FileModel):
@@ -82,11 +92,39 @@ class PersonFile(FileModel):
         return self
 
 
+class SidesFile(FileModel):
+    """The controls that the left and the right hand or foot hold."""
+
+    left: str | None = None
+    right: str | None = None
+
+
 class CasePersonFile(FileModel):
-    """The posture of one person in one case: a named one, and angles that replace the posture's."""
+    """The posture of one person in one case: a named one, and angles that replace the posture's.
+
+    With posture: predicted, trunk and head are those of the posture `like`, and the limbs go to the controls they
+    hold; the eyes come to the height of the point `eyes` as far as the seat goes, the heels stand at that of `heels`.
+    """
 
     posture: str
     angles: AnglesFile = {}
+    like: str = "driving"
+    hands: SidesFile = SidesFile()
+    feet: SidesFile = SidesFile()
+    eyes: str | None = None
+    heels: str | None = None
+
+    @model_validator(mode="after")
+    def _fits_the_posture(self) -> CasePersonFile:
+        told = {"like", "hands", "feet", "eyes", "heels"} & self.model_fields_set
+        if told and self.posture != PREDICTED:
+            raise ValueError(f"{sorted(told)[0]!r} belongs to posture: {PREDICTED}")
+        return self
+
+    @property
+    def named(self) -> str:
+        """The named posture that the case begins from."""
+        return self.like if self.posture == PREDICTED else self.posture
 
 
 class CaseFile(FileModel):
@@ -100,32 +138,46 @@ class CriterionFile(FileModel):
     """Something that must hold in every case; what is not named means all."""
 
     name: Name
-    check: Literal["contact", "clearance", "self_contact", "between_people", "stops"]
+    check: Literal["contact", "clearance", "self_contact", "between_people", "stops", "reach"]
     people: Names | None = None
     segments: Names | None = None
     parts: Names | None = None
     at_least: Length | None = None
     degrees: Annotated[float, Field(ge=-180, le=180)] | None = None
+    controls: Names | None = None
+    zone: Annotated[int, Field(ge=1, le=3)] | None = None
 
     @model_validator(mode="after")
     def _fits_the_check(self) -> CriterionFile:
         if (self.check == "clearance") and self.at_least is None:
             raise ValueError("a clearance needs 'at_least'")
-        if self.check in ("contact", "self_contact", "stops") and self.at_least is not None:
+        if self.check in ("contact", "self_contact", "stops", "reach") and self.at_least is not None:
             raise ValueError(f"'at_least' is a length; {self.check} takes none" +
                              (", use 'degrees'" if self.check == "stops" else ""))  # fmt: skip
         if self.degrees is not None and self.check != "stops":
             raise ValueError("'degrees' belongs to check: stops")
         if self.parts is not None and self.check not in ("contact", "clearance"):
             raise ValueError(f"'parts' belongs to contact and clearance, not to {self.check}")
+        if (self.controls is not None or self.zone is not None) and self.check != "reach":
+            raise ValueError("'controls' and 'zone' belong to check: reach")
         return self
+
+
+class EnvelopeFile(FileModel):
+    """A reach envelope about the seat reference point: whose, by which hand, grip and zone."""
+
+    person: str
+    hand: Literal["left", "right"] = "right"
+    grip: Literal["push", "pinch", "grasp"] = "grasp"
+    zone: Annotated[int, Field(ge=1, le=3)] = 1
+    obstacles: bool = False
 
 
 class StudyFile(FileModel):
     """A study file."""
 
     study: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
-    kind: Literal["clearance"]
+    kind: Literal["clearance", "reach"]
     title: str = ""
     description: str = ""
     length: LengthUnit
@@ -133,3 +185,10 @@ class StudyFile(FileModel):
     people: Annotated[dict[str, PersonFile], Field(min_length=1)]
     cases: Annotated[list[CaseFile], Field(min_length=1)]
     criteria: Annotated[list[CriterionFile], Field(min_length=1)]
+    envelopes: list[EnvelopeFile] = []
+
+    @model_validator(mode="after")
+    def _fits_the_kind(self) -> StudyFile:
+        if self.kind != "reach" and self.envelopes:
+            raise ValueError("'envelopes' belong to kind: reach")
+        return self

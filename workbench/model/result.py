@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance, Contacts
+from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.model.study import Criterion, Study
 
-__all__ = ["Finding", "PersonResult", "Result", "Verdict"]
+__all__ = ["ControlReach", "Finding", "PersonResult", "Result", "Verdict"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,26 @@ class Finding:
         """How far the body's surface, where it truly is, may lie beyond the limit [m]; negative where it cannot, NaN
         where it is not known."""
         return self.surface_known_to - abs(self.value - self.limit)
+
+
+@dataclass(frozen=True)
+class ControlReach:
+    """How one person reaches one control in one harness zone, by the hand (or foot) that does it best.
+
+    miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered there; limit: what
+    limits it, in words; discomfort as in `Reach`.
+    """
+
+    person: str
+    control: str
+    zone: int
+    own_zone: int
+    limb: str
+    reached: bool
+    miss: float
+    overlap: float
+    limit: str
+    discomfort: float
 
 
 @dataclass(frozen=True)
@@ -76,7 +97,8 @@ class Result:
     """The result of a study.
 
     environment: as it was checked, seats adjusted. between: contacts of each pair of people, by their names.
-    provenance: the input files' hashes and the versions of what computed.
+    provenance: the input files' hashes and the versions of what computed. reaches: how people reach controls, of a
+    reach study; envelopes: how far they reach all around.
     """
 
     study: Study
@@ -86,6 +108,8 @@ class Result:
     between: Mapping[tuple[str, str], Contacts]
     provenance: Mapping[str, Mapping[str, str]]
     warnings: tuple[str, ...]
+    reaches: tuple[ControlReach, ...] = ()
+    envelopes: tuple[Envelope, ...] = ()
 
     @property
     def passed(self) -> bool:

@@ -13,15 +13,16 @@ from workbench.model.growth import Growth
 from workbench.model.population import PopulationModel
 from workbench.model.poses import Poses
 
-__all__ = ["Criterion", "Person", "Size", "Study"]
+__all__ = ["Aims", "Criterion", "Person", "ReachTask", "Size", "Study"]
 
 
 @dataclass(frozen=True)
 class Criterion:
     """Something that must hold in every case.
 
-    check: contact, clearance, self_contact, between_people or stops. people, segments, parts: those it is about.
-    at_least: [m] for clearance and between_people, [rad] for stops.
+    check: contact, clearance, self_contact, between_people, stops or reach. people, segments, parts, controls: those
+    it is about. at_least: [m] for clearance and between_people, [rad] for stops. zone: the harness zone in which
+    controls are to be reached, each control's own where None.
     """
 
     name: str
@@ -30,6 +31,29 @@ class Criterion:
     segments: tuple[str, ...]
     parts: tuple[str, ...]
     at_least: float
+    controls: tuple[str, ...] = ()
+    zone: int | None = None
+
+
+@dataclass(frozen=True)
+class Aims:
+    """What a sitter's posture is predicted from: by limb ("left hand", ...) the control that it holds; the point whose
+    height the eyes are to reach and the point on the floor whose height the heels stand at, None where any."""
+
+    controls: Mapping[str, str]
+    eyes: str | None = None
+    heels: str | None = None
+
+
+@dataclass(frozen=True)
+class ReachTask:
+    """Reach envelopes that a study asks for: whose, by which hand, grip and zone, and whether obstacles are heeded."""
+
+    person: str
+    limb: str
+    grip: str
+    zone: int
+    obstacles: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,8 +73,9 @@ class Person:
 
     seat: the seat it is put into (its adjustment `forward` and `up` [m]); or `stand`: a point (3,) [m] that the lowest
     sphere stands on; or neither, where the poses are placed already. size: the measures the body is scaled to when the
-    study runs, None for the body as it is. detail: the level of detail of its family, its own where None;
-    wears: what it is dressed in then.
+    study runs, None for the body as it is. detail: the level of detail of its family, its own where None; wears: what
+    it is dressed in then. aims: by case, what the posture is predicted from, None where it is given; free_seat: the
+    seat goes where the first predicted case wants it.
     """
 
     name: str
@@ -64,11 +89,14 @@ class Person:
     size: Size | None = None
     detail: str | None = None
     wears: tuple[Encumbrance, ...] = ()
+    aims: tuple[Aims | None, ...] = ()
+    free_seat: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A study ready to run. `inputs` are the files it was read from, by role."""
+    """A study ready to run. `inputs` are the files it was read from, by role; `envelopes` the reach envelopes asked
+    for."""
 
     name: str
     kind: str
@@ -80,3 +108,4 @@ class Study:
     criteria: tuple[Criterion, ...]
     inputs: Mapping[str, Path]
     warnings: tuple[str, ...] = ()
+    envelopes: tuple[ReachTask, ...] = ()

@@ -40,6 +40,10 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
     if check == "seated":
         where = _apart(finding.value)
         return f"{lead}{finding.subject} is {where} {finding.target}, {millimetres(-finding.limit)} into it was stated."
+    if check == "reach":
+        if finding.value >= 0:
+            return f"{lead}{finding.subject} reaches {finding.target}."
+        return f"{lead}{finding.subject} stays {millimetres(-finding.value)} from {finding.target}."
     target = f"{finding.other_person}'s {finding.target}" if finding.other_person else finding.target
     need = ""
     if check in ("contact", "self_contact"):

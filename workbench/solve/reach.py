@@ -78,18 +78,20 @@ def reach(
     direction: ArrayLike | None = None,
     environment: Environment | None = None,
     start: Poses | None = None,
+    tries: int = AGAIN,
 ) -> Reach:
     """Reach for targets (P, 3) [m] from poses of the same number, or from one pose for all.
 
     What the limb does not move stays as the poses have it. direction (3,) or (P, 3): the way the limb is to point on
     arrival, any where None. environment: obstacles, with their allowances. start: postures near to the solutions,
-    which then is quicker; from the comfort modes where None. UsageError where the numbers of rows do not fit.
+    which then is quicker; from the comfort modes where None. tries: from how many other postures to begin again where
+    a target is missed. UsageError where the numbers of rows do not fit.
     """
     task = _task(body, poses, np.atleast_2d(np.asarray(targets, dtype=np.float64)), limb, direction)
     angles = angles_of(body, task.poses)[:, task.joints]
     free = (slice(None), task.link.free_joint, task.link.free_axis)
     angles[free] = task.link.mode if start is None else angles_of(body, start)[:, task.joints][free]
-    found = _solve(task, angles, AGAIN)
+    found = _solve(task, angles, tries)
     if environment is not None:
         found = _clear(task, found, environment)
     return _answer(task, found, environment)

@@ -18,26 +18,32 @@ from workbench.solve.collide import (
 )
 from workbench.solve.stops import stops
 from workbench.study.criteria import Measured, verdict
+from workbench.study.envelopes import envelopes
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
+from workbench.study.predicted import predicted
 from workbench.study.provenance import hashes, versions
+from workbench.study.reaches import buried_controls, control_reaches
 from workbench.study.warnings import result_warnings, seat_verdicts
 
 __all__ = ["clearance_study"]
 
 
 def clearance_study(study: Study) -> Result:
-    """Run a clearance study."""
+    """Run a clearance or reach study."""
     study, told = sized(study)
+    study, short = predicted(study)
     environment = adjusted_environment(study)
     placed = {person.name: place_person(person, environment) for person in study.people}
     people = {person.name: _measure(person, placed[person.name], environment) for person in study.people}
     pairs = list(combinations(placed, 2))
+    reaches = tuple(control_reaches(study, placed, environment))
     measured = Measured(
         environment=environment,
         people=people,
         own={name: self_clearance(body) for name, body in placed.items()},
         between={(a, b): body_clearance(placed[a], placed[b]) for a, b in pairs},
+        reaches=reaches,
     )
     return Result(
         study=study,
@@ -49,7 +55,15 @@ def clearance_study(study: Study) -> Result:
         people=tuple(people.values()),
         between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
-        warnings=(*told, *result_warnings(study, environment, tuple(people.values())), *study.warnings),
+        warnings=(
+            *told,
+            *short,
+            *(buried_controls(environment) if reaches else ()),
+            *result_warnings(study, environment, tuple(people.values())),
+            *study.warnings,
+        ),
+        reaches=reaches,
+        envelopes=tuple(envelopes(study, placed, environment)),
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats
 from workbench.model.contacts import Clearance
 from workbench.model.environment import Environment
-from workbench.model.result import Finding, PersonResult, Verdict
+from workbench.model.result import ControlReach, Finding, PersonResult, Verdict
 from workbench.model.study import Criterion
 from workbench.solve.collide import allowed_depth
 
@@ -22,12 +22,13 @@ ANGLE_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Everything the checks look at: people, their own segments' clearance, and that between people."""
+    """Everything the checks look at: people, their own segments' clearance, that between people, and their reaches."""
 
     environment: Environment
     people: Mapping[str, PersonResult]
     own: Mapping[str, Clearance]
     between: Mapping[tuple[str, str], Clearance]
+    reaches: tuple[ControlReach, ...] = ()
 
 
 def verdict(criterion: Criterion, measured: Measured) -> Verdict:
@@ -101,12 +102,25 @@ def _stops(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
                 )
 
 
+def _reach(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """Each control in the zone asked for, or its own: how far the grip stays from it must be nothing."""
+    for row in measured.reaches:
+        wanted = row.person in criterion.people and row.control in criterion.controls
+        if wanted and row.zone == (criterion.zone or row.own_zone):
+            # what is reached only through an obstacle is not reached
+            short = 0.0 if row.reached else max(row.miss + row.overlap, 1e-4)
+            words = f"the {row.limb}"
+            target = f"{row.control} in zone {row.zone}" + (f", limited by {row.limit}" if row.limit else "")
+            yield Finding(0, row.person, "", words, target, -short, 0.0)
+
+
 CHECKS: dict[str, Callable[[Criterion, Measured], Iterator[Finding]]] = {
     "contact": _contact,
     "clearance": _clearance,
     "self_contact": _self_contact,
     "between_people": _between_people,
     "stops": _stops,
+    "reach": _reach,
 }
 
 

@@ -12,7 +12,7 @@ from workbench.shape.parts import moved
 from workbench.solve.forward import place
 from workbench.solve.seating import seat_attitude, seat_body, seat_planes
 
-__all__ = ["adjusted_environment", "place_person"]
+__all__ = ["adjusted_environment", "place_person", "seat_point"]
 
 
 def adjusted_environment(study: Study) -> Environment:
@@ -32,7 +32,7 @@ def place_person(person: Person, environment: Environment) -> Placed:
         seat = environment.seat(person.seat)
         world = poses.world_from_reference.copy()
         world[:, :, :3] = seat_attitude(seat)
-        srp = np.array(seat.srp) + _travel(person, environment)
+        srp = seat_point(person, environment)
         poses = seat_body(person.body, Poses(poses.rotations, poses.reference, world), seat, srp=srp)
     if person.stand is not None:
         centres = place(person.body, poses).centres
@@ -41,6 +41,12 @@ def place_person(person: Person, environment: Environment) -> Placed:
         world[:, :, 3] += np.array(person.stand) - np.stack([world[:, 0, 3], world[:, 1, 3], lowest], axis=1)
         poses = Poses(poses.rotations, poses.reference, world)
     return place(person.body, poses)
+
+
+def seat_point(person: Person, environment: Environment) -> Floats:
+    """(3,) [m] the reference point of the person's seat where the seat stands. InputError for somebody without one."""
+    point: Floats = np.array(environment.seat(person.seat or "").srp) + _travel(person, environment)
+    return point
 
 
 def _travel(person: Person, environment: Environment) -> Floats:

@@ -40,7 +40,7 @@ def _crash(source: str | Path) -> Loaded:
     return Loaded(plan.file.study, plan.file.kind, plan, plan.environment.warnings)
 
 
-KINDS: dict[str, Callable[[str | Path], Loaded]] = {"clearance": _clearance, "crash": _crash}
+KINDS: dict[str, Callable[[str | Path], Loaded]] = {"clearance": _clearance, "reach": _clearance, "crash": _crash}
 
 
 def load(source: str | Path) -> Loaded:
@@ -57,6 +57,6 @@ def run(study: Study | CrashPlan | Loaded) -> Result | CrashResult:
     what = study.what if isinstance(study, Loaded) else study
     if isinstance(what, CrashPlan):
         return crash_study(what)
-    if what.kind != "clearance":
+    if what.kind not in ("clearance", "reach"):
         raise UsageError(f"no study kind {what.kind!r}; {one_of(what.kind, KINDS)}")
     return clearance_study(what)

@@ -1,0 +1,119 @@
+"""Predicted postures: the seat where it gives view and pedals, feet on the pedals, hands on the controls."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.model.environment import Control, Environment
+from workbench.model.poses import Poses
+from workbench.model.posing import join_poses
+from workbench.model.study import Aims, Person, Study
+from workbench.solve.limbs import limb
+from workbench.solve.posture import Pedals, SeatedPosture, feet_on, seat_posture
+from workbench.solve.reach import reach
+from workbench.study.placement import adjusted_environment
+
+__all__ = ["predicted"]
+
+TOLD = 1e-3
+"""A miss [m] that is told."""
+
+
+def predicted(study: Study) -> tuple[Study, list[str]]:
+    """The study with every posture that is to be predicted found, and in words what could not be had."""
+    told: list[str] = []
+    if not any(aims for person in study.people for aims in person.aims):
+        return study, told
+    people, sitting = [], []
+    for person in study.people:
+        found, words = _seat(person, study)
+        people.append(found[0])
+        sitting.append(found[1])
+        told += words
+    seated = replace(study, people=tuple(people))
+    environment = adjusted_environment(seated)
+    done = []
+    for person, rows in zip(people, sitting, strict=True):
+        poses = []
+        for case, (aims, row) in enumerate(zip(person.aims, rows, strict=True)):
+            if aims is None or row is None:
+                poses.append(_one(person.poses, case))
+                continue
+            held, words = _hands(person, (row, aims), environment)
+            told += [f"{person.name}, {study.cases[case]}: {line}" for line in words]
+            poses.append(Poses(held.rotations, person.poses.reference, person.poses.world_from_reference[:1]))
+        done.append(replace(person, poses=join_poses(poses)))
+    return replace(seated, people=tuple(done)), told
+
+
+def _one(poses: Poses, case: int) -> Poses:
+    return Poses(poses.rotations[case : case + 1], poses.reference, poses.world_from_reference[case : case + 1])
+
+
+def _seat(person: Person, study: Study) -> tuple[tuple[Person, list[Poses | None]], list[str]]:
+    """The person with the seat where it is to be, and for each predicted case the posture with the feet placed."""
+    rows: list[Poses | None] = []
+    told: list[str] = []
+    settled = not person.free_seat
+    for case, aims in enumerate(person.aims):
+        if aims is None or person.seat is None:
+            rows.append(None)
+            continue
+        seat = study.environment.seat(person.seat)
+        pedals = _pedals(aims, study.environment)
+        wanted = study.environment.points[aims.eyes][2] if aims.eyes else None
+        pose = _one(person.poses, case)
+        if settled:
+            travel = np.array([person.forward]), np.array([person.up])
+            found = feet_on(person.body, pose, seat, travel, pedals)
+        else:
+            found = seat_posture(person.body, pose, seat, eye=wanted, pedals=pedals)
+            person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
+            settled = True
+        rows.append(found.poses)
+        told += [f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)]
+    return (person, rows), told
+
+
+def _pedals(aims: Aims, environment: Environment) -> Pedals:
+    controls = {control.name: control for control in environment.controls}
+    at = {name: controls[held].at for name, held in aims.controls.items() if name.endswith("foot")}
+    return Pedals(at, environment.points[aims.heels][2] if aims.heels else None)
+
+
+def _short(found: SeatedPosture, aims: Aims, wanted: float | None) -> list[str]:
+    """What the seat and the feet could not give."""
+    told = []
+    if wanted is not None and wanted - found.eye[0, 2] > TOLD:
+        below = 1000 * (wanted - found.eye[0, 2])
+        told.append(f"the eyes stay {below:.0f} mm below {aims.eyes}, the seat is as high as it goes")
+    if wanted is not None and found.eye[0, 2] - wanted > TOLD:
+        above = 1000 * (found.eye[0, 2] - wanted)
+        told.append(f"the eyes are {above:.0f} mm above {aims.eyes}, the seat is as low as it goes")
+    for foot, miss in found.miss.items():
+        if miss[0] > TOLD:
+            what = f"the {foot} stays {1000 * miss[0]:.0f} mm from {aims.controls[foot]}"
+            told.append(f"{what}, limited by {found.limit[foot][0]}")
+    return told
+
+
+def _hands(person: Person, case: tuple[Poses, Aims], environment: Environment) -> tuple[Poses, list[str]]:
+    """The hands on their controls, each in the tightest harness zone that will do."""
+    poses, aims = case
+    controls = {control.name: control for control in environment.controls}
+    told = []
+    for name, held in aims.controls.items():
+        if not name.endswith("hand"):
+            continue
+        control: Control = controls[held]
+        for zone in range(1, control.zone + 1):
+            chain = limb(person.body, name, grip=control.grip, zone=zone)
+            found = reach(person.body, poses, control.at, limb=chain, environment=environment)
+            if found.reached[0]:
+                break
+        poses = Poses(found.poses.rotations, found.poses.reference, found.poses.world_from_reference)
+        if not found.reached[0]:
+            told.append(f"the {name} stays {1000 * found.miss[0]:.0f} mm from {held}, limited by {found.limit(0)}")
+    return poses, told

@@ -1,0 +1,89 @@
+"""Who reaches which control, in each harness zone, with what to spare or short by how much, and what limits it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from workbench.kernels.polygon import point_winding
+from workbench.model.body import Body
+from workbench.model.environment import Control, Environment
+from workbench.model.poses import Placed, Poses
+from workbench.model.reach import Reach
+from workbench.model.result import ControlReach
+from workbench.model.study import Study
+from workbench.solve.limbs import FEET, HANDS, ZONES, limb
+from workbench.solve.reach import reach
+
+__all__ = ["buried_controls", "control_reaches"]
+
+
+def control_reaches(study: Study, placed: Mapping[str, Placed], environment: Environment) -> Iterator[ControlReach]:
+    """Every control that a criterion of the study is about, for the people it names, from their first case's posture,
+    in the zones 1 to 3; by the hand or foot that comes nearest, and of those that arrive the more comfortable.
+
+    InputError where a body lacks the landmarks of a grip.
+    """
+    wanted: dict[str, set[str]] = {}
+    for criterion in study.criteria:
+        if criterion.check == "reach":
+            for name in criterion.people:
+                wanted.setdefault(name, set()).update(criterion.controls)
+    for person in study.people:
+        if person.name not in wanted:
+            continue
+        shown = placed[person.name]
+        poses = Poses(person.poses.rotations[:1], person.poses.reference,
+                      shown.world_from_segment[:1, person.poses.reference])  # fmt: skip
+        controls = [control for control in environment.controls if control.name in wanted[person.name]]
+        for grip in dict.fromkeys(control.grip for control in controls):
+            group = [control for control in controls if control.grip == grip]
+            for zone in ZONES:
+                found = list(_tried(shown.body, poses, group, (zone, environment)))
+                for row, control in enumerate(group):
+                    hand, best = min(found, key=lambda entry: _rank(entry[1], row))
+                    yield ControlReach(
+                        person=person.name,
+                        control=control.name,
+                        zone=zone,
+                        own_zone=control.zone,
+                        limb=hand,
+                        reached=bool(best.reached[row]),
+                        miss=float(best.miss[row]),
+                        overlap=float(best.overlap[row]),
+                        limit=best.limit(row),
+                        discomfort=float(best.discomfort[row]),
+                    )
+
+
+def _tried(
+    body: Body, poses: Poses, controls: list[Control], how: tuple[int, Environment]
+) -> Iterator[tuple[str, Reach]]:
+    """The controls by each hand, or each foot."""
+    zone, environment = how
+    targets = np.array([control.at for control in controls])
+    foot = controls[0].grip == "foot"
+    for name in FEET if foot else HANDS:
+        chain = limb(body, name, grip="ball" if foot else controls[0].grip, zone=zone)
+        yield name, reach(body, poses, targets, limb=chain, environment=environment)
+
+
+def _rank(found: Reach, row: int) -> tuple[bool, float, float]:
+    reached = bool(found.reached[row])
+    return not reached, 0.0 if reached else float(found.miss[row] + found.overlap[row]), float(found.discomfort[row])
+
+
+def buried_controls(environment: Environment) -> list[str]:
+    """In words, the controls whose point is inside a solid part that is not their own."""
+    corners = environment.vertices[environment.triangles]
+    told = []
+    for control in environment.controls:
+        for k in np.flatnonzero(environment.solid & ~environment.hidden):
+            if environment.parts[k] == control.part:
+                continue
+            first, last = (int(environment.triangle_start[environment.part_start[k + i]]) for i in (0, 1))
+            if abs(point_winding(*control.at, corners, first, last)) > 0.5:
+                told.append(f"control {control.name!r} is inside the solid part {environment.parts[k]!r}: "
+                            f"no hand gets there; check where it is")  # fmt: skip
+    return told
