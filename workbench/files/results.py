@@ -106,6 +106,36 @@ class PersonRow(_Row):
     stops: list[StopRow]
 
 
+class ReachRow(_Row):
+    """How one person reaches one control in one harness zone; miss_mm is 0 where it is reached."""
+
+    person: str
+    control: str
+    zone: int
+    own_zone: int
+    limb: str
+    reached: bool
+    miss_mm: float
+    overlap_mm: float
+    limit: str
+    discomfort: float
+    sentence: str
+
+
+class EnvelopeRow(_Row):
+    """One reach envelope about the seat reference point: azimuth and elevation of each ray, its outermost and innermost
+    reached point (null where none is), the share that obstacles take."""
+
+    person: str
+    limb: str
+    zone: int
+    origin_mm: tuple[float, float, float]
+    volume_litres: float
+    obstacles: bool
+    lost_litres: float
+    rays: list[tuple[float, float, float | None, float | None, float]]
+
+
 class ResultFile(_Row):
     """result.json."""
 
@@ -122,6 +152,8 @@ class ResultFile(_Row):
     contacts: list[ContactRow]
     warnings: list[str]
     provenance: dict[str, dict[str, str]]
+    reaches: list[ReachRow] = []
+    envelopes: list[EnvelopeRow] = []
 
 
 def dump_json(result: BaseModel) -> str:

@@ -16,7 +16,7 @@ from numba import njit
 from workbench.kernels.limits import Planes, rooms, within
 from workbench.kernels.linkage import move, new_state
 
-__all__ = ["solve_chains", "tips"]
+__all__ = ["breaches", "solve_chains", "tips"]
 
 FIRST, LAST, GROWTH = 1e2, 1e4, 10.0
 """Weights [1/m2] of the distance to the target: where they begin, where they end."""
@@ -322,3 +322,21 @@ def tips(link, base, angles, out):  # type: ignore[no-untyped-def]
         state.angles[:] = angles[p]
         move(link, base[p], state)
         out[p] = state.at
+
+
+@njit(cache=True)
+def breaches(link, planes, angles, out):  # type: ignore[no-untyped-def]
+    """Bring angles (P, K, 3) inside what can be clipped, and fill out (P,) with the greatest breach that is left."""
+    state = new_state(link.at_parent.shape[0], link.mode.shape[0], len(link.rows))
+    base = np.zeros((3, 4))
+    for i in range(3):
+        base[i, i] = 1.0
+    for p in range(len(angles)):
+        state.angles[:] = angles[p]
+        within(link, state.angles)
+        move(link, base, state)
+        rooms(link, planes, 0, state)
+        angles[p] = state.angles
+        out[p] = 0.0
+        for r in range(state.used[0]):
+            out[p] = max(out[p], -state.room[r])

@@ -11,6 +11,7 @@ from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
 from workbench.model.result import Finding, PersonResult, Result, Verdict
 from workbench.model.vocabulary import DIRECTIONS
+from workbench.report.reach_rows import envelope_rows, reach_rows
 from workbench.report.words import contact_sentence, finding_sentence, person_words, verdict_sentence
 
 __all__ = ["result_file"]
@@ -37,6 +38,8 @@ def result_file(result: Result) -> ResultFile:
         contacts=contacts,
         warnings=list(result.warnings),
         provenance={kind: dict(rows) for kind, rows in result.provenance.items()},
+        reaches=reach_rows(result),
+        envelopes=envelope_rows(result),
     )
 
 

@@ -13,6 +13,7 @@ from workbench.report.crash_data import crash_csv_tables, crash_result_file
 from workbench.report.crash_page import crash_page
 from workbench.report.data import result_file
 from workbench.report.page import page
+from workbench.report.reach_rows import reach_tables
 from workbench.report.tables import csv_tables
 from workbench.report.words import headline
 
@@ -42,7 +43,7 @@ def report_headline(result: Result | CrashResult, rows: ResultFile | CrashResult
 
 def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, str | bytes]]:
     rows = result_file(result)
-    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **csv_tables(rows)}
+    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **csv_tables(rows), **reach_tables(rows)}
     return rows, files | {"report.html": page(result, rows, progress=progress)}
 
 

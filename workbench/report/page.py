@@ -21,6 +21,7 @@ from workbench.draw.views import four_views
 from workbench.files.results import ResultFile
 from workbench.model.result import Finding, PersonResult, Result
 from workbench.report.pictures import clearance_drawing
+from workbench.report.reach_rows import section_svg
 from workbench.report.words import finding_sentence, headline, part_count, without_polygons
 from workbench.solve.collide import allowed_depth
 
@@ -50,7 +51,27 @@ def page(result: Result, rows: ResultFile, *, progress: Progress | None = None) 
         cases=cases,
         matrices=[_matrix(result, person, case) for person in result.people for case in range(len(rows.cases))],
         stops=[_stops(result, index) for index in range(len(result.people))],
+        reaches=_reaches(rows),
+        sections=[[Markup(section_svg(e, level=level)) for level in (False, True)] for e in result.envelopes],
     )
+
+
+def _reaches(rows: ResultFile) -> list[dict[str, Any]]:
+    """For each person a line for each control, with a cell for each zone."""
+    people = []
+    for name in dict.fromkeys(row.person for row in rows.reaches):
+        mine = [row for row in rows.reaches if row.person == name]
+        lines = []
+        for control in dict.fromkeys(row.control for row in mine):
+            cells = [
+                {"text": row.limb if row.reached else f"{row.miss_mm:.0f} mm short: {row.limit}",
+                 "kind": "far" if row.reached else "hit" if row.zone >= row.own_zone else "close"}
+                for row in mine if row.control == control
+            ]  # fmt: skip
+            own = next(row.own_zone for row in mine if row.control == control)
+            lines.append({"control": control, "zone": own, "cells": cells})
+        people.append({"person": name, "lines": lines})
+    return people
 
 
 @cache

@@ -9,6 +9,7 @@ grip as forearm-grip length is measured, on the surface of the palm.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -45,6 +46,7 @@ class Limb:
     solid: Bools
 
 
+@lru_cache(maxsize=256)
 def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Limb:
     """A hand or foot of a human body.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Seat
 from workbench.model.poses import Placed, Poses
 from workbench.solve.forward import place
-from workbench.solve.limbs import limb
+from workbench.solve.limbs import Limb, limb
 from workbench.solve.reach import reach
 from workbench.solve.seating import seat_attitude, seat_body, seat_planes
 
@@ -73,7 +74,7 @@ def seat_posture(body: Body, poses: Poses, seat: Seat, *, eye: float | None, ped
     every = Poses(np.repeat(poses.rotations, len(forward), axis=0), poses.reference,
                   np.repeat(poses.world_from_reference, len(forward), axis=0))  # fmt: skip
     found = feet_on(body, every, seat, (forward, up), pedals)
-    for _ in range(2 if eye is not None else 0):
+    for _ in range(4 if eye is not None else 0):
         up = np.clip(up + eye - found.eye[:, 2], *seat.travel_up)
         found = feet_on(body, found.poses, seat, (forward, up), pedals)
     missed = np.sum([np.where(m > SHORT, m, 0.0) for m in found.miss.values()], axis=0) * np.ones(len(forward))
@@ -131,7 +132,7 @@ def _foot(
         return _kept(poses, free.poses), free.miss, tuple(free.limit(p) for p in range(len(poses))), free.discomfort
     rise = float(np.clip((at[2] - floor) / np.linalg.norm(sole), -0.95, 0.95))
     along = np.sqrt(1.0 - rise * rise) * ahead + rise * np.array([0.0, 0.0, 1.0])
-    pointed = replace(ball, pointing=sole / np.linalg.norm(sole))
+    pointed = _pointed(body, name)
     heeled = reach(body, poses, targets, limb=pointed, direction=along)
     both = heeled.reached
     merged = np.where(both[:, None, None], heeled.poses.rotations, free.poses.rotations)
@@ -140,6 +141,14 @@ def _foot(
     # a heel in the air is put up with where the pedal cannot be had otherwise
     ease = np.where(both, heeled.discomfort, free.discomfort + 10.0)
     return _kept(poses, chosen), np.where(both, heeled.miss, free.miss), words, ease
+
+
+@lru_cache(maxsize=64)
+def _pointed(body: Body, name: str) -> Limb:
+    """The foot that arrives by its ball, pointing from the heel to the ball."""
+    ball, heel = limb(body, name, grip="ball"), limb(body, name, grip="heel")
+    sole = ball.tip - heel.tip
+    return replace(ball, pointing=sole / np.linalg.norm(sole))
 
 
 def _kept(poses: Poses, found: Poses) -> Poses:

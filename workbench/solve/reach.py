@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError
-from workbench.kernels.inverse import solve_chains, tips
+from workbench.kernels.inverse import breaches, solve_chains, tips
 from workbench.kernels.limits import Planes
 from workbench.kernels.linkage import Linkage
 from workbench.model.arrays import Bools, Floats, Ints
@@ -43,6 +43,7 @@ CLEAR = 2e-4
 """How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
 SLACK = 0.03
 """A stop that gives less than this [m/rad] is not what limits a reach."""
+_NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +116,8 @@ def _task(body: Body, poses: Poses, targets: Floats, limb: Limb, direction: Arra
             raise UsageError("a direction is a vector (3,) or (P, 3) that has a length")
         goal[:, 3:6], goal[:, 9:] = way / size, TURN_LEVER
     held = Poses(rotations, limb.base, base)
-    return _Task(body, limb, _chain(body, limb), joints_between(body, limb.base, limb.end), held,
-                 np.ascontiguousarray(base), goal)  # fmt: skip
+    # arrays of one kind only: each new kind would have the kernel compiled again
+    return _Task(body, limb, _chain(body, limb), joints_between(body, limb.base, limb.end), held, np.array(base), goal)
 
 
 @lru_cache(maxsize=64)
@@ -130,18 +131,16 @@ def _seeds(body: Body, limb: Limb) -> tuple[Floats, Floats]:
     of the held segment; the same ones each time."""
     link, joints = _chain(body, limb), joints_between(body, limb.base, limb.end)
     limits = body.stops.limits[joints]
-    share = np.random.default_rng(1).uniform(size=(16 * SEEDS, len(joints), 3))
+    share = np.random.default_rng(1).uniform(size=(4 * SEEDS, len(joints), 3))
     angles = np.where(link.free_of >= 0, -limits[..., 1] + share * limits.sum(axis=-1), 0.0)
     swing = np.linalg.norm(angles[..., :2], axis=-1, keepdims=True)
     angles[..., :2] *= np.minimum(1.0, 3.0 / np.maximum(swing, 1e-9))
-    every = np.zeros((len(angles), len(body.joints), 3))
-    every[:, joints] = angles
-    world = np.broadcast_to(np.eye(3, 4), (len(angles), 3, 4))
-    margin = stops(body, Poses(compose(body, every), limb.base, world)).margin[:, joints]
+    breach = np.zeros(len(angles))
+    breaches(link, _NO_PLANES, angles, breach)
     # the legal ones first, then the least wrong: a start need not be legal
-    order = np.argsort(np.maximum(-margin.min(axis=1), 0.0), kind="stable")[:SEEDS]
+    order = np.argsort(breach, kind="stable")[:SEEDS]
     angles, at = np.ascontiguousarray(angles[order]), np.zeros((SEEDS, 6))
-    tips(link, np.ascontiguousarray(world[:SEEDS]), angles, at)
+    tips(link, np.ascontiguousarray(np.broadcast_to(np.eye(3, 4), (SEEDS, 3, 4))), angles, at)
     return angles, at
 
 
