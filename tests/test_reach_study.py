@@ -1,0 +1,166 @@
+"""Reach studies: seats, feet and hands that find their places; what controls are reached; envelopes."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.conftest import ROOT
+from workbench.files.studies import load_study
+from workbench.model.study import ReachTask
+from workbench.solve.limbs import limb
+from workbench.solve.posture import eye_points
+from workbench.study.envelopes import envelope, ray_grid
+from workbench.study.placement import adjusted_environment, place_person
+from workbench.study.predicted import predicted
+from workbench.study.reaches import buried_controls
+
+STUDY = """
+study: two_sitters
+kind: reach
+length: mm
+environment: trainer
+people:
+  pilot: {body: bubbleman, seat: left}
+cases:
+  - name: flying
+    people:
+      pilot:
+        posture: predicted
+        hands: {left: left_stick, right: throttle}
+        feet: {left: left_seat_left_pedal, right: left_seat_right_pedal}
+        eyes: left_design_eye
+        heels: left_heel
+criteria:
+  - {name: flying controls, check: reach, controls: [left_stick, throttle, grab_handle], zone: 1}
+"""
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    def write(text):
+        path = tmp_path_factory.mktemp("study") / "study.yaml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def flying(written):
+    """The median man in the left seat, predicted: his study, person, environment and placed body."""
+    study, told = predicted(load_study(written(STUDY)))
+    environment = adjusted_environment(study)
+    return study, told, environment, place_person(study.people[0], environment)
+
+
+def tip(placed, name, grip):
+    arm = limb(placed.body, name, grip=grip)
+    world = placed.world_from_segment[0, arm.end]
+    return world[:, :3] @ arm.tip + world[:, 3]
+
+
+def test_hands_and_feet_are_on_their_controls_without_an_angle_given(flying):
+    _, _, environment, placed = flying
+    at = {control.name: control.at for control in environment.controls}
+    for name, grip, control in (
+        ("left hand", "grasp", "left_stick"),
+        ("right hand", "grasp", "throttle"),
+        ("left foot", "ball", "left_seat_left_pedal"),
+        ("right foot", "ball", "left_seat_right_pedal"),
+    ):
+        assert np.linalg.norm(tip(placed, name, grip) - at[control]) < 2e-3, name
+
+
+def test_the_seat_stays_within_its_travel_and_what_it_cannot_give_is_told(flying):
+    study, told, environment, placed = flying
+    person, seat = study.people[0], environment.seat("left")
+    assert seat.travel_forward[0] <= person.forward <= seat.travel_forward[1]
+    assert seat.travel_up[0] <= person.up <= seat.travel_up[1]
+    off = eye_points(placed)[0, 2] - environment.points["left_design_eye"][2]
+    assert abs(off) < 2e-3 or any("eyes" in line for line in told)
+
+
+def test_the_predicted_posture_is_within_the_stops(flying):
+    study, _, _, placed = flying
+    poses = wb.Poses(study.people[0].poses.rotations, 1, placed.world_from_segment[:, 1])
+    assert np.degrees(wb.stops(placed.body, poses).margin.min()) > -0.1
+
+
+def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
+    from workbench.report.folder import write_report
+
+    result = wb.run(load_study(written(STUDY)))
+    rows = write_report(result, tmp_path / "out")
+    reached = {(r.control, r.zone): r.reached for r in result.reaches}
+    assert reached["left_stick", 1] and reached["throttle", 1] and not reached["grab_handle", 1]
+    sentence = next(r.sentence for r in rows.reaches if r.control == "grab_handle" and r.zone == 1)
+    assert re.fullmatch(r"pilot, zone 1: the right hand stays \d+\.\d mm from grab_handle, limited by .+\.", sentence)
+    assert not rows.passed and "<h2>Reach</h2>" in (tmp_path / "out" / "report.html").read_text()
+    assert (tmp_path / "out" / "reaches.csv").read_text().count("\n") == 1 + 3 * 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("left: left_stick", "left: stick", "no control 'stick'"),
+        ("left: left_stick", "left: left_seat_left_pedal", "is for feet"),
+        ("left: left_seat_left_pedal", "left: throttle", "is for hands"),
+        ("eyes: left_design_eye", "eyes: left_eye", "no point 'left_eye'"),
+        ("posture: predicted", "posture: driving", "belongs to posture: predicted"),
+        ("seat: left}", "stand: {on: [0, 0, 0]}}", "only the posture of somebody in a seat"),
+        ("controls: [left_stick, throttle, grab_handle]", "controls: [sticks]", "nothing is called 'sticks'"),
+        ("zone: 1}", "zone: 4}", "less than or equal to 3"),
+        ("check: reach, controls", "check: stops, controls", "belong to check: reach"),
+    ],
+)
+def test_what_a_reach_study_cannot_mean_is_told_with_its_place(written, old, new, words):
+    assert old in STUDY
+    with pytest.raises(wb.InputError, match=re.escape(words)) as caught:
+        load_study(written(STUDY.replace(old, new, 1)))
+    assert re.search(r"study\.yaml:\d+:\d+", str(caught.value))
+
+
+def test_a_control_inside_a_solid_is_told():
+    from dataclasses import replace
+
+    trainer = wb.load_environment("trainer")
+    assert buried_controls(trainer) == []
+    inside = replace(trainer.controls[0], at=(0.0, 0.28, 0.25), part="")
+    told = buried_controls(replace(trainer, controls=(inside,)))
+    assert len(told) == 1 and "left_seat_pan" in told[0]
+
+
+def test_the_grid_of_rays_is_a_closed_surface_that_faces_out():
+    direction, triangles = ray_grid(15)
+    assert len(direction) == 24 * 11 + 2
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    assert len(np.unique(edges, axis=0)) == len(edges)
+    assert {tuple(e) for e in edges} == {tuple(e[::-1]) for e in edges}
+    a, b, c = (direction[triangles[:, k]] for k in range(3))
+    volume = np.sum(np.cross(a, b) * c) / 6
+    assert volume == pytest.approx(4 / 3 * np.pi, rel=0.03) and np.all(np.sum(np.cross(a, b) * c, axis=1) > 0)
+
+
+@pytest.mark.nightly
+def test_the_mirrored_hand_has_the_mirrored_envelope_and_its_ends_are_reached(bubbleman):
+    poses, origin = wb.pose(bubbleman, {}, reference="LT"), np.array([-0.1, 0.0, -0.1])
+    found = {}
+    for name in ("left hand", "right hand"):
+        found[name] = envelope(bubbleman, poses, origin, task=ReachTask("x", name, "grasp", 1, False))
+    left, right = found.values()
+    assert left.volume == pytest.approx(right.volume, rel=0.02) and left.volume > 0.1
+    arm = limb(bubbleman, "right hand", grip="grasp")
+    ends = origin + right.direction[right.any_reached] * right.outer[right.any_reached, None]
+    assert wb.reach(bubbleman, poses, ends, limb=arm).miss.max() < 1e-3
+    beyond = ends + 0.03 * right.direction[right.any_reached]
+    assert np.mean(wb.reach(bubbleman, poses, beyond, limb=arm).reached) < 0.05
+
+
+def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
+    study = load_study(ROOT / "studies" / "trainer_reach.yaml")
+    assert [person.name for person in study.people] == ["small woman", "large man"]
+    assert all(person.free_seat for person in study.people) and len(study.envelopes) == 2
