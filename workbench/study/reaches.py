@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,7 +41,8 @@ def control_reaches(study: Study, placed: Mapping[str, Placed], environment: Env
         for grip in dict.fromkeys(control.grip for control in controls):
             group = [control for control in controls if control.grip == grip]
             for zone in ZONES:
-                found = list(_tried(shown.body, poses, group, (zone, environment)))
+                room = _without_seat(environment, person.seat) if grip == "foot" else environment
+                found = list(_tried(shown.body, poses, group, (zone, room)))
                 for row, control in enumerate(group):
                     hand, best = min(found, key=lambda entry: _rank(entry[1], row))
                     yield ControlReach(
@@ -67,6 +69,14 @@ def _tried(
     for name in FEET if foot else HANDS:
         chain = limb(body, name, grip="ball" if foot else controls[0].grip, zone=zone)
         yield name, reach(body, poses, targets, limb=chain, environment=environment)
+
+
+def _without_seat(environment: Environment, seat: str | None) -> Environment:
+    """The environment without the sitter's own seat: a thigh presses the cushion down, it does not stop there."""
+    if seat is None:
+        return environment
+    gone = np.isin(environment.parts, environment.seat(seat).moves)
+    return replace(environment, hidden=environment.hidden | gone)
 
 
 def _rank(found: Reach, row: int) -> tuple[bool, float, float]:
