@@ -131,7 +131,7 @@ def test_a_control_inside_a_solid_is_told():
     assert buried_controls(trainer) == []
     inside = replace(trainer.controls[0], at=(0.0, 0.28, 0.25), part="")
     told = buried_controls(replace(trainer, controls=(inside,)))
-    assert len(told) == 1 and "left_seat_pan" in told[0]
+    assert len(told) == 1 and "left_seat_back" in told[0]
 
 
 def test_the_grid_of_rays_is_a_closed_surface_that_faces_out():
