@@ -267,3 +267,23 @@ def test_contacts_of_a_batch_are_those_of_its_poses_one_at_a_time(one_arm, rando
         alone, mine = wb.contacts(row, environment, margin=0.03), whole.rows(whole.pose == p)
         for name in ("sphere", "part", "polygon", "distance", "point", "normal"):
             assert np.array_equal(getattr(mine, name), getattr(alone, name))
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("kind", ZOO)
+@pytest.mark.parametrize("far", [0.0, 1e4])
+@pytest.mark.parametrize("seed", range(13))
+def test_fast_answers_equal_the_plain_ones_in_half_a_million_cases(one_arm, random_arm, kind, far, seed):
+    # 400 poses of 10 spheres, 130 times; every other time unturned, every third on a grid of decimetres: many ties
+    environment, poses, shift = moved(ZOO[kind](seed), [far, -far, far]), random_arm(400, 1000 + seed), [far, -far, far]
+    world = poses.world_from_reference.copy()
+    world[:, :, 3] = np.round(world[:, :, 3] + shift, 1) if seed % 3 == 0 else world[:, :, 3] + shift
+    still = np.broadcast_to([1.0, 0.0, 0.0, 0.0], poses.rotations.shape)
+    placed = wb.place(one_arm, wb.Poses(still if seed % 2 == 0 else poses.rotations, 0, world))
+    plain, found = _plain(placed, environment), nearest(placed, environment)
+    for one, other in zip(plain, (found.distance, found.sphere, found.target, found.point), strict=True):
+        assert np.array_equal(one, other, equal_nan=True)
+    least = by_segment(placed, environment)
+    assert np.array_equal(least.distance, plain[0].min(axis=2))
+    deep = -plain[0] > allowed_depth(one_arm, environment) + 1e-9
+    assert np.array_equal(collides(placed, environment), deep.any(axis=(1, 2)))

@@ -34,7 +34,7 @@ def _segment_part(centres, radius, first, last, faces, shells, part, witness, st
         if gap - radius[s] > best and (gap > 0.0 or faces.solid[part] == 0):
             continue
         sign = -1.0 if inside_part(x, y, z, faces, shells, part, stack) else 1.0
-        reach = best + radius[s]
+        reach = best + radius[s] + (1e-15 * (abs(best) + radius[s]) if best < np.inf else 0.0)
         if sign > 0.0 and reach < 0.0:
             continue
         limit = np.inf if sign < 0.0 or reach == np.inf else reach * reach * (1.0 + 1e-12)

@@ -89,9 +89,10 @@ def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  #
         if f >= 0:
             better = -depth - r < signed or (-depth - r == signed and s < sphere)
             return (-depth - r, s, f) if better else best
-    if most + r < 0.0:
+    reach = most + r + 1e-15 * (abs(most) + r)  # the sum's rounding counts where a centre lies on a surface
+    if reach < 0.0:
         return best
-    limit = (most + r) ** 2 * (1.0 + 1e-12)
+    limit = reach * reach * (1.0 + 1e-12)
     square, f = nearest_in(x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps)
     if f >= 0:
         gap = math.sqrt(square) - r
