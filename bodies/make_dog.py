@@ -8,7 +8,7 @@ the field is cut by the nearest bone and each segment fitted. Limbs are fitted o
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -133,12 +133,14 @@ def both_sides(data: Row) -> tuple[dict[str, Row], dict[str, Row]]:
     return found[0], found[1]
 
 
-def fitted(surface: Surface, segments: dict[str, Row]) -> list[Segment]:
-    """The segments with their spheres; right limbs are the left ones mirrored."""
+def fitted(surface: Surface, segments: dict[str, Row], claims: list[Row]) -> list[Segment]:
+    """The segments with their spheres; right limbs are the left ones mirrored. claims: spheres of one segment whose
+    centres lie in a box (left, or mirrored) belong to another: the back of an ear is near the neck but moves with the
+    head."""
     names = [key for key, entry in segments.items() for _ in entry["bones"]]
     ends = np.concatenate([entry["bones"] for entry in segments.values()])
     bones = Bones(tuple(names), ends[:, 0], ends[:, 1])
-    cut = fit_segments(surface, bones, **FIT)
+    cut = _claimed(fit_segments(surface, bones, **FIT), claims)
     middle = _middles(surface, bones)
     rows = []
     for key, entry in segments.items():
@@ -151,6 +153,19 @@ def fitted(surface: Surface, segments: dict[str, Row]) -> list[Segment]:
                             part.volume))  # fmt: skip
     _tell(cut)
     return rows
+
+
+def _claimed(cut: SegmentedFit, claims: list[Row]) -> SegmentedFit:
+    member, names = cut.member.copy(), cut.segments
+    for claim in claims:
+        low, high = 1e-3 * np.array(claim["box"], dtype=float)
+        for side, mirror in (("L", np.ones(3)), ("R", MIRROR)):
+            inside = np.all((cut.fit.centre * mirror >= low) & (cut.fit.centre * mirror <= high), axis=1)
+            gives = names.index(claim["from"])
+            takes = names.index(claim["to"] if claim["to"] in names else side + claim["to"])
+            moved = inside & member[:, gives] & (np.arange(len(member)) >= cut.fit.joints)
+            member[moved, gives], member[moved, takes] = False, True
+    return replace(cut, member=member)
 
 
 def _middles(surface: Surface, bones: Bones) -> Array:
@@ -257,7 +272,7 @@ def main() -> None:
     """Write dog.yaml."""
     data = yaml.safe_load((HERE / "dog_outlines.yaml").read_text(encoding="utf-8"))
     segments, joints = both_sides(data)
-    rows = fitted(dog_surface(data["parts"]), segments)
+    rows = fitted(dog_surface(data["parts"]), segments, data["claims"])
     file = HERE / "dog.yaml"
     text = body_text(data, rows, joints)
     file.write_text(text, encoding="utf-8")
