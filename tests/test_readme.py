@@ -63,6 +63,6 @@ def test_the_formats_document_shows_files_that_load(tmp_path):
     from workbench.files.yaml_text import parse_yaml
 
     blocks = re.findall(r"```yaml\n(.*?)```", document, re.S)
-    assert len(blocks) == 5
+    assert len(blocks) == 6
     validate(parse_yaml(blocks[1], "postures"), PosturesFile)
     assert validate(parse_yaml(blocks[3], "study"), StudyFile).study == "trainer_clearance"
