@@ -85,7 +85,7 @@ def test_the_unchanged_study_loads(tmp_path):
         (
             "bert: {posture: bent}",
             "bert: {posture: band}",
-            "cases[1].people.bert.posture: no posture 'band'; valid: hanging, bent",
+            "cases[1].people.bert.posture: no posture 'band'; valid: predicted, hanging, bent",
         ),
         (
             "SHOULDER: {flexion: 80}",
@@ -133,7 +133,7 @@ def test_the_unchanged_study_loads(tmp_path):
         ),
         ("check: stops, degrees: 0", "check: stops, at_least: 3", "stops takes none, use 'degrees'"),
         ("check: stops", "check: stop", "criteria[4].check: input should be 'contact', 'clearance', 'self_con"),
-        ("kind: clearance", "kind: reach", "kind: input should be 'clearance' (got 'reach')"),
+        ("kind: clearance", "kind: reech", "kind: input should be 'clearance' or 'reach' (got 'reech')"),
         ("study: cab_study", "study: ../up", "study: string should match pattern"),
         ("length: mm", "length: yards", "length: the unit of length is needed (got 'yards'), one of mm, cm, m, in, ft"),
         (
