@@ -21,6 +21,7 @@ from tests.one_arm_cab import ENVIRONMENT, STUDY, changed, write_cab
 from workbench.files.kinds import json_schemas
 from workbench.files.results import ResultFile, dump_json
 from workbench.report.folder import write_report
+from workbench.report.words import without_polygons
 
 # Bert stands in the wall, Anna's elbow is past its stop, and there is less room than is asked for.
 BROKEN = STUDY
@@ -201,7 +202,8 @@ def test_every_picture_says_what_it_shows(page, data):
     read = Page(page)
     pictures = [attrs for tag, attrs in read.tags if tag == "img"]
     drawings = [attrs for tag, attrs in read.tags if tag == "svg"]
-    assert len(pictures) == len(drawings) == 4 * len(data["cases"])
+    assert len(pictures) == 4 * len(data["cases"])
+    assert len(pictures) < len(drawings) <= 5 * len(data["cases"])  # one more where something is near
     assert len({attrs["alt"] for attrs in pictures}) == len(pictures)
     assert all(attrs["alt"].startswith(tuple(data["cases"])) for attrs in pictures)
     assert len(re.findall(r"<svg[^>]* role=\"img\"[^>]*>\s*<title>[^<]+</title>", page)) == len(drawings)
@@ -226,8 +228,8 @@ def test_names_from_files_are_text_in_the_page_never_markup(page, data):
 def test_the_page_tells_every_verdict_and_every_breach(page, data):
     text = Page(page).text
     for verdict in data["verdicts"]:
-        assert verdict["name"] in text and verdict["sentence"] in text
-        assert all(breach["sentence"] in text for breach in verdict["breaches"])
+        assert verdict["name"] in text and without_polygons(verdict["sentence"]) in text
+        assert all(without_polygons(breach["sentence"]) in text for breach in verdict["breaches"])
     assert text.count("FAILED") == 4
     assert all(warning in text for warning in data["warnings"])
 
