@@ -15,6 +15,7 @@ from human.skeleton import SEGMENTS
 from workbench.shape.candidates import Candidates, Limits, inner_balls, joined_candidates
 from workbench.shape.cover import Targets, cover, joined_targets
 from workbench.shape.polish import polished
+from workbench.shape.regions import Regions
 from workbench.shape.sampling import Samples, even_samples
 from workbench.shape.surface import Surface
 
@@ -95,7 +96,8 @@ def fitted(surface: Surface, share: Floats, given: Given, *, factor: float, eye:
         targets.append(Targets(part.point, 0.97 * tolerance, may.astype(np.int64)))
         slack = np.random.default_rng(seed + 2).random(len(part)) * 0.7 * tolerance
         limits = Limits(0.0025, 0.16, 0.0, 0.0)
-        found = inner_balls(surface, part, limits, slack=slack, bits=(1 << label).astype(np.int64))
+        bits = (1 << label).astype(np.int64)
+        found = inner_balls(surface, part, limits, slack=slack, bits=bits, regions=Regions())
         balls.append(_middled(surface, _of_one_part(surface, share, found)))
     candidates = joined_candidates([Candidates(given.centre, given.radius, np.full(len(given.radius), MOST)), *balls])
     label = np.log2(np.minimum(candidates.bits, 2**40).astype(float)).astype(int)
