@@ -23,6 +23,7 @@ from workbench.draw.outline import outline
 from workbench.draw.scene import Mark, Scene, numbered
 from workbench.draw.sources import scene_of
 from workbench.draw.views import four_views
+from workbench.errors import UsageError
 from workbench.kernels.arcs import arc_chains, ends_met, rim_arcs
 from workbench.kernels.rims import parallel_rims
 from workbench.model.arrays import Bools, Floats, Ints
@@ -262,3 +263,10 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
         for off in "01"
     ]
     assert runs[0] == runs[1] and len(runs[0]) > 500
+
+
+def test_more_spheres_than_anyone_can_draw_as_lines_are_refused():
+    body = crowd()
+    many = Scene(tuple(body for _ in range(50_001 // len(body.placed.body.radius) + 1)))
+    with pytest.raises(UsageError, match=r"outline: .* spheres; 50000 at most, or draw them as disks"):
+        outline(many, front())

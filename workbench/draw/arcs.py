@@ -17,6 +17,7 @@ import numpy as np
 from workbench.draw.camera import Camera, in_view, metric
 from workbench.draw.frames import disks_of
 from workbench.draw.scene import Scene, Spheres
+from workbench.errors import UsageError
 from workbench.kernels.arcs import rim_arcs
 from workbench.kernels.rims import Rims, parallel_rims, perspective_rims
 from workbench.model.arrays import Bools, Floats, Ints
@@ -24,6 +25,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 __all__ = ["JOINT_SHARE", "JOINT_STEP", "Arcs", "arc_depths", "arc_lengths", "arc_points", "outline_arcs",
            "rim_ellipses"]  # fmt: skip
 
+_MOST_SPHERES = 50_000
 JOINT_STEP = 0.013  # [m] with 12 to 15 mm ripples are gone and limbs still stand out
 JOINT_SHARE = 0.4  # of the radius: rings of a thigh seen along its length are steps of up to about a third of it
 
@@ -78,8 +80,12 @@ def outline_arcs(scene: Scene, camera: Camera, *, step: float = JOINT_STEP, shar
     """The visible arcs of a scene's bodies, whatever the environment.
 
     step [m], share: of depth between spheres of one segment and of joined ones: a smaller step is not drawn, nor one
-    below this share of the rim's radius. 0 and 0: everything that shows.
+    below this share of the rim's radius. 0 and 0: everything that shows. UsageError beyond 50,000 spheres, whose rims
+    are a matter of minutes and no drawing.
     """
+    count = len(scene.spheres.radius)
+    if count > _MOST_SPHERES:
+        raise UsageError(f"outline: {count} spheres; {_MOST_SPHERES} at most, or draw them as disks")
     return (_parallel if math.isinf(camera.distance) else _perspective)(scene, camera, step, share)
 
 
