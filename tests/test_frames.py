@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -14,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.conftest import printed_with_and_without_the_compiler
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
 from workbench.draw.camera import Camera, look_at, standard_view, turned
 from workbench.draw.circles import circles
@@ -257,13 +255,8 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
         "np.round(surfaces_of(disks_of(swarm(2, 9), c), c).depth, 9).tolist(),"
         "shaded_frame(swarm(2, 9), c, (250, 200, 99))[0].tolist()) for c in cameras(1, 13, 11)]; print(out)"
     )
-    runs = [
-        subprocess.run(
-            [sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": off}, capture_output=True, check=True
-        ).stdout
-        for off in "01"
-    ]
-    assert runs[0] == runs[1] and len(runs[0]) > 500
+    compiled, plain = printed_with_and_without_the_compiler(code)
+    assert compiled == plain and len(compiled) > 500
 
 
 def test_circles_in_perspective_are_the_paper_s_and_ellipses_where_asked_for() -> None:

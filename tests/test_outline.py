@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -16,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
+from tests.conftest import printed_with_and_without_the_compiler
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
 from workbench.draw.arcs import outline_arcs
 from workbench.draw.camera import VIEWS, standard_view
@@ -256,13 +254,8 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
         "m = ends_met(b[:, :2], s, e[k[:, 0]], a, k[:, 0], 0.1);"
         "print(np.round(a, 9).tolist(), k.tolist(), o.tolist(), c.tolist(), m.tolist())"
     )
-    runs = [
-        subprocess.run(
-            [sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": off}, capture_output=True, check=True
-        ).stdout
-        for off in "01"
-    ]
-    assert runs[0] == runs[1] and len(runs[0]) > 500
+    compiled, plain = printed_with_and_without_the_compiler(code)
+    assert compiled == plain and len(compiled) > 500
 
 
 def test_more_spheres_than_anyone_can_draw_as_lines_are_refused():

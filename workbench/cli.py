@@ -109,7 +109,7 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
     else:
         for verdict in rows.verdicts:
             print(f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}")
-        print(report_headline(result, rows))
+        print(report_headline(result))
         print(folder / "report.html")
     return 0 if result.passed else 1
 

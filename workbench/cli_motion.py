@@ -53,7 +53,7 @@ def show(
     from workbench.report.movement import movement_sentences
 
     who, poses, notes = _read(motion, body, (up, start, end, every))
-    time = poses.time if poses.time is not None else np.arange(len(poses), dtype=np.float64)
+    time = poses.clock
     angles = np.degrees(angles_of(who, poses))
     ranges = {
         name: {
@@ -157,7 +157,7 @@ def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
         step = speed / rate
         count = int(np.floor((poses.time[-1] - poses.time[0]) / step + 1e-9)) + 1
         poses = poses_at(poses, poses.time[0] + step * np.arange(count))
-    time = poses.time if poses.time is not None else np.zeros(len(poses))
+    time = poses.clock
     return replace(poses, time=time[0] + (time - time[0]) / speed)
 
 

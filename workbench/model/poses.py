@@ -47,6 +47,11 @@ class Poses:
     def __len__(self) -> int:
         return len(self.rotations)
 
+    @property
+    def clock(self) -> Floats:
+        """(P,) [s] the times of a motion; the frames' numbers where it has none."""
+        return self.time if self.time is not None else np.arange(len(self), dtype=np.float64)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Placed:

@@ -56,8 +56,7 @@ def clearance_curves(result: CrashResult, *, most: int = 6) -> str:
     """Clearance over time of the segments that come nearest to what they may not touch [mm]."""
     near = result.clearance.min(axis=0)
     order = [n for n in np.argsort(near, kind="stable")[:most] if np.isfinite(near[n])]
-    time = result.study.motion.time
-    clock = time if time is not None else np.arange(len(result.clearance), dtype=np.float64)
+    clock = result.study.motion.clock
     lines = [(result.study.body.segment_names[n], 1000 * np.minimum(result.clearance[:, n], 0.5)) for n in order]
     return curves(clock, lines, unit="mm", title="Clearance over time", zero=True) if lines else ""
 

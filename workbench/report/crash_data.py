@@ -59,8 +59,7 @@ def crash_result_file(result: CrashResult) -> CrashResultFile:
 def crash_csv_tables(result: CrashResult, rows: CrashResultFile) -> dict[str, str]:
     """File name to CSV text: verdicts, contacts, stops, figures, clearance and signals over time, agreement."""
     body = result.study.body
-    time = result.study.motion.time
-    clock = [float(t) for t in (time if time is not None else range(len(result.clearance)))]
+    clock = result.study.motion.clock.tolist()
     tables = {
         "verdicts.csv": csv_text(["criterion", "check", "passed", "value", "limit", "unit", "time_ms", "sentence"],
             ([v.name, v.check, "yes" if v.passed else "no", v.value, v.limit, v.unit, v.time_ms, v.sentence]

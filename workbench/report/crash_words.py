@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from workbench.model.crash import Agreement, CrashResult, Meeting, StopBreach
 
 __all__ = ["agreement_sentence", "breach_sentence", "crash_headline", "meeting_sentence", "milliseconds"]
@@ -28,7 +30,7 @@ def meeting_sentence(meeting: Meeting) -> str:
 
 def breach_sentence(breach: StopBreach, names: dict[str, str]) -> str:
     """ "From 60.0 to 75.0 ms the neck pivot is past its stop in flexion, by 12.0 degrees at 70.0 ms." """
-    degrees = breach.worst * 57.29577951308232
+    degrees = math.degrees(breach.worst)
     when = f"At {milliseconds(breach.begin)}" if breach.end <= breach.begin else \
         f"From {milliseconds(breach.begin)} to {milliseconds(breach.end)}"  # fmt: skip
     return (f"{when} the {names[breach.joint]} is past its stop in {breach.motion.replace('_', ' ')}, by {degrees:.1f} "

@@ -11,6 +11,7 @@ from workbench.model.crash import CrashResult
 from workbench.model.result import Result
 from workbench.report.crash_data import crash_csv_tables, crash_result_file
 from workbench.report.crash_page import crash_page
+from workbench.report.crash_words import crash_headline
 from workbench.report.data import result_file
 from workbench.report.page import page
 from workbench.report.reach_rows import reach_tables
@@ -34,11 +35,9 @@ def write_report(
     return rows
 
 
-def report_headline(result: Result | CrashResult, rows: ResultFile | CrashResultFile) -> str:
+def report_headline(result: Result | CrashResult) -> str:
     """The whole result in one sentence."""
-    if isinstance(rows, CrashResultFile) or isinstance(result, CrashResult):
-        return rows.headline if isinstance(rows, CrashResultFile) else ""
-    return headline(result)
+    return crash_headline(result) if isinstance(result, CrashResult) else headline(result)
 
 
 def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, str | bytes]]:

@@ -35,7 +35,7 @@ def movement_sentences(body: Body, motion: Poses, *, most: int = 8) -> list[str]
 
     Turns are those between turning points of each joint's angle, of 15 degrees or more, the `most` largest of them.
     """
-    time = motion.time if motion.time is not None else np.arange(len(motion), dtype=np.float64)
+    time = motion.clock
     angles = np.degrees(angles_of(body, motion))
     found = []
     for j, name in enumerate(body.joint_names):

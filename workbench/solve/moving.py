@@ -86,7 +86,7 @@ def check_times(motion: Poses) -> Floats:
     than two frames, or their times do not rise."""
     if len(motion) < 2:
         raise InputError(f"a motion needs at least two frames, got {len(motion)}")
-    time = np.arange(len(motion), dtype=np.float64) if motion.time is None else motion.time
+    time = motion.clock
     if not np.all(np.isfinite(time)) or not np.all(np.diff(time) > 0):
         raise InputError("the times of a motion's frames must be finite and rise")
     return time

@@ -91,7 +91,7 @@ def _options(source: MotionSource) -> MotionOptions:
 def _breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
     """Spells of each joint past its stop, at the frames."""
     margins = stops(body, motion)
-    time = clock(motion)
+    time = motion.clock
     told = []
     for j, joint in enumerate(body.joints):
         past = np.concatenate([[False], margins.margin[:, j] < -_PAST, [False]])
@@ -101,11 +101,6 @@ def _breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
             told.append(StopBreach(joint, margins.motion(worst, j), float(time[first]), float(time[after - 1]),
                                    float(time[worst]), float(-margins.margin[worst, j])))  # fmt: skip
     return tuple(sorted(told, key=lambda breach: (breach.begin, breach.joint)))
-
-
-def clock(motion: Poses) -> Floats:
-    """(P,) [s] the times of a motion; the frames' numbers where it has none."""
-    return motion.time if motion.time is not None else np.arange(len(motion), dtype=np.float64)
 
 
 def _clearance(placed: Placed, environment: Environment) -> Floats:
@@ -130,7 +125,7 @@ def _coarse(placed: Placed, motion: Poses) -> tuple[str, ...]:
     name = placed.body.segment_names[int(placed.body.sphere_segment[sphere])]
     many = int((step.max(axis=1) > 1.0).sum())
     return (f"the motion is coarse: between {many} of {len(step)} pairs of frames some sphere moves more than its own "
-            f"radius, a sphere of the {name} {step[frame, sphere]:.1f} radii at {clock(motion)[frame]:g} s; what lies "
+            f"radius, a sphere of the {name} {step[frame, sphere]:.1f} radii at {motion.clock[frame]:g} s; what lies "
             "between is taken as the shortest way",)  # fmt: skip
 
 
@@ -138,7 +133,7 @@ def _agreements(study: CrashStudy) -> tuple[Agreement, ...]:
     """Each joint and segment of the motion against the other's, at the motion's frames within the time of both."""
     if study.against is None:
         return ()
-    time, other = clock(study.motion), clock(study.against)
+    time, other = study.motion.clock, study.against.clock
     both = (time >= other[0]) & (time <= other[-1])
     if not both.any():
         raise InputError(f"the motions have no time in common: {time[0]:g} to {time[-1]:g} s and {other[0]:g} to "

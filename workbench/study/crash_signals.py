@@ -19,7 +19,7 @@ def signal_of(placed: Placed, motion: Poses, point: SignalPoint, study: CrashStu
     """The signal of a point of a motion with its figures. UsageError where the frames are too few for the filter."""
     world = placed.world_from_segment[:, point.segment]
     path = world[:, :, :3] @ np.array(point.at) + world[:, :, 3]
-    clock = motion.time if motion.time is not None else np.arange(len(motion), dtype=np.float64)
+    clock = motion.clock
     time, position = evenly(clock, path)
     second = acceleration(time, position)
     if study.cfc is not None:

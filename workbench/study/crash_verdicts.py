@@ -37,10 +37,9 @@ def _excursion(criterion: CrashCriterion, result: CrashResult, placed: Placed) -
     ahead = (placed.centres[:, about] - criterion.origin) @ np.array(criterion.direction) + body.radius[about]
     frame, sphere = np.unravel_index(int(np.argmax(ahead)), ahead.shape)
     number = int(np.flatnonzero(about)[sphere])
-    time = result.study.motion.time
     name = body.sphere_names[number] or body.segment_names[int(body.sphere_segment[number])]
     value, limit = 1000 * float(ahead[frame, sphere]), 1000 * criterion.at_most
-    return CrashVerdict(criterion, value <= limit, value, limit, "mm", float(frame if time is None else time[frame]),
+    return CrashVerdict(criterion, value <= limit, value, limit, "mm", float(result.study.motion.clock[frame]),
                         f"{name} goes {value:.1f} mm")  # fmt: skip
 
 

@@ -55,7 +55,7 @@ class _Moments:
 
     def __init__(self, study: CrashStudy, some: Episodes) -> None:
         self.study, motion = study, study.motion
-        time = motion.time if motion.time is not None else np.arange(len(motion), dtype=np.float64)
+        time = motion.clock
         step = _STEP * float(np.min(np.diff(time)))
         self.before = np.maximum(some.enter - step, time[0])
         self.after = np.minimum(self.before + 2 * step, time[-1])

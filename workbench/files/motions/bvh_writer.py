@@ -27,7 +27,7 @@ def bvh_text(body: Body, poses: Poses, placed: Placed) -> Iterator[str]:
     root = 1 if body.segments[0] == "STG" and len(body.segments) > 1 else 0
     yield "HIERARCHY\n"
     yield from _bone(body, root, 0)
-    time = poses.time if poses.time is not None else np.arange(len(poses), dtype=np.float64)
+    time = poses.clock
     step = float((time[-1] - time[0]) / (len(time) - 1)) if len(time) > 1 else 1.0
     yield f"MOTION\nFrames: {len(poses)}\nFrame Time: {step:.9g}\n"
     order = _depth_first(body, root)

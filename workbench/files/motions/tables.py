@@ -123,10 +123,7 @@ def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
     ]
     yield ", ".join(["time [s]", "x [mm]", "y [mm]", "z [mm]", *_QUATERNION, *names]) + "\n"
     angles = np.degrees(angles_of(body, poses)).reshape(len(poses), -1) + 0.0
-    place, time = (
-        poses.world_from_reference,
-        poses.time if poses.time is not None else np.arange(len(poses), dtype=float),
-    )
+    place, time = poses.world_from_reference, poses.clock
     turn = from_matrices(place[:, :, :3])
     for p in range(len(poses)):
         row = [f"{time[p]:.9g}", *(f"{1000 * v:.6f}" for v in place[p, :, 3]), *(f"{v:.12f}" for v in turn[p])]
