@@ -1,0 +1,164 @@
+"""Accommodation: everybody of a population in one workplace, what is asked of each, and who is left out by what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
+from workbench.model.encumbrance import Encumbrance
+from workbench.model.environment import Environment
+from workbench.model.population import Population
+from workbench.model.study import Aims, Criterion
+
+__all__ = ["Accommodation", "AccommodationStudy", "Gain", "GroupShare", "MapTask", "ReachMap", "Requirement"]
+
+MET = 1e-6
+"""A margin [m] down to which a requirement counts as met: below what any length here is known to."""
+
+
+@dataclass(frozen=True)
+class MapTask:
+    """A population reach map that a study asks for: a part's surface with so many points on it, by which hands, grip
+    and zone; hands: left, right or either."""
+
+    part: str
+    grip: str
+    zone: int
+    hand: str
+    points: int
+
+
+@dataclass(frozen=True, eq=False)
+class AccommodationStudy:
+    """An accommodation study ready to run: one seat, one population, many criteria.
+
+    body: the family's body that every person is made from, at the level of detail that is checked; people: one row a
+    person; aims: what a sitter's posture is predicted from; like: the named posture of trunk and head; mixes: by name,
+    the share of women that the people are weighted to; confidence of the intervals, 0 to 1.
+    """
+
+    name: str
+    kind: str
+    title: str
+    description: str
+    environment: Environment
+    body: Body
+    wears: tuple[Encumbrance, ...]
+    people: Population
+    seat: str
+    aims: Aims
+    like: str
+    criteria: tuple[Criterion, ...]
+    mixes: Mapping[str, float]
+    confidence: float
+    maps: tuple[MapTask, ...]
+    inputs: Mapping[str, Path]
+    seed: int | None = None
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """The smallest thing that is asked of a person: one control, one clearance, the view, the seat.
+
+    name: "reach throttle", "right knee clear of the panel": unique in a result; criterion: the criterion of the study
+    that it belongs to; check: reach, clearance, contact, vision, seat or stops; target: the control or part; zone: of
+    a reach, 0 of others.
+    """
+
+    name: str
+    criterion: str
+    check: str
+    target: str
+    zone: int = 0
+
+
+@dataclass(frozen=True)
+class GroupShare:
+    """The share, 0 to 1, of a group ("everybody", "women", "75 % men") that is served, with its interval."""
+
+    group: str
+    share: float
+    low: float
+    high: float
+    count: int
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a change of the design would gain, found from the margins and confirmed by a run with the change made.
+
+    words: "moving flaps 32 mm aft"; requirement: the one it is for; move [m]; rate: share gained by a metre at the
+    design as it is; before, after: the share that meets the requirement without and with the change (run again);
+    joint_before, joint_after: the share that meets all.
+    """
+
+    words: str
+    requirement: str
+    move: float
+    rate: float
+    before: float
+    after: float
+    joint_before: float
+    joint_after: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReachMap:
+    """The share of people who reach each point of a part: points and normals (M, 3) [m], share (M,) 0 to 1; flat (M, 2)
+    [m]: the points in the part's main plane, first to the sitter's right, then up."""
+
+    task: MapTask
+    points: Floats
+    normals: Floats
+    flat: Floats
+    share: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Accommodation:
+    """The result: P people, R requirements.
+
+    margin (P, R) [m]: what is to spare, negative where the requirement is not met by so much; NaN where it does not
+    apply; reason (P, R): index into `reasons` (what limits, in words), -1 where nothing does. seat (P, 2) [m]: forward
+    and up. limiting (P,): the name of the measure that is oddest of the person and bears on the worst requirement,
+    "" for whom all is met. shares: joint, by group; single (R), without (R): the share that meets this requirement,
+    and that would meet all others if it were dropped; alone (R): the share left out by nothing but it. spread (R, 5)
+    [m]: margins at 1, 5, 50, 95 and 99 % of the (weighted) people. hardest: rows of the people farthest from being
+    served, worst first, at most five.
+    """
+
+    study: AccommodationStudy
+    requirements: tuple[Requirement, ...]
+    margin: Floats
+    reason: Ints
+    reasons: tuple[str, ...]
+    seat: Floats
+    limiting: tuple[str, ...]
+    shares: tuple[GroupShare, ...]
+    single: Floats
+    without: Floats
+    alone: Floats
+    spread: Floats
+    hardest: tuple[int, ...]
+    gains: tuple[Gain, ...]
+    maps: tuple[ReachMap, ...]
+    provenance: Mapping[str, Mapping[str, str]]
+    warnings: tuple[str, ...]
+
+    @property
+    def met(self) -> Bools:
+        """(P, R) whether each person meets each requirement; what does not apply is met."""
+        met: Bools = np.isnan(self.margin) | (self.margin >= -MET)
+        return met
+
+    @property
+    def served(self) -> Bools:
+        """(P,) whether a person meets all requirements."""
+        served: Bools = self.met.all(axis=1)
+        return served
