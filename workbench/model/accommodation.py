@@ -154,11 +154,9 @@ class Accommodation:
     @property
     def met(self) -> Bools:
         """(P, R) whether each person meets each requirement; what does not apply is met."""
-        met: Bools = np.isnan(self.margin) | (self.margin >= -MET)
-        return met
+        return np.logical_or(np.isnan(self.margin), self.margin >= -MET)
 
     @property
     def served(self) -> Bools:
         """(P,) whether a person meets all requirements."""
-        served: Bools = self.met.all(axis=1)
-        return served
+        return np.all(self.met, axis=1)
