@@ -154,9 +154,9 @@ class Accommodation:
     @property
     def met(self) -> Bools:
         """(P, R) whether each person meets each requirement; what does not apply is met."""
-        return np.logical_or(np.isnan(self.margin), self.margin >= -MET)
+        return np.asarray(np.isnan(self.margin) | (self.margin >= -MET), dtype=np.bool_)
 
     @property
     def served(self) -> Bools:
         """(P,) whether a person meets all requirements."""
-        return np.all(self.met, axis=1)
+        return np.asarray(np.all(self.met, axis=1), dtype=np.bool_)
