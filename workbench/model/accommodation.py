@@ -13,9 +13,10 @@ from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.population import Population
+from workbench.model.poses import Placed
 from workbench.model.study import Aims, Criterion
 
-__all__ = ["Accommodation", "AccommodationStudy", "Gain", "GroupShare", "MapTask", "ReachMap", "Requirement"]
+__all__ = ["Accommodation", "AccommodationStudy", "Gain", "GroupShare", "MapTask", "ReachMap", "Requirement", "Shown"]
 
 MET = 1e-6
 """A margin [m] down to which a requirement counts as met: below what any length here is known to."""
@@ -121,6 +122,25 @@ class ReachMap:
 
 
 @dataclass(frozen=True, eq=False)
+class Shown:
+    """One of the hardest people as found at the worst requirement, to be drawn.
+
+    row: of the person; requirement: index of the worst; placed: the body in one pose, in the attempt where it is a
+    reach; environment: with the seat where this person sits. limb: "right hand" of a reach, else what comes too near
+    ("right shin"), "" where nothing is to be named. target, tip (3,) [m] in the world: where the limb was to go and
+    where it got, or the two nearest points of a clearance; None where there is nothing to point at.
+    """
+
+    row: int
+    requirement: int
+    placed: Placed
+    environment: Environment
+    limb: str = ""
+    target: tuple[float, float, float] | None = None
+    tip: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Accommodation:
     """The result: P people, R requirements.
 
@@ -130,7 +150,7 @@ class Accommodation:
     "" for whom all is met. shares: joint, by group; single (R), without (R): the share that meets this requirement,
     and that would meet all others if it were dropped; alone (R): the share left out by nothing but it. spread (R, 5)
     [m]: margins at 1, 5, 50, 95 and 99 % of the (weighted) people. hardest: rows of the people farthest from being
-    served, worst first, at most five.
+    served, worst first, at most five; shown: the same people in the same order, to be drawn, () where nobody is.
     """
 
     study: AccommodationStudy
@@ -150,6 +170,7 @@ class Accommodation:
     maps: tuple[ReachMap, ...]
     provenance: Mapping[str, Mapping[str, str]]
     warnings: tuple[str, ...]
+    shown: tuple[Shown, ...] = ()
 
     @property
     def met(self) -> Bools:
