@@ -60,6 +60,8 @@ if TYPE_CHECKING:
     from workbench.solve.forward import update as update
     from workbench.solve.limbs import limb as limb
     from workbench.solve.reach import reach as reach
+    from workbench.solve.reach_people import reach_people as reach_people
+    from workbench.solve.seat_people import seat_people as seat_people
     from workbench.solve.stops import stops as stops
     from workbench.solve.sweep import body_sweep as body_sweep
     from workbench.solve.sweep import self_sweep as self_sweep
@@ -109,6 +111,8 @@ _HOME: dict[str, str] = {
     "update": "solve.forward",
     "limb": "solve.limbs",
     "reach": "solve.reach",
+    "reach_people": "solve.reach_people",
+    "seat_people": "solve.seat_people",
     "Reach": "model.reach",
     "stops": "solve.stops",
     "run": "study.run",
@@ -166,6 +170,7 @@ __all__ = [
     "place",
     "pose",
     "reach",
+    "reach_people",
     "read_ansur",
     "relation",
     "rereference",
@@ -173,6 +178,7 @@ __all__ = [
     "scale",
     "scene_of",
     "sealed",
+    "seat_people",
     "self_contacts",
     "self_episodes",
     "self_sweep",

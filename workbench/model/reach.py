@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,7 @@ from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 
-__all__ = ["Reach"]
+__all__ = ["Reach", "limit_words"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -63,8 +64,12 @@ class Reach:
             return ""
         if self.part[row] >= 0:
             return self.parts[int(self.part[row])]
-        joint = int(self.joint[row])
-        if joint < 0:
-            return "length of the limb"
-        motion = self.body.stops.motions[joint][int(self.axis[row])][int(self.side[row])]
-        return f"{self.body.joint_names[joint]} ({motion.replace('_', ' ')})"
+        return limit_words(self.body, (int(a[row]) for a in (self.joint, self.axis, self.side)))
+
+
+def limit_words(body: Body, stop: Iterable[int]) -> str:
+    """A stop (joint, axis, side) in words, the length of the limb where the joint is -1."""
+    joint, axis, side = stop
+    if joint < 0:
+        return "length of the limb"
+    return f"{body.joint_names[joint]} ({body.stops.motions[joint][axis][side].replace('_', ' ')})"
