@@ -1,0 +1,186 @@
+"""The statistical driving posture: its angles by hand, and bodies brought to them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import workbench as wb
+from workbench.files.postures import load_postures, posture_path, posture_pose
+from workbench.model.driving import ANGLES, Driver, Package
+from workbench.model.environment import Rest, Seat
+from workbench.shape.measure import measure
+from workbench.solve.driving import driving_posture
+from workbench.solve.driving_angles import drawn_angles, driving_angles, h_point_offset
+from workbench.solve.packaging import heel_from_ball, pedal_plane_angle, seat_curve
+from workbench.solve.spine import side_view, spine_of, spine_tilts
+
+SMALL = Driver("female", 1.525, 0.803, 51.3 / 1.525**2)
+MEDIAN = Driver("male", 1.755, 0.918, 27.47)
+LARGE = Driver("male", 1.870, 0.977, 31.66)
+REST = Rest("pan", ("LT",), 0.02)
+SEAT = Seat("driver", (0.0, 0.35, 0.15), 0.4, 0.25, 0.0, REST, REST, (-0.2, 0.4), (-0.02, 0.05), ())
+
+
+def package(h30=0.27, l6=None):
+    """A car with its seating reference point at the origin, the wheel at the distance the angles are centred on."""
+    ball, slope = float(seat_curve(h30)), float(pedal_plane_angle(h30))
+    wheel = ball - (0.7 - 0.55556 * h30 if l6 is None else l6)
+    heel = (ball - float(heel_from_ball(h30)), 0.22, 0.0)
+    return Package(heel, (ball, 0.22, 0.203 * np.sin(slope)), (wheel, 0.35, 0.65), (0.0, 0.35, h30))
+
+
+@pytest.fixture(scope="module")
+def man():
+    body = wb.load_body("adult_male")
+    at = measure(body, ["stature", "sitting_height"])
+    driver = Driver("male", at["stature"], at["sitting_height"], body.mass.sum() / at["stature"] ** 2)
+    poses = posture_pose(body, load_postures(posture_path("adult_male"), body)[0], "driving")
+    return body, poses, driver
+
+
+def driven(man, seat=SEAT, **more):
+    body, poses, driver = man
+    car = package()
+    feet = {"right foot": car.ball, "left foot": (car.ball[0] - 0.03, 0.5, 0.13)}
+    return driving_posture(body, poses, seat, driver=driver, package=car, feet=feet, **more)
+
+
+@pytest.mark.parametrize(
+    ("driver", "hip_to_eye", "pelvis", "thigh", "knee"),
+    [(SMALL, 5.04, 51.61, 14.06, 122.63), (MEDIAN, 5.91, 45.12, 17.96, 119.79), (LARGE, 5.86, 43.94, 19.52, 115.79)],
+)
+def test_three_drivers_have_the_published_codes_angles(driver, hip_to_eye, pelvis, thigh, knee):
+    mean = dict(zip(ANGLES, np.degrees(driving_angles(driver, package()).mean), strict=True))
+    found = [mean[name] for name in ("hip to eye", "pelvis", "thigh", "knee")]
+    assert found == pytest.approx([hip_to_eye, pelvis, thigh, knee], abs=0.02)
+
+
+def test_a_higher_seat_brings_the_knees_down_by_26_degrees_a_metre():
+    low, high = (np.degrees(driving_angles(SMALL, package(h30)).mean[6]) for h30 in (0.2, 0.4))
+    assert high - low == pytest.approx(-0.0262 * 200)
+
+
+def test_the_wheel_farther_aft_counts_by_what_it_is_beyond_the_usual():
+    near, far = (np.degrees(driving_angles(MEDIAN, package(0.27, l6)).mean[7]) for l6 in (0.50, 0.60))
+    assert far - near == pytest.approx(0.0933 * 100)
+
+
+def test_drawn_angles_scatter_by_the_published_residuals():
+    angles = driving_angles(MEDIAN, package())
+    rows = np.array([drawn_angles(angles, 5, person=n).mean for n in range(2000)])
+    assert np.degrees(rows.std(axis=0)) == pytest.approx([3.3, 5.0, 6.5, 4.3, 11.4, 13.2, 4.4, 8.9], rel=0.06)
+    assert rows.mean(axis=0) == pytest.approx(angles.mean, abs=0.02)
+
+
+def test_the_same_seed_and_person_draw_the_same_posture():
+    angles = driving_angles(MEDIAN, package())
+    one, same, other = (drawn_angles(angles, 5, person=n).mean for n in (3, 3, 4))
+    assert np.array_equal(one, same) and not np.allclose(one, other)
+
+
+def test_the_hip_point_is_aft_of_the_hips_by_the_flesh_between():
+    aft, above = h_point_offset(MEDIAN)
+    assert (1e3 * aft, 1e3 * above) == pytest.approx((0.4691 * 27.47 + 6.7786, 0.2921 * 27.47 - 7.5027))
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"sex": "other"}, "male or female"),
+        ({"age": 9.0}, "16 to 100 years old, got 9"),
+        ({"stature": 17.5}, "17500 mm tall"),
+        ({"sitting_height": 0.3}, "300 mm sitting"),
+        ({"mass_index": 4.0}, "12 to 70"),
+    ],
+)
+def test_an_impossible_driver_is_refused(change, words):
+    with pytest.raises(wb.InputError, match=words):
+        Driver(**({"sex": "male", "stature": 1.7, "sitting_height": 0.9, "mass_index": 25.0} | change))
+
+
+def test_a_seat_as_high_as_a_lorrys_is_refused():
+    with pytest.raises(wb.InputError, match="100 to 500 mm above the heel"):
+        driving_angles(MEDIAN, Package((0.8, 0, 0), (0.9, 0, 0.2), (0.4, 0, 0.7), (0, 0, 0.6)))
+
+
+@given(st.lists(st.floats(-1.5, 1.5), min_size=8, max_size=8))
+def test_the_trunk_keeps_to_its_stops_and_to_the_line_from_hip_to_eye(scores):
+    spine = spine_of(wb.load_body("adult_male"))
+    mean = driving_angles(MEDIAN, package())
+    angles = type(mean)(mean.mean + mean.spread * np.array(scores), mean.spread)
+    tilts = spine_tilts(spine, angles)
+    turns = tilts[:-1] - tilts[1:]
+    assert np.all((turns >= spine.flexion[:, 0] - 1e-9) & (turns <= spine.flexion[:, 1] + 1e-9))
+    c, s = np.cos(np.append(tilts, tilts[-1])), np.sin(np.append(tilts, tilts[-1]))
+    x, z = spine.links.T
+    eye = np.sum([x * c - z * s, x * s + z * c], axis=1)
+    assert np.arctan2(-eye[0], eye[1]) == pytest.approx(angles.mean[0], abs=2e-4)
+
+
+def test_a_trunk_asked_for_its_own_angles_gets_them_back(man):
+    body, _, _ = man
+    spine = spine_of(body)
+    angles = driving_angles(MEDIAN, package())
+    upright = side_view(wb.place(body, wb.pose(body, {}, reference="LT")))[0]
+    # one rigid tilt of all five moves every angle by as much; the head's is told from the horizontal
+    wanted = upright + np.radians(10.0)
+    wanted[6:] = angles.mean[6:]
+    found = spine_tilts(spine, type(angles)(wanted, angles.spread))
+    assert np.degrees(found) == pytest.approx([10.0] * 5, abs=0.05)
+
+
+def test_the_median_man_sits_as_the_angles_say_within_six_degrees(man):
+    found = driven(man)
+    residual = {name: np.degrees(value) for name, value in found.residual.items()}
+    assert max(abs(v) for v in residual.values()) < 6
+    assert residual["hip to eye"] == pytest.approx(0, abs=0.02)
+
+
+def test_both_feet_are_where_they_are_to_be_and_no_stop_is_breached(man):
+    found = driven(man)
+    assert max(found.miss.values()) < 1e-4
+    assert wb.stops(man[0], found.poses).margin.min() > -1e-3
+
+
+def test_the_heel_on_the_accelerator_rests_in_the_corner_of_floor_and_pedal(man):
+    body, car = man[0], package()
+    placed = wb.place(body, driven(man).poses)
+    first = int(body.start[body.segment("RF")])
+    rows = {name: body.sphere_names.index(name, first) for name in ("heel", "ball of foot")}
+    heel, ball = (placed.centres[0, row] for row in rows.values())
+    assert heel[2] == pytest.approx(body.radius[rows["heel"]], abs=0.003)
+    plane = np.subtract(car.ball, car.heel)
+    normal = np.array([-plane[2], 0.0, plane[0]]) / np.hypot(plane[0], plane[2])
+    for name, centre in (("heel", heel), ("ball of foot", ball)):
+        assert (centre - car.heel) @ normal == pytest.approx(body.radius[rows[name]], abs=0.003), name
+
+
+def test_the_seat_goes_no_farther_than_its_travel_and_says_where_it_wanted_to_be(man):
+    free = driven(man)
+    short = Seat(**{**SEAT.__dict__, "travel_forward": (-0.02, free.forward - 0.03)})
+    held = driven(man, short)
+    assert held.forward == pytest.approx(free.forward - 0.03)
+    assert held.wanted == pytest.approx(free.wanted)
+
+
+def test_the_seat_is_lifted_only_as_far_as_the_view_asks(man):
+    low = driven(man, eye=0.1)
+    assert low.up == SEAT.travel_up[0]
+    lifted = driven(man, eye=float(low.eye[2]) + 0.03)
+    assert low.up < lifted.up < SEAT.travel_up[1]
+    assert lifted.eye[2] == pytest.approx(low.eye[2] + 0.03, abs=2e-3)
+    high = driven(man, eye=2.0)
+    assert high.up == SEAT.travel_up[1]
+
+
+def test_a_seat_that_faces_another_way_is_refused(man):
+    with pytest.raises(wb.InputError, match="faces 90 degrees off"):
+        driven(man, Seat(**{**SEAT.__dict__, "yaw": np.pi / 2}))
+
+
+def test_a_dog_does_not_drive():
+    with pytest.raises(wb.InputError, match="no joint"):
+        spine_of(wb.load_body("dog"))
