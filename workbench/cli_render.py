@@ -2,14 +2,93 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from workbench.cli_progress import Progress, tell
+from workbench.errors import UsageError
 
-__all__ = ["render"]
+if TYPE_CHECKING:
+    from workbench.draw.looks import Look
+    from workbench.draw.sources import Source
+
+__all__ = ["Movement", "Picture", "render"]
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Picture:
+    """How it is drawn.
+
+    Parameters
+    ----------
+    display
+        disks, scanline or pyvista for .png and films; outline or circles for .svg
+    style
+        of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline and circles: veiled
+        (pale behind walls) or hidden_line
+    view
+        front, back, left, right, top, bottom, three_quarter, eye (of the first body) or eye:NAME
+    size
+        pixels, 800 or 1280x720
+    angle
+        of view from bottom to top in degrees, for a perspective picture; 0 is a parallel view
+    cut
+        opens the environment: the side that goes (left, right, front, back, top, bottom), by a plane through the middle
+        of the bodies or at a place, left=0.3 or left=300mm; x=, y= or z= takes the viewer's side. Bodies stay whole
+    marks
+        axes, clearances, contacts, controls, segments, stops; with commas between
+    fps
+        frames a second of a film
+    speed
+        seconds of a motion in a second of its film; 0.1 is ten times slow motion
+    """
+
+    display: str | None = None
+    style: str | None = None
+    view: str | None = None
+    size: str | None = None
+    angle: float | None = None
+    cut: str | None = None
+    marks: str | None = None
+    fps: float | None = None
+    speed: float | None = None
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class Movement:
+    """What moves.
+
+    Parameters
+    ----------
+    motion
+        a motion file (CSV, BVH, TRC, C3D, MOT, STO) that the body makes, or the first person of the study, or NAME=FILE
+    over
+        what lies pale behind in a second colour, predicted over actual: another motion file, or another body, study or
+        result
+    at
+        the moments of a motion that a picture shows side by side, in s or ms: 0,0.05,90ms; four where not given
+    trail
+        so many earlier positions are shown pale behind each
+    start
+        first time wanted of the motion files [s]
+    end
+        last time wanted of the motion files [s]
+    up
+        the upward axis of the motion files, where it is not told right: x, y, z, -x, -y, -z
+    """
+
+    motion: str | None = None
+    over: str | None = None
+    at: str | None = None
+    trail: int | None = None
+    start: float | None = None
+    end: float | None = None
+    up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None
 
 
 def render(
@@ -18,14 +97,8 @@ def render(
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     pose: str | None = None,
     case: str | None = None,
-    display: str | None = None,
-    style: str | None = None,
-    view: str | None = None,
-    size: str | None = None,
-    angle: float | None = None,
-    marks: str | None = None,
-    fps: float | None = None,
-    speed: float | None = None,
+    picture: Picture = Picture(),
+    movement: Movement = Movement(),
 ) -> int:
     """Draw a body, an environment, a study or a result; the ending of the file says what is made.
 
@@ -43,38 +116,59 @@ def render(
         the posture of a body, or several with commas between
     case
         the case of a study, or several with commas between; its first where not given
-    display
-        disks, scanline or pyvista for .png and films; outline or circles for .svg
-    style
-        of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline and circles: veiled
-        (pale behind walls) or hidden_line
-    view
-        front, back, left, right, top, bottom, three_quarter, eye (of the first body) or eye:NAME
-    size
-        pixels, 800 or 1280x720
-    angle
-        of view from bottom to top in degrees, for a perspective picture; 0 is a parallel view
-    marks
-        axes, clearances, contacts, controls, segments, stops; with commas between
-    fps
-        frames a second of a film
-    speed
-        seconds of a motion in a second of its film; 0.1 is ten times slow motion
     """
-    from workbench.draw.looks import look_for
-
-    look = look_for(out, display=display, style=style, view=view, size=size, angle=angle, fps=fps, speed=speed)
-    from workbench.draw.render import marked
+    look = _look(out, picture, movement)
+    from workbench.draw.marking import marked
     from workbench.draw.render import render as write
-    from workbench.draw.sources import source_of
 
     with Progress() as say:
         say(f"reading {source}")
-        found = source_of(source, poses=pose, case=case)
-        if marks is not None:
-            found = marked(found, tuple(name.strip() for name in marks.split(",")))
+        found = _found(source, (pose, case), movement)
+        if picture.marks is not None:
+            found = marked(found, tuple(name.strip() for name in picture.marks.split(",")))
         write(found, look, out, progress=lambda done, count: say(f"frame {done} of {count}"))
     for note in found.notes:
         tell(note)
     print(out)
     return 0
+
+
+def _look(out: Path, picture: Picture, movement: Movement) -> Look:
+    from workbench.draw.looks import check_ghosts, look_for
+
+    look = look_for(
+        out, display=picture.display, style=picture.style, view=picture.view, size=picture.size, angle=picture.angle,
+        fps=picture.fps, speed=picture.speed, cut=picture.cut, at=movement.at, trail=movement.trail,
+    )  # fmt: skip
+    if movement.over is not None:
+        check_ghosts(look, "--over")
+    return look
+
+
+def _found(source: str, chosen: tuple[str | None, str | None], movement: Movement) -> Source:
+    """What is to be drawn, in motion where that is asked for, and over what lies under it."""
+    from workbench.draw.recorded import Take, in_motion, is_motion, laid_over
+    from workbench.draw.sources import source_of
+
+    (pose, case), motion, over = chosen, movement.motion, movement.over
+    take = Take(movement.start, movement.end, movement.up)
+    if take != Take() and motion is None and not (over and is_motion(over)):
+        raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
+    if motion is not None and pose is not None:
+        raise UsageError("a body stands in a posture or makes a motion: leave out --pose or --motion")
+    if motion is None:
+        found = source_of(source, poses=pose, case=case)
+    else:
+        found = in_motion(source, motion, take=take, case=case)
+    if over is None:
+        return found
+    under = in_motion(source, over, take=take, case=case) if is_motion(over) else source_of(over, poses=pose, case=case)
+    return laid_over(found, under, _names(motion or source, over))
+
+
+def _names(first: str, second: str) -> tuple[str, str]:
+    """The last parts of two paths, as many as tell them apart."""
+    parts = [Path(path).parts for path in (first, second)]
+    count = next((n for n in range(1, 9) if parts[0][-n:] != parts[1][-n:]), 1)
+    one, two = (str(Path(*path[-count:])) for path in parts)
+    return one, two

@@ -6,7 +6,9 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["clip_segments", "clip_triangles", "cut_lines"]
+__all__ = ["chained", "clip_segments", "clip_triangles", "cut_lines"]
+
+_WELD = 1e-5  # [m] ends of lines nearer than about this are one
 
 
 def clip_segments(ends: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
@@ -67,3 +69,28 @@ def cut_lines(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, I
     alone = (above[crossed] > 0.0) == (count[crossed] == 1)[:, None]
     _, _, _, first, second = _crossings(corners[crossed], above[crossed], alone)
     return np.stack([first, second], axis=1).reshape(-1, 2, 3), crossed
+
+
+def chained(lines: Floats) -> list[Floats]:
+    """Lines (M, 2, 3) run together end to end, whichever way they point, into loops (K, 3)."""
+    keys = np.round(lines / _WELD).astype(np.int64)
+    names = [(tuple(a), tuple(b)) for a, b in keys.tolist()]
+    at: dict[tuple[int, ...], list[int]] = {}
+    for line, pair in enumerate(names):
+        for end in pair:
+            at.setdefault(end, []).append(line)
+    free: Bools = np.array([a != b for a, b in names], dtype=np.bool_)
+    loops = []
+    for line in range(len(names)):
+        if not free[line]:
+            continue
+        loop, here, now = [], names[line][0], line
+        while now >= 0:
+            free[now] = False
+            first = names[now][0] == here
+            loop.append(lines[now, 0 if first else 1])
+            here = names[now][1] if first else names[now][0]
+            now = next((other for other in at[here] if free[other]), -1)
+        if len(loop) > 2:
+            loops.append(np.array(loop))
+    return loops

@@ -1,13 +1,18 @@
 """Films: pictures one after the other into an MP4, an animated GIF or an animated WebP file.
 
-A film appears whole or not at all, with one exception: a stop by Ctrl-C keeps the finished part, which plays. Frames
-are drawn while the file is written; none is kept. The same frames give the same bytes; MP4 too, with the same ffmpeg.
+A film appears whole or not at all, with one exception: a stop by Ctrl-C keeps the finished part, which plays: the frame
+that is being drawn is finished, then the file; a second Ctrl-C ends at once, without one. Frames are drawn while the
+file is written; none is kept. The same frames give the same bytes; MP4 too, with the same ffmpeg.
 """
 
 from __future__ import annotations
 
+import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
@@ -72,10 +77,11 @@ def write_film(
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
     try:
-        if kind == ".mp4":
-            _write_mp4(partial, reel, fps)
-        else:
-            _write_animation(partial, kind, reel, fps)
+        with _stops_after_a_frame(reel):
+            if kind == ".mp4":
+                _write_mp4(partial, reel, fps)
+            else:
+                _write_animation(partial, kind, reel, fps)
         if not reel.done:
             raise reel.stopped or UsageError(f"{path}: a film needs at least one frame")
         partial.replace(path)
@@ -95,6 +101,7 @@ class _Reel:
         self.frames, self.count, self.progress = frames, count, progress
         self.done = 0
         self.stopped: KeyboardInterrupt | None = None
+        self.asked = False
 
     def __iter__(self) -> Iterator[Image.Image]:
         try:
@@ -103,8 +110,33 @@ class _Reel:
                 self.done += 1
                 if self.progress is not None:
                     self.progress(self.done, self.count)
+                if self.asked:
+                    self.stopped = KeyboardInterrupt()
+                    return
         except KeyboardInterrupt as stop:
             self.stopped = stop
+
+
+@contextmanager
+def _stops_after_a_frame(reel: _Reel) -> Iterator[None]:
+    """Ctrl-C only asks the reel to end after its frame: an encoder that is interrupted leaves no file that plays.
+
+    Only the main thread hears of Ctrl-C; in others nothing is changed.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def ask(number: int, frame: FrameType | None) -> None:
+        if reel.asked:
+            raise KeyboardInterrupt
+        reel.asked = True
+
+    before = signal.signal(signal.SIGINT, ask)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before if before is not None else signal.default_int_handler)
 
 
 def _write_mp4(path: Path, reel: _Reel, fps: float) -> None:

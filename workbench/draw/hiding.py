@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.draw.arcs import Arcs
 from workbench.draw.camera import Camera, in_view, metric, projective, to_picture
-from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
+from workbench.draw.clipping import chained, clip_segments, clip_triangles, cut_lines
 from workbench.draw.edges import Lines, drawn_edges
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import cut_depth, projected_disks, triangle_polygons
@@ -28,7 +28,6 @@ HIDDEN = ("veiled", "hidden_line")
 _BIAS = 1e-3  # [m] a polygon that touches a rim or an edge does not hide it
 _AHEAD = np.array([0.0, 0.0, 1.0])
 _CELL = 24.0  # [pixels]
-_WELD = 1e-5  # [m] ends of a section's lines nearer than this are one
 
 
 class Surroundings(NamedTuple):
@@ -145,30 +144,5 @@ def sections(environment: Environment, camera: Camera, cut: float) -> list[list[
     found = []
     for number in np.flatnonzero(solid):
         lines, _ = cut_lines(seen[environment.triangles[part == number]], _AHEAD, cut)
-        found.append([to_picture(camera, loop)[:, :2] for loop in _chained(lines)])
+        found.append([to_picture(camera, loop)[:, :2] for loop in chained(lines)])
     return [loops for loops in found if loops]
-
-
-def _chained(lines: Floats) -> list[Floats]:
-    """Lines (M, 2, 3) run together end to end, whichever way they point, into loops (K, 3)."""
-    keys = np.round(lines / _WELD).astype(np.int64)
-    names = [(tuple(a), tuple(b)) for a, b in keys.tolist()]
-    at: dict[tuple[int, ...], list[int]] = {}
-    for line, pair in enumerate(names):
-        for end in pair:
-            at.setdefault(end, []).append(line)
-    free: Bools = np.array([a != b for a, b in names], dtype=np.bool_)
-    loops = []
-    for line in range(len(names)):
-        if not free[line]:
-            continue
-        loop, here, now = [], names[line][0], line
-        while now >= 0:
-            free[now] = False
-            first = names[now][0] == here
-            loop.append(lines[now, 0 if first else 1])
-            here = names[now][1] if first else names[now][0]
-            now = next((other for other in at[here] if free[other]), -1)
-        if len(loop) > 2:
-            loops.append(np.array(loop))
-    return loops

@@ -9,11 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.draw.camera import VIEWS
+from workbench.draw.cutting import Cut, cut_of
+from workbench.draw.recorded import instants_of
 from workbench.errors import UsageError, one_of
 
-__all__ = ["DISPLAYS", "ENDINGS", "Display", "Look", "look_for"]
+__all__ = ["DISPLAYS", "ENDINGS", "Display", "Look", "check_ghosts", "look_for"]
 
 _LEAST, _MOST = 16, 8192  # [pixels]
+_MOST_GHOSTS = 50
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,9 @@ class Look:
     """How a scene becomes a file. holds: raster, vector, film, model or solid; display, style: "" for the last two.
 
     view: a standard view, or eye (of the first body) or eye:NAME. width, height [pixels]. angle [rad]: of view from
-    bottom to top; 0 is a parallel view. fps [frames/s], speed: of films, see motion.frame_times.
+    bottom to top; 0 is a parallel view. fps [frames/s], speed: of films, see motion.frame_times. cut: the plane that
+    opens the environment. at [s]: the moments of a motion that a picture shows, (): four. trail: ghosts of earlier
+    positions.
     """
 
     ending: str
@@ -61,6 +66,9 @@ class Look:
     angle: float = 0.0
     fps: float = 25.0
     speed: float = 1.0
+    cut: Cut | None = None
+    at: tuple[float, ...] = ()
+    trail: int = 0
 
 
 def look_for(
@@ -73,24 +81,22 @@ def look_for(
     angle: float | None = None,
     fps: float | None = None,
     speed: float | None = None,
+    cut: str | None = None,
+    at: str | None = None,
+    trail: int | None = None,
 ) -> Look:
     """The look of the file `out`, whose ending decides what it holds. UsageError for the first thing that cannot be.
 
-    size: "800" or "1280x720" [pixels]. angle [degrees].
+    size: "800" or "1280x720" [pixels]. angle [degrees]. cut: see cutting.cut_of. at: see recorded.instants_of.
     """
-    ending = out.suffix.lower()
-    if ending not in ENDINGS:
-        raise UsageError(f"{out}: the ending says what to make; valid: {', '.join(ENDINGS)}")
+    ending = _ending(out)
     holds, usual = ENDINGS[ending]
-    if holds in ("model", "solid"):
-        given = {"--display": display, "--style": style, "--view": view, "--size": size, "--angle": angle}
-        _refuse(given, f"a {ending} file holds a body in three dimensions, no picture")
-    if holds != "film":
-        rates = {"--fps": fps, "--speed": speed}
-        _refuse(rates, f"a {ending} file is no film; films are .mp4, .gif and .webp")
+    picture = {"--display": display, "--style": style, "--view": view, "--size": size, "--angle": angle, "--cut": cut,
+               "--trail": trail}  # fmt: skip
+    _check_holds(ending, holds, picture, {"--fps": fps, "--speed": speed}, at)
     chosen = _display(ending, holds, usual, display)
     width, height = _pixels(size)
-    return Look(
+    look = Look(
         ending=ending,
         holds=holds,
         display=chosen,
@@ -101,7 +107,45 @@ def look_for(
         angle=_radians(angle or 0.0),
         fps=25.0 if fps is None else fps,
         speed=1.0 if speed is None else speed,
+        cut=None if cut is None else cut_of(cut),
+        at=() if at is None else instants_of(at),
+        trail=0 if trail is None else _ghosts(trail),
     )
+    if look.trail:
+        check_ghosts(look, "--trail")
+    return look
+
+
+def _ending(out: Path) -> str:
+    ending = out.suffix.lower()
+    if ending not in ENDINGS:
+        raise UsageError(f"{out}: the ending says what to make; valid: {', '.join(ENDINGS)}")
+    return ending
+
+
+def check_ghosts(look: Look, flag: str) -> None:
+    """UsageError where a look's display shows no ghosts, which `flag` asks for."""
+    if look.display == "scanline" or look.style in ("depth", "id"):
+        raise UsageError(f"{flag}: the display {look.display} in the style {look.style} shows no pale bodies behind")
+    if look.holds == "solid":
+        raise UsageError(f"{flag}: a {look.ending} file holds one pose of a body, nothing pale behind it")
+
+
+def _check_holds(
+    ending: str, holds: str, picture: Mapping[str, object], rates: Mapping[str, object], at: str | None
+) -> None:
+    if holds in ("model", "solid"):
+        _refuse(picture, f"a {ending} file holds a body in three dimensions, no picture")
+    if holds != "film":
+        _refuse(rates, f"a {ending} file is no film; films are .mp4, .gif and .webp")
+    if holds in ("film", "model"):
+        _refuse({"--at": at}, f"a {ending} file shows the whole motion; --start and --end choose a part")
+
+
+def _ghosts(trail: int) -> int:
+    if not 0 <= trail <= _MOST_GHOSTS:
+        raise UsageError(f"--trail: 0 to {_MOST_GHOSTS} earlier positions are possible, got {trail}")
+    return trail
 
 
 def _refuse(given: Mapping[str, object], why: str) -> None:

@@ -8,14 +8,15 @@ from xml.sax.saxutils import escape
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INK, PAPER, hexadecimal
+from workbench.draw.colours import INK, INKS, PAPER, hexadecimal
 from workbench.draw.marks import TEXT_SIZE, PlacedMark, Shape, mark_shapes, placed_marks, scale_bar
 from workbench.draw.scene import Scene
 
-__all__ = ["paint_mark_shapes", "paint_mark_texts", "svg_bar", "svg_marks"]
+__all__ = ["paint_mark_shapes", "paint_mark_texts", "svg_bar", "svg_key", "svg_marks"]
 
 _FONT = "font-family='Helvetica,Arial,sans-serif'"
 _RIM = 2.6  # [pixels] of paper around what is drawn
+_KEY_TOP, _KEY_STEP = 18.0, 18.0  # [pixels] from the picture's top to the key's first line, and from line to line
 _TEXT = f'{_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
 
 
@@ -73,6 +74,19 @@ def svg_bar(camera: Camera) -> list[str]:
     ]
 
 
+def svg_key(scene: Scene, camera: Camera) -> list[str]:
+    """SVG elements of a scene's key: a line for each, in the ink of its colour family."""
+    if not scene.key:
+        return []
+    right = camera.width - _KEY_TOP / 2.0
+    lines = [
+        f'<text x="{right:.1f}" y="{_KEY_TOP + k * _KEY_STEP:.1f}" dy=".36em"'
+        f' fill="{hexadecimal(INKS[colour])}">{escape(what)}</text>'
+        for k, (what, colour) in enumerate(scene.key)
+    ]
+    return [f'<g class="key" {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="end">', *lines, "</g>"]
+
+
 def paint_mark_shapes(image: Image.Image, scene: Scene, camera: Camera, factor: int) -> None:
     """Leaders, shapes and the scale bar into a picture `factor` times as large as the camera's, made smaller later."""
     draw = ImageDraw.Draw(image)
@@ -117,6 +131,9 @@ def paint_mark_texts(image: Image.Image, scene: Scene, camera: Camera) -> None:
             (x, y), (a, b) = mark.label, mark.half
             draw.rounded_rectangle((x - a, y - b, x + a, y + b), radius=4, fill=PAPER, outline=mark.colour, width=1)
             draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor="mm")
+    for k, (what, colour) in enumerate(scene.key):
+        place = (camera.width - _KEY_TOP / 2.0, _KEY_TOP + k * _KEY_STEP)
+        draw.text(place, what, fill=INKS[colour], font=font, anchor="rm", stroke_width=2, stroke_fill=PAPER)
     if math.isfinite(camera.distance):
         return
     bar = scale_bar(camera)

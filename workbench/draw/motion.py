@@ -43,13 +43,14 @@ def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> 
 def scene_at(scene: Scene, frame: int, *, trail: int = 0, every: int = 1) -> Scene:
     """The scene with every body in its pose `frame`; `trail` ghosts of it `every` frames apart before that.
 
-    Bodies of one pose stay as they are.
+    Bodies of one pose stay as they are. Ghosts that the scene has already move along.
     """
     moving = [shown for shown in scene.bodies if len(shown.placed) > 1]
     earlier = [frame - k * every for k in range(trail, 0, -1) if frame - k * every >= 0]
     ghosts = tuple(replace(shown, pose=at) for at in earlier for shown in moving)
     bodies = tuple(_posed(shown, frame) for shown in scene.bodies)
-    return replace(scene, bodies=bodies, ghosts=scene.ghosts + ghosts)
+    along = tuple(_posed(shown, frame) for shown in scene.ghosts)
+    return replace(scene, bodies=bodies, ghosts=ghosts + along)
 
 
 def _posed(shown: SceneBody, frame: int) -> SceneBody:

@@ -12,24 +12,19 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from workbench.draw.annotations import (
-    axes_marks,
-    clearance_marks,
-    contact_marks,
-    control_marks,
-    segment_marks,
-    stop_marks,
-)
 from workbench.draw.camera import Camera, standard_view, turned
 from workbench.draw.circles import circles
 from workbench.draw.colours import FAMILIES
+from workbench.draw.cutting import opened
 from workbench.draw.disks import disks
 from workbench.draw.eyes import eye_view
 from workbench.draw.film import film_frames, write_film
 from workbench.draw.hiding import HIDDEN
 from workbench.draw.looks import Look
+from workbench.draw.marking import remarked
 from workbench.draw.motion import every_pose, frame_times, scene_at
 from workbench.draw.outline import outline
+from workbench.draw.recorded import at_instants, evenly, shown_span
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.sources import Source
@@ -40,11 +35,11 @@ from workbench.errors import UsageError, one_of
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
 from workbench.files.results import write_file
+from workbench.model.arrays import Floats
+from workbench.model.poses import Placed
 from workbench.shape.solid import body_solid
-from workbench.solve.collide import contacts, nearest
-from workbench.solve.stops import stops
 
-__all__ = ["MARKS", "camera_of", "drawing", "marked", "picture", "render"]
+__all__ = ["camera_of", "drawing", "picture", "render"]
 
 TURN = 6.0  # [s] a film of what does not move goes round it once in this time
 Progress = Callable[[int, int], None]
@@ -66,7 +61,6 @@ _PENS: dict[tuple[str, str], _Pen] = {
     for name, pen in (("outline", outline), ("circles", circles))
     for style in HIDDEN
 }
-MARKS = ("axes", "clearances", "contacts", "controls", "segments", "stops")
 
 
 def render(source: Source, look: Look, out: Path, *, progress: Progress | None = None) -> None:
@@ -119,46 +113,32 @@ def _eye(scene: Scene, look: Look, people: tuple[str, ...]) -> Camera:
     return eye_view(shown, width=look.width, height=look.height)
 
 
-def marked(source: Source, kinds: tuple[str, ...]) -> Source:
-    """The source with marks of these kinds (see MARKS) for its first pose. UsageError for an unknown kind."""
-    for kind in kinds:
-        if kind not in MARKS:
-            raise UsageError(f"no marks {kind!r}; {one_of(kind, MARKS)}")
-    scene, found = source.scene, list(source.scene.marks)
-    for kind in kinds:
-        found += _marks(source, kind)
-    return replace(source, scene=replace(scene, marks=tuple(found)))
-
-
-def _marks(source: Source, kind: str) -> tuple[Mark, ...]:
-    scene, found = source.scene, tuple[Mark, ...]()
-    if kind == "axes":
-        low, high = scene.bounds
-        return axes_marks((0.0, 0.0, 0.0), length=float(np.max(high - low)) / 5.0)
-    if kind == "controls":
-        return control_marks(scene.environment) if scene.environment is not None else ()
-    for shown, person in zip(scene.bodies, source.persons, strict=True):
-        if kind == "segments":
-            found += segment_marks(shown.placed)
-        elif kind == "stops":
-            found += stop_marks(shown.placed, stops(person.body, person.poses).margin)
-        elif scene.environment is not None and kind == "contacts":
-            found += contact_marks(contacts(shown.placed, scene.environment))
-        elif scene.environment is not None:
-            found += clearance_marks(shown.placed, nearest(shown.placed, scene.environment))
-    return found
+def _stills(source: Source, look: Look) -> Source:
+    """The source in the poses that are drawn side by side: of a motion at the moments asked for, or at four."""
+    if look.at:
+        return at_instants(source, look.at)
+    return at_instants(source, evenly(source)) if source.moving and not source.names else source
 
 
 def _panels(source: Source, look: Look) -> list[tuple[Scene, Camera]]:
     """The scene of each pose, and one camera for all; from its eyes each has its own."""
-    scenes = [scene_at(source.scene, k) for k in range(max(len(source.names), 1))]
-    if look.view.startswith("eye"):
-        return [(scene, camera_of(scene, look, source.people)) for scene in scenes]
-    camera = camera_of(every_pose(source.scene) if len(scenes) > 1 else source.scene, look)
-    return [(scene, camera) for scene in scenes]
+    count = max(len(source.names), 1)
+    scenes = [scene_at(source.scene, k, trail=look.trail) for k in range(count)]
+    own = look.view.startswith("eye")
+    camera = camera_of(every_pose(source.scene) if count > 1 and not own else scenes[0], look, source.people)
+    scenes = _cut(scenes, camera, look, [remarked(source, scene) for scene in scenes])
+    key = [scenes[0], *(replace(scene, key=()) for scene in scenes[1:])]
+    return [(scene, camera_of(scene, look, source.people) if own else camera) for scene in key]
+
+
+def _cut(scenes: list[Scene], camera: Camera, look: Look, marks: list[tuple[Mark, ...]]) -> list[Scene]:
+    """Scenes with their marks, and all with one environment, cut open as this camera sees it."""
+    environment = scenes[0].environment if look.cut is None else opened(scenes[0], camera, look.cut)
+    return [replace(scene, environment=environment, marks=own) for scene, own in zip(scenes, marks, strict=True)]
 
 
 def _raster(source: Source, look: Look) -> bytes:
+    source = _stills(source, look)
     pictures = [picture(scene, camera, look) for scene, camera in _panels(source, look)]
     image = pictures[0] if len(pictures) == 1 else strip_image(pictures, _captions(source))
     out = io.BytesIO()
@@ -167,6 +147,7 @@ def _raster(source: Source, look: Look) -> bytes:
 
 
 def _vector(source: Source, look: Look) -> bytes:
+    source = _stills(source, look)
     drawings = [drawing(scene, camera, look) for scene, camera in _panels(source, look)]
     if len(drawings) == 1:
         return drawings[0].encode()
@@ -178,24 +159,30 @@ def _captions(source: Source) -> list[str]:
 
 
 def _film(source: Source, look: Look, out: Path, progress: Progress | None) -> None:
-    def painter(scene: Scene, camera: Camera) -> Image.Image:
-        own = camera_of(scene, look, source.people) if look.view.startswith("eye") else camera
-        return picture(scene, own, look)
-
     if source.moving:
-        clock = source.persons[0].poses.time
-        assert clock is not None
-        times = frame_times(float(clock[0]), float(clock[-1]), fps=look.fps, speed=look.speed)
-        scene = source.at(times)
-        camera = camera_of(every_pose(scene) if not look.view.startswith("eye") else scene, look, source.people)
-        frames = film_frames(scene, camera, times, painter, stamp=_pace(look))
-        count = len(times)
+        times = frame_times(*shown_span(source), fps=look.fps, speed=look.speed)
+        count, frames = len(times), _moving(source.at(times), look, times)
     elif len(source.names) > 1:
         raise UsageError(f"a film shows a motion, or goes round one case; got {len(source.names)} cases without times")
     else:
         count = len(frame_times(0.0, TURN - 1e-6, fps=look.fps, speed=look.speed))
-        frames = _round(source, look, count, painter)
+        frames = _round(source, look, count)
     write_film(out, frames, count, fps=look.fps, progress=progress)
+
+
+def _moving(source: Source, look: Look, times: Floats) -> Iterator[Image.Image]:
+    """The pictures of a source in its poses at `times` (F,) [s]; ghosts of `look.trail` are a quarter of a second of
+    film apart."""
+    own = look.view.startswith("eye")
+    camera = camera_of(source.scene if own else every_pose(source.scene), look, source.people)
+    environment = source.scene.environment if look.cut is None else opened(source.scene, camera, look.cut)
+
+    def painter(scene: Scene, camera: Camera) -> Image.Image:
+        shown = replace(scene, environment=environment, marks=remarked(source, scene))
+        return picture(shown, camera_of(scene, look, source.people) if own else camera, look)
+
+    every = max(round(look.fps / 4.0), 1)
+    return film_frames(source.scene, camera, times, painter, stamp=_pace(look), trail=look.trail, every=every)
 
 
 def _pace(look: Look) -> str:
@@ -205,7 +192,7 @@ def _pace(look: Look) -> str:
     return f"{named}, {look.fps:g} frames/s"
 
 
-def _round(source: Source, look: Look, count: int, painter: _Painter) -> Iterator[Image.Image]:
+def _round(source: Source, look: Look, count: int) -> Iterator[Image.Image]:
     """`count` pictures once round the scene about its upright axis; the whole of it is in all of them."""
     if look.view.startswith("eye"):
         raise UsageError(f"view {look.view}: nothing moves here, and what goes round a scene is not its eyes")
@@ -216,19 +203,35 @@ def _round(source: Source, look: Look, count: int, painter: _Painter) -> Iterato
     half = np.array([reach, reach, (high - low)[2] / 2.0])
     box = np.array([middle - half, middle + half])
     camera = standard_view(look.view, box, width=look.width, height=look.height, field=look.angle)
+    if look.cut is not None:
+        scene = replace(scene, environment=opened(scene, camera, look.cut))
     for frame in range(count):
-        yield painter(scene, turned(camera, math.tau * frame / count))
+        yield picture(scene, turned(camera, math.tau * frame / count), look)
 
 
 def _model(source: Source, look: Look) -> bytes:
-    figures = [
-        Figure(name, shown.placed, _linear(shown.colour))
-        for name, shown in zip(source.people, source.scene.bodies, strict=True)
-    ]
-    times = source.persons[0].poses.time if source.moving else None
-    if times is None and len(source.names) > 1:
+    times = None
+    if source.moving:
+        start, end = shown_span(source)
+        clocks = [p.poses.time for p in (*source.persons, *source.under) if p.poses.time is not None]
+        times = np.unique(np.concatenate([np.array([start, end]), *clocks]))
+        times = times[(times >= start) & (times <= end)]
+        source = source.at(times)
+    elif len(source.names) > 1:
         raise UsageError(f"a .glb file holds one case or a motion; got {len(source.names)} cases without times")
+    under = tuple(f"{person.name} ({source.scene.key[1][0]})" for person in source.under) if source.scene.key else ()
+    shown = zip((*source.people, *under), (*source.scene.bodies, *source.scene.ghosts), strict=True)
+    figures = [Figure(name, _as_long(body.placed, times), _linear(body.colour)) for name, body in shown]
     return glb_bytes(figures, source.scene.environment, times=times)
+
+
+def _as_long(placed: Placed, times: Floats | None) -> Placed:
+    """The poses of a figure; who does not move has one for each time."""
+    if times is None or len(placed) == len(times):
+        return placed
+    world, centres = (np.repeat(column[:1], len(times), axis=0) for column in (placed.world_from_segment,
+                                                                                placed.centres))  # fmt: skip
+    return Placed(placed.body, world, centres, placed.window)
 
 
 def _linear(family: str) -> tuple[float, float, float]:
@@ -241,6 +244,9 @@ def _linear(family: str) -> tuple[float, float, float]:
 
 
 def _solid(source: Source, look: Look) -> bytes:
+    source = at_instants(source, look.at) if look.at else source
+    if source.moving and not source.names:
+        raise UsageError(f"a {look.ending} file holds one pose: say at which moment of the motion by --at")
     if not source.scene.bodies:
         raise UsageError(f"a {look.ending} file holds the solid of a body; there is none in {source.scene.title}")
     if len(source.names) > 1:

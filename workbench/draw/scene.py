@@ -65,6 +65,7 @@ class Scene:
     """Bodies, an environment or None, marks; title and description are read out by screen readers.
 
     ghosts: bodies shown pale behind all others, the earliest first (see ghosts); they are none of the scene's spheres.
+    key: what the bodies of a colour family are, "predicted" and "warm", said in the picture's upper right corner.
     """
 
     bodies: tuple[SceneBody, ...] = ()
@@ -73,6 +74,7 @@ class Scene:
     title: str = "Body"
     description: str = ""
     ghosts: tuple[SceneBody, ...] = ()
+    key: tuple[tuple[str, str], ...] = ()
 
     @property
     def spheres(self) -> Spheres:

@@ -12,11 +12,12 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.bodies import load_body
 from workbench.files.catalogue import find, names
+from workbench.files.crash_results import CrashResultFile
+from workbench.files.crash_studies import CrashPlan
 from workbench.files.environments import load_environment
 from workbench.files.kinds import kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
-from workbench.files.results import load_result
-from workbench.files.studies import load_study
+from workbench.files.results import ResultFile, load_result
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.moving import poses_at
@@ -24,10 +25,13 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Person, Study
 from workbench.solve.forward import place
+from workbench.study.crash import crash_ready
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
+from workbench.study.run import load
 
-__all__ = ["PEOPLE_COLOURS", "Source", "result_source", "scene_of", "source_of", "study_source"]
+__all__ = ["PEOPLE_COLOURS", "Source", "crash_source", "result_source", "scene_of", "source_kind", "source_of",
+           "study_source"]  # fmt: skip
 
 PEOPLE_COLOURS = ("warm", "blue", "green", "rose", "grey")
 
@@ -36,9 +40,11 @@ PEOPLE_COLOURS = ("warm", "blue", "green", "rose", "grey")
 class Source:
     """What is to be drawn. scene: its bodies hold P poses each and show the first.
 
-    names: of the poses or cases, P of them; people: of the bodies. persons: who moves and where, empty for an
-    environment; a body by itself is a person in no seat. moving: the poses are one motion with times. notes: what the
-    numbers of marks mean.
+    names: of the poses or cases, P of them, none for the frames of a recorded motion; people: of the bodies. persons:
+    who moves and where, empty for an environment; a body by itself is a person in no seat. under: the same of the
+    scene's ghosts. moving: those whose poses have times move, and `at` gives them at any time; a recorded motion's
+    scene holds its first frame only. notes: what the numbers of marks mean, and what was assumed. kinds: of marks that
+    are asked for, which move along (see marking); fixed: marks that do not.
     """
 
     scene: Scene
@@ -47,14 +53,24 @@ class Source:
     persons: tuple[Person, ...] = ()
     moving: bool = False
     notes: tuple[str, ...] = ()
+    under: tuple[Person, ...] = ()
+    kinds: tuple[str, ...] = ()
+    fixed: tuple[Mark, ...] = ()
 
-    def at(self, times: Floats) -> Scene:
-        """The scene with every body in its poses at times (F,) [s] of the motion."""
-        bodies = []
-        for shown, person in zip(self.scene.bodies, self.persons, strict=True):
-            moved = replace(person, poses=poses_at(person.poses, times))
-            bodies.append(replace(shown, placed=_placed(moved, self.scene.environment), pose=0))
-        return replace(self.scene, bodies=tuple(bodies))
+    def at(self, times: Floats) -> Source:
+        """Everybody who moves in F poses at times (F,) [s] of the motion; everybody else as they are."""
+        rows = [
+            [self._moved(shown, person, times) for shown, person in zip(bodies, persons, strict=True)]
+            for bodies, persons in ((self.scene.bodies, self.persons), (self.scene.ghosts, self.under))
+        ]
+        scene = replace(self.scene, bodies=tuple(r[0] for r in rows[0]), ghosts=tuple(r[0] for r in rows[1]))
+        return replace(self, scene=scene, persons=tuple(r[1] for r in rows[0]), under=tuple(r[1] for r in rows[1]))
+
+    def _moved(self, shown: SceneBody, person: Person, times: Floats) -> tuple[SceneBody, Person]:
+        if person.poses.time is None:
+            return shown, person
+        moved = replace(person, poses=poses_at(person.poses, times))
+        return replace(shown, placed=_placed(moved, self.scene.environment), pose=0), moved
 
 
 def scene_of(source: str, *, posture: str | None = None, case: str | None = None) -> Scene:
@@ -69,14 +85,17 @@ def source_of(source: str, *, poses: str | None = None, case: str | None = None)
     whose poses are a motion. InputError for what is not there; UsageError for a case the study does not have, and for
     postures and cases where there are none.
     """
-    kind = _kind(source)
+    kind = source_kind(source)
     _check_choice(source, kind, poses, case)
     if kind == "result":
         return result_source(Path(source), case)
     if kind == "environment":
         environment = load_environment(source)
         return Source(Scene((), environment, (), environment.name, environment.description))
-    return _body_source(source, poses) if kind == "body" else study_source(load_study(source), case)
+    if kind == "body":
+        return _body_source(source, poses)
+    what = load(source).what
+    return crash_source(what, case) if isinstance(what, CrashPlan) else study_source(what, case)
 
 
 def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -> None:
@@ -93,18 +112,36 @@ def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -
 def result_source(path: Path, case: str | None = None) -> Source:
     """A case of the study that a result was made from, with its findings marked: breaches by number, else distances.
 
-    The case where something failed, or came nearest to it, if none is named. InputError where the study is not found
-    by its name, or one of its files has changed since.
+    The case where something failed, or came nearest to it, if none is named; of a crash what was met by number.
+    InputError where the study is not found by its name, or one of its files has changed since.
     """
     rows = load_result(path)
-    study = load_study(find("studies", rows.study))
+    study = load(find("studies", rows.study)).what
     made = rows.provenance.get("inputs", {})
     for role, file in study.inputs.items():
         if made.get(role) != hashlib.sha256(file.read_bytes()).hexdigest():
             raise InputError(f"{path}: {file} is not as it was when this result was made; run the study again")
+    if isinstance(rows, CrashResultFile):
+        if not isinstance(study, CrashPlan):
+            raise InputError(f"{path}: the study {rows.study} is of another kind than this result; run it again")
+        source = crash_source(study, case)
+        faults = [meeting for meeting in rows.contacts if meeting.depth_mm > meeting.allowed_mm]
+        marks = [Mark(_metres(m.point_mm), str(n), "contact") for n, m in enumerate(faults, start=1)]
+        notes = tuple(f"{number}: {meeting.sentence}" for number, meeting in enumerate(faults, start=1))
+        return replace(source, scene=replace(source.scene, marks=tuple(marks)), notes=source.notes + notes)
+    if isinstance(study, CrashPlan):
+        raise InputError(f"{path}: the study {rows.study} is of another kind than this result; run it again")
+    return _findings(study_source(study, case or _worst_case(rows)), rows)
+
+
+def _worst_case(rows: ResultFile) -> str:
+    """The case where something failed, or came nearest to it."""
     verdicts = sorted((v for v in rows.verdicts if v.worst), key=lambda v: v.passed)
-    usual = verdicts[0].worst.case if verdicts and verdicts[0].worst else rows.cases[0]
-    source = study_source(study, case or usual)
+    return verdicts[0].worst.case if verdicts and verdicts[0].worst else rows.cases[0]
+
+
+def _findings(source: Source, rows: ResultFile) -> Source:
+    """The source with the findings of a result that belong to its first case as marks, and in words."""
     breaches = [f for v in rows.verdicts for f in v.breaches if f.case == source.names[0] and f.point_mm]
     nearest = [v.worst for v in rows.verdicts if v.passed and v.worst and v.worst.case == source.names[0]]
     marks = [Mark(_metres(f.point_mm), str(n), "contact") for n, f in enumerate(breaches, start=1) if f.point_mm]
@@ -135,6 +172,28 @@ def study_source(study: Study, case: str | None = None) -> Source:
     )
     scene = Scene(bodies, environment, (), study.title, ", ".join(wanted) if len(wanted) < 9 else "")
     return Source(scene, tuple(wanted), tuple(p.name for p in persons), persons, timed and len(rows) > 1)
+
+
+def crash_source(plan: CrashPlan, case: str | None = None) -> Source:
+    """The motion of a crash study in its environment; what it is compared with lies under it. See Source.at.
+
+    UsageError for a case: a crash study has none. InputError for a motion that cannot be read.
+    """
+    if case is not None:
+        raise UsageError(f"study {plan.file.study} is a crash: it has one motion and no cases; leave out --case")
+    study = crash_ready(plan)
+    shown = [Person(study.person, study.body, study.motion, ())]
+    key: tuple[tuple[str, str], ...] = ()
+    if study.against is not None:
+        shown.append(Person(study.against_name, study.body, study.against, ()))
+        key = ((plan.motion[1].name or plan.motion[0].stem, PEOPLE_COLOURS[0]), (study.against_name, PEOPLE_COLOURS[1]))
+    bodies = tuple(
+        SceneBody(place(person.body, _chosen(person.poses, [0])), 0, colour)
+        for person, colour in zip(shown, PEOPLE_COLOURS, strict=False)
+    )
+    scene = Scene(bodies[:1], study.environment, (), study.title, "", bodies[1:], key)
+    persons = tuple(shown)
+    return Source(scene, (), (study.person,), persons[:1], True, under=persons[1:])
 
 
 def _chosen(poses: Poses, rows: list[int]) -> Poses:
@@ -174,8 +233,8 @@ def _an(kind: str) -> str:
     return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
 
 
-def _kind(source: str) -> str:
-    """body, environment or study, of a path or a catalogue name."""
+def source_kind(source: str) -> str:
+    """body, environment, study or result, of a path or a catalogue name; InputError for anything else."""
     path = Path(source)
     if path.exists():
         kind = "result" if path.suffix == ".json" or (path / "result.json").is_file() else kind_of(path)

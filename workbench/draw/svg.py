@@ -10,7 +10,7 @@ import numpy as np
 from workbench.draw.camera import Camera
 from workbench.draw.colours import PAPER, SECTION, hexadecimal
 from workbench.draw.edges import Lines
-from workbench.draw.mark_pictures import svg_bar, svg_marks
+from workbench.draw.mark_pictures import svg_bar, svg_key, svg_marks
 from workbench.draw.scene import Scene
 from workbench.model.arrays import Floats
 
@@ -34,6 +34,7 @@ def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:
             f'<rect width="{width}" height="{height}" fill="{hexadecimal(PAPER)}"/>',
             *parts,
             *svg_marks(scene, camera),
+            *svg_key(scene, camera),
             *svg_bar(camera),
             "</svg>",
             "",

@@ -11,6 +11,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
+from workbench.files.crash_results import CrashResultFile
 
 __all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "load_result",
            "write_file", "write_folder"]  # fmt: skip
@@ -161,11 +162,13 @@ def dump_json(result: BaseModel) -> str:
     return json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def load_result(path: Path) -> ResultFile:
+def load_result(path: Path) -> ResultFile | CrashResultFile:
     """Read a result.json, or the one in a result's folder. InputError where it is none of this version."""
     file = path / MARK if path.is_dir() else path
     try:
-        return ResultFile.model_validate_json(file.read_bytes())
+        text = file.read_bytes()
+        crash = b'"kind": "crash"' in text[:1000]
+        return (CrashResultFile if crash else ResultFile).model_validate_json(text)
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror})") from None
     except ValidationError as error:

@@ -26,7 +26,7 @@ from workbench.study.meetings import environment_meetings, own_meetings
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.provenance import hashes, versions
 
-__all__ = ["crash_study"]
+__all__ = ["crash_ready", "crash_study"]
 
 _PAST = np.radians(0.1)
 _BLOCK = 256
@@ -34,7 +34,7 @@ _BLOCK = 256
 
 def crash_study(plan: CrashPlan) -> CrashResult:
     """Run a crash study. InputError for motions that cannot be read, or that have no time in common."""
-    study = _study(plan)
+    study = crash_ready(plan)
     body, motion, environment = study.body, study.motion, study.environment
     found, own = episodes(body, motion, environment), self_episodes(body, motion)
     placed = place(body, motion)
@@ -54,7 +54,8 @@ def crash_study(plan: CrashPlan) -> CrashResult:
     return replace(result, verdicts=tuple(crash_verdict(c, result, placed) for c in study.criteria))
 
 
-def _study(plan: CrashPlan) -> CrashStudy:
+def crash_ready(plan: CrashPlan) -> CrashStudy:
+    """The study of a plan, its motions read. InputError for a motion that cannot be read or is a single frame."""
     file = plan.file
     motion, notes = load_motion(plan.body, plan.motion[0], options=_options(plan.motion[1]))
     if len(motion) < 2:

@@ -1,0 +1,30 @@
+"""Flat faces from the lines round them: triangles of a region given by loops, holes and islands as they lie."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.model.arrays import Floats, Ints
+
+__all__ = ["filled_loops"]
+
+
+def filled_loops(loops: Sequence[Floats]) -> tuple[Floats, Ints]:
+    """Corners (V, 2) and anticlockwise triangles (T, 3) of what lies inside loops (K, 2), whichever way they run.
+
+    Inside is what is inside an odd number of loops. Both are empty where nothing is. InputError for loops that are not
+    finite.
+    """
+    import manifold3d
+
+    if not all(np.isfinite(loop).all() for loop in loops):
+        raise InputError("faces: loops must be finite")
+    region = manifold3d.CrossSection([np.asarray(loop) for loop in loops], manifold3d.FillRule.EvenOdd)
+    outlines = region.to_polygons()
+    if not outlines:
+        return np.empty((0, 2)), np.empty((0, 3), dtype=np.int64)
+    triangles = np.asarray(manifold3d.triangulate(outlines), dtype=np.int64).reshape(-1, 3)
+    return np.concatenate(outlines).astype(np.float64), triangles
