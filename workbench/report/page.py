@@ -85,6 +85,7 @@ def template(name: str) -> jinja2.Template:
         lstrip_blocks=True,
     )
     environment.filters["parts_only"] = without_polygons
+    environment.filters["plain"] = lambda name: name.replace("_", " ")
     return environment.get_template(name)
 
 

@@ -1,0 +1,316 @@
+"""The page of an accommodation study: words, charts, maps, and odd results that must not break it."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.accommodations import few, made, panel_map, trainer, trainer_accommodation, trainer_people
+from workbench.draw.contours import level_loops, spacing, spread
+from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
+from workbench.model.accommodation import Gain, Requirement
+from workbench.report.accommodation_charts import bar, margin_axis, margin_range, margin_strip, share_axis, whisker
+from workbench.report.accommodation_page import accommodation_page
+from workbench.report.accommodation_words import (
+    accommodation_headline,
+    gain_sentence,
+    percent,
+    person_sentence,
+    reason_words,
+    requirement_sentence,
+)
+
+FLAPS = Requirement("reach flaps", "engine and cabin", "reach", "flaps", 2)
+KNEE = Requirement("right knee clear of the panel", "room", "clearance", "instrument_panel")
+
+
+class Balanced(HTMLParser):
+    """Fails where tags are not closed in order."""
+
+    VOID = {"meta", "img", "br", "hr", "link", "input"}
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.ids, self.links = [], [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.ids += [v for k, v in attrs if k == "id"]
+        self.links += [v for k, v in attrs if k in ("href", "src")]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.ids += [v for k, v in attrs if k == "id"]
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open.pop() == tag
+
+
+def parsed(html):
+    page = Balanced()
+    page.feed(html)
+    assert page.open == []
+    assert len(page.ids) == len(set(page.ids))
+    assert all(link.startswith("data:image/png;base64,") or "/" not in link for link in page.links)
+    return page
+
+
+def text_of(html):
+    return re.sub(r"\s+", " ", re.sub(r"<style>.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL))
+
+
+@pytest.fixture(scope="module")
+def usual():
+    return trainer_accommodation(60)
+
+
+@pytest.fixture(scope="module")
+def ten():
+    """Ten people, two requirements: flaps are missed by four, the knee by three, by one of them both."""
+    people = trainer_people(10)
+    flaps = np.array([-41, -20, -5, -1, 5, 10, 20, 30, 40, 50]) / 1000
+    knee = np.array([-2, 1, 2, 3, -3, -12, 30, 40, 50, 60]) / 1000
+    gain = Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.6, 0.9, 0.4, 0.7)
+    return made(people, [FLAPS, KNEE], np.stack([flaps, knee], axis=1), gains=[gain], shown=True)
+
+
+def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
+    said = accommodation_headline(ten)
+    assert said == ("40.0 % of the population fits (95 % interval 16.8 to 68.7 %, 10 people). Most are left out by "
+                    "“reach flaps”: 40.0 % of the people, 30.0 % by this alone.")  # fmt: skip
+    assert requirement_sentence(ten) == (
+        "“reach flaps” leaves out most people: 40.0 %. Dropping it would gain most: the share that meets all would go "
+        "from 40.0 % to 70.0 %."
+    )
+
+
+def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
+    said = person_sentence(ten, 0)
+    tall = 1000 * ten.study.people.column("stature")[0]
+    assert said.startswith(f"A man of {tall:,.0f} mm (male 1): his right hand stays 41 mm short of flaps in zone 2, "
+                           "limited by the length of the arm. His thumb tip reach is ")  # fmt: skip
+    assert said.endswith("1 more requirement is not met.")
+    assert "the men here" not in said  # five men are too few to be compared with
+    assert "women here have more" in person_sentence(trainer_accommodation(200, shown=False), 194)
+    assert "right knee is 12 mm nearer to the instrument panel than it may be" in person_sentence(ten, 5)
+    assert person_sentence(ten, 9).endswith("everything is met.")
+
+
+def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
+    html = accommodation_page(ten)
+    assert ten.hardest == (0, 1, 5, 2, 4)
+    assert html.count('src="data:image/png') == 5
+    assert "The five hardest cases" in html
+
+
+@pytest.mark.parametrize(("gain", "said"), [
+    (Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),
+     "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and all requirements together from 81.3 to "
+     "84.2 %."),
+    (Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.813),
+     "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and leaves all requirements together at 81.3 %."),
+    (Gain("x", "y", 0.01, 0.0, 0.5, 0.5, 0.25, 0.25), "X leaves “y” at 50.0 % and leaves all requirements together at "
+     "25.0 %."),
+])  # fmt: skip
+def test_a_gain_is_told_with_both_shares(gain, said):
+    assert gain_sentence(gain) == said
+
+
+@pytest.mark.parametrize(("share", "said"), [
+    (0.0, "0.0 %"), (1.0, "100.0 %"), (0.813, "81.3 %"), (0.00001, "under 0.1 %"), (0.99996, "over 99.9 %"),
+    (0.9996, "over 99.9 %"), (0.9994, "99.9 %"), (0.0006, "0.1 %"),
+])  # fmt: skip
+def test_a_share_is_never_rounded_to_all_or_nothing(share, said):
+    assert percent(share) == said
+
+
+def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
+    assert reason_words("length of the limb", "right hand") == "the length of the arm"
+    assert reason_words("length of the limb", "left foot") == "the length of the leg"
+    assert reason_words("instrument_panel") == "the instrument panel"
+    assert reason_words("the seat's travel") == "the seat's travel"
+    assert reason_words("") == ""
+
+
+def test_the_page_is_whole_closed_and_the_same_each_time(usual):
+    html = accommodation_page(usual)
+    parsed(html)
+    said = text_of(html)
+    for part in ("Who fits", "What leaves people out", "Limiting dimensions", "Changes that would gain",
+                 "hardest cases", "Who reaches the instrument panel", "Margins", "All requirements", "Provenance",
+                 "Method and its limits"):  # fmt: skip
+        assert part in said
+    assert '<a href="people.csv" download>' in html
+    assert accommodation_page(usual) == html
+    assert not re.search(r"\b(nan|None|inf)\b", said)
+
+
+def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
+    html = accommodation_page(replace(ten, shown=()))
+    assert "engine and cabin: 40.0 % left out, 30.0 % by it alone" in html
+    assert "room: 30.0 % left out, 20.0 % by it alone" in html
+
+
+@pytest.mark.parametrize(("margin", "said"), [
+    (0.01, "Everybody fits (95 % interval 88.6 to 100.0 %, 30 people)."),
+    (-0.01, "Nobody fits (95 % interval 0.0 to 11.4 %, 30 people)."),
+])  # fmt: skip
+def test_everybody_and_nobody(margin, said):
+    result = made(trainer_people(30), [FLAPS], np.full((30, 1), margin))
+    html = accommodation_page(result)
+    parsed(html)
+    assert said in text_of(html)
+    assert ("hardest case" in html) == (margin < 0)
+
+
+def test_one_person_one_requirement_no_map_no_picture():
+    result = made(trainer_people(1), [KNEE], [[-0.03]])
+    html = accommodation_page(result)
+    parsed(html)
+    assert "The one person does not fit. Right knee clear of the panel is not met." in text_of(html)
+    assert "The hardest case" in html
+    assert "Who reaches" not in html
+    assert "The one person fits." in text_of(accommodation_page(made(trainer_people(1), [KNEE], [[0.0]])))
+
+
+def test_margins_that_do_not_apply_are_no_misses():
+    margin = np.full((8, 2), 0.02)
+    margin[:, 1] = np.nan
+    margin[0] = [-0.01, np.nan]
+    html = accommodation_page(made(trainer_people(8), [FLAPS, KNEE], margin))
+    parsed(html)
+    assert "applies to nobody" in html
+    assert "87.5 % of the population fits" in html
+
+
+def test_names_are_text_and_never_markup():
+    evil = Requirement("<script>alert(1)</script>", 'x" onload="y', "reach", "<b>&", 1)
+    result = made(trainer_people(6), [evil], np.full((6, 1), -0.02), warnings=["<i>w"])
+    strange = replace(result, reasons=("<u>why",) * 4, study=replace(result.study, title="<h1>t", description="a<b"))
+    html = accommodation_page(strange, downloads=["a&b.csv"])
+    parsed(html)
+    for raw in ("<script>", 'onload="y', "<b>&", "<u>why", "<h1>t", "<i>w"):
+        assert raw not in html
+    assert "&lt;script&gt;" in html
+
+
+def test_forty_requirements_and_a_name_of_two_hundred_letters():
+    people = trainer_people(25)
+    rng = np.random.default_rng(1)
+    requirements = [Requirement(f"requirement {n} " + "long " * (40 if n == 3 else 0), f"c{n % 7}", "reach", f"t{n}", 1)
+                    for n in range(40)]  # fmt: skip
+    html = accommodation_page(made(people, requirements, rng.normal(0.05, 0.04, (25, 40))))
+    parsed(html)
+    assert html.count("margins at 1, 5, 50, 95 and 99 %") == 40
+
+
+def test_weights_count_in_every_share(ten):
+    people = replace(ten.study.people, weight=np.array([7, 1, 1, 1, 1, 1, 1, 1, 1, 1.0]))
+    result = made(people, ten.requirements, ten.margin)
+    assert "room: 56.2 % left out, 12.5 % by it alone" in accommodation_page(result)  # (7 + 1 + 1) / 16
+
+
+def test_a_part_of_the_people_gives_a_page_too(usual):
+    parsed(accommodation_page(few(usual, [0, 3, 4])))
+
+
+@given(st.lists(st.floats(-2, 2), min_size=5, max_size=5).map(sorted))
+def test_a_strip_is_well_formed_and_inside_its_cell(values):
+    spread_row = np.array(values)
+    ends = margin_range(spread_row[None])
+    assert ends[0] < 0 < ends[1]
+    root = ElementTree.fromstring(margin_strip(spread_row, ends, said='a & "b"'))
+    for shape in root.iter("rect"):
+        left, width = float(shape.get("x").rstrip("%")), float(shape.get("width").rstrip("%"))
+        assert left >= 0 and width >= 0 and left + width <= 100.16
+
+
+def test_charts_of_nothing_are_empty_or_plain():
+    assert margin_strip(np.full(5, np.nan), (-1, 1), said="") == ""
+    assert margin_range(np.full((2, 5), np.nan)) == (-0.01, 0.01)
+    for text in (bar(0, 0, most=0, said="x"), whisker(1, 1, 1, least=1, said="x"), share_axis(0.95), share_axis(0.0),
+                 margin_axis((-0.01, 0.01))):  # fmt: skip
+        ElementTree.fromstring(text)
+
+
+def test_a_bar_is_as_long_as_its_share():
+    root = ElementTree.fromstring(bar(0.2, 0.05, most=0.4, said="x"))
+    assert [r.get("width") for r in root.iter("rect")] == ["50.00%", "12.50%"]
+
+
+def test_contours_of_a_cone_are_circles_and_of_a_full_field_its_border():
+    row, column = np.mgrid[0:61, 0:81]
+    loops = level_loops(-np.hypot(row - 30, column - 40.0), -20.0)
+    assert len(loops) == 1
+    assert np.hypot(*(loops[0] - [30, 40]).T) == pytest.approx(20, abs=0.01)
+    border = level_loops(np.ones((3, 4)), 0.5)
+    assert len(border) == 1
+    assert border[0].min(axis=0).tolist() == [-0.5, -0.5]
+    assert border[0].max(axis=0).tolist() == [2.5, 3.5]
+    assert level_loops(np.zeros((3, 4)), 0.5) == []
+
+
+def shoelace(loop):
+    return 0.5 * float(np.sum(loop[:, 1] * np.roll(loop[:, 0], -1) - np.roll(loop[:, 1], -1) * loop[:, 0]))
+
+
+@given(st.integers(0, 10_000), st.floats(0.1, 0.9))
+def test_contours_hold_every_point_at_or_above_the_level_and_no_other(seed, level):
+    field = np.random.default_rng(seed).random((7, 9))
+    loops = level_loops(field, level)
+    inside = sum(winding(loop, field.shape) for loop in loops) if loops else np.zeros(field.shape)
+    assert np.array_equal(np.abs(inside) == 1, field >= level)
+    assert np.all(np.abs(inside) <= 1)
+
+
+def winding(loop, shape):
+    """How often a loop goes round each grid point: even-odd by a ray just off the grid lines, signed by its area."""
+    rows, columns = np.mgrid[0 : shape[0], 0 : shape[1]]
+    out = np.zeros(shape)
+    for (r0, c0), (r1, c1) in zip(loop, np.roll(loop, -1, axis=0), strict=True):
+        crosses = (r0 > rows + 1e-7) != (r1 > rows + 1e-7)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = c0 + (rows + 1e-7 - r0) * (c1 - c0) / (r1 - r0)
+        out += np.where(crosses & (at > columns), np.sign(r1 - r0), 0)
+    return out
+
+
+def test_spreading_keeps_constants_and_takes_the_nearest_far_out():
+    points = np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]])
+    places = np.array([[0.3, 0.6], [50, 50]])
+    assert spread(points, np.full(4, 0.7), places, width=0.2) == pytest.approx(0.7)
+    assert spread(points, np.arange(4.0), places, width=0.2)[1] == pytest.approx(3)
+    assert spacing(points) == 1
+
+
+def test_a_reach_map_shows_lines_with_their_shares_over_the_part():
+    found = panel_map()
+    svg = reach_map_svg(found, trainer())
+    root = ElementTree.fromstring(svg)
+    texts = ["".join(t.itertext()) for t in root.iter("{http://www.w3.org/2000/svg}text")]
+    for level in LEVELS:
+        assert f"{100 * level:.0f} %" in texts
+    assert {c.name.replace("_", " ") for c in map_controls(found, trainer())} <= set(texts)
+    assert len(map_controls(found, trainer())) > 20
+    assert svg == reach_map_svg(found, trainer())
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_a_map_of_one_share_has_one_colour_and_no_line_in_it(share):
+    found = panel_map(count=200)
+    flat = replace(found, share=np.full(len(found.share), share))
+    root = ElementTree.fromstring(reach_map_svg(flat, trainer()))
+    assert "50 %" not in ["".join(t.itertext()) for t in root.iter("{http://www.w3.org/2000/svg}text")]
+
+
+def test_a_map_of_a_single_point_is_drawn_too():
+    found = panel_map()
+    one = replace(found, points=found.points[:1], normals=found.normals[:1], flat=found.flat[:1], share=found.share[:1])
+    ElementTree.fromstring(reach_map_svg(one, trainer()))

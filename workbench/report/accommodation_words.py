@@ -1,0 +1,173 @@
+"""An accommodation in words: who fits, who is left out, by what and by how many millimetres; the same every time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare
+from workbench.model.arrays import Bools
+from workbench.model.measures import MASS
+
+__all__ = [
+    "accommodation_headline",
+    "gain_sentence",
+    "interval_words",
+    "limiting_words",
+    "percent",
+    "person_sentence",
+    "plain",
+    "reason_words",
+    "requirement_sentence",
+]  # fmt: skip
+
+_NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
+_FEW = 20  # people of one sex: below, shares among them say little
+
+
+def percent(share: float) -> str:
+    """ "81.3 %"; never 100.0 or 0.0 of what is not all or nothing."""
+    if 0 < share < 0.0005:
+        return "under 0.1 %"
+    if 0.9995 <= share < 1:
+        return "over 99.9 %"
+    return f"{100 * share:.1f} %"
+
+
+def plain(name: str) -> str:
+    """A name from a file as words."""
+    return name.replace("_", " ")
+
+
+def interval_words(group: GroupShare, confidence: float) -> str:
+    """ "95 % interval 79.2 to 83.2 %"."""
+    return f"{100 * confidence:g} % interval {100 * group.low:.1f} to {100 * group.high:.1f} %"
+
+
+def accommodation_headline(result: Accommodation) -> str:
+    """The whole result in two sentences: the share that fits with its interval, and what leaves out most."""
+    everybody, count = result.shares[0], len(result.served)
+    interval = interval_words(everybody, result.study.confidence)
+    if count == 1:
+        return f"The one person {'fits' if result.served[0] else 'does not fit'}." + _worst(result)
+    people = f"{interval}, {count:,} people"
+    if result.served.all():
+        return f"Everybody fits ({people})."
+    if not result.served.any():
+        return f"Nobody fits ({people})." + _worst(result)
+    return f"{percent(everybody.share)} of the population fits ({people})." + _worst(result)
+
+
+def _worst(result: Accommodation) -> str:
+    out = 1 - np.asarray(result.single)
+    if result.served.all():
+        return ""
+    worst = int(np.argmax(out))
+    name = result.requirements[worst].name
+    if len(out) == 1 or len(result.served) == 1:
+        return f" {_capital(plain(name))} is not met."
+    only = f"{percent(float(result.alone[worst]))} by this alone" if result.alone[worst] > 0 else "nobody by this alone"
+    return f" Most are left out by “{plain(name)}”: {percent(float(out[worst]))} of the people, {only}."
+
+
+def requirement_sentence(result: Accommodation) -> str:
+    """Which requirement is met least by itself, and which would gain most if it were dropped."""
+    if result.served.all():
+        return "Everybody meets every requirement."
+    most, gain = int(np.argmin(result.single)), int(np.argmax(result.alone))
+    text = f"“{plain(result.requirements[most].name)}” leaves out most people: {percent(1 - result.single[most])}."
+    if result.alone[gain] <= 0:
+        return text + " No requirement leaves anybody out by itself: to drop a single one would gain nothing."
+    shares = f"from {percent(result.shares[0].share)} to {percent(float(result.without[gain]))}"
+    name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
+    return text + f" Dropping {name} would gain most: the share that meets all would go {shares}."
+
+
+def gain_sentence(gain: Gain) -> str:
+    """ "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 %, and all together from 81.3 to 84.2 %."."""
+    one, two, all_one, all_two = (
+        f"{100 * v:.1f}" for v in (gain.before, gain.after, gain.joint_before, gain.joint_after)
+    )
+    joint = f"leaves all requirements together at {all_one} %"
+    if all_one != all_two:
+        joint = f"all requirements together from {all_one} to {all_two} %"
+    own = f"takes “{plain(gain.requirement)}” from {one} to {two} %"
+    if one == two:
+        own = f"leaves “{plain(gain.requirement)}” at {one} %" + (" and takes" if all_one != all_two else "")
+        return f"{_capital(gain.words)} {own} {joint if all_one != all_two else 'and ' + joint}."
+    return f"{_capital(gain.words)} {own} and {joint}."
+
+
+def person_sentence(result: Accommodation, row: int) -> str:
+    """Who it is and what is farthest from being met: "A woman of 1,512 mm (female 31): her right hand stays 41 mm short
+    of flaps in zone 2, limited by the length of the arm. Her popliteal height is 352 mm; 97 % of the women here have
+    more. 2 more requirements are not met."."""
+    people = result.study.people
+    noun, whose, _ = _NOUNS[("male", "female")[int(people.sex[row])]]
+    tall = f" of {1000 * people.column('stature')[row]:,.0f} mm" if "stature" in people.names else ""
+    label = people.labels[row] if people.labels else f"person {row + 1}"
+    text = f"A {noun}{tall} ({label}): "
+    short = np.flatnonzero(~result.met[row])
+    if not len(short):
+        return text + "everything is met."
+    worst = int(short[np.argmin(result.margin[row, short])])
+    text += _lacks(result, row, worst, whose) + "." + limiting_words(result, row)
+    more = len(short) - 1
+    return text + (f" {more} more requirement{'s are' if more > 1 else ' is'} not met." if more else "")
+
+
+def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
+    """What one requirement lacks of one person, with what limits it."""
+    requirement, lack = result.requirements[index], f"{_millimetres(-result.margin[row, index])} mm"
+    found = next((s for s in result.shown if s.row == row and s.requirement == index), None)
+    limb = found.limb if found is not None else ""
+    code = int(result.reason[row, index])
+    reason = reason_words(result.reasons[code], limb or requirement.target) if code >= 0 else ""
+    target = plain(requirement.target)
+    if requirement.check == "reach":
+        zone = f" in zone {requirement.zone}" if requirement.zone else ""
+        by = f", limited by {reason}" if reason else ""
+        return f"{whose + ' ' + limb if limb else 'the reach'} stays {lack} short of {target}{zone}{by}"
+    why = f" ({reason})" if reason else ""
+    if requirement.check in ("clearance", "contact"):
+        subject = f"{whose} {limb} is" if limb else f"“{plain(requirement.name)}” is missed: the body is"
+        return f"{subject} {lack} nearer to the {target} than it may be{why}"
+    if requirement.check == "vision":
+        return f"{whose} eyes are {lack} outside what the view asks for{why}"
+    return f"“{plain(requirement.name)}” is missed by {lack}{why}"
+
+
+def reason_words(reason: str, limb: str = "") -> str:
+    """What limits, as it stands in a sentence: "the length of the arm", "the right elbow (flexion)"."""
+    words = plain(reason)
+    if words == "length of the limb":
+        legs = any(part in limb for part in ("foot", "leg", "pedal", "heel"))
+        return f"the length of the {'leg' if legs else 'arm'}"
+    return words if not words or words.startswith(("the ", "a ", "her ", "his ")) else f"the {words}"
+
+
+def limiting_words(result: Accommodation, row: int) -> str:
+    """ " Her popliteal height is 352 mm; 97 % of the women here have more.", "" where no measure is named."""
+    name, people = result.limiting[row], result.study.people
+    if not name or name not in people.names:
+        return ""
+    _, whose, plural = _NOUNS[("male", "female")[int(people.sex[row])]]
+    values, value = people.column(name), float(people.column(name)[row])
+    unit = f"{value:.1f} kg" if name == MASS else f"{1000 * value:,.0f} mm"
+    text = f" {_capital(whose)} {plain(name)} is {unit}"
+    others: Bools = people.sex == people.sex[row]
+    if int(others.sum()) < _FEW:
+        return text + "."
+    weight = people.weight[others] / people.weight[others].sum()
+    more, less = (float(weight @ found) for found in (values[others] > value, values[others] < value))
+    share, way = (more, "more") if more >= less else (less, "less")
+    told = f"{100 * share:.0f} %" if share < 0.99 else f"{100 * share:.1f} %"
+    return f"{text}; {told} of the {plural} here have {way}."
+
+
+def _millimetres(metres: float) -> str:
+    """ "41", or "0.3" of what is under a millimetre."""
+    return f"{1000 * metres:,.0f}" if metres >= 0.00095 else f"{1000 * max(metres, MET):.3g}"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
