@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,7 +20,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS, MEASURES, check_measures
 from workbench.model.population import SEXES, Population
 
-__all__ = ["read_ansur"]
+__all__ = ["measures_in", "read_ansur"]
 
 MOST_TOLD = 20
 _SUBJECT, _SEX = "subjectid", "gender"
@@ -38,16 +38,22 @@ class _Table:
     lines: list[int]
 
 
-def read_ansur(*paths: str | Path, measures: Sequence[str] = tuple(MEASURES)) -> Population:
+def read_ansur(
+    *paths: str | Path,
+    measures: Sequence[str] = tuple(MEASURES),
+    unit: float = _MILLIMETRES,
+    weights: str | None = None,
+) -> Population:
     """Read one raw public CSV file or more of ANSUR II, or of the same layout, into one Population.
 
-    measures: those wanted; other columns need not be there. InputError names missing columns, and for absurd values
-    their line and column.
+    measures: those wanted; other columns need not be there. A file of the same layout may call its columns by the
+    names of the measures too, give lengths in another unit [m], masses as `mass` [kg], and in a column `weights` for
+    how many people each row stands. InputError names missing columns, and for absurd values their line and column.
     """
     if not paths:
         raise UsageError("name one CSV file or more")
     wanted = check_measures(measures)
-    parts = [_people(_table(Path(path)), wanted) for path in paths]
+    parts = [_people(_table(Path(path)), wanted, (unit, weights)) for path in paths]
     return Population(
         names=wanted,
         sex=np.concatenate([part.sex for part in parts]),
@@ -58,37 +64,57 @@ def read_ansur(*paths: str | Path, measures: Sequence[str] = tuple(MEASURES)) ->
     )
 
 
-def _parts(measure: str) -> tuple[str, ...]:
+def measures_in(*paths: str | Path) -> tuple[str, ...]:
+    """The measures that all of these files have; InputError where one cannot be read."""
+    tables = [_table(Path(path)) for path in paths]
+    return tuple(m for m in MEASURES if all(set(_parts(m, t.columns)) <= set(t.columns) for t in tables))
+
+
+def _parts(measure: str, columns: Container[str]) -> tuple[str, ...]:
     """The columns that a measure is made of: itself, or sitting height - stature + height standing."""
-    if measure in _SITTING:
+    name = measure.replace("_", "")
+    if measure in _SITTING and name not in columns:
         return ("sittingheight", "stature", _SITTING[measure])
-    return ("weightkg",) if measure == MASS else (measure.replace("_", ""),)
+    return ("weightkg",) if measure == MASS and name not in columns else (name,)
 
 
-def _people(table: _Table, measures: tuple[str, ...]) -> Population:
-    needed = dict.fromkeys([_SEX, *(column for measure in measures for column in _parts(measure))])
+def _people(table: _Table, measures: tuple[str, ...], how: tuple[float, str | None]) -> Population:
+    unit, weights = how
+    column = [weights.lower().replace("_", "")] if weights is not None else []
+    columns_of = {measure: _parts(measure, table.columns) for measure in measures}
+    needed = dict.fromkeys([_SEX, *column, *(part for parts in columns_of.values() for part in parts)])
     missing = [column for column in needed if column not in table.columns]
     if missing:
         raise InputError(f"{table.path}:1: missing columns: {', '.join(missing)}")
     faults: list[str] = []
     sex = [_sex(table, row, cell, faults) for row, cell in enumerate(table.columns[_SEX])]
-    raw = {column: _numbers(table, column, faults) for column in needed if column != _SEX}
+    raw = {name: _numbers(table, name, faults) for name in needed if name != _SEX}
     columns, bad = [], dict[str, Bools]()
     for measure in sorted(measures, key=_SITTING.__contains__):  # what others are derived from is judged first
-        first, *others = _parts(measure)
+        first, *others = columns_of[measure]
         # in whole millimetres first, so that equal people stay equal
         recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
-        values = recorded * _UNITS.get(first, _MILLIMETRES)
+        values = recorded * _unit(first, unit)
         known = np.any([bad.get(part, np.isnan(raw[part])) for part in (first, *others)], axis=0)
-        bad["+".join((first, *others))] = known | _absurd(table, measure, values, known, faults)
+        absurd = _absurd(table, (measure, columns_of[measure]), (values, known), faults)
+        bad["+".join((first, *others))] = known | absurd
         columns.append((measures.index(measure), values))
+    weight = raw[column[0]] if column else np.ones(len(table.lines))
+    faults += [f"{table.path}:{table.lines[row]}: {column[0]}: a weight is positive, got {weight[row]:g}"
+               for row in np.flatnonzero(weight <= 0)]  # fmt: skip
     if faults:
         more = [f"{table.path}: … and {len(faults) - MOST_TOLD} more"] if len(faults) > MOST_TOLD else []
         raise InputError(faults[:MOST_TOLD] + more)
-    rows = len(table.lines)
-    values = np.stack([column for _, column in sorted(columns, key=lambda pair: pair[0])], axis=1)
+    values = np.stack([each for _, each in sorted(columns, key=lambda pair: pair[0])], axis=1)
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
-    return Population(measures, np.array(sex), np.ones(rows), values, table.path.name, labels)
+    return Population(measures, np.array(sex), weight, values, table.path.name, labels)
+
+
+def _unit(column: str, unit: float) -> float:
+    """What 1 in a column is [m, kg]: two columns of the public files have units of their own."""
+    if column == MASS:
+        return 1.0
+    return _UNITS.get(column, unit) if column == "weightkg" or unit == _MILLIMETRES else unit
 
 
 def _sex(table: _Table, row: int, cell: str, faults: list[str]) -> int:
@@ -114,18 +140,20 @@ def _numbers(table: _Table, column: str, faults: list[str]) -> Floats:
     return values
 
 
-def _absurd(table: _Table, measure: str, values: Floats, known: Bools, faults: list[str]) -> Bools:
-    """(P,) where a measure is not that of a person; told unless the fault is `known` already."""
+def _absurd(
+    table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Floats, Bools], faults: list[str]
+) -> Bools:
+    """(P,) where a measure, made of these columns, is not that of a person; told unless the fault is known already."""
+    (measure, parts), (values, known) = what, found
     low, high = MEASURES[measure]
-    found = ~((values >= low) & (values <= high))
+    absurd = ~((values >= low) & (values <= high))
     unit, scale = ("kg", 1.0) if measure == MASS else ("mm", 1000.0)
-    for row in np.flatnonzero(found & ~known):
-        parts = _parts(measure)
+    for row in np.flatnonzero(absurd & ~known):
         column = parts[0] if len(parts) == 1 else f"{parts[-1]} ({measure})"
         got = f"{values[row] * scale:g} {unit}"
         faults.append(f"{table.path}:{table.lines[row]}: {column}: {got} is absurd for a person; "
                       f"{low * scale:g} to {high * scale:g} {unit} is plausible")  # fmt: skip
-    return found
+    return absurd
 
 
 def _table(path: Path) -> _Table:
@@ -138,7 +166,7 @@ def _table(path: Path) -> _Table:
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     rows, lines = [], []
     try:
-        header = [cell.strip().lower() for cell in next(reader, [])]
+        header = [cell.strip().lower().replace("_", "") for cell in next(reader, [])]
         for row in reader:
             if row:
                 rows.append(row)

@@ -13,10 +13,11 @@ from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.population import Population
-from workbench.model.poses import Placed
+from workbench.model.poses import Placed, Poses
 from workbench.model.study import Aims, Criterion
 
-__all__ = ["Accommodation", "AccommodationStudy", "Gain", "GroupShare", "MapTask", "ReachMap", "Requirement", "Shown"]
+__all__ = ["MET", "Accommodation", "AccommodationStudy", "Change", "Gain", "GroupShare", "MapTask", "ReachMap",
+           "Requirement", "Shown"]  # fmt: skip
 
 MET = 1e-6
 """A margin [m] down to which a requirement counts as met: below what any length here is known to."""
@@ -34,13 +35,28 @@ class MapTask:
     points: int
 
 
+@dataclass(frozen=True)
+class Change:
+    """A change of the design: a control (with the part it is on) or parts moved by `move` (3,) [m]; or the ends of the
+    seat's travel moved: lower and upper end of it, forward and up [m]."""
+
+    words: str
+    control: str = ""
+    parts: tuple[str, ...] = ()
+    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    travel_forward: tuple[float, float] = (0.0, 0.0)
+    travel_up: tuple[float, float] = (0.0, 0.0)
+
+
 @dataclass(frozen=True, eq=False)
 class AccommodationStudy:
     """An accommodation study ready to run: one seat, one population, many criteria.
 
     body: the family's body that every person is made from, at the level of detail that is checked; people: one row a
     person; aims: what a sitter's posture is predicted from; like: the named posture of trunk and head; mixes: by name,
-    the share of women that the people are weighted to; confidence of the intervals, 0 to 1.
+    the share of women that the people are weighted to; confidence of the intervals, 0 to 1; changes: those whose gain
+    is asked for, looked for by the study itself where there are none; pose (P = 1): the posture `like` of the body, None
+    where the study is not to be run.
     """
 
     name: str
@@ -61,6 +77,8 @@ class AccommodationStudy:
     inputs: Mapping[str, Path]
     seed: int | None = None
     warnings: tuple[str, ...] = ()
+    changes: tuple[Change, ...] = ()
+    pose: Poses | None = None
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 from workbench.model.body import Body
@@ -18,11 +19,15 @@ __all__ = ["Aims", "Criterion", "Person", "ReachTask", "Size", "Study"]
 
 @dataclass(frozen=True)
 class Criterion:
-    """Something that must hold in every case.
+    """Something that must hold in every case, or for everybody.
 
-    check: contact, clearance, self_contact, between_people, stops or reach. people, segments, parts, controls: those
-    it is about. at_least: [m] for clearance and between_people, [rad] for stops. zone: the harness zone in which
-    controls are to be reached, each control's own where None.
+    check: contact, clearance, self_contact, between_people, stops or reach; of accommodation also vision and seat.
+    people, segments, parts, controls: those it is about. at_least: [m] for clearance and between_people, [rad] for
+    stops. zone: the harness zone in which controls are to be reached, each control's own where None.
+
+    Of accommodation: hand: that must reach ("left", "right"), either where None; subparts: named spheres
+    ("RLL/knee cap") instead of whole segments; below, above: how far [m] the eyes may be below and above their point,
+    infinite where either may be any; of a vision over parts, at_least is the angle down [rad].
     """
 
     name: str
@@ -33,6 +38,10 @@ class Criterion:
     at_least: float
     controls: tuple[str, ...] = ()
     zone: int | None = None
+    hand: str | None = None
+    subparts: tuple[str, ...] = ()
+    below: float = inf
+    above: float = inf
 
 
 @dataclass(frozen=True)

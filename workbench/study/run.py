@@ -7,14 +7,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.accommodation_studies import AccommodationPlan, load_accommodation
 from workbench.files.catalogue import find
 from workbench.files.crash_studies import CrashPlan, load_crash
 from workbench.files.schema import fail
 from workbench.files.studies import load_study
 from workbench.files.yaml_text import read_yaml
+from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
 from workbench.model.study import Study
+from workbench.study.accommodation import accommodation_study
 from workbench.study.clearance import clearance_study
 from workbench.study.crash import crash_study
 
@@ -26,7 +29,7 @@ class Loaded(NamedTuple):
 
     name: str
     kind: str
-    what: Study | CrashPlan
+    what: Study | CrashPlan | AccommodationPlan
     warnings: tuple[str, ...]
 
 
@@ -40,7 +43,17 @@ def _crash(source: str | Path) -> Loaded:
     return Loaded(plan.file.study, plan.file.kind, plan, plan.environment.warnings)
 
 
-KINDS: dict[str, Callable[[str | Path], Loaded]] = {"clearance": _clearance, "reach": _clearance, "crash": _crash}
+def _accommodation(source: str | Path) -> Loaded:
+    plan = load_accommodation(source)
+    return Loaded(plan.file.study, plan.file.kind, plan, plan.environment.warnings)
+
+
+KINDS: dict[str, Callable[[str | Path], Loaded]] = {
+    "clearance": _clearance,
+    "reach": _clearance,
+    "crash": _crash,
+    "accommodation": _accommodation,
+}
 
 
 def load(source: str | Path) -> Loaded:
@@ -52,9 +65,20 @@ def load(source: str | Path) -> Loaded:
     return KINDS[kind if isinstance(kind, str) else "clearance"](source)
 
 
-def run(study: Study | CrashPlan | Loaded) -> Result | CrashResult:
-    """The result of a study; UsageError for a kind that is not known."""
+def run(
+    study: Study | CrashPlan | AccommodationPlan | Loaded,
+    *,
+    keep: Path | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> Result | CrashResult | Accommodation:
+    """The result of a study; UsageError for a kind that is not known.
+
+    Of an accommodation study, which may take long: keep: a folder where finished chunks of people are kept until it is
+    done, so that a run that is cut off goes on from there; say: told how far it is.
+    """
     what = study.what if isinstance(study, Loaded) else study
+    if isinstance(what, AccommodationPlan):
+        return accommodation_study(what, keep=keep, say=say)
     if isinstance(what, CrashPlan):
         return crash_study(what)
     if what.kind not in ("clearance", "reach"):

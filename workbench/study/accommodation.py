@@ -1,0 +1,127 @@
+"""The accommodation study: a whole population through one workplace, who is left out, by what and by how much."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.files.accommodation_studies import AccommodationPlan
+from workbench.model.accommodation import MET, Accommodation, AccommodationStudy
+from workbench.model.arrays import Bools, Floats
+from workbench.model.population import PopulationModel
+from workbench.people.draw import draw_people
+from workbench.shape.scale import morph_to
+from workbench.study.chunks import Chunk, gathered, result_chunks
+from workbench.study.crew import Crew, crew_of
+from workbench.study.hardest import hardest_rows, shown_people
+from workbench.study.limiting import bearing_on, limiting_measures
+from workbench.study.provenance import hashes, versions
+from workbench.study.reaches import buried_controls
+from workbench.study.requirements import Asked, asked_of
+from workbench.study.shares import group_shares, left_out_alone, share_single, share_without, spread_of
+
+__all__ = ["accommodation_study", "ready"]
+
+Say = Callable[[str], None]
+
+
+def ready(plan: AccommodationPlan) -> AccommodationStudy:
+    """The study with its people drawn and its body at the level of detail that is checked."""
+    file, source = plan.file, plan.file.population
+    people = plan.people
+    if isinstance(people, PopulationModel):
+        women = {("male",): 0.0, ("female",): 1.0}.get(tuple(source.sexes), 0.5 if source.women is None else source.women)
+        people = draw_people(people, source.people or 0, seed=source.seed or 0, men=1.0 - women)
+    return AccommodationStudy(
+        name=file.study,
+        kind=file.kind,
+        title=file.title or file.study,
+        description=file.description,
+        environment=plan.environment,
+        body=morph_to(plan.body, file.detail),
+        wears=plan.wears,
+        people=people,
+        seat=file.seat,
+        aims=plan.aims,
+        like=file.posture.like,
+        criteria=plan.criteria,
+        mixes=file.mixes,
+        confidence=file.confidence,
+        maps=plan.maps,
+        inputs=plan.inputs,
+        seed=source.seed,
+        warnings=plan.environment.warnings,
+        changes=plan.changes,
+        pose=plan.pose,
+    )
+
+
+def accommodation_study(plan: AccommodationPlan, *, keep: Path | None = None, say: Say = lambda text: None) -> Accommodation:
+    """Run an accommodation study. keep: a folder in which chunks of people are kept until it is done, so that a run
+    that is cut off goes on where it was; say: told how far it is. InputError where a chunk cannot be written."""
+    study = ready(plan)
+    asked = asked_of(study)
+    if not asked:
+        raise InputError(f"{study.name}: no criterion asks for anything")
+    crew = crew_of(study.body, study.people, study.wears, say=say)
+    found, reasons = gathered(list(result_chunks(study, crew, keep=keep, say=say)))
+    met: Bools = np.isnan(found.margin) | (found.margin >= -MET)
+    weight = study.people.weight
+    hardest = hardest_rows(found.margin)
+    return Accommodation(
+        study=study,
+        requirements=tuple(one.requirement for one in asked),
+        margin=found.margin,
+        reason=found.reason,
+        reasons=reasons,
+        seat=found.seat,
+        limiting=_limiting(study, asked, found),
+        shares=tuple(group_shares(met.all(axis=1), study.people, study.mixes, confidence=study.confidence)),
+        single=share_single(met, weight),
+        without=share_without(met, weight),
+        alone=left_out_alone(met, weight),
+        spread=spread_of(found.margin, weight),
+        hardest=hardest,
+        gains=(),
+        maps=(),
+        provenance={"inputs": hashes(study.inputs), "versions": versions()},
+        warnings=(*_told(crew), *_hopeless(asked, met), *buried_controls(study.environment), *study.warnings),
+        shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
+    )
+
+
+def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk) -> tuple[str, ...]:
+    """For everybody left out the measure that is oddest of those that bear on what is missed by most."""
+    worst = np.nan_to_num(found.margin, nan=np.inf)
+    rows = np.flatnonzero(worst.min(axis=1) < -MET)
+    at = worst[rows].argmin(axis=1)
+    words = [found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else "" for row, r in zip(rows, at, strict=True)]
+    bearing = [bearing_on(asked[int(r)], said, study.body) for r, said in zip(at, words, strict=True)]
+    names = [""] * len(study.people)
+    for row, name in zip(rows, limiting_measures(study.people, rows, bearing), strict=True):
+        names[int(row)] = name
+    return tuple(names)
+
+
+def _told(crew: Crew) -> list[str]:
+    told = [words for words in crew.told if words]
+    if not told:
+        return []
+    return [f"{len(told)} of {len(crew.people)} people could not be given all their measures exactly; they have them "
+            f"nearly (the first because {told[0]})"]  # fmt: skip
+
+
+def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
+    """Requirements that nobody meets, and pairs that nobody meets together though some meet each."""
+    single = met.any(axis=0)
+    told = [f"nobody meets {asked[r].requirement.name!r}: check where it is and what is asked for"
+            for r in np.flatnonzero(~single)]  # fmt: skip
+    both = met.T.astype(np.float64) @ met.astype(np.float64)
+    for a, b in np.argwhere(np.triu(both == 0, 1)):
+        if single[a] and single[b]:
+            told.append(f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r}: "
+                        f"they contradict each other")  # fmt: skip
+    return told

@@ -1,0 +1,108 @@
+"""The work of an accommodation study in chunks of people, each written whole: a run that is killed goes on from there.
+
+A chunk's file is named by the hash of all that its numbers rest on, the people of the chunk among them; so a file is
+used again for nothing else. Chunks may be worked on by this process, or by the workers of a Dask cluster: the numbers
+are the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from time import monotonic
+
+import numpy as np
+
+from workbench.model.accommodation import AccommodationStudy
+from workbench.model.arrays import Floats, Ints
+from workbench.solve.index_cache import content_key
+from workbench.study.crew import Crew
+from workbench.study.crew_files import Kept, read_kept, write_kept
+from workbench.study.provenance import versions
+from workbench.study.requirements import Asked, asked_of
+from workbench.study.sitters import Tried, met_by
+
+__all__ = ["Chunk", "chunk_result", "gathered", "result_chunks", "result_key", "time_left"]
+
+Say = Callable[[str], None]
+
+
+class Chunk:
+    """What became of the people of a chunk: margin (B, R), reason (B, R) into words, toward (B, R, 3), seat (B, 2)."""
+
+    def __init__(self, kept: Kept) -> None:
+        self.margin: Floats = kept.arrays["margin"]
+        self.reason: Ints = kept.arrays["reason"]
+        self.toward: Floats = kept.arrays["toward"]
+        self.seat: Floats = kept.arrays["seat"]
+        self.words = tuple(kept.texts["words"])
+
+
+def result_chunks(study: AccommodationStudy, crew: Crew, *, keep: Path | None, say: Say) -> Iterator[Chunk]:
+    """The chunks of a study in order, those of an earlier run read back from the folder `keep`.
+
+    InputError where a chunk cannot be written; those written before stay.
+    """
+    asked, begun, made = asked_of(study), monotonic(), 0
+    keys = [result_key(study, crew, chunk) for chunk in range(len(crew))] if keep is not None else []
+    for chunk in range(len(crew)):
+        path = keep / f"{chunk:05d}-{keys[chunk][:8].hex()}.chunk" if keep is not None else None
+        found = read_kept(path, keys[chunk]) if path is not None else None
+        if found is None:
+            done = crew.rows(chunk).start
+            say(f"person {done} of {len(study.people)}{time_left(begun, made, len(crew) - chunk)}")
+            found = chunk_result(study, asked, crew, chunk)
+            made += 1
+            if path is not None:
+                write_kept(path, keys[chunk], found)
+        yield Chunk(found)
+
+
+def time_left(begun: float, made: int, left: int) -> str:
+    """ ", 40 s left", from the chunks made since the beginning."""
+    if not made:
+        return ""
+    seconds = (monotonic() - begun) / made * left
+    return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
+
+
+def chunk_result(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunk: int) -> Kept:
+    """The numbers of one chunk, as they are kept."""
+    return packed(met_by(study, asked, crew.bodies(chunk)))
+
+
+def packed(tried: Tried) -> Kept:
+    """What became of some people as arrays: words become numbers of a list."""
+    words = list(dict.fromkeys(word for row in tried.words for word in row if word))
+    number = {word: k for k, word in enumerate(words)} | {"": -1}
+    reason = np.array([[number[word] for word in row] for row in tried.words], dtype=np.int64)
+    arrays = {"margin": tried.margin, "toward": tried.toward, "seat": tried.seat,
+              "reason": reason.reshape(tried.margin.shape)}  # fmt: skip
+    return Kept(arrays, {"words": words})
+
+
+def gathered(chunks: Sequence[Chunk]) -> tuple[Chunk, tuple[str, ...]]:
+    """All chunks as one, and the words that its reasons number, in the order in which they first occur."""
+    words = list(dict.fromkeys(word for chunk in chunks for word in chunk.words))
+    number = {word: k for k, word in enumerate(words)}
+    reasons = []
+    for chunk in chunks:
+        table = np.array([number[word] for word in chunk.words] + [-1], dtype=np.int64)
+        reasons.append(table[chunk.reason])
+    arrays = {name: np.concatenate([getattr(chunk, name) for chunk in chunks]) for name in ("margin", "toward", "seat")}
+    return Chunk(Kept(arrays | {"reason": np.concatenate(reasons)}, {"words": words})), tuple(words)
+
+
+def result_key(study: AccommodationStudy, crew: Crew, chunk: int) -> bytes:
+    """The hash of all that a chunk's numbers rest on."""
+    assert study.pose is not None
+    environment = study.environment
+    told = (asked_of(study), environment.seats, environment.controls, environment.points, environment.allowances,
+            environment.parts, study.seat, dict(study.aims.controls), study.aims.eyes, study.aims.heels, study.wears,
+            versions())  # fmt: skip
+    arrays = [environment.vertices, environment.edges, environment.edge_start, environment.part_start, environment.solid,
+              environment.hidden, study.pose.rotations, study.pose.world_from_reference]  # fmt: skip
+    fit = crew.fits[chunk]
+    fields = [np.ascontiguousarray(fit.fields[name]) for name in sorted(fit.fields)]
+    stops = [study.body.stops.limits, study.body.stops.axes, study.body.stops.kind.astype(np.int64)]
+    return content_key([f"accommodation 1 {told!r}".encode(), *arrays, *stops, *fields])

@@ -1,0 +1,168 @@
+"""The bodies of a whole population: fitted chunk by chunk, by several processes, and kept on disk.
+
+A chunk is fitted by itself, always with one thread for linear algebra, so that its bytes depend on nothing but the
+people in it: not on how many processes there are, nor on who else is in the study. Kept chunks are files of plain
+numbers, named by the hash of what they were made from, and read back as they were. WORKBENCH_CACHE says where they are
+kept, or that they are not, as for other things kept (see solve.index_cache).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.encumbrance import Encumbrance
+from workbench.model.population import SEXES, Population
+from workbench.shape.morph import morph
+from workbench.shape.wear import wear
+from workbench.solve.index_cache import cache_folder, content_key
+from workbench.solve.threads import cores
+from workbench.study.crew_files import Kept, read_kept, write_kept
+from workbench.study.crew_fit import FIELDS, Fit, Task, fit_chunks
+
+__all__ = ["CHUNK", "FITTED", "Crew", "chunk_key", "crew_of", "templates"]
+
+CHUNK = 64
+"""People a chunk."""
+FITTED = (
+    "stature", "sitting_height", "eye_height_sitting", "acromial_height_sitting", "thumb_tip_reach",
+    "buttock_knee_length", "knee_height_sitting", "popliteal_height", "shoulder_elbow_length", "bideltoid_breadth",
+    "thigh_clearance", "hip_breadth", "hand_length", "foot_length", "abdominal_extension_depth_sitting",
+)  # fmt: skip
+"""What a person's body shows exactly, as far as it is known of the person; all other measures are drawn near."""
+MOST_CHUNKS = 512
+"""Chunks kept on disk, about a megabyte each; those used longest ago give way."""
+
+
+class Crew:
+    """The bodies of a population, chunk by chunk, made when they are asked for."""
+
+    def __init__(self, task: Task, people: Population, wears: Sequence[Encumbrance], fits: Sequence[Fit]) -> None:
+        self.task, self.people, self.wears, self.fits = task, people, wears, fits
+
+    def __len__(self) -> int:
+        return len(self.fits)
+
+    def rows(self, chunk: int) -> slice:
+        """The people of a chunk."""
+        return slice(chunk * CHUNK, min((chunk + 1) * CHUNK, len(self.people)))
+
+    def bodies(self, chunk: int) -> list[Body]:
+        """The bodies of a chunk, dressed."""
+        return [self._body(row) for row in range(*self.rows(chunk).indices(len(self.people)))]
+
+    def body(self, row: int) -> Body:
+        """The body of one person, dressed."""
+        return self._body(row)
+
+    def _body(self, row: int) -> Body:
+        template = self.task.templates[SEXES[int(self.people.sex[row])]]
+        fields = self.fits[row // CHUNK].fields
+        made = _member(template, {name: fields[name][row % CHUNK] for name in FIELDS})
+        return wear(made, self.wears)
+
+    @property
+    def told(self) -> list[str]:
+        """For each person, why not all measures could be had exactly, "" where they could."""
+        return [words for fit in self.fits for words in fit.told]
+
+
+def crew_of(
+    body: Body, people: Population, wears: Sequence[Encumbrance], *, say: Callable[[str], None], workers: int | None = None
+) -> Crew:
+    """The bodies of a population, those of earlier runs read back. say: told how far it is.
+
+    workers: processes that fit, as many as cores where None; the bytes do not depend on it. InputError where somebody
+    has no body.
+    """
+    task = Task(templates(body), FITTED)
+    chunks = [people.rows(np.arange(a, min(a + CHUNK, len(people)))) for a in range(0, len(people), CHUNK)]
+    keys = [chunk_key(task, chunk) for chunk in chunks]
+    folder = _folder()
+    fits = [_read(folder, key) for key in keys]
+    missing = [number for number, fit in enumerate(fits) if fit is None]
+    count = 0
+
+    def done(number: int, fit: Fit) -> None:
+        nonlocal count
+        fits[missing[number]] = fit
+        count += len(fit.told)
+        say(f"fitting bodies: {count} of {sum(len(chunks[m]) for m in missing)}")
+        _keep(folder, keys[missing[number]], fit)
+
+    if missing:
+        say(f"fitting bodies: 0 of {sum(len(chunks[m]) for m in missing)}")
+        fit_chunks(task, [chunks[m] for m in missing], workers=workers or cores(), done=done)
+        _forget(folder)
+    return Crew(task, people, wears, [fit for fit in fits if fit is not None])
+
+
+def templates(body: Body) -> dict[str, Body]:
+    """The body that men and that women are made from: of a family with a typical adult of each sex these, else the
+    body itself."""
+    basis = body.basis
+    if basis is None:
+        return dict.fromkeys(SEXES, body)
+    level = next(name for name, detail in basis.details.items() if len(detail.names) == len(body.radius))
+    anchors = dict(zip(basis.anchor_names, basis.anchors, strict=True))
+    if not {f"adult_{sex}" for sex in SEXES} <= set(anchors):
+        return dict.fromkeys(SEXES, body)
+    return {sex: morph(body, anchors[f"adult_{sex}"], level) for sex in SEXES}
+
+
+def chunk_key(task: Task, people: Population) -> bytes:
+    """The hash of all that the bodies of a chunk are made from."""
+    values: list[Floats | bytes] = [f"crew 1 {FITTED} {people.names}".encode(), people.measures, people.sex]
+    for sex in SEXES:
+        body = task.templates[sex]
+        values += [f"{sex} {body.segments} {body.joints} {body.sphere_names}".encode(), body.start, body.parent]
+        values += [getattr(body, name) for name in FIELDS] + [body.blend_joint, body.blend_share]
+        if body.basis is not None:
+            values += [body.basis.anchor_spread, body.basis.joint_basis]
+    return content_key(values)
+
+
+def _member(template: Body, fields: dict[str, Floats]) -> Body:
+    """The template with other fields, which were checked when they were made: checking thousands again costs more than
+    all else that is done with them."""
+    made = object.__new__(Body)
+    made.__dict__.update(template.__dict__)
+    made.__dict__.update(fields)
+    return made
+
+
+def _folder() -> Path | None:
+    folder = cache_folder()
+    return folder / "people" if folder is not None else None
+
+
+def _read(folder: Path | None, key: bytes) -> Fit | None:
+    if folder is None:
+        return None
+    path = folder / f"{key[:20].hex()}.crew"
+    found = read_kept(path, key)
+    if found is None or set(found.arrays) != set(FIELDS):
+        return None
+    return Fit(found.arrays, found.texts["told"])
+
+
+def _keep(folder: Path | None, key: bytes, fit: Fit) -> None:
+    """Keep a chunk, where the disk lets us: that saves time later and decides nothing."""
+    if folder is None:
+        return
+    with suppress(InputError):
+        write_kept(folder / f"{key[:20].hex()}.crew", key, Kept(dict(fit.fields), {"told": fit.told}))
+
+
+def _forget(folder: Path | None) -> None:
+    if folder is None or not folder.is_dir():
+        return
+    files = sorted(folder.glob("*.crew"), key=lambda path: path.stat().st_mtime)
+    for path in files[:-MOST_CHUNKS]:
+        path.unlink(missing_ok=True)

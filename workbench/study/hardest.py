@@ -1,0 +1,118 @@
+"""The people farthest from being served, posed at what they miss most, to be looked at."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from workbench.kernels.polygon import point_polygon
+from workbench.model.accommodation import MET, AccommodationStudy, Shown
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+from workbench.shape.parts import moved
+from workbench.solve.fields import packed_faces
+from workbench.solve.forward import place
+from workbench.solve.limbs import FEET, HANDS, limb
+from workbench.solve.reach import reach
+from workbench.study.crew import Crew
+from workbench.study.requirements import Asked
+from workbench.study.sitters import Sitters, gaps_of, seated, with_hands, without_seat
+
+__all__ = ["hardest_rows", "shown_people"]
+
+MOST = 5
+
+
+def hardest_rows(margin: Floats) -> tuple[int, ...]:
+    """The rows of at most five people with the most negative margin (P, R), worst first, one a worst requirement as
+    far as there are: the same trouble five times says less. Those that remain fill up."""
+    known = np.nan_to_num(margin, nan=np.inf)
+    worst, at = known.min(axis=1), known.argmin(axis=1)
+    order = [int(row) for row in np.argsort(worst, kind="stable") if worst[row] < -MET]
+    first = list({int(at[row]): row for row in reversed(order)}.values())
+    chosen = sorted(first, key=order.index)[:MOST]
+    chosen += [row for row in order if row not in chosen][: MOST - len(chosen)]
+    return tuple(sorted(chosen, key=order.index))
+
+
+def shown_people(
+    study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, which: tuple[Sequence[int], Floats]
+) -> Iterator[Shown]:
+    """Some people (rows) as found at the requirement they miss by most."""
+    rows, margin = which
+    for row in rows:
+        body = crew.body(row)
+        r = int(np.nanargmin(margin[row]))
+        sitters = with_hands(study, seated(study, [body]))
+        seat = study.environment.seat(study.seat)
+        environment = moved(study.environment, seat.moves, sitters.seat.shift[0])
+        yield _shown(study, (asked[r], r), (row, body, environment, sitters))
+
+
+def _shown(
+    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
+) -> Shown:
+    (one, r), (row, body, environment, sitters) = what, who
+    if one.control is not None:
+        return _reaching(study, what, who)
+    placed = place(body, sitters.held)
+    if one.requirement.check in ("clearance", "contact"):
+        found = gaps_of(study, [one], sitters)
+        sphere, polygon = int(found.sphere[0, 0]), int(found.polygon[0, 0])
+        if sphere >= 0:
+            point = _foot(study.environment, polygon, found.centres[0, sphere], sitters.seat.shift[0], study.seat)
+            segment = body.segment_names[int(body.sphere_segment[sphere])]
+            return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(found.centres[0, sphere]))
+    if one.requirement.check == "vision" and study.aims.eyes is not None:
+        eye = sitters.seat.eye[0]
+        return Shown(row, r, placed, environment, "eyes", study.environment.points[study.aims.eyes], _xyz(eye))
+    if one.requirement.check == "seat":
+        foot = max(sitters.seat.miss, key=lambda name: float(sitters.seat.miss[name][0]))
+        controls = {control.name: control for control in study.environment.controls}
+        at = controls[study.aims.controls[foot]].at
+        return Shown(row, r, placed, environment, foot, at, _xyz(_ball(placed, foot)))
+    return Shown(row, r, placed, environment)
+
+
+def _reaching(
+    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
+) -> Shown:
+    """In the attempt: by whichever hand or foot comes nearest."""
+    (one, r), (row, body, environment, sitters) = what, who
+    assert one.control is not None
+    foot = one.control.grip == "foot"
+    sides = [f"{one.criterion.hand} hand"] if one.criterion.hand else list(FEET if foot else HANDS)
+    room = without_seat(environment, study.seat) if foot else environment
+    tries = []
+    for name in sides:
+        chain = limb(body, name, grip="ball" if foot else one.control.grip, zone=1 if foot else one.requirement.zone)
+        found = reach(body, sitters.seat.poses, one.control.at, limb=chain, environment=room)
+        tries.append((float(found.miss[0] + found.overlap[0]), name, found))
+    _, name, best = min(tries, key=lambda entry: entry[:2])
+    return Shown(row, r, place(body, best.poses), environment, name, one.control.at, _xyz(best.tip[0]))
+
+
+def _ball(placed: Placed, foot: str) -> Floats:
+    """(3,) where the ball of a foot is."""
+    chain = limb(placed.body, foot, grip="ball")
+    world = placed.world_from_segment[0, chain.end]
+    point: Floats = world[:, :3] @ chain.tip + world[:, 3]
+    return point
+
+
+def _foot(environment: Environment, polygon: int, centre: Floats, shift: Floats, seat: str) -> Floats:
+    """(3,) the point of a polygon nearest to a sphere's centre, where the seat has taken it."""
+    part = environment.parts[int(environment.polygon_part[polygon])]
+    by = shift if part in environment.seat(seat).moves else np.zeros(3)
+    x, y, z = centre - by
+    _, px, py, pz = point_polygon(x, y, z, packed_faces(environment), polygon, np.inf)
+    point: Floats = np.array([px, py, pz]) + by
+    return point
+
+
+def _xyz(point: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in point)
+    return x, y, z

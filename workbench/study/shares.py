@@ -1,0 +1,86 @@
+"""Shares of people: jointly, by group, by requirement alone and without it, and how margins are spread."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from workbench.model.accommodation import GroupShare
+from workbench.model.arrays import Bools, Floats
+from workbench.model.population import SEXES, Population
+from workbench.people.percentile import quantiles
+from workbench.people.share import share_of
+
+__all__ = ["LEVELS", "group_shares", "left_out_alone", "mix_weights", "share_single", "share_without", "spread_of"]
+
+LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
+"""The shares of people at which margins are told."""
+_WORDS = {"male": "men", "female": "women"}
+
+
+def group_shares(
+    served: Bools, people: Population, mixes: Mapping[str, float], *, confidence: float = 0.95
+) -> Iterator[GroupShare]:
+    """The share served (P,) of everybody, of each sex, and of everybody weighted to each mix of the sexes.
+
+    Wilson's interval; with weights of Kish's effective count.
+    """
+    every = np.ones(len(people), dtype=np.bool_)
+    yield _share("everybody", served, people.weight, (every, confidence))
+    present = [sex for sex in SEXES if np.any(people.sex == SEXES.index(sex))]
+    if len(present) < 2:
+        return
+    for sex in present:
+        yield _share(_WORDS[sex], served, people.weight, (people.sex == SEXES.index(sex), confidence))
+    for name, women in mixes.items():
+        weight = mix_weights(people, women)
+        yield _share(name, served, weight, (weight > 0, confidence))
+
+
+def _share(group: str, served: Bools, weight: Floats, how: tuple[Bools, float]) -> GroupShare:
+    rows, confidence = how
+    found = share_of(served[rows], weight=weight[rows], confidence=confidence)
+    return GroupShare(group, found.share, found.low, found.high, found.count)
+
+
+def mix_weights(people: Population, women: float) -> Floats:
+    """(P,) weights under which so much of all weight, 0 to 1, is that of women; those within a sex stay in
+    proportion."""
+    weight = np.zeros(len(people))
+    for sex, share in (("male", 1.0 - women), ("female", women)):
+        rows = people.sex == SEXES.index(sex)
+        if rows.any():
+            weight[rows] = people.weight[rows] * (share / people.weight[rows].sum())
+    return weight
+
+
+def share_single(met: Bools, weight: Floats) -> Floats:
+    """(R,) the share of weight (P,) that meets each requirement (P, R)."""
+    share: Floats = weight @ met / weight.sum()
+    return share
+
+
+def share_without(met: Bools, weight: Floats) -> Floats:
+    """(R,) the share that would meet everything if one requirement were dropped: nobody who misses another."""
+    others = (~met).sum(axis=1)[:, None] - ~met
+    share: Floats = weight @ (others == 0) / weight.sum()
+    return share
+
+
+def left_out_alone(met: Bools, weight: Floats) -> Floats:
+    """(R,) the share left out by nothing but one requirement."""
+    missed = ~met
+    share: Floats = weight @ (missed & (missed.sum(axis=1) == 1)[:, None]) / weight.sum()
+    return share
+
+
+def spread_of(margin: Floats, weight: Floats) -> Floats:
+    """(R, 5) [m] the margins (P, R) at 1, 5, 50, 95 and 99 % of the weight; NaN where a requirement applies to
+    nobody."""
+    spread = np.full((margin.shape[1], len(LEVELS)), np.nan)
+    for r in range(margin.shape[1]):
+        known = ~np.isnan(margin[:, r])
+        if known.any():
+            spread[r] = quantiles(margin[known, r], weight[known], np.array(LEVELS))
+    return spread
