@@ -25,6 +25,7 @@ from workbench.cli_render import render
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
+    from workbench.files.accommodation_results import AccommodationResultFile
     from workbench.files.crash_results import CrashResultFile
     from workbench.files.inspection import Inspection
     from workbench.files.results import ResultFile
@@ -90,7 +91,9 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
         the folder to write; out/<study> where not given
     """
     from workbench.files.results import check_folder
-    from workbench.report.folder import report_headline, write_report
+    from workbench.model.accommodation import Accommodation
+    from workbench.report.folder import report_headline, report_lines, write_report
+    from workbench.study.chunks import forget_chunks
     from workbench.study.run import load
     from workbench.study.run import run as run_study
 
@@ -100,18 +103,20 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
         folder = out or Path("out") / loaded.name
         check_folder(folder)  # before the work, not after it
         say("measuring")
-        result = run_study(loaded)
+        keep = folder.with_name(f".{folder.name}.chunks")
+        result = run_study(loaded, keep=keep, say=say)
         rows = write_report(result, folder, progress=say)
+        forget_chunks(keep)
     for warning in rows.warnings:
         tell(f"warning: {warning}")
     if as_json:
         print(_dumped(rows))
     else:
-        for verdict in rows.verdicts:
-            print(f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}")
+        for line in report_lines(result, rows):
+            print(line)
         print(report_headline(result))
         print(folder / "report.html")
-    return 0 if result.passed else 1
+    return 0 if isinstance(result, Accommodation) or result.passed else 1
 
 
 @app.command
@@ -214,7 +219,9 @@ def json_text(data: Any) -> str:
     return json.dumps(data, indent=1, ensure_ascii=plain, allow_nan=False)
 
 
-def _dumped(data: ResultFile | CrashResultFile | Inspection | list[Any] | dict[str, Any]) -> str:
+def _dumped(
+    data: ResultFile | CrashResultFile | AccommodationResultFile | Inspection | list[Any] | dict[str, Any],
+) -> str:
     from dataclasses import asdict, is_dataclass
 
     if isinstance(data, (list, dict)):

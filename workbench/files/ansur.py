@@ -140,9 +140,7 @@ def _numbers(table: _Table, column: str, faults: list[str]) -> Floats:
     return values
 
 
-def _absurd(
-    table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Floats, Bools], faults: list[str]
-) -> Bools:
+def _absurd(table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Floats, Bools], faults: list[str]) -> Bools:
     """(P,) where a measure, made of these columns, is not that of a person; told unless the fault is known already."""
     (measure, parts), (values, known) = what, found
     low, high = MEASURES[measure]

@@ -8,6 +8,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from workbench.errors import InputError
+from workbench.files.accommodation_results import AccommodationResultFile
+from workbench.files.accommodation_schema import AccommodationFile
+from workbench.files.accommodation_studies import load_accommodation
 from workbench.files.bodies import load_body
 from workbench.files.body_schema import BodyFile
 from workbench.files.crash_results import CrashResultFile
@@ -37,9 +40,11 @@ _MODELS: dict[str, type[BaseModel]] = {
     "growth": GrowthFile,
     "rules": RulesFile,
     "crash": CrashFile,
+    "accommodation": AccommodationFile,
     "encumbrance": EncumbranceFile,
     "result": ResultFile,
     "crash_result": CrashResultFile,
+    "accommodation_result": AccommodationResultFile,
 }
 
 
@@ -82,6 +87,8 @@ def check_file(path: Path) -> list[str]:
     kind = kind_of(path)
     if kind == "study":
         value = read_yaml(path).value
+        if isinstance(value, dict) and value.get("kind") == "accommodation":
+            return list(load_accommodation(path).environment.warnings)
         if isinstance(value, dict) and value.get("kind") == "crash":
             return list(load_crash(path).environment.warnings)
         return list(load_study(path).warnings)

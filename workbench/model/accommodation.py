@@ -55,8 +55,8 @@ class AccommodationStudy:
     body: the family's body that every person is made from, at the level of detail that is checked; people: one row a
     person; aims: what a sitter's posture is predicted from; like: the named posture of trunk and head; mixes: by name,
     the share of women that the people are weighted to; confidence of the intervals, 0 to 1; changes: those whose gain
-    is asked for, looked for by the study itself where there are none; pose (P = 1): the posture `like` of the body, None
-    where the study is not to be run.
+    is asked for, looked for by the study itself where there are none; pose (P = 1): the posture `like` of the body,
+    None where the study is not to be run.
     """
 
     name: str

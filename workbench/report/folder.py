@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from workbench.files.accommodation_results import AccommodationResultFile
 from workbench.files.crash_results import CrashResultFile
 from workbench.files.results import ResultFile, dump_json, write_folder
+from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
+from workbench.report.accommodation_data import (
+    accommodation_file,
+    accommodation_headline,
+    accommodation_lines,
+    accommodation_tables,
+)
 from workbench.report.crash_data import crash_csv_tables, crash_result_file
 from workbench.report.crash_page import crash_page
 from workbench.report.crash_words import crash_headline
@@ -18,26 +26,45 @@ from workbench.report.reach_rows import reach_tables
 from workbench.report.tables import csv_tables
 from workbench.report.words import headline
 
-__all__ = ["report_headline", "write_report"]
+__all__ = ["report_headline", "report_lines", "write_report"]
 
 Say = Callable[[str], None]
+AnyResult = Result | CrashResult | Accommodation
+AnyFile = ResultFile | CrashResultFile | AccommodationResultFile
 
 
-def write_report(
-    result: Result | CrashResult, folder: Path, *, progress: Say | None = None
-) -> ResultFile | CrashResultFile:
+def write_report(result: AnyResult, folder: Path, *, progress: Say | None = None) -> AnyFile:
     """Write a result into a folder, all of it or nothing; returns the rows of result.json.
 
     The same inputs and versions give the same bytes. InputError where the folder cannot be written.
     """
-    rows, files = _crash(result, progress) if isinstance(result, CrashResult) else _clearance(result, progress)
+    rows: AnyFile
+    if isinstance(result, Accommodation):
+        rows, files = _accommodation(result)
+    else:
+        rows, files = _crash(result, progress) if isinstance(result, CrashResult) else _clearance(result, progress)
     write_folder(folder, files)
     return rows
 
 
-def report_headline(result: Result | CrashResult) -> str:
+def report_headline(result: AnyResult) -> str:
     """The whole result in one sentence."""
+    if isinstance(result, Accommodation):
+        return accommodation_headline(result)
     return crash_headline(result) if isinstance(result, CrashResult) else headline(result)
+
+
+def report_lines(result: AnyResult, rows: AnyFile) -> list[str]:
+    """What the command line says before that: a line for each verdict, or what leaves people out."""
+    if isinstance(result, Accommodation) or isinstance(rows, AccommodationResultFile):
+        return accommodation_lines(result) if isinstance(result, Accommodation) else []
+    return [f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}"
+            for verdict in rows.verdicts]  # fmt: skip
+
+
+def _accommodation(result: Accommodation) -> tuple[AccommodationResultFile, dict[str, str | bytes]]:
+    rows = accommodation_file(result)
+    return rows, {"result.json": dump_json(rows), **accommodation_tables(result, rows)}
 
 
 def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, str | bytes]]:

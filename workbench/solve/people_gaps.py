@@ -84,9 +84,7 @@ def _centres(bodies: Sequence[Body], poses: Poses) -> Floats:
     return np.concatenate(rows)
 
 
-def _asked(
-    body: Body, environment: Environment, gaps: Sequence[Gap], moves: Bools
-) -> tuple[Ints, Ints, Ints, Floats]:
+def _asked(body: Body, environment: Environment, gaps: Sequence[Gap], moves: Bools) -> tuple[Ints, Ints, Ints, Floats]:
     """Spheres in groups (a segment's, as far as they are asked for), and the pairs of a group and a part."""
     segment, allowed = body.sphere_segment, allowed_depth(body, environment)
     rows: list[Ints] = []

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.accommodation_studies import AccommodationPlan
 from workbench.model.accommodation import MET, Accommodation, AccommodationStudy
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
 from workbench.shape.scale import morph_to
@@ -26,6 +26,9 @@ from workbench.study.shares import group_shares, left_out_alone, share_single, s
 __all__ = ["accommodation_study", "ready"]
 
 Say = Callable[[str], None]
+EXPECTED = 10.0
+"""People who should meet two requirements, if these had nothing to do with each other, from which on it says something
+that nobody does."""
 
 
 def ready(plan: AccommodationPlan) -> AccommodationStudy:
@@ -33,7 +36,8 @@ def ready(plan: AccommodationPlan) -> AccommodationStudy:
     file, source = plan.file, plan.file.population
     people = plan.people
     if isinstance(people, PopulationModel):
-        women = {("male",): 0.0, ("female",): 1.0}.get(tuple(source.sexes), 0.5 if source.women is None else source.women)
+        women = 0.5 if source.women is None else source.women
+        women = women if len(source.sexes) == 2 else float(source.sexes[0] == "female")
         people = draw_people(people, source.people or 0, seed=source.seed or 0, men=1.0 - women)
     return AccommodationStudy(
         name=file.study,
@@ -59,7 +63,9 @@ def ready(plan: AccommodationPlan) -> AccommodationStudy:
     )
 
 
-def accommodation_study(plan: AccommodationPlan, *, keep: Path | None = None, say: Say = lambda text: None) -> Accommodation:
+def accommodation_study(
+    plan: AccommodationPlan, *, keep: Path | None = None, say: Say = lambda text: None
+) -> Accommodation:
     """Run an accommodation study. keep: a folder in which chunks of people are kept until it is done, so that a run
     that is cut off goes on where it was; say: told how far it is. InputError where a chunk cannot be written."""
     study = ready(plan)
@@ -68,7 +74,7 @@ def accommodation_study(plan: AccommodationPlan, *, keep: Path | None = None, sa
         raise InputError(f"{study.name}: no criterion asks for anything")
     crew = crew_of(study.body, study.people, study.wears, say=say)
     found, reasons = gathered(list(result_chunks(study, crew, keep=keep, say=say)))
-    met: Bools = np.isnan(found.margin) | (found.margin >= -MET)
+    met: Bools = np.asarray(np.isnan(found.margin) | (found.margin >= -MET))
     weight = study.people.weight
     hardest = hardest_rows(found.margin)
     return Accommodation(
@@ -79,7 +85,7 @@ def accommodation_study(plan: AccommodationPlan, *, keep: Path | None = None, sa
         reasons=reasons,
         seat=found.seat,
         limiting=_limiting(study, asked, found),
-        shares=tuple(group_shares(met.all(axis=1), study.people, study.mixes, confidence=study.confidence)),
+        shares=tuple(group_shares(np.asarray(met.all(axis=1)), study.people, study.mixes, confidence=study.confidence)),
         single=share_single(met, weight),
         without=share_without(met, weight),
         alone=left_out_alone(met, weight),
@@ -98,7 +104,10 @@ def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk)
     worst = np.nan_to_num(found.margin, nan=np.inf)
     rows = np.flatnonzero(worst.min(axis=1) < -MET)
     at = worst[rows].argmin(axis=1)
-    words = [found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else "" for row, r in zip(rows, at, strict=True)]
+    words = [
+        found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else ""
+        for row, r in zip(rows, at, strict=True)
+    ]
     bearing = [bearing_on(asked[int(r)], said, study.body) for r, said in zip(at, words, strict=True)]
     names = [""] * len(study.people)
     for row, name in zip(rows, limiting_measures(study.people, rows, bearing), strict=True):
@@ -116,12 +125,13 @@ def _told(crew: Crew) -> list[str]:
 
 def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
     """Requirements that nobody meets, and pairs that nobody meets together though some meet each."""
-    single = met.any(axis=0)
+    single: Bools = np.asarray(met.any(axis=0))
     told = [f"nobody meets {asked[r].requirement.name!r}: check where it is and what is asked for"
             for r in np.flatnonzero(~single)]  # fmt: skip
+    count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)
-    for a, b in np.argwhere(np.triu(both == 0, 1)):
-        if single[a] and single[b]:
-            told.append(f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r}: "
-                        f"they contradict each other")  # fmt: skip
+    expected = np.outer(count, count) / len(met)
+    for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
+        told.append(f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r}: "
+                    f"they contradict each other")  # fmt: skip
     return told

@@ -8,6 +8,7 @@ are the same.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from time import monotonic
 
@@ -22,7 +23,16 @@ from workbench.study.provenance import versions
 from workbench.study.requirements import Asked, asked_of
 from workbench.study.sitters import Tried, met_by
 
-__all__ = ["Chunk", "chunk_result", "gathered", "result_chunks", "result_key", "time_left"]
+__all__ = [
+    "Chunk",
+    "chunk_result",
+    "forget_chunks",
+    "gathered",
+    "result_chunks",
+    "result_key",
+    "study_key",
+    "time_left",
+]
 
 Say = Callable[[str], None]
 
@@ -44,18 +54,28 @@ def result_chunks(study: AccommodationStudy, crew: Crew, *, keep: Path | None, s
     InputError where a chunk cannot be written; those written before stay.
     """
     asked, begun, made = asked_of(study), monotonic(), 0
-    keys = [result_key(study, crew, chunk) for chunk in range(len(crew))] if keep is not None else []
+    base = study_key(study) if keep is not None else b""
     for chunk in range(len(crew)):
-        path = keep / f"{chunk:05d}-{keys[chunk][:8].hex()}.chunk" if keep is not None else None
-        found = read_kept(path, keys[chunk]) if path is not None else None
+        key = result_key(base, crew, chunk) if keep is not None else b""
+        path = keep / f"{chunk:05d}-{key[:8].hex()}.chunk" if keep is not None else None
+        found = read_kept(path, key) if path is not None else None
         if found is None:
             done = crew.rows(chunk).start
             say(f"person {done} of {len(study.people)}{time_left(begun, made, len(crew) - chunk)}")
             found = chunk_result(study, asked, crew, chunk)
             made += 1
             if path is not None:
-                write_kept(path, keys[chunk], found)
+                write_kept(path, key, found)
         yield Chunk(found)
+
+
+def forget_chunks(keep: Path) -> None:
+    """Remove the chunks that were kept in a folder, and the folder if nothing else is in it: the work is done."""
+    if keep.is_dir():
+        for path in keep.glob("*.chunk"):
+            path.unlink(missing_ok=True)
+        with suppress(OSError):
+            keep.rmdir()
 
 
 def time_left(begun: float, made: int, left: int) -> str:
@@ -93,16 +113,20 @@ def gathered(chunks: Sequence[Chunk]) -> tuple[Chunk, tuple[str, ...]]:
     return Chunk(Kept(arrays | {"reason": np.concatenate(reasons)}, {"words": words})), tuple(words)
 
 
-def result_key(study: AccommodationStudy, crew: Crew, chunk: int) -> bytes:
-    """The hash of all that a chunk's numbers rest on."""
+def study_key(study: AccommodationStudy) -> bytes:
+    """The hash of all that numbers of a study rest on, but its people."""
     assert study.pose is not None
-    environment = study.environment
-    told = (asked_of(study), environment.seats, environment.controls, environment.points, environment.allowances,
-            environment.parts, study.seat, dict(study.aims.controls), study.aims.eyes, study.aims.heels, study.wears,
-            versions())  # fmt: skip
-    arrays = [environment.vertices, environment.edges, environment.edge_start, environment.part_start, environment.solid,
-              environment.hidden, study.pose.rotations, study.pose.world_from_reference]  # fmt: skip
-    fit = crew.fits[chunk]
-    fields = [np.ascontiguousarray(fit.fields[name]) for name in sorted(fit.fields)]
+    room = study.environment
+    told = (asked_of(study), room.seats, room.controls, room.points, room.allowances, room.parts, study.seat,
+            dict(study.aims.controls), study.aims.eyes, study.aims.heels, study.wears, versions())  # fmt: skip
+    arrays = [room.vertices, room.edges, room.edge_start, room.part_start, room.solid, room.hidden,
+              study.pose.rotations, study.pose.world_from_reference]  # fmt: skip
     stops = [study.body.stops.limits, study.body.stops.axes, study.body.stops.kind.astype(np.int64)]
-    return content_key([f"accommodation 1 {told!r}".encode(), *arrays, *stops, *fields])
+    return content_key([f"accommodation 1 {told!r}".encode(), *arrays, *stops])
+
+
+def result_key(base: bytes, crew: Crew, chunk: int) -> bytes:
+    """The hash of all that a chunk's numbers rest on; base: that of the study."""
+    fields: list[Floats | bytes] = [base]
+    fields += [np.ascontiguousarray(values) for _, values in sorted(crew.fits[chunk].fields.items())]
+    return content_key(fields)

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.population import SEXES, Population
@@ -74,7 +74,12 @@ class Crew:
 
 
 def crew_of(
-    body: Body, people: Population, wears: Sequence[Encumbrance], *, say: Callable[[str], None], workers: int | None = None
+    body: Body,
+    people: Population,
+    wears: Sequence[Encumbrance],
+    *,
+    say: Callable[[str], None],
+    workers: int | None = None,
 ) -> Crew:
     """The bodies of a population, those of earlier runs read back. say: told how far it is.
 
@@ -118,7 +123,7 @@ def templates(body: Body) -> dict[str, Body]:
 
 def chunk_key(task: Task, people: Population) -> bytes:
     """The hash of all that the bodies of a chunk are made from."""
-    values: list[Floats | bytes] = [f"crew 1 {FITTED} {people.names}".encode(), people.measures, people.sex]
+    values: list[Floats | Ints | bytes] = [f"crew 1 {FITTED} {people.names}".encode(), people.measures, people.sex]
     for sex in SEXES:
         body = task.templates[sex]
         values += [f"{sex} {body.segments} {body.joints} {body.sphere_names}".encode(), body.start, body.parent]

@@ -97,9 +97,7 @@ def _heavy(body: Body, row: Mapping[str, float]) -> Body:
     return replace(body, mass=body.mass * (row[MASS] / body.mass.sum())) if MASS in row else body
 
 
-def fit_chunks(
-    task: Task, chunks: Sequence[Population], *, workers: int, done: Callable[[int, Fit], None]
-) -> None:
+def fit_chunks(task: Task, chunks: Sequence[Population], *, workers: int, done: Callable[[int, Fit], None]) -> None:
     """Fit chunks with so many processes at once; done(number, fit) is called for each as it is ready, in this thread.
 
     InputError as of `fit_chunk`, or where a process ends before its work.

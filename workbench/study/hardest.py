@@ -52,9 +52,7 @@ def shown_people(
         yield _shown(study, (asked[r], r), (row, body, environment, sitters))
 
 
-def _shown(
-    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
-) -> Shown:
+def _shown(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]) -> Shown:
     (one, r), (row, body, environment, sitters) = what, who
     if one.control is not None:
         return _reaching(study, what, who)
@@ -77,9 +75,7 @@ def _shown(
     return Shown(row, r, placed, environment)
 
 
-def _reaching(
-    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
-) -> Shown:
+def _reaching(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]) -> Shown:
     """In the attempt: by whichever hand or foot comes nearest."""
     (one, r), (row, body, environment, sitters) = what, who
     assert one.control is not None

@@ -65,9 +65,7 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     return BEARING[_SEGMENTS.get(segment) or _SEGMENTS.get(segment[1:], "trunk")], 1
 
 
-def limiting_measures(
-    people: Population, rows: Ints, bearing: Sequence[tuple[tuple[str, ...], int]]
-) -> list[str]:
+def limiting_measures(people: Population, rows: Ints, bearing: Sequence[tuple[tuple[str, ...], int]]) -> list[str]:
     """The limiting measure of each of some people (rows), of those that bear on what they miss; "" where none is
     known."""
     found = [""] * len(rows)

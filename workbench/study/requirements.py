@@ -32,7 +32,9 @@ def asked_of(study: AccommodationStudy) -> tuple[Asked, ...]:
         while name in taken:
             name = f"{name} ({row.criterion})" if row.criterion not in name else f"{name} again"
         taken.add(name)
-        found.append(Asked(Requirement(name, row.criterion, row.check, row.target, row.zone), one.criterion, one.control))
+        found.append(
+            Asked(Requirement(name, row.criterion, row.check, row.target, row.zone), one.criterion, one.control)
+        )
     return tuple(found)
 
 

@@ -111,7 +111,7 @@ def _hand(study: AccommodationStudy, sitters: Sitters, what: tuple[str, Control]
     for zone in range(1, control.zone + 1):
         poses = Poses(sitters.held.rotations[left], sitters.held.reference, sitters.held.world_from_reference[left])
         found = reach_people(
-            [sitters.bodies[b] for b in left], poses, [control.at], name=limb, grip=control.grip, zone=zone,
+            [sitters.bodies[int(b)] for b in left], poses, [control.at], name=limb, grip=control.grip, zone=zone,
             environment=study.environment, moves=study.environment.seat(study.seat).moves,
             shift=sitters.seat.shift[left], rotations=True,
         )  # fmt: skip
@@ -125,8 +125,6 @@ def _hand(study: AccommodationStudy, sitters: Sitters, what: tuple[str, Control]
 
 def without_seat(environment: Environment, seat: str) -> Environment:
     """The environment without the sitters' own seat: a thigh presses the cushion down, it does not stop there."""
-    from dataclasses import replace
-
     gone = np.isin(environment.parts, environment.seat(seat).moves)
     return replace(environment, hidden=environment.hidden | gone)
 
@@ -160,10 +158,10 @@ def _tried(
     """Let some people reach with one limb for some controls; what is better than before counts."""
     (sitters, tried), (limb, grip, zone, environment) = people, how
     poses = sitters.seat.poses
+    some = Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who])
     targets = [asked[r].control.at for r in rows]  # type: ignore[union-attr]
     found = reach_people(
-        [sitters.bodies[b] for b in who], Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who]),
-        targets, name=limb, grip=grip, zone=zone, environment=environment,
+        [sitters.bodies[int(b)] for b in who], some, targets, name=limb, grip=grip, zone=zone, environment=environment,
         moves=study.environment.seat(study.seat).moves, shift=sitters.seat.shift[who], spare=MOST_SPARE,
     )  # fmt: skip
     worst = np.maximum(found.miss + found.overlap, 1e-4)
