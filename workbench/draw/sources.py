@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.accommodation_studies import AccommodationPlan
 from workbench.files.bodies import load_body
 from workbench.files.catalogue import find, names
 from workbench.files.crash_results import CrashResultFile
@@ -95,6 +96,8 @@ def source_of(source: str, *, poses: str | None = None, case: str | None = None)
     if kind == "body":
         return _body_source(source, poses)
     what = load(source).what
+    if isinstance(what, AccommodationPlan):
+        raise InputError(f"{source} is about many people and has no case to draw; run it: its report shows the hardest")
     return crash_source(what, case) if isinstance(what, CrashPlan) else study_source(what, case)
 
 
@@ -129,7 +132,7 @@ def result_source(path: Path, case: str | None = None) -> Source:
         marks = [Mark(_metres(m.point_mm), str(n), "contact") for n, m in enumerate(faults, start=1)]
         notes = tuple(f"{number}: {meeting.sentence}" for number, meeting in enumerate(faults, start=1))
         return replace(source, scene=replace(source.scene, marks=tuple(marks)), notes=source.notes + notes)
-    if isinstance(study, CrashPlan):
+    if isinstance(study, (CrashPlan, AccommodationPlan)):
         raise InputError(f"{path}: the study {rows.study} is of another kind than this result; run it again")
     return _findings(study_source(study, case or _worst_case(rows)), rows)
 

@@ -17,6 +17,7 @@ from workbench.report.accommodation_data import (
     accommodation_lines,
     accommodation_tables,
 )
+from workbench.report.accommodation_page import accommodation_page
 from workbench.report.crash_data import crash_csv_tables, crash_result_file
 from workbench.report.crash_page import crash_page
 from workbench.report.crash_words import crash_headline
@@ -64,7 +65,8 @@ def report_lines(result: AnyResult, rows: AnyFile) -> list[str]:
 
 def _accommodation(result: Accommodation) -> tuple[AccommodationResultFile, dict[str, str | bytes]]:
     rows = accommodation_file(result)
-    return rows, {"result.json": dump_json(rows), **accommodation_tables(result, rows)}
+    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **accommodation_tables(result, rows)}
+    return rows, files | {"report.html": accommodation_page(result)}
 
 
 def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, str | bytes]]:
