@@ -5,12 +5,15 @@ Every length is in mm here; x is forward of the seat reference point, y left of 
 
 from __future__ import annotations
 
+import sys
 from math import cos, radians, sin
 from pathlib import Path
 
 import numpy as np
 from manifold3d import Manifold
 from numpy.typing import ArrayLike, NDArray
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # where the solids of all environments are
 from panel import panel_parts
 from solids import box, disc, frame, hull, loft, mirrored, place, prism, shell, sweep, union, write_obj
 
