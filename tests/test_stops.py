@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.model.posing import angles_of
+from workbench.model.posing import angles_of, compose
 from workbench.solve.ellipse import nearest_on_cone
+from workbench.solve.stops import nearest_legal
 
 
 def margin(body, joint, **angles):
@@ -161,3 +162,10 @@ def test_bubblemans_limits_are_those_of_the_reference_table(bubbleman):
                 assert (limits[0], table[0]) == pytest.approx((127, 113))
                 table[0] = 127.0
             assert limits == pytest.approx(table, abs=1e-9), name
+
+
+def test_nearest_legal_rotations_alone_are_those_told_with_the_margins(bubbleman):
+    rng = np.random.default_rng(5)
+    rotations = compose(bubbleman, rng.uniform(-1.5, 1.5, (60, len(bubbleman.joints), 3)))
+    poses = wb.Poses(rotations, 0, np.tile(np.eye(3, 4), (60, 1, 1)))
+    assert np.array_equal(nearest_legal(bubbleman, poses), wb.stops(bubbleman, poses).nearest)

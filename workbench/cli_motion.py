@@ -39,7 +39,7 @@ def show(
     Parameters
     ----------
     motion
-        a CSV, BVH, TRC, C3D, MOT or STO file
+        a CSV, BVH, TRC, C3D, MOT, STO or LABAN file
     body
         the body that moves, by name or file
     up
@@ -91,13 +91,15 @@ def convert(
     every: int = 1,
     rate: float | None = None,
     speed: float = 1.0,
+    tempo: float | None = None,
 ) -> int:
-    """Write a motion file in another form: .csv (joint angles of the body), .bvh or .glb (a model that moves).
+    """Write a motion file in another form: .csv (joint angles of the body), .bvh, .glb (a model that moves) or .laban
+    (a score of direction signs).
 
     Parameters
     ----------
     motion
-        a CSV, BVH, TRC, C3D, MOT or STO file
+        a CSV, BVH, TRC, C3D, MOT, STO or LABAN file
     out
         the file to write; its ending says the form
     body
@@ -110,15 +112,19 @@ def convert(
         frames a second of the file written; those of the motion where not given
     speed
         seconds of the motion in a second of the file written; 0.1 is ten times slow motion
+    tempo
+        beats a minute of a score that is written
     """
     from workbench.files.results import write_file
 
-    forms = (".csv", ".bvh", ".glb")
+    forms = (".csv", ".bvh", ".glb", ".laban")
     if out.suffix.lower() not in forms:
         raise UsageError(f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}")
+    if (out.suffix.lower() == ".laban") != (tempo is not None):
+        raise UsageError(f"{out}: a .laban file is written in beats and needs its --tempo; no other file has one")
     who, poses, notes = _read(motion, body, (up, start, end, every))
     poses = _timed(poses, rate, speed)
-    write_file(out, _written(who, poses, out.suffix.lower()))
+    write_file(out, _written(who, poses, out.suffix.lower(), tempo))
     for note in notes:
         print(f"note: {note}", file=sys.stderr)
     print(f"{out}: {len(poses)} frames")
@@ -161,12 +167,17 @@ def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
     return replace(poses, time=time[0] + (time - time[0]) / speed)
 
 
-def _written(body: Body, poses: Poses, ending: str) -> str | bytes:
+def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> str | bytes:
     from workbench.files.exports.gltf import Figure, glb_bytes
     from workbench.files.motions.bvh_writer import bvh_text
     from workbench.files.motions.tables import angle_table_text
     from workbench.solve.forward import place
 
+    if tempo is not None:
+        from workbench.files.motions.laban import score_text
+        from workbench.solve.laban_reading import read_motion_score
+
+        return "".join(score_text(read_motion_score(body, poses, tempo=tempo)))
     if ending == ".csv":
         return "".join(angle_table_text(body, poses))
     if ending == ".bvh":

@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.opening import readable
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS, MEASURES, check_measures
 from workbench.model.population import SEXES, Population
@@ -155,12 +156,8 @@ def _absurd(table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Float
 
 
 def _table(path: Path) -> _Table:
-    try:
+    with readable(path, "a CSV file"):
         text = path.read_bytes().removeprefix(b"\xef\xbb\xbf").decode("latin-1")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     rows, lines = [], []
     try:

@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from workbench.errors import InputError
+from workbench.files.opening import readable
 
 __all__ = ["Document", "parse_yaml", "read_yaml"]
 
@@ -60,14 +61,8 @@ class Document:
 def read_yaml(path: str | Path) -> Document:
     """Read a YAML file; InputError says file, line and column of what is wrong."""
     source = Path(path)
-    try:
+    with readable(source, "a YAML file"):
         data = source.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{source}: no such file") from None
-    except IsADirectoryError:
-        raise InputError(f"{source}: is a folder, a YAML file is needed") from None
-    except OSError as error:
-        raise InputError(f"{source}: cannot be read ({error.strerror})") from None
     if len(data) > MOST_BYTES:
         raise InputError(f"{source}: {len(data)} bytes is too large for a text file of this kind (most: {MOST_BYTES})")
     try:

@@ -21,7 +21,7 @@ from workbench.model.stops import StopKind
 from workbench.solve.ellipse import nearest_on_cone
 from workbench.solve.shoulder import nearest_on_polygon
 
-__all__ = ["StopMargins", "stop_limits", "stops"]
+__all__ = ["StopMargins", "nearest_legal", "stop_limits", "stops"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +66,33 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     breached = margin < 0
     nearest[breached] = composed[breached]
     return StopMargins(body, margin, axis, side, nearest)
+
+
+def nearest_legal(body: Body, poses: Poses) -> Floats:
+    """(P, J, 4) the nearest legal rotations, as those of `stops`, without the margins: what is legal costs little."""
+    angles = angles_of(body, poses)
+    limits = stop_limits(body, angles)
+    legal, moved = angles.copy(), poses.rotations.copy()
+    kind = body.stops.kind
+    for j in np.flatnonzero(kind == StopKind.CONE):
+        swing = angles[:, j, :2]
+        most = np.maximum(np.where(swing >= 0, limits[:, j, :2, 0], limits[:, j, :2, 1]), 1e-9)
+        out = np.sum((swing / most) ** 2, axis=-1) > 1.0
+        if out.any():
+            legal[out, j, :2] = nearest_on_cone(swing[out], limits[out, j, :2])[0]
+        legal[:, j, 2] = np.clip(angles[:, j, 2], -limits[:, j, 2, 1], limits[:, j, 2, 0])
+    for j in np.flatnonzero(kind == StopKind.HINGE):
+        slack = np.array([0.0, body.stops.play[j], body.stops.play[j]])
+        legal[:, j] = np.clip(angles[:, j], -(limits[:, j, :, 1] + slack), limits[:, j, :, 0] + slack)
+    composed = compose(body, legal)
+    changed = np.abs(legal - angles).max(axis=-1) > 0.0
+    moved[changed] = composed[changed]
+    for j in np.flatnonzero(kind == StopKind.POLYGON):
+        columns = np.zeros(len(poses)), np.zeros(len(poses), np.int64), np.zeros(len(poses), np.int64)
+        inside = _polygon(body, poses, (int(j), limits[:, j, 2]), columns)
+        out = columns[0] < 0
+        moved[out, j] = inside[out]
+    return moved
 
 
 def stop_limits(body: Body, angles: Floats) -> Floats:

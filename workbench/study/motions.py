@@ -12,9 +12,11 @@ from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.opensim import Coordinates, coordinate_poses
 from workbench.files.motions.reading import read_motion
 from workbench.model.body import Body
+from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix
+from workbench.solve.laban import score_poses
 from workbench.solve.markers import bridged, poses_from_markers
 from workbench.solve.retarget import retarget
 from workbench.solve.tracks import poses_from_track
@@ -53,6 +55,8 @@ def load_motion(body: Body, path: str | Path, *, options: MotionOptions | None =
         poses, notes = coordinate_poses(body, found)
     elif isinstance(found, SegmentTrack):
         poses, notes = _from_track(body, found)
+    elif isinstance(found, Score):
+        poses, notes = score_poses(body, found)
     else:
         poses, notes = found
     turn = attitude_matrix(yaw=given.yaw)

@@ -20,6 +20,7 @@ from workbench.files.meshes.parts import RawMesh, RawPart, unique_names, welded
 from workbench.files.meshes.scene import read_glb, read_gltf, read_stl, read_threemf
 from workbench.files.meshes.step import read_step
 from workbench.files.meshes.text import read_off, read_ply
+from workbench.files.opening import readable
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
@@ -67,7 +68,7 @@ def read_mesh(path: str | Path) -> RawMesh:
 
 
 def _bytes(source: Path, factor: float) -> bytes:
-    try:
+    with readable(source, "a mesh file"):
         size = source.stat().st_size
         need, have = size * factor, _free_memory()
         if source.is_file() and have is not None and need > have:
@@ -76,12 +77,6 @@ def _bytes(source: Path, factor: float) -> bytes:
                 f"{have / 2**30:.1f} GiB are free: simplify the mesh or split it"
             )
         data = source.read_bytes()
-    except FileNotFoundError:
-        raise InputError(f"{source}: no such file") from None
-    except IsADirectoryError:
-        raise InputError(f"{source}: is a folder, a mesh file is needed") from None
-    except OSError as error:
-        raise InputError(f"{source}: cannot be read ({error.strerror})") from None
     if not data.strip():
         raise InputError(f"{source}: is empty")
     return data

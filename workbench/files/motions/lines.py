@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError
+from workbench.files.opening import readable
 from workbench.model.arrays import Floats
 
 __all__ = ["ALL", "MOST_NUMBERS", "Pick", "number_rows", "numbered"]
@@ -39,20 +40,13 @@ ALL = Pick()
 
 def numbered(path: Path) -> Iterator[tuple[int, str]]:
     """The lines of a text file with their numbers from 1. InputError where it is missing, empty or no text."""
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace", newline=None) as file:
-            empty = True
-            for number, line in enumerate(file, start=1):
-                if "\x00" in line[:1000]:
-                    raise InputError(f"{path}, line {number}: is not text")
-                empty = empty and not line.strip()
-                yield number, line.rstrip("\n")
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise InputError(f"{path}: is a folder, a motion file is needed") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    empty = True
+    with readable(path, "a motion file"), path.open(encoding="utf-8-sig", errors="replace", newline=None) as file:
+        for number, line in enumerate(file, start=1):
+            if "\x00" in line[:1000]:
+                raise InputError(f"{path}, line {number}: is not text")
+            empty = empty and not line.strip()
+            yield number, line.rstrip("\n")
     if empty:
         raise InputError(f"{path}: is empty")
 

@@ -1,4 +1,4 @@
-"""Any motion file as what it holds: poses, bones, markers, coordinates or single segments; by its ending and header."""
+"""Any motion file as what it holds: poses, bones, markers, coordinates, segments or a score; by ending and header."""
 
 from __future__ import annotations
 
@@ -6,18 +6,20 @@ from pathlib import Path
 
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.motions.bvh import read_bvh
+from workbench.files.motions.laban import read_score
 from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.motions.opensim import Coordinates, read_coordinates
 from workbench.files.motions.tables import read_angle_table, read_segment_table, table_kind
 from workbench.model.body import Body
+from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.poses import Poses
 
 __all__ = ["MOTIONS", "Recorded", "read_motion"]
 
-MOTIONS = (".csv", ".bvh", ".trc", ".c3d", ".mot", ".sto")
-Recorded = tuple[Poses, tuple[str, ...]] | Bones | Markers | Coordinates | SegmentTrack
+MOTIONS = (".csv", ".bvh", ".trc", ".c3d", ".mot", ".sto", ".laban")
+Recorded = tuple[Poses, tuple[str, ...]] | Bones | Markers | Coordinates | SegmentTrack | Score
 
 
 def read_motion(path: str | Path, body: Body, *, up: str | None = None, keep: Pick = ALL) -> Recorded:
@@ -37,6 +39,8 @@ def read_motion(path: str | Path, body: Body, *, up: str | None = None, keep: Pi
         return read_bvh(source, keep=keep)
     if ending in (".mot", ".sto"):
         return read_coordinates(source, keep=keep)
+    if ending == ".laban":
+        return read_score(source)
     if ending in (".trc", ".c3d"):
         return (read_trc if ending == ".trc" else read_c3d)(source, up=up, keep=keep)
     raise InputError(f"{source}: {ending or 'no ending'} is no motion format; {one_of(ending, MOTIONS)}")
