@@ -198,9 +198,13 @@ def test_what_is_no_camera_is_refused_in_words(wrong: object, message: str) -> N
         wrong()  # type: ignore[operator]
 
 
-def test_a_box_cut_in_half_is_open_and_half_as_large() -> None:
+def test_a_shell_cut_in_half_is_open_and_a_solid_closed_by_its_cut_face() -> None:
     box = boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])
+    shell = replace(box, solid=np.zeros(1, dtype=np.bool_))
     half = cut_away(box, (0, 0, 0), (2, 0, 0))
+    area = _areas(half.vertices[half.triangles])
+    assert area.sum() == pytest.approx(1.0 + 4 * 0.5 + 1.0)
+    half = cut_away(shell, (0, 0, 0), (2, 0, 0))
     area = _areas(half.vertices[half.triangles])
     assert area.sum() == pytest.approx(1.0 + 4 * 0.5) and half.bounds[:, 0] == pytest.approx([-0.5, 0.0])
     whole, opened = (visible_layers(Scene((), shown), front()).depth for shown in (box, half))

@@ -17,9 +17,10 @@ from hypothesis import strategies as st
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
 from workbench.draw.arcs import arc_points, outline_arcs
 from workbench.draw.camera import in_view, look_at, projective, standard_view, to_picture
-from workbench.draw.circles import circles
+from workbench.draw.circles import circles, largest_difference
 from workbench.draw.disks import disks
 from workbench.draw.edges import drawn_edges
+from workbench.draw.frames import disks_of
 from workbench.draw.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
 from workbench.draw.motion import every_pose
 from workbench.draw.outline import outline
@@ -192,6 +193,54 @@ def test_a_circle_half_behind_a_wall_is_half_a_circle():
     scene = Scene((body,), boxes([[0.6, -1, 0], [0.7, 1, 1]]))
     rim = [item for item in drawn(circles(scene, front(200), hidden="hidden_line"), "bodies") if item.get("d")]
     assert len(rim) == 1 and rim[0].get("d") == "M150.0 100.0A50.0 50.0 0 0 1 100.0 150.0A50.0 50.0 0 0 1 50.0 100.0"
+
+
+def drawn_points(rim):
+    """Pixels (M, 2) inside the arcs or on the ellipse of an element, from its own attributes alone."""
+    turn = np.linspace(0.05, math.tau - 0.05, 24)
+    if rim.get("d") is None:
+        x, y, a, b = (float(rim.get(key)) for key in ("cx", "cy", "rx", "ry"))
+        lean = math.radians(float(rim.get("transform").removeprefix("rotate(").split()[0]))
+        flat = np.column_stack([a * np.cos(turn), b * np.sin(turn)])
+        return flat @ [[math.cos(lean), math.sin(lean)], [-math.sin(lean), math.cos(lean)]] + [x, y]
+    middles = [part.split("A")[1].split()[-2:] for part in rim.get("d").split("M")[1:]]
+    return np.array(middles, dtype=np.float64)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_what_is_left_of_ellipses_behind_walls_touches_its_sphere_and_is_seen(seed):
+    scene, camera = random_scene(seed), CAMERAS["perspective"]
+    spheres, corners = scene.spheres, triangles(scene, camera)
+    balls = in_view(camera, spheres.centre) - [0.0, 0.0, camera.distance]
+    cut = np.max(balls[:, 2] + spheres.radius) + camera.distance  # what is nearer than every body is cut away
+    kept = corners[corners[:, :, 2].max(axis=1) <= cut]
+    for rim in drawn(circles(scene, camera, exact=True, hidden="hidden_line"), "bodies"):
+        if rim.tag == SVG + "desc":
+            continue
+        pixels = drawn_points(rim)
+        ray = np.column_stack([pixels[:, 0] - 150, 130 - pixels[:, 1],
+                               np.full(len(pixels), -camera.scale * camera.distance)])  # fmt: skip
+        ray /= np.linalg.norm(ray, axis=1)[:, None]
+        along = ray @ balls.T
+        miss = np.abs(np.sqrt(np.sum(balls**2, axis=1) - along**2) - spheres.radius) / spheres.radius
+        nearest = np.argmin(miss.max(axis=0))  # one sphere's tangent cone holds all of them
+        assert miss[:, nearest].max() * spheres.radius[nearest] < 4e-3  # 0.1 pixel is 1 mm
+        points = ray * along[:, [nearest]] + [0.0, 0.0, camera.distance]
+        hit, margin = blocked(camera, points, kept)
+        assert not hit[margin > 0.05].any()
+
+
+def test_the_largest_difference_of_circle_and_ellipse_is_that_of_its_formula():
+    far = 3.0
+    camera = look_at([far, 0, 0], [0, 0, 0], width=400, height=400, field=1.0)
+    for t, k in ((0.0, 0.2), (0.3, 0.1)):  # radius and way off the line of sight as shares of the depth
+        scene = Scene((spheres_body([0.0, far * t, 0.0], far * k),))
+        flat = disks_of(scene.spheres, camera)
+        share = (math.sqrt(1 + t * t - k * k) + t * k) / (1 - k * k) - 1
+        assert largest_difference(flat, camera) == pytest.approx(share * flat.disk[0, 2], rel=1e-9)
+        told = drawn(circles(scene, camera), "bodies")[0]
+        assert told.tag == SVG + "desc" and f"at most {share * flat.disk[0, 2]:.1f} pixels" in told.text
+    assert largest_difference(flat, front(100)) == 0.0
 
 
 def test_the_cut_face_of_a_solid_is_drawn_with_its_own_area():

@@ -23,7 +23,7 @@ from workbench.kernels.rims import Rims, parallel_rims, perspective_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["JOINT_SHARE", "JOINT_STEP", "Arcs", "arc_depths", "arc_lengths", "arc_points", "outline_arcs",
-           "rim_ellipses"]  # fmt: skip
+           "rim_ellipses", "rim_planes"]  # fmt: skip
 
 _MOST_SPHERES = 50_000
 JOINT_STEP = 0.013  # [m] with 12 to 15 mm ripples are gone and limbs still stand out
@@ -116,7 +116,7 @@ def _perspective(scene: Scene, camera: Camera, step: float, share: float) -> Arc
     angle, keys = _ahead(rims, *rim_arcs(rims), near)
     which = keys[:, 0]
     disk, squeeze = rim_ellipses(camera, balls)
-    depth, tilt = _planes(camera, rims.balls, disk)
+    depth, tilt = rim_planes(camera, rims.balls[:, :3], rims.balls[:, 5], disk)
     arcs = _named(spheres, shown, keys, disk[which], squeeze[which], angle, depth[which], tilt[which])
     return arcs._replace(angle=_parameters(camera, rims.balls[which], arcs))
 
@@ -163,13 +163,17 @@ def rim_ellipses(camera: Camera, balls: Floats) -> tuple[Floats, Floats]:
     return np.column_stack([middle, longer]), np.column_stack([ratio, np.arctan2(balls[:, 1], balls[:, 0])])
 
 
-def _planes(camera: Camera, balls: Floats, disk: Floats) -> tuple[Floats, Floats]:
-    """Projective depth at the middle of each rim, and its change a pixel: the rim's points p have p . c = t^2."""
+def rim_planes(camera: Camera, centre: Floats, tangent: Floats, disk: Floats) -> tuple[Floats, Floats]:
+    """(S,) projective depth at the middle of each rim `disk` (S, 3) and (S, 2) its change a pixel right and down.
+
+    centre (S, 3): x, y (down), distance along the view; tangent (S,): from the eye to the rim, t [m]. The rim's points
+    p have p . c = t^2.
+    """
     focal = camera.scale * camera.distance
-    slope = (camera.distance / balls[:, 5]) ** 2
-    tilt = slope[:, None] * balls[:, :2] / focal
+    slope = (camera.distance / tangent) ** 2
+    tilt = slope[:, None] * centre[:, :2] / focal
     offset = disk[:, :2] - [camera.width / 2.0, camera.height / 2.0]
-    return slope * balls[:, 2] - camera.distance + np.sum(tilt * offset, axis=1), tilt
+    return slope * centre[:, 2] - camera.distance + np.sum(tilt * offset, axis=1), tilt
 
 
 def _parameters(camera: Camera, balls: Floats, arcs: Arcs) -> Floats:
