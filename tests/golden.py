@@ -10,8 +10,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from tests.test_draw import BOX, boxes, spheres_body
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.circles import circles
@@ -41,9 +39,9 @@ def _front(field: float = 0.0) -> Camera:
 
 
 def _strip() -> str:
-    pictures = [outline(Scene((spheres_body(np.array([[0, 0, 0], [0, 0.5 * math.cos(t), 0.5 * math.sin(t)]]), [0.4, 0.25]),)),
-                        _front()) for t in (0.0, 0.8)]  # fmt: skip
-    return strip_svg(pictures, ["0 ms", "<50> ms"], title="a strip")
+    ways = [(0.5 * math.cos(turn), 0.5 * math.sin(turn)) for turn in (0.0, 0.8)]
+    bodies = [spheres_body([[0.0, 0.0, 0.0], [0.0, y, z]], [0.4, 0.25]) for y, z in ways]
+    return strip_svg([outline(Scene((body,)), _front()) for body in bodies], ["0 ms", "<50> ms"], title="a strip")
 
 
 PICTURES: Mapping[str, Callable[[], str]] = {
