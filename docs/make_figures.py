@@ -1,4 +1,4 @@
-"""Make the pictures of docs/films-and-exports.md: Figures 6 and 7 of the paper, done again. Run from anywhere."""
+"""Make the pictures of README.md and docs/: Figures 1, 2, 3, 5, 6 and 7 of the paper, done again. Run from anywhere."""
 
 from __future__ import annotations
 
@@ -6,14 +6,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 import workbench as wb
+from workbench.draw.circles import circles
 from workbench.draw.disks import disks
 from workbench.draw.film import film_frames, write_film
+from workbench.draw.frames import flat_frame
 from workbench.draw.motion import every_pose, frame_times, scene_at
 from workbench.draw.outline import outline
+from workbench.draw.scanline import scanline
 from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.sources import scene_of
+from workbench.draw.sources import scene_of, source_of
 from workbench.draw.strip import strip_image
 from workbench.draw.views import framed_views
 from workbench.model.moving import poses_at
@@ -26,6 +30,39 @@ LEAN = {"W": {"flexion": 26}, "SP": {"flexion": 22}, "NP": {"flexion": 30}, "HP"
         "LK": {"flexion": 40}, "RK": {"flexion": 40}}  # fmt: skip
 TIMES = np.array([0.0, 0.05, 0.09, 0.12, 0.20])  # [s]
 SHARE = np.array([0.0, 0.18, 0.75, 1.0, 0.45])  # of the way into the belt: an invented, plausible pulse
+
+
+def figures_1_and_2() -> None:
+    """A standing man as circles, and as grey disks in the paper's 240 x 320; and by every third scan line."""
+    scene = scene_of("bubbleman", posture="standing")
+    (IMAGES / "figure_1_circles.svg").write_text(
+        circles(scene, framed_views(scene, ["three_quarter"], width=260, height=480)[0][1])
+    )
+    camera = framed_views(scene, ["three_quarter"], width=240, height=320)[0][1]
+    Image.fromarray(flat_frame(scene.spheres, camera).picture).save(IMAGES / "figure_2_disks.png", optimize=True)
+    scanline(scene, camera, spacing=3).save(IMAGES / "scanline.png", optimize=True)
+
+
+def figures_3_and_5() -> None:
+    """A seated man as a line drawing, and in light; his head, his hands and what joins them."""
+    scene = scene_of("bubbleman", posture="seated")
+    camera = framed_views(scene, ["three_quarter"], width=420, height=440)[0][1]
+    (IMAGES / "figure_3_outline.svg").write_text(outline(scene, camera))
+    disks(scene, camera, mode="shaded").save(IMAGES / "shaded.png", optimize=True)
+    person = source_of("bubbleman", poses="seated").persons[0]
+    placed = wb.place(person.body, person.poses, window=("H", "LHN", "RHN"))
+    part = Scene((SceneBody(placed, 0, "blue"),), title="head and hands")
+    camera = framed_views(part, ["three_quarter"], width=420, height=440)[0][1]
+    disks(part, camera).save(IMAGES / "figure_5_window.png", optimize=True)
+
+
+def trainer() -> None:
+    """Two men in the trainer as disks, and in light."""
+    scene = scene_of("trainer_clearance")
+    for name, mode, width, height in (("trainer", "flat", 760, 760), ("trainer_shaded", "shaded", 640, 480)):
+        camera = framed_views(scene, ["three_quarter"], width=width, height=height)[0][1]
+        picture = disks(scene, camera, mode=mode)
+        picture.quantize(256, dither=Image.Dither.NONE).save(IMAGES / f"{name}.png", optimize=True)
 
 
 def figure_6() -> None:
@@ -68,5 +105,8 @@ def figure_7() -> None:
 
 
 if __name__ == "__main__":
+    figures_1_and_2()
+    figures_3_and_5()
+    trainer()
     figure_6()
     figure_7()
