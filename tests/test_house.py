@@ -17,6 +17,7 @@ LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "file
           {"report", "viewer"}, {"cli_progress"}, COMMANDS, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
+    "llvmlite": {"kernels/lanes.py"},
     "trimesh": {"files/meshes/scene.py"},
     "collada": {"files/meshes/dae.py"},
     "ezc3d": {"files/motions/markers.py"},

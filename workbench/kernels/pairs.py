@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numba import njit
 
-from workbench.kernels.groups import carried, cluster_hub
+from workbench.kernels.fronts import SPARE, first_pairs, foremost_pair, place_blocks
 
-__all__ = ["pair_clearance", "pair_witness", "sphere_contacts"]
+__all__ = ["pair_clearance", "sphere_contacts"]
 
 
 @njit(cache=True, inline="always")
@@ -57,133 +57,86 @@ def sphere_contacts(one, other, pairs, margin):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _nearer(c1, c2, p, crowd1, crowd2, c, hubs, d, best, u, v):  # type: ignore[no-untyped-def]
-    """Improve the least I and its spheres (u, v) by those of cluster c of one and d of the other; ties to the first."""
-    for i in range(crowd1.first[c], crowd1.first[c + 1]):
-        s = crowd1.member[i]
-        x, y, z, r = c1[p, s, 0], c1[p, s, 1], c1[p, s, 2], crowd1.radius[s]
-        a, b, e, most = x - hubs[d, 0], y - hubs[d, 1], z - hubs[d, 2], best + r + crowd2.reach[d]
-        if most < 0.0 or a * a + b * b + e * e > most * most:
-            continue
-        for j in range(crowd2.first[d], crowd2.first[d + 1]):
-            t = crowd2.member[j]
-            a, b, e = x - c2[p, t, 0], y - c2[p, t, 1], z - c2[p, t, 2]
-            square, both = a * a + b * b + e * e, r + crowd2.radius[t]
-            # the root is taken only where it may count
-            if best + both < 0.0 or square > (best + both) * (best + both) * (1.0 + 1e-12) + 1e-30:
-                continue
-            gap = math.sqrt(square) - both
-            if gap < best or (gap == best and (s < u or (s == u and t < v))):
-                best, u, v = gap, s, t
-    return best, u, v
+def _begin(one, other, p, pairs, out, places, way):  # type: ignore[no-untyped-def]
+    """Write I and spheres of the pairs at the places, and the ways (M, 3) from the one's sphere to the other's."""
+    c1, _, crowd1, blocks1 = one
+    c2, _, crowd2, blocks2 = other
+    distance, sphere, target = out[0], out[1], out[2]
+    for m in range(len(pairs)):
+        a, b = pairs[m, 0], pairs[m, 1]
+        u, v = np.uint64(blocks1.member[places[0][m]]), np.uint64(blocks2.member[places[1][m]])
+        x, y, z = c2[p, v, 0] - c1[p, u, 0], c2[p, v, 1] - c1[p, u, 1], c2[p, v, 2] - c1[p, u, 2]
+        far = math.sqrt(x * x + y * y + z * z)
+        distance[p, a, b] = far - (crowd1.radius[u] + crowd2.radius[v])
+        sphere[p, a, b], target[p, a, b] = u, v
+        per = 1.0 / max(far, 1e-12)  # shorter than a unit where the centres are one: the bound holds all the more
+        way[m, 0], way[m, 1], way[m, 2] = x * per, y * per, z * per
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _witness(one, other, p, a, b, out):  # type: ignore[no-untyped-def]
+    """Write where the nearest spheres of segments a and b face each other: the point on the other's sphere, and the
+    side of the one's segment, of its table of directions, that is nearest to the way to the other's centre."""
+    (c1, world, directions), (c2, radius) = one, other
+    _, sphere, target, point, facing = out
+    u, v = sphere[p, a, b], target[p, a, b]
+    x, y, z = c2[p, v, 0] - c1[p, u, 0], c2[p, v, 1] - c1[p, u, 1], c2[p, v, 2] - c1[p, u, 2]
+    far = math.sqrt(x * x + y * y + z * z)
+    part = radius[v] / far if far > 1e-12 else 0.0
+    point[p, a, b, 0], point[p, a, b, 1] = c2[p, v, 0] - part * x, c2[p, v, 1] - part * y
+    point[p, a, b, 2] = c2[p, v, 2] - part * z if far > 1e-12 else c2[p, v, 2] + radius[v]
+    r, s = world[p, a, 0, 0] * x + world[p, a, 1, 0] * y + world[p, a, 2, 0] * z, 0
+    t = world[p, a, 0, 1] * x + world[p, a, 1, 1] * y + world[p, a, 2, 1] * z
+    w, most = world[p, a, 0, 2] * x + world[p, a, 1, 2] * y + world[p, a, 2, 2] * z, -np.inf
+    for d in range(directions.shape[1]):
+        along = directions[a, d, 0] * r + directions[a, d, 1] * t + directions[a, d, 2] * w
+        if along > most:
+            s, most = d, along
+    facing[p, a, b] = s
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _fill_hubs(centres, world, p, crowd, hubs, around):  # type: ignore[no-untyped-def]
-    """Fill hubs (C, 3) and around (N, 3) with the middles of the clusters and of the segments in the world, pose p."""
-    for n in range(len(crowd.start) - 1):
-        x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
-        around[n, 0], around[n, 1], around[n, 2] = x, y, z
-        for c in range(crowd.start[n], crowd.start[n + 1]):
-            hubs[c, 0], hubs[c, 1], hubs[c, 2] = cluster_hub(centres, world, p, crowd, n, c)
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _beyond(a, i, b, j, most):  # type: ignore[no-untyped-def]
-    """True where the points a[i] and b[j] are farther apart than `most`."""
-    x, y, z = a[i, 0] - b[j, 0], a[i, 1] - b[j, 1], a[i, 2] - b[j, 2]
-    return most < 0.0 or x * x + y * y + z * z > most * most
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _pair(c1, c2, p, crowd1, crowd2, a, b, u, v, space):  # type: ignore[no-untyped-def]
-    """Least I of segments a and b with its spheres; (u, v) is any pair of theirs, the more promising the better."""
-    hubs1, hubs2, around1, around2, near1, near2 = space
-    x, y, z = c1[p, u, 0] - c2[p, v, 0], c1[p, u, 1] - c2[p, v, 1], c1[p, u, 2] - c2[p, v, 2]
-    best, first, second = math.sqrt(x * x + y * y + z * z) - (crowd1.radius[u] + crowd2.radius[v]), 0, 0
-    for d in range(crowd2.start[b], crowd2.start[b + 1]):
-        if not _beyond(around1, a, hubs2, d, best + crowd1.big[a] + crowd2.reach[d]):
-            near2[second] = d
-            second += 1
-    lead, follow, promise = -1, -1, np.inf
-    for c in range(crowd1.start[a], crowd1.start[a + 1]):
-        if _beyond(hubs1, c, around2, b, best + crowd1.reach[c] + crowd2.big[b]):
-            continue
-        near1[first] = c
-        first += 1
-        for k in range(second):
-            d = near2[k]
-            x, y, z = hubs1[c, 0] - hubs2[d, 0], hubs1[c, 1] - hubs2[d, 1], hubs1[c, 2] - hubs2[d, 2]
-            square = x * x + y * y + z * z - (crowd1.reach[c] + crowd2.reach[d]) ** 2
-            if square < promise:
-                lead, follow, promise = c, d, square
-    if lead >= 0:
-        best, u, v = _nearer(c1, c2, p, crowd1, crowd2, lead, hubs2, follow, best, u, v)
-    for i in range(first):
-        c = near1[i]
-        if _beyond(hubs1, c, around2, b, best + crowd1.reach[c] + crowd2.big[b]):
-            continue
-        for k in range(second):
-            d = near2[k]
-            if c == lead and d == follow:
-                continue
-            if not _beyond(hubs1, c, hubs2, d, best + crowd1.reach[c] + crowd2.reach[d]):
-                best, u, v = _nearer(c1, c2, p, crowd1, crowd2, c, hubs2, d, best, u, v)
-    return best, u, v
+def _nothing(p, shown1, shown2, out):  # type: ignore[no-untyped-def]
+    """Write for all segment pairs of pose p that there is nothing: infinite, NaN outside the window."""
+    distance, sphere, target, point, facing = out
+    for a in range(distance.shape[1]):
+        for b in range(distance.shape[2]):
+            distance[p, a, b] = np.inf if shown1[a] == 1 and shown2[b] == 1 else np.nan
+            sphere[p, a, b], target[p, a, b], facing[p, a, b] = -1, -1, -1
+            point[p, a, b, 0], point[p, a, b, 1], point[p, a, b, 2] = np.nan, np.nan, np.nan
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, nogil=True)
-def pair_clearance(one, other, pairs, distance, sphere, space, begin, end):  # type: ignore[no-untyped-def]
-    """Fill distance (P, M) with the least I of each segment pair and sphere (P, M, 2) with the pair that has it.
+def pair_clearance(one, other, alike, pairs, directions, out, space, begin, end):  # type: ignore[no-untyped-def]
+    """Fill out with the least I of the segment pairs (M, 2), all with spheres, and what has it; poses begin..end.
 
-    one, other: (centres (P, S, 3), world (P, N, 3, 4), Crowd); poses begin..end. What was nearest in the pose before
-    comes first; then those clusters whose balls are nearer than the least so far to the other segment's ball, and to
-    each other, the nearest two of them first. space: hubs (C, 3) of both, around (N, 3) of both, near (C,) of both,
-    working space.
+    one, other: (centres (P, S, 3), world (P, N, 3, 4), Crowd, Blocks), alike where they are the same; directions
+    (N, 6, 3); out: distance (P, N, N'), the one's and the other's sphere (P, N, N'), point (P, N, N', 3), facing
+    (P, N, N'); space: Room of both (the same where alike), places (2, M), way (M, 3). The search begins at what was
+    nearest in the pose before, which no answer shows.
     """
-    c1, world1, crowd1 = one
-    c2, world2, crowd2 = other
+    c1, world1, crowd1, blocks1 = one
+    c2, world2, crowd2, blocks2 = other
+    room1, room2, places, way = space
+    ends = (c1, crowd1.radius, blocks1), (c2, crowd2.radius, blocks2)
+    for m in range(len(pairs)):
+        places[0][m] = blocks1.group[pairs[m, 0]] * 64
     for p in range(begin, end):
-        _fill_hubs(c1, world1, p, crowd1, space[0], space[2])
-        _fill_hubs(c2, world2, p, crowd2, space[1], space[3])
-        for m in range(pairs.shape[0]):
+        _nothing(p, crowd1.shown, crowd2.shown, out)
+        if len(pairs) == 0:
+            continue
+        s = blocks1.member[places[0][0]]
+        x, y, z = c1[p, s, 0], c1[p, s, 1], c1[p, s, 2]
+        most = place_blocks(c1, world1, p, crowd1, blocks1, room1.hub, room1.ball, x, y, z)
+        if not alike:
+            most = max(most, place_blocks(c2, world2, p, crowd2, blocks2, room2.hub, room2.ball, x, y, z))
+        first_pairs(pairs, blocks1, blocks2, room1, room2, places[0], places[1])
+        _begin(one, other, p, pairs, out, places, way)
+        for m in range(len(pairs)):
             a, b = pairs[m, 0], pairs[m, 1]
-            if crowd1.start[a] == crowd1.start[a + 1] or crowd2.start[b] == crowd2.start[b + 1]:
-                continue
-            u, v = crowd1.member[crowd1.first[crowd1.start[a]]], crowd2.member[crowd2.first[crowd2.start[b]]]
-            if p > begin:
-                u, v = sphere[p - 1, m, 0], sphere[p - 1, m, 1]
-            best, u, v = _pair(c1, c2, p, crowd1, crowd2, a, b, u, v, space)
-            distance[p, m] = best
-            sphere[p, m, 0] = u
-            sphere[p, m, 1] = v
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, nogil=True)
-def pair_witness(one, other, pairs, sphere, found, begin, end):  # type: ignore[no-untyped-def]
-    """Where each pair of spheres (P, M, 2) is nearest: point (P, M, 3) on the other's sphere, facing (P, M).
-
-    one: (centres, world, directions (N, 6, 3)), facing is the direction of its segment's table nearest to the way to
-    the other centre; other: (centres, radius). found: point and facing to fill, for the poses begin..end.
-    """
-    c1, world, directions = one
-    c2, radius = other
-    point, facing = found
-    for p in range(begin, end):
-        for m in range(pairs.shape[0]):
-            n, u, v = pairs[m, 0], sphere[p, m, 0], sphere[p, m, 1]
-            if u < 0:
-                continue
-            x, y, z = c2[p, v, 0] - c1[p, u, 0], c2[p, v, 1] - c1[p, u, 1], c2[p, v, 2] - c1[p, u, 2]
-            far = math.sqrt(x * x + y * y + z * z)
-            part = radius[v] / far if far > 1e-12 else 0.0
-            point[p, m, 0], point[p, m, 1] = c2[p, v, 0] - part * x, c2[p, v, 1] - part * y
-            point[p, m, 2] = c2[p, v, 2] - part * z if far > 1e-12 else c2[p, v, 2] + radius[v]
-            r, s = world[p, n, 0, 0] * x + world[p, n, 1, 0] * y + world[p, n, 2, 0] * z, 0
-            t = world[p, n, 0, 1] * x + world[p, n, 1, 1] * y + world[p, n, 2, 1] * z
-            w, most = world[p, n, 0, 2] * x + world[p, n, 1, 2] * y + world[p, n, 2, 2] * z, -np.inf
-            for d in range(directions.shape[1]):
-                along = directions[n, d, 0] * r + directions[n, d, 1] * t + directions[n, d, 2] * w
-                if along > most:
-                    s, most = d, along
-            facing[p, m] = s
+            groups = blocks1.group[a], blocks1.group[a + 1], blocks2.group[b], blocks2.group[b + 1]
+            best = out[0][p, a, b], np.uint64(out[1][p, a, b]), np.uint64(out[2][p, a, b])
+            begun, along = (places[0][m], places[1][m]), (way[m, 0], way[m, 1], way[m, 2])
+            best = foremost_pair(ends[0], ends[1], p, groups, along, begun, SPARE * most, (room1, room2), best)
+            out[0][p, a, b], out[1][p, a, b], out[2][p, a, b] = best
+            _witness((c1, world1, directions), (c2, crowd2.radius), p, a, b, out)

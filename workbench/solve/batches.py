@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from workbench.kernels.clearance import environment_contacts
+from workbench.kernels.fronts import Blocks, Room
 from workbench.kernels.groups import group_clearance, group_collides, may_touch, witness_points
-from workbench.kernels.pairs import pair_clearance, pair_witness
+from workbench.kernels.pairs import pair_clearance
 from workbench.kernels.wide import DEEP, EIGHT
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.solve.crowd import crowd_of
+from workbench.solve.crowd import blocks_of, crowd_of
 from workbench.solve.fields import Groups, field_of, packed_faces, packed_shells
 from workbench.solve.gpu import clearance_on_device, collides_on_device
 from workbench.solve.threads import in_pieces
@@ -85,26 +88,34 @@ def grouped_clearance(
     return out
 
 
-def paired_clearance(
-    one: Placed, other: Placed, pairs: Ints, *, threads: int | None = None
-) -> tuple[Floats, Ints, Floats, Ints]:
-    """Least I [m] (P, M) of segment pairs (M, 2), the spheres (P, M, 2) that have it, -1 where there are none, the
-    nearest point (P, M, 3) of the other's and the side (P, M) of the one's that faces it."""
-    shape, pairs = (len(one), len(pairs)), np.ascontiguousarray(pairs)
-    distance, sphere = np.full(shape, np.inf), np.full((*shape, 2), -1)
-    point, facing = np.full((*shape, 3), np.nan), np.full(shape, -1)
-    crowds = crowd_of(one), crowd_of(other)
-    first, second = ((b.centres, b.world_from_segment, c) for b, c in zip((one, other), crowds, strict=True))
+def paired_clearance(one: Placed, other: Placed, pairs: Ints, *, threads: int | None = None) -> tuple[Any, ...]:
+    """Least I [m] (P, N, N') of segment pairs (M, 2) of two bodies, the one's and the other's sphere that have it, the
+    nearest point (P, N, N', 3) of the other's and the side of the one's that faces it (P, N, N').
+
+    Elsewhere infinite, -1, -1, NaN, -1, and NaN for the distance outside the logical windows.
+    """
+    shape = (len(one), len(one.window), len(other.window))
+    ints = (np.empty(shape, dtype=np.int64) for _ in range(3))
+    out = np.empty(shape), next(ints), next(ints), np.empty((*shape, 3)), next(ints)
+    some = pairs[(np.diff(one.body.start)[pairs[:, 0]] > 0) & (np.diff(other.body.start)[pairs[:, 1]] > 0)]
+    alike, some = one is other, np.ascontiguousarray(some)
+    ends = [(b.centres, b.world_from_segment, crowd_of(b), blocks_of(b.body)) for b in (one, other)]
 
     def work(begin: int, end: int) -> None:
-        room = [np.empty((len(values), 3)) for values in (*(c.middle for c in crowds), *(c.big for c in crowds))]
-        space = (*room, *(np.empty(len(crowd.middle), dtype=np.int64) for crowd in crowds))
-        pair_clearance(first, second, pairs, distance, sphere, space, begin, end)
-        ends = (*first[:2], one.body.directions), (other.centres, other.body.radius)
-        pair_witness(*ends, pairs, sphere, (point, facing), begin, end)
+        first, second = _rooms(ends[0][3]), _rooms(ends[1][3])
+        if alike:
+            second = second._replace(hub=first.hub, ball=first.ball)
+        space = first, second, np.empty((2, len(some)), dtype=np.uint64), np.empty((len(some), 3), dtype=np.float32)
+        pair_clearance(*ends, alike, some, one.body.directions, out, space, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
-    return distance, sphere, point, facing
+    return out
+
+
+def _rooms(blocks: Blocks) -> Room:
+    balls = len(blocks.cluster)
+    up, high, some, near = (np.empty(n, dtype=np.float32) for n in (balls, 8 * balls + 8, balls + 8, 8 * balls + 8))
+    return Room(blocks.hub.copy(), blocks.ball.copy(), up, high, some, near, np.empty(balls, dtype=np.uint64))
 
 
 def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]) -> Floats:

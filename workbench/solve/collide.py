@@ -216,16 +216,7 @@ def self_clearance(placed: Placed) -> Clearance:
 
 def _pair_rows(placed: tuple[Placed, Placed], pairs: Ints) -> Clearance:
     one, other = placed
-    shape = (len(one), len(one.window), len(other.window))
-    a, b = pairs[:, 0], pairs[:, 1]
-    near, sphere, at, side = paired_clearance(one, other, pairs)
-    distance, first, second, facing = np.full(shape, np.inf), *(np.full(shape, -1) for _ in range(3))
-    point = np.full((*shape, 3), np.nan)
-    distance[:, a, b], first[:, a, b], second[:, a, b] = near, sphere[..., 0], sphere[..., 1]
-    point[:, a, b], facing[:, a, b] = at, side
-    distance[:, ~one.window, :] = np.nan
-    distance[:, :, ~other.window] = np.nan
-    return Clearance(one.body, other.body, distance, first, second, point, facing)
+    return Clearance(one.body, other.body, *paired_clearance(one, other, pairs))
 
 
 def allowed_depth(body: Body, environment: Environment) -> Floats:

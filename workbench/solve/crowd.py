@@ -6,15 +6,17 @@ from functools import lru_cache
 
 import numpy as np
 
+from workbench.kernels.fronts import FAR, Blocks
 from workbench.kernels.groups import Crowd
+from workbench.kernels.lanes import LANES
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point
 from workbench.model.body import Body
 from workbench.model.poses import Placed
 
-__all__ = ["crowd_of"]
+__all__ = ["blocks_of", "crowd_of"]
 
-CLUSTER = 8
+CLUSTER = LANES
 
 
 def crowd_of(placed: Placed) -> Crowd:
@@ -48,6 +50,28 @@ def _crowd(body: Body) -> Crowd:
         big=body.enclosing_radius * (1 + 1e-9) + 1e-9,
         shown=np.ones(len(body.segments), dtype=np.int64),
     )
+
+
+@lru_cache(maxsize=16)
+def blocks_of(body: Body) -> Blocks:
+    """The clusters of a body in blocks of eight lanes."""
+    crowd = _crowd(body)
+    clusters = np.diff(crowd.start)
+    group = np.concatenate([[0], np.cumsum(-(-clusters // LANES))]).astype(np.int64)
+    count = int(group[-1]) * LANES
+    cluster, member = np.full(count, -1), np.zeros((count, LANES), dtype=np.int64)
+    hub, ball = (np.full((n // LANES, 4, LANES), FAR, dtype=np.float32) for n in (count, count * LANES))
+    hub[:, 3] = ball[:, 3] = -FAR * FAR
+    lane = np.repeat(LANES * group[:-1] - crowd.start[:-1], clusters) + np.arange(len(crowd.middle))
+    cluster[lane] = np.arange(len(lane))
+    hub[lane // LANES, 3, lane % LANES] = crowd.reach
+    block = np.repeat(lane, np.diff(crowd.first))
+    column = np.arange(len(block)) - np.repeat(crowd.first[:-1], np.diff(crowd.first))
+    member[block, column] = crowd.member
+    ball[block, 3, column] = crowd.radius[crowd.member]
+    spot = np.empty(len(block), dtype=np.int64)
+    spot[crowd.member] = 4 * LANES * block + column
+    return Blocks(group, cluster, member.reshape(-1), spot, hub.reshape(-1), ball.reshape(-1))
 
 
 def _moves(body: Body, rows: Ints) -> Bools:

@@ -1,0 +1,43 @@
+"""Kernels that call every function of eight lanes, for the tests."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from workbench.kernels.lanes import (
+    eight,
+    equal,
+    first_bit,
+    greatest,
+    how_many,
+    larger,
+    least,
+    load,
+    not_above,
+    pack,
+    root,
+    smaller,
+    store,
+    where_below,
+)
+
+
+@njit
+def every_lane_function(a, b, out):
+    """Rows of eight into out; bits of a <= b, of a == b, the first of those and how many."""
+    u, v, zero = load(a, 0), load(b, 0), eight(0.0)
+    rows = (u + v, u - v, u * v, smaller(u, v), larger(u, v), root(larger(u, zero - u)), where_below(u, v, v, u),
+            eight(a[3]), eight(least(u)), eight(greatest(v)))  # fmt: skip
+    at = 0
+    for row in rows:
+        store(out, at, row)
+        at += 8
+    below = not_above(u, v)
+    return below, equal(u, v), first_bit(below), how_many(below)
+
+
+@njit
+def packed(array, at, bits, base):
+    """`pack` called from Python."""
+    return pack(array, np.uint64(at), np.uint64(bits), np.float32(base))

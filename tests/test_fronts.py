@@ -1,0 +1,152 @@
+"""Least distances of segment pairs against all pairs of spheres, and the eight lanes they are found with."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import workbench as wb
+from tests.test_blend import random_blend
+from workbench.kernels import lanes
+from workbench.model.blend import enclosing_spheres
+from workbench.solve.collide import self_clearance
+from workbench.solve.crowd import blocks_of, crowd_of
+
+
+def crowded(body, seed, *, most=200, grid=0.0):
+    """The body with up to so many spheres a segment, at random places; on a grid [m] many distances are equal."""
+    rng = np.random.default_rng(seed)
+    counts = rng.integers(0, most, len(body.segments))
+    counts[rng.integers(len(counts))] = 0
+    owner = np.repeat(np.arange(len(counts)), counts)
+    centre = rng.normal(size=(len(owner), 3)) * 0.1
+    centre = np.round(centre / grid) * grid if grid else centre
+    radius = rng.choice([0.01, 0.02], len(owner)) if grid else rng.uniform(0.001, 0.06, len(owner))
+    made = replace(
+        body, centre=centre, radius=radius, start=np.concatenate([[0], np.cumsum(counts)]),
+        sphere_names=("",) * len(owner), sphere_direction=np.full(len(owner), -1), twist_share=np.zeros(len(owner)),
+        blend_joint=np.full(len(owner), -1), blend_share=np.zeros(len(owner)),
+    )  # fmt: skip
+    middle, reach = enclosing_spheres(made)
+    return replace(made, enclosing_centre=middle, enclosing_radius=reach)
+
+
+def all_pairs(one, other, p, a, b):
+    """Least I of segments a and b in pose p and its spheres, by every pair; of equal ones the first."""
+    s, t = one.body.spheres(a), other.body.spheres(b)
+    away = one.centres[p, s][:, None] - other.centres[p, t][None]
+    gap = np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2 + away[..., 2] ** 2)
+    gap = gap - (one.body.radius[s][:, None] + other.body.radius[t][None])
+    if not gap.size:
+        return np.inf, -1, -1
+    u, v = np.unravel_index(np.argmin(gap), gap.shape)
+    return gap[u, v], one.body.start[a] + u, other.body.start[b] + v
+
+
+def check_pairs(one, other, found, pairs):
+    for p in range(len(one)):
+        for a, b in pairs:
+            told = found.distance[p, a, b], found.sphere[p, a, b], found.target[p, a, b]
+            assert told == all_pairs(one, other, p, a, b)
+
+
+def own_pairs(body):
+    return np.argwhere(np.triu(~body.adjacent)).tolist()
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.02]), st.sampled_from([0.0, 1e4]))
+def test_the_least_of_each_segment_pair_is_that_of_all_sphere_pairs(one_arm, random_arm, seed, grid, far):
+    body, poses = crowded(one_arm, seed, most=120, grid=grid), random_arm(3, seed)
+    world, still = poses.world_from_reference.copy(), np.broadcast_to([1.0, 0.0, 0.0, 0.0], poses.rotations.shape)
+    world[:, :, 3] += far
+    if grid:  # nothing turned: many pairs are equally near
+        world[:, :, :3] = np.eye(3)
+    placed = wb.place(body, wb.Poses(still if grid else poses.rotations, 0, world))
+    check_pairs(placed, placed, self_clearance(placed), own_pairs(body))
+
+
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 1e3, 1e6]))
+def test_two_bodies_far_apart_or_one_in_the_other_have_the_least_of_all_pairs(one_arm, random_arm, seed, far):
+    poses = random_arm(2, seed)
+    world = poses.world_from_reference.copy()
+    world[:, 0, 3] += far
+    one = wb.place(crowded(one_arm, seed, most=40), poses)
+    other = wb.place(crowded(one_arm, seed + 1, most=90), wb.Poses(random_arm(2, seed + 1).rotations, 0, world))
+    pairs = np.argwhere(np.ones((len(one.window), len(other.window)), dtype=bool)).tolist()
+    check_pairs(one, other, wb.body_clearance(one, other), pairs)
+
+
+@given(st.integers(0, 10**6))
+def test_blended_and_twisted_spheres_have_the_least_of_all_pairs(one_arm, random_arm, seed):
+    body = random_blend(crowded(one_arm, seed, most=60), seed)
+    placed = wb.place(body, random_arm(3, seed, spread=3.0))
+    check_pairs(placed, placed, self_clearance(placed), own_pairs(body))
+
+
+def test_spheres_at_one_place_are_as_far_apart_as_their_radii_say(one_arm):
+    # one hundred spheres at the middle of each segment, unturned: nothing is nearer than anything else
+    body = crowded(one_arm, 1, grid=10.0)
+    poses = wb.pose(one_arm, {})
+    one, other = wb.place(body, poses), wb.place(body, poses)
+    found = wb.body_clearance(one, other)
+    check_pairs(one, other, found, [(a, a) for a in range(len(body.segments))])
+    assert np.nanmin(found.distance) == -0.04
+
+
+def test_the_one_answers_what_the_other_does_in_batches_of_any_size(one_arm, random_arm):
+    body, poses = crowded(one_arm, 5), random_arm(300, 5)
+    whole = self_clearance(wb.place(body, poses))
+    for p in (0, 127, 128, 299):
+        alone = wb.Poses(poses.rotations[p : p + 1], 0, poses.world_from_reference[p : p + 1])
+        mine = self_clearance(wb.place(body, alone))
+        for name in ("distance", "sphere", "target", "point", "facing"):
+            assert np.array_equal(getattr(mine, name)[0], getattr(whole, name)[p], equal_nan=True)
+
+
+@given(st.integers(0, 10**6))
+def test_every_sphere_has_its_place_in_the_blocks(one_arm, random_arm, seed):
+    body = crowded(one_arm, seed, most=40)
+    blocks, crowd = blocks_of(body), crowd_of(wb.place(body, random_arm(1, 0)))
+    balls = blocks.ball.reshape(-1, 4, 8)
+    taken = balls[:, 3] > 0
+    assert sorted(blocks.member.reshape(-1, 8)[taken].tolist()) == list(range(len(body.radius)))
+    assert np.array_equal(balls[:, 3][taken], body.radius[blocks.member.reshape(-1, 8)[taken]].astype(np.float32))
+    assert np.array_equal(blocks.spot % 8, np.argwhere(taken)[np.argsort(blocks.member.reshape(-1, 8)[taken]), 1])
+    assert sorted(blocks.cluster[blocks.cluster >= 0].tolist()) == list(range(len(crowd.middle)))
+    for n in range(len(body.segments)):
+        some = blocks.member.reshape(-1, 8)[8 * blocks.group[n] : 8 * blocks.group[n + 1]]
+        mine = taken[8 * blocks.group[n] : 8 * blocks.group[n + 1]]
+        assert sorted(some[mine].tolist()) == list(range(body.start[n], body.start[n + 1]))
+
+
+numbers = st.lists(st.floats(-1e6, 1e6, width=32), min_size=8, max_size=8)
+
+
+@given(numbers, numbers)
+def test_the_lanes_do_compiled_what_their_definitions_say(a, b):
+    from tests.lanes_compiled import every_lane_function
+
+    a, b = np.array(a, dtype=np.float32), np.array(b, dtype=np.float32)
+    out = np.zeros(8 * 16, dtype=np.float32)
+    bits = every_lane_function(a, b, out)
+    wanted = [a + b, a - b, a * b, lanes.smaller(a, b), lanes.larger(a, b), lanes.root(np.abs(a)),
+              lanes.where_below(a, b, b, a), lanes.eight(a[3]), lanes.eight(lanes.least(a)),
+              lanes.eight(lanes.greatest(b))]  # fmt: skip
+    for row, values in enumerate(wanted):
+        assert np.array_equal(out[8 * row : 8 * row + 8], values)
+    below, same = lanes.not_above(a, b), lanes.equal(a, b)
+    assert bits == (below, same, lanes.first_bit(below), lanes.how_many(below))
+
+
+@pytest.mark.parametrize("bits", [0, 1, 0b10110001, 255])
+def test_places_are_packed_in_order(bits):
+    from tests.lanes_compiled import packed
+
+    array = np.zeros(24, dtype=np.float32)
+    end = packed(array, 3, bits, 40)
+    wanted = [40 + k for k in range(8) if bits >> k & 1]
+    assert array[3:end].tolist() == wanted
