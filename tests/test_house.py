@@ -12,7 +12,7 @@ from tests.conftest import ROOT
 
 PACKAGE = ROOT / "workbench"
 FILES = sorted(PACKAGE.rglob("*.py"))
-COMMANDS = {"cli_body", "cli_fit", "cli_motion", "cli_people", "cli_render"}
+COMMANDS = {"cli_body", "cli_compare", "cli_fit", "cli_motion", "cli_people", "cli_render"}
 LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "files"}, {"study"}, {"draw"},
           {"report", "viewer"}, {"cli_progress"}, COMMANDS, {"cli"}]  # fmt: skip
 HOMES = {

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from workbench.files.populations import load_population_model as load_population_model
     from workbench.files.studies import load_study as load_study
     from workbench.model.body import Body as Body
+    from workbench.model.comparison import Comparison as Comparison
     from workbench.model.contacts import Clearance as Clearance
     from workbench.model.contacts import Contacts as Contacts
     from workbench.model.contacts import relation as relation
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
     from workbench.solve.sweep import body_sweep as body_sweep
     from workbench.solve.sweep import self_sweep as self_sweep
     from workbench.solve.sweep import sweep as sweep
+    from workbench.study.compare import compare as compare
     from workbench.study.persons import person_body as person_body
     from workbench.study.run import run as run
 
@@ -116,6 +118,8 @@ _HOME: dict[str, str] = {
     "Reach": "model.reach",
     "stops": "solve.stops",
     "run": "study.run",
+    "compare": "study.compare",
+    "Comparison": "model.comparison",
     "person_body": "study.persons",
     "scale": "shape.scale",
     "Bones": "shape.segmenting",
@@ -133,6 +137,7 @@ __all__ = [
     "Body",
     "Bones",
     "Clearance",
+    "Comparison",
     "Contacts",
     "Environment",
     "Episodes",
@@ -154,6 +159,7 @@ __all__ = [
     "boundary_cases",
     "clearance",
     "collides",
+    "compare",
     "contacts",
     "decompose",
     "draw_people",

@@ -17,6 +17,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from workbench import __version__
 from workbench.cli_body import body_app
+from workbench.cli_compare import compare
 from workbench.cli_fit import body_fit
 from workbench.cli_motion import motion_app
 from workbench.cli_people import people_app
@@ -45,6 +46,7 @@ app.command(body_app)
 app.command(people_app)
 app.command(motion_app)
 app.command(render)
+app.command(compare)
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
 

@@ -47,12 +47,14 @@ class PeopleRow(_Row):
     """Everybody, one entry a person in every list, and one a requirement in every list of margins and reasons.
 
     margin_mm: null where it does not apply, negative where it is not met; reason: index into `reasons`, -1 where
-    nothing limits; seat_mm: forward and up; limiting: the measure that leaves the person out, "" for whom all is met.
+    nothing limits; seat_mm: forward and up; stature_mm: null where it is not known; limiting: the measure that leaves
+    the person out, "" for whom all is met.
     """
 
     label: list[str]
     sex: list[str]
     weight: list[float]
+    stature_mm: list[float] | None
     served: list[bool]
     limiting: list[str]
     seat_mm: list[tuple[float, float]]

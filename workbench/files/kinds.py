@@ -13,6 +13,7 @@ from workbench.files.accommodation_schema import AccommodationFile
 from workbench.files.accommodation_studies import load_accommodation
 from workbench.files.bodies import load_body
 from workbench.files.body_schema import BodyFile
+from workbench.files.comparison_results import ComparisonFile
 from workbench.files.crash_results import CrashResultFile
 from workbench.files.crash_schema import CrashFile, RulesFile
 from workbench.files.crash_studies import load_crash
@@ -44,6 +45,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "encumbrance": EncumbranceFile,
     "result": ResultFile,
     "crash_result": CrashResultFile,
+    "comparison": ComparisonFile,
     "accommodation_result": AccommodationResultFile,
 }
 

@@ -9,7 +9,16 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["bar", "margin_axis", "margin_range", "margin_strip", "share_axis", "whisker"]
+__all__ = [
+    "bar",
+    "change_whisker",
+    "changes_axis",
+    "margin_axis",
+    "margin_range",
+    "margin_strip",
+    "share_axis",
+    "whisker",
+]
 
 OUT, ALONE, BLUE, SOFT, GRID = "#eab3ac", "#b3261e", "#1f5fa8", "#5c6b7a", "#d9dfe5"
 _HEIGHT = 20
@@ -41,6 +50,26 @@ def share_axis(least: float) -> str:
     ticks = np.arange(math.ceil(least / step - 1e-9) * step, 1 + step / 2, step)
     marks = [(4 + 92 * (t - least) / max(1 - least, 1e-9), f"{100 * t:.0f}") for t in ticks]
     return _picture(_ticks(marks, " %"), "share that fits, in per cent")
+
+
+def change_whisker(low: float, change: float, high: float, *, reach: float, said: str) -> str:
+    """A change of a share as a dot on its interval about a zero in the middle; reach: the change at the right end.
+    Green where all of the interval is a gain, red where all is a loss."""
+    colour = "#1f7a4d" if low > 0 else ALONE if high < 0 else BLUE
+    x = [f"{50 + 46 * value / reach:.2f}%" for value in (low, change, high)]
+    shapes = [f'<line x1="50%" x2="50%" y1="0" y2="{_HEIGHT}" stroke="#8d99a8"/>']
+    shapes.append(f'<line x1="{x[0]}" x2="{x[2]}" y1="10" y2="10" stroke="{colour}" stroke-width="2"/>')
+    shapes += [f'<line x1="{end}" x2="{end}" y1="5" y2="15" stroke="{colour}" stroke-width="2"/>' for end in x[::2]]
+    return _picture([*shapes, f'<circle cx="{x[1]}" cy="10" r="4.5" fill="{colour}"/>'], said)
+
+
+def changes_axis(reach: float) -> str:
+    """The axis of changes, in points of per cent."""
+    step = _step(100 * reach, wanted=2)
+    count = math.floor(100 * reach / step + 1e-9)
+    numbers = [step * k for k in range(-count, count + 1)]
+    marks = [(50 + 0.46 * n / reach, f"{n:+g}".replace("-", "−") if n else "0") for n in numbers]
+    return _picture(_ticks(marks, ""), "change, in points of per cent")
 
 
 def margin_range(spread: Floats) -> tuple[float, float]:

@@ -21,22 +21,10 @@ from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
+from workbench.report.accommodation_words import accommodation_headline
 from workbench.report.tables import csv_text
 
-__all__ = ["accommodation_file", "accommodation_headline", "accommodation_lines", "accommodation_tables",
-           "people_table"]  # fmt: skip
-
-
-def accommodation_headline(result: Accommodation) -> str:
-    """The whole result in one sentence: who fits, and what leaves out most."""
-    everybody = result.shares[0]
-    interval = f"{100 * result.study.confidence:g} % interval {100 * everybody.low:.1f} to {100 * everybody.high:.1f}"
-    said = f"{100 * everybody.share:.1f} % of {everybody.count} people fit ({interval})"
-    if everybody.share == 1.0 or not result.requirements:
-        return said
-    worst = int(np.argmin(result.single))
-    name, share = result.requirements[worst].name, 100 * (1 - result.single[worst])
-    return f"{said}; {name} leaves out most, {share:.1f} %"
+__all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables", "people_table"]
 
 
 def accommodation_lines(result: Accommodation) -> list[str]:
@@ -103,6 +91,7 @@ def _people(result: Accommodation) -> PeopleRow:
         label=_labels(result),
         sex=[SEXES[int(code)] for code in people.sex],
         weight=people.weight.tolist(),
+        stature_mm=[_mm(v) for v in people.column("stature").tolist()] if "stature" in people.names else None,
         served=result.served.tolist(),
         limiting=list(result.limiting),
         seat_mm=_rows(result.seat),

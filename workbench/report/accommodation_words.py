@@ -12,9 +12,9 @@ __all__ = [
     "accommodation_headline",
     "gain_sentence",
     "interval_words",
-    "limiting_words",
+    "limiting_words", "millimetres_short",
     "percent",
-    "person_sentence",
+    "person_name", "person_sentence",
     "plain",
     "reason_words",
     "requirement_sentence",
@@ -104,7 +104,7 @@ def person_sentence(result: Accommodation, row: int) -> str:
     people = result.study.people
     noun, whose, _ = _NOUNS[("male", "female")[int(people.sex[row])]]
     tall = f" of {1000 * people.column('stature')[row]:,.0f} mm" if "stature" in people.names else ""
-    label = people.labels[row] if people.labels else f"person {row + 1}"
+    label = person_name(people.labels[row] if people.labels else str(row + 1))
     text = f"A {noun}{tall} ({label}): "
     short = np.flatnonzero(~result.met[row])
     if not len(short):
@@ -115,9 +115,14 @@ def person_sentence(result: Accommodation, row: int) -> str:
     return text + (f" {more} more requirement{'s are' if more > 1 else ' is'} not met." if more else "")
 
 
+def person_name(label: str) -> str:
+    """What somebody is called in a sentence: "female 31", "person 31" of a mere number."""
+    return f"person {label}" if label.isdecimal() else label
+
+
 def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
     """What one requirement lacks of one person, with what limits it."""
-    requirement, lack = result.requirements[index], f"{_millimetres(-result.margin[row, index])} mm"
+    requirement, lack = result.requirements[index], f"{millimetres_short(-result.margin[row, index])} mm"
     found = next((s for s in result.shown if s.row == row and s.requirement == index), None)
     limb = found.limb if found is not None else ""
     code = int(result.reason[row, index])
@@ -164,7 +169,7 @@ def limiting_words(result: Accommodation, row: int) -> str:
     return f"{text}; {told} of the {plural} here have {way}."
 
 
-def _millimetres(metres: float) -> str:
+def millimetres_short(metres: float) -> str:
     """ "41", or "0.3" of what is under a millimetre."""
     return f"{1000 * metres:,.0f}" if metres >= 0.00095 else f"{1000 * max(metres, MET):.3g}"
 

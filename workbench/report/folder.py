@@ -11,13 +11,9 @@ from workbench.files.results import ResultFile, dump_json, write_folder
 from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
-from workbench.report.accommodation_data import (
-    accommodation_file,
-    accommodation_headline,
-    accommodation_lines,
-    accommodation_tables,
-)
+from workbench.report.accommodation_data import accommodation_file, accommodation_lines, accommodation_tables
 from workbench.report.accommodation_page import accommodation_page
+from workbench.report.accommodation_words import accommodation_headline
 from workbench.report.crash_data import crash_csv_tables, crash_result_file
 from workbench.report.crash_page import crash_page
 from workbench.report.crash_words import crash_headline
@@ -41,7 +37,7 @@ def write_report(result: AnyResult, folder: Path, *, progress: Say | None = None
     """
     rows: AnyFile
     if isinstance(result, Accommodation):
-        rows, files = _accommodation(result)
+        rows, files = _accommodation(result, progress)
     else:
         rows, files = _crash(result, progress) if isinstance(result, CrashResult) else _clearance(result, progress)
     write_folder(folder, files)
@@ -63,10 +59,12 @@ def report_lines(result: AnyResult, rows: AnyFile) -> list[str]:
             for verdict in rows.verdicts]  # fmt: skip
 
 
-def _accommodation(result: Accommodation) -> tuple[AccommodationResultFile, dict[str, str | bytes]]:
+def _accommodation(
+    result: Accommodation, progress: Say | None
+) -> tuple[AccommodationResultFile, dict[str, str | bytes]]:
     rows = accommodation_file(result)
     files: dict[str, str | bytes] = {"result.json": dump_json(rows), **accommodation_tables(result, rows)}
-    return rows, files | {"report.html": accommodation_page(result)}
+    return rows, files | {"report.html": accommodation_page(result, downloads=[*files], progress=progress)}
 
 
 def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, str | bytes]]:

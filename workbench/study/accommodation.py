@@ -18,7 +18,7 @@ from workbench.study.chunks import Chunk, gathered, result_chunks
 from workbench.study.crew import Crew, crew_of
 from workbench.study.hardest import hardest_rows, shown_people
 from workbench.study.limiting import bearing_on, limiting_measures
-from workbench.study.provenance import hashes, versions
+from workbench.study.provenance import hashes, people_hash, versions
 from workbench.study.reaches import buried_controls
 from workbench.study.requirements import Asked, asked_of
 from workbench.study.shares import group_shares, left_out_alone, share_single, share_without, spread_of
@@ -93,7 +93,11 @@ def accommodation_study(
         hardest=hardest,
         gains=(),
         maps=(),
-        provenance={"inputs": hashes(study.inputs), "versions": versions()},
+        provenance={
+            "inputs": hashes(study.inputs),
+            "people": {"measures": people_hash(study.people)},
+            "versions": versions(),
+        },
         warnings=(*_told(crew), *_hopeless(asked, met), *buried_controls(study.environment), *study.warnings),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )

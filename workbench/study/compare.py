@@ -1,0 +1,119 @@
+"""Compare two designs with the same people: who gains, who loses, person by person and requirement by requirement."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.files.accommodation_results import AccommodationResultFile
+from workbench.model.accommodation import Accommodation
+from workbench.model.arrays import Bools
+from workbench.model.comparison import Comparison, Judged, PairedShare
+from workbench.model.population import SEXES, sex_index
+from workbench.people.paired import paired_share
+from workbench.study.provenance import people_hash
+
+__all__ = ["compare", "judged", "judged_file"]
+
+_GROUPS = {"male": "men", "female": "women"}
+
+
+def judged(result: Accommodation) -> Judged:
+    """An accommodation as it is compared."""
+    people = result.study.people
+    tall = people.column("stature") if "stature" in people.names else np.full(len(people), np.nan)
+    return Judged(
+        name=result.study.name,
+        title=result.study.title,
+        requirements=tuple(r.name for r in result.requirements),
+        labels=people.labels or tuple(str(row + 1) for row in range(len(people))),
+        sex=people.sex,
+        weight=people.weight,
+        stature=tall,
+        margin=result.margin,
+        who=people_hash(people),
+        confidence=result.study.confidence,
+    )
+
+
+def judged_file(rows: AccommodationResultFile) -> Judged:
+    """An accommodation as it is compared, from its result.json."""
+    people = rows.people
+    count = len(people.label)
+    unknown = [math.nan] * count
+    margin = [[math.nan if v is None else v / 1000 for v in row] for row in people.margin_mm]
+    return Judged(
+        name=rows.study,
+        title=rows.title,
+        requirements=tuple(r.name for r in rows.requirements),
+        labels=tuple(people.label),
+        sex=np.array([sex_index(sex) for sex in people.sex]),
+        weight=np.array(people.weight),
+        stature=np.array(unknown if people.stature_mm is None else people.stature_mm) / 1000,
+        margin=np.array(margin).reshape(count, len(rows.requirements)),
+        who=rows.people_hash,
+        confidence=rows.confidence,
+    )
+
+
+def compare(before: Judged | Accommodation, after: Judged | Accommodation) -> Comparison:
+    """What the second design changes for the people of the first. InputError where they are not the same people, or
+    the two have no requirement in common."""
+    one = judged(before) if isinstance(before, Accommodation) else before
+    two = judged(after) if isinstance(after, Accommodation) else after
+    _check_people(one, two)
+    shared = [name for name in one.requirements if name in two.requirements]
+    if not shared:
+        asked = f"the first asks for {_some(one.requirements)}, the second for {_some(two.requirements)}"
+        raise InputError(f"{one.name} and {two.name} have no requirement in common to compare: {asked}")
+    was, now = one.served, two.served
+    groups = [_pair("everybody", one, (was, now), np.ones(len(was), dtype=np.bool_))]
+    present = [code for code in range(len(SEXES)) if (one.sex == code).any()]
+    for code in present if len(present) > 1 else []:
+        groups.append(_pair(_GROUPS[SEXES[code]], one, (was, now), one.sex == code))
+    columns = [(one.requirements.index(name), two.requirements.index(name)) for name in shared]
+    everybody = np.ones(len(was), dtype=np.bool_)
+    pairs = [_pair(name, one, (one.met[:, a], two.met[:, b]), everybody)
+             for name, (a, b) in zip(shared, columns, strict=True)]  # fmt: skip
+    return Comparison(
+        before=one,
+        after=two,
+        groups=tuple(groups),
+        pairs=tuple(pairs),
+        gained=tuple(np.flatnonzero(~was & now).tolist()),
+        lost=tuple(np.flatnonzero(was & ~now).tolist()),
+        only_before=tuple(name for name in one.requirements if name not in shared),
+        only_after=tuple(name for name in two.requirements if name not in shared),
+    )
+
+
+def _pair(name: str, who: Judged, both: tuple[Bools, Bools], rows: Bools) -> PairedShare:
+    was, now = both
+    return paired_share(was[rows], now[rows], weight=who.weight[rows], confidence=who.confidence, name=name)
+
+
+def _check_people(one: Judged, two: Judged) -> None:
+    """InputError that names the first difference between the people of two results."""
+    lead = f"{one.name} and {two.name} are not about the same people"
+    if len(one.labels) != len(two.labels):
+        raise InputError(f"{lead}: {len(one.labels)} people in the first, {len(two.labels)} in the second")
+    for row, (first, second) in enumerate(zip(one.labels, two.labels, strict=True)):
+        if one.sex[row] != two.sex[row]:
+            kinds = f"{SEXES[int(one.sex[row])]} in the first, {SEXES[int(two.sex[row])]} in the second"
+            raise InputError(f"{lead}: person {row + 1} ({first}) is {kinds}")
+        tall = one.stature[row], two.stature[row]
+        if np.isfinite(tall).all() and abs(tall[0] - tall[1]) > 1e-6:
+            raise InputError(f"{lead}: person {row + 1} ({first}) has a stature of {1000 * tall[0]:.3f} mm in the "
+                             f"first, {1000 * tall[1]:.3f} mm in the second ({second})")  # fmt: skip
+        if one.weight[row] != two.weight[row]:
+            raise InputError(f"{lead}: person {row + 1} ({first}) has the weight {one.weight[row]:g} in the first, "
+                             f"{two.weight[row]:g} in the second")  # fmt: skip
+    if one.who != two.who:
+        raise InputError(f"{lead}: they agree in sex, stature and weight in the sample, but not in all measures; run "
+                         "both with the same population, seed and measures")  # fmt: skip
+
+
+def _some(names: tuple[str, ...]) -> str:
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
