@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["SIDE_ROWS", "WHOLE_CONE", "WHOLE_POLYGON", "WHOLE_TURN", "Planes", "rooms", "within"]
+__all__ = ["SIDE_ROWS", "WHOLE_CONE", "WHOLE_POLYGON", "WHOLE_TURN", "Planes", "nearest_side", "rooms", "within"]
 
 WHOLE_CONE, WHOLE_POLYGON, WHOLE_TURN = 3, 4, 5
 """What stands in the place of an axis in a row that is about more than one angle."""
@@ -100,7 +100,7 @@ def _out(world, k, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _nearest_side(sides, x, y, z):  # type: ignore[no-untyped-def]
+def nearest_side(sides, x, y, z):  # type: ignore[no-untyped-def]
     """Nearest boundary point of the spherical polygon to a direction, its side, and whether the direction is inside."""
     count = sides.shape[0]
     best, side, whole, inside = -2.0, 0, False, False
@@ -136,7 +136,7 @@ def _polygon(shape, world, spin, free_joint, out):  # type: ignore[no-untyped-de
     room, slope, label, r = out
     d = _out(world, k + 1, limb[0], limb[1], limb[2])
     d = _local(world, frame, d[0], d[1], d[2])
-    q, side, inside = _nearest_side(sides, d[0], d[1], d[2])
+    q, side, inside = nearest_side(sides, d[0], d[1], d[2])
     gap = math.sqrt((d[0] - q[0]) ** 2 + (d[1] - q[1]) ** 2 + (d[2] - q[2]) ** 2)
     angle = 2.0 * math.asin(min(1.0, 0.5 * gap))
     # u leads in; on the boundary itself the side's own normal does

@@ -126,12 +126,16 @@ def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]
     return point
 
 
-def touching(placed: Placed, environment: Environment, margin: float) -> tuple[Ints, Floats]:
-    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose: the grid tells most spheres apart."""
+def touching(
+    placed: Placed, environment: Environment, margin: float, *, grid: bool | None = None
+) -> tuple[Ints, Floats]:
+    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose: the grid tells most spheres apart.
+
+    grid: whether there is one; where a batch is large enough for it if None."""
     checked = ~environment.hidden
     near: Bools = np.repeat(placed.window[placed.body.sphere_segment][None], len(placed), axis=0)
     index = packed_faces(environment), packed_shells(environment), checked.astype(np.int64)
-    fast = pays(placed)
+    fast = pays(placed) if grid is None else grid
     crowd, field = crowd_of(placed), field_of(environment, (tuple(np.flatnonzero(checked).tolist()),)) if fast else None
     found: dict[int, tuple[Ints, Floats]] = {}
 

@@ -1,0 +1,42 @@
+"""Two environments as one: belts and airbags set into a cockpit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.model.environment import Environment
+
+__all__ = ["joined"]
+
+
+def joined(environment: Environment, more: Environment) -> Environment:
+    """The environment with the parts of another behind its own; seats, points and controls are its own.
+
+    InputError where a part's name is in both.
+    """
+    twice = sorted(set(environment.parts) & set(more.parts))
+    if twice:
+        raise InputError(f"a part {twice[0]!r} is in environment {environment.name} already")
+    first, behind = len(environment.vertices), len(environment.parts)
+    allowances = tuple(replace(rule, part=rule.part + behind) for rule in more.allowances)
+    stacked = {
+        name: np.concatenate([getattr(environment, name), getattr(more, name)])
+        for name in ("vertices", "normal", "offset", "circle_centre", "circle_radius", "solid", "hidden", "see_through")
+    }
+    shifted = {name: np.concatenate([getattr(environment, name), getattr(more, name) + first])
+               for name in ("edges", "triangles")}  # fmt: skip
+    starts = {name: np.concatenate([getattr(environment, name), getattr(more, name)[1:] + getattr(environment, name)[-1]])
+              for name in ("part_start", "edge_start", "triangle_start")}  # fmt: skip
+    return replace(
+        environment,
+        parts=(*environment.parts, *more.parts),
+        allowances=(*environment.allowances, *allowances),
+        quality=(*environment.quality, *more.quality),
+        warnings=(*environment.warnings, *more.warnings),
+        **stacked,
+        **shifted,
+        **starts,
+    )

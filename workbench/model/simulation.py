@@ -1,0 +1,117 @@
+"""A crash to be simulated: who sits where, how the vehicle is stopped, what holds the occupant; and what came of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.force import ForceLaw
+from workbench.model.poses import Poses
+from workbench.model.pulse import Pulse
+
+__all__ = ["Belt", "BeltPoint", "ContactRule", "JointRule", "Simulated", "Simulation", "depth_offset", "law_of"]
+
+
+@dataclass(frozen=True)
+class BeltPoint:
+    """Where a belt runs: at `at` (3,) [m] of the world, or of a segment's frame (segment -1: the world)."""
+
+    segment: int
+    at: tuple[float, float, float]
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Belt:
+    """Webbing that slides freely through its points from end to end. law: tension over elongation [m] beyond `slack`
+    [m]; width [m]; allow [m]: how far the body may move into it where it is a part."""
+
+    name: str
+    points: tuple[BeltPoint, ...]
+    law: ForceLaw
+    slack: float
+    width: float
+    allow: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactRule:
+    """The force law of some segments (N,) against some parts (K,); both masks."""
+
+    segments: Bools
+    parts: Bools
+    law: ForceLaw
+
+
+@dataclass(frozen=True)
+class JointRule:
+    """Passive stiffness [Nm/rad] toward the posture at the start and damping [Nm s/rad] of joints by index; None where
+    the body's own masses say it."""
+
+    joints: tuple[int, ...]
+    stiffness: float | None
+    damping: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """A crash ready to be simulated; times in s.
+
+    poses: one pose, where the occupant is put. bears (K,): parts that bear the sitter: contact counts from their
+    surface; elsewhere from the depth that is allowed or that the posture begins with. rules: the last that fits a pair
+    counts, `other` where none does; flesh: the law of segments against each other. tone: how stiff joints without a
+    rule are, in moments of the weight they carry.
+    """
+
+    name: str
+    body: Body
+    environment: Environment
+    poses: Poses
+    pulse: Pulse
+    belts: tuple[Belt, ...]
+    rules: tuple[ContactRule, ...]
+    other: ForceLaw
+    flesh: ForceLaw
+    joints: tuple[JointRule, ...]
+    bears: Bools
+    tone: float
+    gravity: float
+    duration: float
+    frame: float
+    step: float
+    settle: float
+    inputs: Mapping[str, Path]
+
+
+@dataclass(frozen=True, eq=False)
+class Simulated:
+    """What came of it: the motion in the vehicle's frame, from the settled posture on; tension (P, B) [N] of the belts
+    and payout (P, B) [m], how much longer than at the start they are; kinetic, work (P,) [J]: energy of motion against
+    the vehicle, and what pulse and weight have put in. settled [m/s]: the greatest speed left at the start."""
+
+    motion: Poses
+    tension: Floats
+    payout: Floats
+    kinetic: Floats
+    work: Floats
+    settled: float
+    warnings: tuple[str, ...]
+
+
+def law_of(simulation: Simulation, segment: int, part: int) -> ForceLaw:
+    """The force law of a segment against a part: of the last rule that names both, else the one for all others."""
+    for rule in reversed(simulation.rules):
+        if rule.segments[segment] and rule.parts[part]:
+            return rule.law
+    return simulation.other
+
+
+def depth_offset(simulation: Simulation, allowed: Floats, start: Floats) -> Floats:
+    """(N, K) [m] the depth from which on contact is pushed back, of allowed and starting depths (N, K) [m]."""
+    return np.where(simulation.bears, 0.0, np.maximum(allowed, np.maximum(start, 0.0)))
