@@ -29,6 +29,8 @@ __all__ = ["STOP_SOFTNESS", "simulate"]
 STOP_SOFTNESS = 0.1
 """[rad] A joint goes so far past its stop under 20 times the weight that it carries."""
 _STOP_LOAD = 20.0
+_HOLD = 30.0
+"""How many times stiffer than in the crash joints are while the occupant settles, so that he keeps his posture."""
 _CALM = 40.0
 """[1/s] How fast speeds are taken out while the occupant settles."""
 _REST = 0.004
@@ -70,6 +72,7 @@ class _Crash:
         self.belt_start = np.zeros(len(simulation.belts))
         self.belt_most = np.zeros(len(simulation.belts))
         self.belted = False
+        self.held = np.zeros(self.model.nv)
         self.work = 0.0
 
     def _coordinates(self, poses: Poses, start: Placed) -> Floats:
@@ -81,6 +84,7 @@ class _Crash:
         """Let the occupant come to rest in the seat, belts undone; the speed left [m/s]."""
         most, least = self.simulation.settle, min(_LEAST_SETTLING, self.simulation.settle)
         step = max(self.simulation.step, min(_SETTLING_STEP, 2.5 * self.simulation.step))
+        self._stiffen(_HOLD)
         time, speed = 0.0, 0.0
         self.model.opt.timestep = step
         while time < most:
@@ -94,9 +98,19 @@ class _Crash:
         self.data.time = 0.0
         self.model.opt.timestep = self.simulation.step
         self.mujoco.mj_forward(self.model, self.data)
+        # muscles go on holding what they hold: nobody answers within the time of a crash
+        self.held = self.data.qfrc_passive.copy()
+        self._stiffen(1.0 / _HOLD)
+        self.model.qpos_spring[:] = self.data.qpos
         self.belt_start = self.data.ten_length.copy()
         self.belted = True
         return speed
+
+    def _stiffen(self, times: float) -> None:
+        """Joints that hold the posture this many times as stiff, damped in proportion."""
+        held = np.isin(self.joints, self.simulation.relaxed, invert=True)
+        self.model.jnt_stiffness[1:][held] *= times
+        self.model.dof_damping[6:][np.repeat(held, 3)] *= np.sqrt(times)
 
     def run(self, left: float) -> Simulated:
         """The crash itself, a frame every `frame` [s]."""
@@ -145,8 +159,8 @@ class _Crash:
         rates = np.zeros((len(self.simulation.body.joints), 3))
         rates[self.joints] = data.qvel[6:].reshape(-1, 3)
         moments = stop_moments(self.stops, rotations, rates, self.stop_stiffness)
-        data.qfrc_applied[:] = 0.0
-        data.qfrc_applied[6:] = moments[self.joints].ravel()
+        data.qfrc_applied[:] = self.held
+        data.qfrc_applied[6:] += moments[self.joints].ravel()
         for push in contact_pushes(self.touch, placed):
             speed = np.zeros(3)
             if push.friction > 0:

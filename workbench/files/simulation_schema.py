@@ -110,7 +110,7 @@ class JointFile(FileModel):
 
 class SimulationFile(FileModel):
     """A crash to be simulated by rigid-body dynamics. `duration`, `frames` (between frames of the motion), `step` and
-    `settle` (at most) in ms."""
+    `settle` (at most) in ms. While the occupant settles, joints hold his posture, but for those `relaxed`."""
 
     simulation: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
     title: str = ""
@@ -131,6 +131,7 @@ class SimulationFile(FileModel):
     others: LawFile = LawFile(stiffness=150.0, returned=0.2, friction=0.3)
     flesh: LawFile = LawFile(stiffness=40.0, returned=0.2, friction=0.3)
     joints: list[JointFile] = []
+    relaxed: list[str] = []
     tone: Annotated[float, Field(ge=0, le=100)] = 1.0
     gravity: Annotated[float, Field(ge=0, le=100)] = 9.80665
     duration: Annotated[float, Field(gt=0, le=5000)] = 200.0

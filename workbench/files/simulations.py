@@ -127,10 +127,11 @@ def _airbag_faults(document: Document, bags: list[AirbagFile], environment: Envi
 
 
 def _joint_faults(document: Document, file: SimulationFile, body: Body) -> list[str]:
-    return [fail(document, ("joints", row, "joints", place),
-                 f"body {body.name} has no joint {name!r}; {one_of(name, body.joints)}")
-            for row, rule in enumerate(file.joints) for place, name in enumerate(rule.joints)
-            if name not in body.joints]  # fmt: skip
+    named = [(("joints", row, "joints", place), name)
+             for row, rule in enumerate(file.joints) for place, name in enumerate(rule.joints)]  # fmt: skip
+    named += [(("relaxed", place), name) for place, name in enumerate(file.relaxed)]  # type: ignore[misc]
+    return [fail(document, key, f"body {body.name} has no joint {name!r}; {one_of(name, body.joints)}")
+            for key, name in named if name not in body.joints]  # fmt: skip
 
 
 def _place_faults(document: Document, file: SimulationFile, known: tuple[Environment, Body]) -> list[str]:

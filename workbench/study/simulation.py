@@ -51,6 +51,7 @@ def prepared(plan: SimulationPlan) -> Simulation:
         other=law_in_si(file.others),
         flesh=law_in_si(file.flesh),
         joints=plan.joints,
+        relaxed=tuple(plan.body.joint(name) for name in file.relaxed),
         bears=_bearing(environment),
         tone=file.tone,
         gravity=file.gravity,
