@@ -12,8 +12,8 @@ from tests.conftest import ROOT
 
 PACKAGE = ROOT / "workbench"
 FILES = sorted(PACKAGE.rglob("*.py"))
-COMMANDS = {"cli_body", "cli_compare", "cli_fit", "cli_motion", "cli_people", "cli_render"}
-LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "files"}, {"study"}, {"draw"},
+COMMANDS = {"cli_body", "cli_compare", "cli_fit", "cli_motion", "cli_people", "cli_render", "cli_simulate"}
+LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "files"}, {"dynamics"}, {"study"}, {"draw"},
           {"report", "viewer"}, {"cli_progress"}, COMMANDS, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
@@ -32,6 +32,7 @@ HOMES = {
     "pyvista": {"draw/window.py"},
     "imageio_ffmpeg": {"draw/film_mp4.py"},
     "manifold3d": {"shape"},
+    "mujoco": {"dynamics/mjcf.py"},
 }
 
 

@@ -23,6 +23,7 @@ from workbench.cli_motion import motion_app
 from workbench.cli_people import people_app
 from workbench.cli_progress import Progress, tell
 from workbench.cli_render import render
+from workbench.cli_simulate import simulate
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ app = App(
 body_app.command(body_fit, name="fit")
 app.command(body_app)
 app.command(people_app)
+motion_app.command(simulate)
 app.command(motion_app)
 app.command(render)
 app.command(compare)

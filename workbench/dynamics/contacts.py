@@ -143,7 +143,8 @@ def _with_itself(touch: Touch, placed: Placed) -> Iterator[tuple[Key, _Rows, For
         depth = -found.distance[at]
         if depth.max() <= touch.own[n, m]:
             continue
-        rows = _Rows(depth, body.radius[found.sphere[at]], found.point[at], found.normal[at], np.zeros(len(depth), bool))
+        none = np.zeros(len(depth), dtype=np.bool_)
+        rows = _Rows(depth, body.radius[found.sphere[at]], found.point[at], found.normal[at], none)
         yield (n, m, -1), rows, touch.simulation.flesh
 
 

@@ -183,7 +183,7 @@ class _Crash:
         body, kind = self.body_id[segment], self.mujoco.mjtObj.mjOBJ_XBODY
         self.mujoco.mj_objectVelocity(self.model, self.data, kind, body, moved, 0)
         (a, b, c), (x, y, z) = moved[:3].tolist(), (point - self.data.xpos[body]).tolist()
-        return np.asarray(moved[3:] + (b * z - c * y, c * x - a * z, a * y - b * x))
+        return np.asarray(moved[3:] + np.array([b * z - c * y, c * x - a * z, a * y - b * x]))
 
     def _apply(self, segment: int, point: Floats, force: Floats) -> None:
         self.mujoco.mj_applyFT(self.model, self.data, force, np.zeros(3), point, self.body_id[segment],

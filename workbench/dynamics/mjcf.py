@@ -1,8 +1,8 @@
 """A sphere body as a MuJoCo model: a tree of rigid bodies on ball joints, spheres as geoms, belts as spatial tendons.
 
-MuJoCo (Todorov, Erez & Tassa 2012) does the dynamics of the tree and the geometry of the tendons. Contacts and stops are
-forces of this room: a stiffness in newtons a millimetre cannot be told to its soft constraints, whose stiffness goes
-with the mass, nor can concave parts be told to its convex geoms. So the geoms only show where the spheres are.
+MuJoCo (Todorov, Erez & Tassa 2012) does the dynamics of the tree and the geometry of the tendons. Contacts and stops
+are forces of this room: a stiffness in newtons a millimetre cannot be told to its soft constraints, whose stiffness
+goes with the mass, nor can concave parts be told to its convex geoms. So the geoms only show where the spheres are.
 """
 
 from __future__ import annotations
@@ -76,8 +76,9 @@ def _segment(simulation: Simulation, n: int, given: Any) -> list[str]:
         lines = [f'<body name="{name}"><freejoint name="root"/>']
     else:
         place = body.joint_in_parent[j] - body.joint_in_child[j]
+        passive = f'stiffness="{float(stiffness[j])!r}" damping="{float(damping[j])!r}"'
         lines = [f'<body name="{name}" pos="{_row(place)}"><joint name="{body.joints[j]}" type="ball" '
-                 f'pos="{_row(body.joint_in_child[j])}" stiffness="{float(stiffness[j])!r}" damping="{float(damping[j])!r}"/>']  # fmt: skip
+                 f'pos="{_row(body.joint_in_child[j])}" {passive}/>']  # fmt: skip
     t = inertia[n]
     full = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
     lines.append(f'<inertial pos="0 0 0" mass="{float(mass[n])!r}" fullinertia="{_row(full)}"/>')

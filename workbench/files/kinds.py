@@ -25,13 +25,15 @@ from workbench.files.populations import PopulationFile, load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.results import ResultFile
 from workbench.files.schema import validate
+from workbench.files.simulation_schema import SimulationFile
+from workbench.files.simulations import load_simulation
 from workbench.files.studies import load_study
 from workbench.files.study_schema import StudyFile
 from workbench.files.yaml_text import read_yaml
 
 __all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
 
-KINDS = ("study", "body", "environment", "postures", "population", "growth", "encumbrance", "rules")
+KINDS = ("study", "body", "environment", "postures", "population", "growth", "encumbrance", "rules", "simulation")
 _MODELS: dict[str, type[BaseModel]] = {
     "body": BodyFile,
     "postures": PosturesFile,
@@ -42,6 +44,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "rules": RulesFile,
     "crash": CrashFile,
     "accommodation": AccommodationFile,
+    "simulation": SimulationFile,
     "encumbrance": EncumbranceFile,
     "result": ResultFile,
     "crash_result": CrashResultFile,
@@ -51,8 +54,8 @@ _MODELS: dict[str, type[BaseModel]] = {
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment, postures, population, growth, encumbrance or rules, by the keys of the file; "mesh"
-    where it is not YAML.
+    """study, body, environment, postures, population, growth, encumbrance, rules or simulation, by the keys of the
+    file; "mesh" where it is not YAML.
 
     InputError where a YAML file has no key that names its kind.
     """
@@ -73,7 +76,13 @@ def named_kind(path: Path) -> str | None:
     keys = set(value) if isinstance(value, dict) else set()
     if not keys & set(KINDS):
         return None
-    return max(KINDS, key=lambda kind: (len(keys & set(_MODELS[kind].model_fields)), kind in keys))
+    return max(KINDS, key=lambda kind: (len(keys & _known_keys(kind)), kind in keys))
+
+
+def _known_keys(kind: str) -> set[str]:
+    """The keys of a kind of file; those of crash studies too, which are studies."""
+    crash = set(CrashFile.model_fields) if kind == "study" else set()
+    return set(_MODELS[kind].model_fields) | crash
 
 
 def is_mesh(source: str) -> bool:
@@ -114,6 +123,8 @@ def check_file(path: Path) -> list[str]:
     if kind == "growth":
         load_growth(path)
         return []
+    if kind == "simulation":
+        return list(load_simulation(path).environment.warnings)
     if kind == "encumbrance":
         load_encumbrance(path)
         return []

@@ -19,10 +19,13 @@ _LEAST = 1e-9
 
 
 class StopPack(NamedTuple):
-    """The stops of J joints: kind (J,), axes (J, 3, 3), limits (J, 3, 2), play (J,) as model.stops has them; coupling
-    (M, 9): joint, axis, side, driver joint and axis, two driver angles, two limits. sides (J, V, 5, 3), count (J,): the
-    spherical polygons side by side (first corner, inward normal, normals of its ends, normal of the plane through
-    centre and corner); limb (J, 3); before (J, B): joints from the polygon's frame to this one, -1 where none."""
+    """The stops of J joints: kind (J,), axes (J, 3, 3), limits (J, 3, 2), play (J,) as model.stops has them.
+
+    coupling (M, 9): joint, axis, side, driver joint and axis, two driver angles, two limits. sides (J, V, 5, 3),
+    corners (J,): the spherical polygons side by side (first corner, inward normal, normals of its ends, normal of the
+    plane through centre and corner); limb (J, 3); before (J, B): joints from the polygon's frame to this one, -1 where
+    there are none.
+    """
 
     kind: NDArray[np.int64]
     axes: NDArray[np.float64]
@@ -30,7 +33,7 @@ class StopPack(NamedTuple):
     play: NDArray[np.float64]
     coupling: NDArray[np.float64]
     sides: NDArray[np.float64]
-    count: NDArray[np.int64]
+    corners: NDArray[np.int64]
     limb: NDArray[np.float64]
     before: NDArray[np.int64]
 
@@ -91,7 +94,7 @@ def _polygon(q, j, pack, rotations, out):  # type: ignore[no-untyped-def]
             before = _product(before, rotations[pack.before[j, b]])
     whole = _product(before, q)
     d = _turned(whole, pack.limb[j, 0], pack.limb[j, 1], pack.limb[j, 2])
-    p, _, inside = nearest_side(pack.sides[j, : pack.count[j]], d[0], d[1], d[2])
+    p, _, inside = nearest_side(pack.sides[j, : pack.corners[j]], d[0], d[1], d[2])
     if inside:
         return
     cross = (p[1] * d[2] - p[2] * d[1], p[2] * d[0] - p[0] * d[2], p[0] * d[1] - p[1] * d[0])

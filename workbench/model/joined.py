@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.model.arrays import Ints
 from workbench.model.environment import Environment
 
 __all__ = ["joined"]
@@ -22,14 +24,16 @@ def joined(environment: Environment, more: Environment) -> Environment:
         raise InputError(f"a part {twice[0]!r} is in environment {environment.name} already")
     first, behind = len(environment.vertices), len(environment.parts)
     allowances = tuple(replace(rule, part=rule.part + behind) for rule in more.allowances)
-    stacked = {
+    stacked: dict[str, Any] = {
         name: np.concatenate([getattr(environment, name), getattr(more, name)])
         for name in ("vertices", "normal", "offset", "circle_centre", "circle_radius", "solid", "hidden", "see_through")
     }
-    shifted = {name: np.concatenate([getattr(environment, name), getattr(more, name) + first])
+    shifted: dict[str, Any] = {name: np.concatenate([getattr(environment, name), getattr(more, name) + first])
                for name in ("edges", "triangles")}  # fmt: skip
-    starts = {name: np.concatenate([getattr(environment, name), getattr(more, name)[1:] + getattr(environment, name)[-1]])
-              for name in ("part_start", "edge_start", "triangle_start")}  # fmt: skip
+    starts: dict[str, Any] = {
+        name: _continued(getattr(environment, name), getattr(more, name))
+        for name in ("part_start", "edge_start", "triangle_start")
+    }
     return replace(
         environment,
         parts=(*environment.parts, *more.parts),
@@ -40,3 +44,8 @@ def joined(environment: Environment, more: Environment) -> Environment:
         **shifted,
         **starts,
     )
+
+
+def _continued(start: Ints, more: Ints) -> Ints:
+    """Starts of groups, then those of others behind them."""
+    return np.concatenate([start, more[1:] + start[-1]])

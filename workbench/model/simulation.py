@@ -66,7 +66,8 @@ class Simulation:
     poses: one pose, where the occupant is put. bears (K,): parts that bear the sitter: contact counts from their
     surface; elsewhere from the depth that is allowed or that the posture begins with. rules: the last that fits a pair
     counts, `other` where none does; flesh: the law of segments against each other. tone: how stiff joints without a
-    rule are, in moments of the weight they carry; relaxed: joints that do not hold the posture while the occupant settles.
+    rule are, in moments of the weight they carry; relaxed: joints that do not hold the posture while the occupant
+    settles.
     """
 
     name: str

@@ -13,6 +13,7 @@ NEEDED = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh", "manifold
           "jinja2", "cyclopts", "rich", "pycollada", "lxml")  # fmt: skip
 OPTIONAL = {
     "cascadio": "STEP files: pip install 'bubbleman-workbench[step]'",
+    "mujoco": "simulated crashes: pip install 'bubbleman-workbench[dynamics]'",
     "imageio-ffmpeg": "MP4 films: pip install 'bubbleman-workbench[film]'",
     "pyvista": "the display pyvista: pip install 'bubbleman-workbench[pyvista]'",
 }
