@@ -19,16 +19,17 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.force import force_at
 from workbench.model.poses import Placed, Poses
-from workbench.model.pulse import level_at
+from workbench.model.pulse import STANDARD_GRAVITY, level_at
 from workbench.model.quaternions import from_matrices, matrices
 from workbench.model.simulation import Simulated, Simulation
 from workbench.solve.forward import place
 
-__all__ = ["STOP_SOFTNESS", "simulate"]
+__all__ = ["LEAST_STOP", "STOP_LOAD", "simulate"]
 
-STOP_SOFTNESS = 0.1
-"""[rad] A joint goes so far past its stop under 20 times the weight that it carries."""
-_STOP_LOAD = 20.0
+STOP_LOAD = 20.0
+"""Under the moment of so many times the weight that it carries, a joint goes STOP_SOFTNESS past its stop."""
+LEAST_STOP = 0.04
+"""[m] But for no joint is that less than the body's weight at this lever: hands are light, but wrists are not weak."""
 _HOLD = 30.0
 """How many times stiffer than in the crash joints are while the occupant settles, so that he keeps his posture."""
 _CALM = 40.0
@@ -68,7 +69,8 @@ class _Crash:
         self.mass = float(mass[self.root :].sum())
         self.touch = Touch.at_start(simulation, start)
         self.stops = packed_stops(body)
-        self.stop_stiffness = _STOP_LOAD / STOP_SOFTNESS * 9.80665 * carries.mass * carries.lever
+        weight = STANDARD_GRAVITY * np.maximum(STOP_LOAD * carries.mass * carries.lever, LEAST_STOP * self.mass)
+        self.stop_moment = np.asarray(weight)
         self.belt_start = np.zeros(len(simulation.belts))
         self.belt_most = np.zeros(len(simulation.belts))
         self.belted = False
@@ -158,7 +160,7 @@ class _Crash:
         rotations = poses.rotations[0]
         rates = np.zeros((len(self.simulation.body.joints), 3))
         rates[self.joints] = data.qvel[6:].reshape(-1, 3)
-        moments = stop_moments(self.stops, rotations, rates, self.stop_stiffness)
+        moments = stop_moments(self.stops, rotations, rates, self.stop_moment)
         data.qfrc_applied[:] = self.held
         data.qfrc_applied[6:] += moments[self.joints].ravel()
         for push in contact_pushes(self.touch, placed):

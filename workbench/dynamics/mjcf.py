@@ -15,6 +15,7 @@ import numpy as np
 from workbench.dynamics.masses import Carried, root_segment
 from workbench.errors import MissingPartError
 from workbench.model.arrays import Floats
+from workbench.model.pulse import STANDARD_GRAVITY
 from workbench.model.simulation import Simulation
 
 __all__ = ["engine", "joint_springs", "model_text"]
@@ -37,7 +38,7 @@ def engine() -> ModuleType:
 def joint_springs(simulation: Simulation, carries: Carried) -> tuple[Floats, Floats]:
     """(J,) stiffness [Nm/rad] and damping [Nm s/rad]: `tone` times the moment of the weight that the joint carries,
     and 0.3 of the critical damping with it; the simulation's rules where they say otherwise."""
-    stiffness = simulation.tone * 9.80665 * carries.mass * carries.lever
+    stiffness = simulation.tone * STANDARD_GRAVITY * carries.mass * carries.lever
     damping = 2.0 * _DAMPED * np.sqrt(stiffness * carries.inertia)
     for rule in simulation.joints:
         for j in rule.joints:

@@ -9,22 +9,27 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.stops import StopKind
 
-__all__ = ["packed_stops", "stop_moments"]
+__all__ = ["STOP_SOFTNESS", "packed_stops", "stop_moments"]
 
+STOP_SOFTNESS = 0.1
+"""[rad] How far past its stop a joint goes under the moment stated for it."""
+_STEEPEST = 5.0
 _RATE = 15.0
 """[rad/s] A stop pushes back twice as hard where the joint runs out at this rate, and not at all where it comes back at
 it (Hunt & Crossley 1975)."""
 
 
-def stop_moments(pack: StopPack, rotations: Floats, rates: Floats, stiffness: Floats) -> Floats:
+def stop_moments(pack: StopPack, rotations: Floats, rates: Floats, moment: Floats) -> Floats:
     """(J, 3) [Nm] on the distal segments, in their frames, of rotations (J, 4) and rates (J, 3) [rad/s] in the same
-    frames; stiffness (J,) [Nm/rad]."""
+    frames. A joint x past its stop is pushed back by moment (u + u^3) / 2 with u = x / STOP_SOFTNESS, moment (J,) [Nm]
+    being that at u = 1."""
     joints = len(rotations)
     past = np.empty((joints, 3))
     past_stops(rotations, pack, np.empty((joints, 3)), np.empty((joints, 3, 2)), past)
     angle = np.linalg.norm(past, axis=1)
     outward = np.sum(past * rates, axis=1) / np.maximum(angle, 1e-12)
-    held: Floats = -stiffness[:, None] * past * np.clip(1.0 + outward / _RATE, 0.0, 2.0)[:, None]
+    stiffness = moment * (1.0 + np.minimum(angle / STOP_SOFTNESS, _STEEPEST) ** 2) / (2.0 * STOP_SOFTNESS)
+    held: Floats = -(stiffness * np.clip(1.0 + outward / _RATE, 0.0, 2.0))[:, None] * past
     return held
 
 

@@ -27,6 +27,9 @@ from workbench.model.simulation import Belt, ContactRule, JointRule
 __all__ = ["SimulationPlan", "load_simulation", "simulation_path", "with_airbags"]
 
 
+_FOLDER = "simulations"
+
+
 @dataclass(frozen=True, eq=False)
 class SimulationPlan:
     """A simulation as its file has it, with what it names. environment: with its airbags; poses: not yet seated."""
@@ -44,7 +47,7 @@ class SimulationPlan:
 
 def simulation_path(source: str | Path, *, near: Path | None = None) -> Path:
     """The file of a simulation, by catalogue name (studies/simulations) or path."""
-    return find("studies/simulations", str(source), near=near)
+    return find(f"studies/{_FOLDER}", str(source), near=near)
 
 
 def load_simulation(source: str | Path, *, near: Path | None = None) -> SimulationPlan:
@@ -89,6 +92,7 @@ Work = tuple[dict[str, Path], list[str]]
 def _loaded(document: Document, file: SimulationFile, work: Work) -> tuple[Environment | None, Body | None]:
     inputs, faults = work
     near = Path(document.file).parent
+    near = near.parent if near.name == _FOLDER else near  # the catalogue is beside studies/, not beside this folder
     environment = body = None
     try:
         source = find("environments", file.environment, "environment.yaml", near=near)
