@@ -4,16 +4,20 @@ What is made least is the weighted square of the distance to the comfort modes, 
 to the stops and planes (inequalities) by the method of multipliers (augmented Lagrangian; Nocedal & Wright 2006,
 Numerical Optimization, chapter 17), each step a damped Newton step (Levenberg and Marquardt; chapter 10) with the
 curvature of the tip's path in it. Where the target cannot be had, comfort gives way to distance.
+
+A row may follow another: it starts from that one's solution with that one's multipliers, and is there in a few steps.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
-from workbench.kernels.limits import Planes, rooms, within
+from workbench.kernels.limits import rooms, within
 from workbench.kernels.linkage import move, new_state
 
 __all__ = ["breaches", "solve_chains", "tips"]
@@ -32,25 +36,84 @@ REACHED, LEGAL = 1e-4, 5e-4
 MOST_TURNS = 6
 EASE = 1e-3
 """What comfort counts for where the target cannot be had."""
+COLD, WARM, FAR = 0, 1, 2
+"""How a descent begins: from nothing, with multipliers, with those of a target that was missed."""
+BEGUN, TRIED, RETURNED, STUCK = 0, 1, 2, 3
+"""Where a descent stands: at its start, after a step, after a step that was taken back, before one that failed."""
+HASTE = 10
+"""Steps after which a descent from another row's solution is given up for one from the start."""
+FEW = 2
+"""From how many other postures to begin again where the row before has missed already."""
+
+
+class Work(NamedTuple):
+    """Working space of a descent: matrix, whole (n, n), right, side, step (n,), active (R,), force, pushed (6,), press
+    (R,), kept (K, 3), bend (6,): the pull in the curvature."""
+
+    matrix: NDArray[np.float64]
+    whole: NDArray[np.float64]
+    right: NDArray[np.float64]
+    side: NDArray[np.float64]
+    step: NDArray[np.float64]
+    active: NDArray[np.int64]
+    force: NDArray[np.float64]
+    pushed: NDArray[np.float64]
+    press: NDArray[np.float64]
+    kept: NDArray[np.float64]
+    bend: NDArray[np.float64]
 
 
 @njit(cache=True)
-def _force(goal, state, held, force):  # type: ignore[no-untyped-def]
-    """Fill force (6,), the pull of the goal; returns the distance from it and the share of the pull in the cost."""
-    pull, pushed = held
-    gap, cost = 0.0, 0.0
+def _new_work(joints, free, rows):  # type: ignore[no-untyped-def]
+    """An empty working space."""
+    return Work(
+        np.zeros((free, free)),
+        np.zeros((free, free)),
+        np.zeros(free),
+        np.zeros(free),
+        np.zeros(free),
+        np.zeros(rows, np.int64),
+        np.zeros(6),
+        np.zeros(6),
+        np.zeros(rows),
+        np.zeros((joints, 3)),
+        np.zeros(6),
+    )
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _look(link, b, base, p, planes, span, state):  # type: ignore[no-untyped-def]
+    """Where a state's angles bring the chain of body b, and how far it is from its stops and planes."""
+    move(link, b, base, p, state)
+    rooms(link, b, planes, span, state)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _copy(angles, p, out):  # type: ignore[no-untyped-def]
+    """Copy angles[p] (K, 3) into out."""
+    for k in range(out.shape[0]):
+        for axis in range(3):
+            out[k, axis] = angles[p, k, axis]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _put(values, angles, p):  # type: ignore[no-untyped-def]
+    """Copy values (K, 3) into angles[p]."""
+    for k in range(values.shape[0]):
+        for axis in range(3):
+            angles[p, k, axis] = values[k, axis]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cost(link, goal, p, state, work, pull, ease):  # type: ignore[no-untyped-def]
+    """The sum that is made least, the distance from the goal, and the greatest breach; fills work.force (6,), the pull
+    of the goal."""
+    gap, total = 0.0, 0.0
     for i in range(6):
-        off = goal[6 + i] * (goal[i] - state.at[i])
+        off = goal[p, 6 + i] * (goal[p, i] - state.at[i])
         gap += off * off
-        cost += (0.5 * pull * off + pushed[i]) * off
-        force[i] = goal[6 + i] * (pushed[i] + pull * off)
-    return math.sqrt(gap), cost
-
-
-@njit(cache=True)
-def _cost(link, goal, state, held, ease, press, force):  # type: ignore[no-untyped-def]
-    """The sum that is made least, the distance from the goal, and the greatest breach."""
-    gap, total = _force(goal, state, held, force)
+        total += (0.5 * pull * off + work.pushed[i]) * off
+        work.force[i] = goal[p, 6 + i] * (work.pushed[i] + pull * off)
     for i in range(link.mode.shape[0]):
         off = state.angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
         total += 0.5 * ease * link.weight[i] * off * off
@@ -58,96 +121,103 @@ def _cost(link, goal, state, held, ease, press, force):  # type: ignore[no-untyp
     for r in range(state.used[0]):
         breach = INSIDE - state.room[r]
         worst = max(worst, breach)
-        pressed = press[r] + HOLD * breach
-        total += (0.5 / HOLD) * (max(0.0, pressed) ** 2 - press[r] ** 2)
-    return total, gap, worst
+        pressed = max(0.0, work.press[r] + HOLD * breach)
+        total += (0.5 / HOLD) * (pressed * pressed - work.press[r] * work.press[r])
+    return total, math.sqrt(gap), worst
 
 
-@njit(cache=True)
-def _equations(link, goal, state, held, force, bent, matrix, right):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _equations(link, goal, p, state, work, pull, ease, bent, mode):  # type: ignore[no-untyped-def]
     """Normal equations of the step without the stops: matrix (n, n), lower triangle, and right side (n,). The second
     derivative of a turn after a turn is the cross product of the outer rate of turn with the inner slope."""
-    n, f, directed = link.mode.shape[0], force, goal[9] > 0.0
-    pull, ease = held
+    n, f, directed = link.mode.shape[0], work.force, goal[p, 9] > 0.0
+    for i in range(6):  # a way that is still to be gone would bend too much: what will hold at its end is known
+        work.bend[i] = goal[p, 6 + i] * work.pushed[i] if ease == 1.0 and mode == WARM else f[i]
     for i in range(n):
-        s = state.slope[i]
-        right[i] = ease * link.weight[i] * (link.mode[i] - state.angles[link.free_joint[i], link.free_axis[i]])
-        right[i] += s[0] * f[0] + s[1] * f[1] + s[2] * f[2]
+        off = link.mode[i] - state.angles[link.free_joint[i], link.free_axis[i]]
+        right = ease * link.weight[i] * off
+        for c in range(3):
+            right += state.slope[i, c] * f[c]
         if directed:
-            right[i] += s[3] * f[3] + s[4] * f[4] + s[5] * f[5]
-        for j in range(i + 1):
-            t, w = state.slope[j], state.spin[j]  # free angles run outward from the held link, so j is the outer one
-            value = pull * (s[0] * t[0] + s[1] * t[1] + s[2] * t[2])
+            for c in range(3, 6):
+                right += state.slope[i, c] * f[c]
+        work.right[i] = right
+    f = work.bend
+    tilt = pull * goal[p, 9] * goal[p, 9]
+    for j in range(n):  # free angles run outward from the held link, so j is the outer one
+        t0, t1, t2 = pull * state.slope[j, 0], pull * state.slope[j, 1], pull * state.slope[j, 2]
+        w0, w1, w2 = state.spin[j, 0], state.spin[j, 1], state.spin[j, 2]
+        if bent:
+            t0, t1, t2 = t0 - f[1] * w2 + f[2] * w1, t1 - f[2] * w0 + f[0] * w2, t2 - f[0] * w1 + f[1] * w0
+        for i in range(j, n):
+            work.matrix[i, j] = state.slope[i, 0] * t0 + state.slope[i, 1] * t1 + state.slope[i, 2] * t2
+        if directed:
+            t0, t1, t2 = tilt * state.slope[j, 3], tilt * state.slope[j, 4], tilt * state.slope[j, 5]
             if bent:
-                value -= f[0] * (w[1] * s[2] - w[2] * s[1])
-                value -= f[1] * (w[2] * s[0] - w[0] * s[2]) + f[2] * (w[0] * s[1] - w[1] * s[0])
-            if directed:
-                value += pull * goal[9] * goal[9] * (s[3] * t[3] + s[4] * t[4] + s[5] * t[5])
-                if bent:
-                    value -= f[3] * (w[1] * s[5] - w[2] * s[4])
-                    value -= f[4] * (w[2] * s[3] - w[0] * s[5]) + f[5] * (w[0] * s[4] - w[1] * s[3])
-            matrix[i, j] = value
-        matrix[i, i] += ease * link.weight[i]
+                t0, t1, t2 = t0 - f[4] * w2 + f[5] * w1, t1 - f[5] * w0 + f[3] * w2, t2 - f[3] * w1 + f[4] * w0
+            for i in range(j, n):
+                work.matrix[i, j] += state.slope[i, 3] * t0 + state.slope[i, 4] * t1 + state.slope[i, 5] * t2
+        work.matrix[j, j] += ease * link.weight[j]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
     """Solve by Cholesky's factors of the lower triangle, in place; False where it is not positive."""
     n = right.shape[0]
     for j in range(n):
-        for i in range(j, n):
+        value = matrix[j, j]
+        for m in range(j):
+            value -= matrix[j, m] * matrix[j, m]
+        if not value > 1e-9:
+            return False
+        matrix[j, j] = 1.0 / math.sqrt(value)
+        for i in range(j + 1, n):
             value = matrix[i, j]
             for m in range(j):
                 value -= matrix[i, m] * matrix[j, m]
-            if i == j:
-                if not value > 1e-9:
-                    return False
-                matrix[j, j] = math.sqrt(value)
-            else:
-                matrix[i, j] = value / matrix[j, j]
+            matrix[i, j] = value * matrix[j, j]
     for i in range(n):
         value = right[i]
         for m in range(i):
             value -= matrix[i, m] * step[m]
-        step[i] = value / matrix[i, i]
+        step[i] = value * matrix[i, i]
     for i in range(n - 1, -1, -1):
         value = step[i]
         for m in range(i + 1, n):
             value -= matrix[m, i] * step[m]
-        step[i] = value / matrix[i, i]
+        step[i] = value * matrix[i, i]
     return True
 
 
-@njit(cache=True)
-def _step(state, equations, damping, press, work):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _step(link, state, work, damping):  # type: ignore[no-untyped-def]
     """The damped step, with the stops that hold it found by turns; False where the equations are not positive."""
-    matrix, right, weight = equations
-    whole, side, active, step = work
-    n = right.shape[0]
+    n, slope, press, active = link.mode.shape[0], state.slope_of_room, work.press, work.active
     for r in range(state.used[0]):
-        active[r] = press[r] + HOLD * (INSIDE - state.room[r]) > 0.0
+        active[r] = 1 if press[r] + HOLD * (INSIDE - state.room[r]) > 0.0 else 0
     for _ in range(MOST_TURNS):
         for i in range(n):
-            side[i] = right[i]
+            work.side[i] = work.right[i]
             for j in range(i + 1):
-                whole[i, j] = matrix[i, j]
-            whole[i, i] += damping * weight[i]
+                work.whole[i, j] = work.matrix[i, j]
+            work.whole[i, i] += damping * link.weight[i]
         for r in range(state.used[0]):
             if active[r]:
-                g, push = state.slope_of_room[r], press[r] + HOLD * (INSIDE - state.room[r])
+                push = press[r] + HOLD * (INSIDE - state.room[r])
                 for i in range(n):
-                    if g[i] != 0.0:
-                        side[i] += push * g[i]
+                    g = slope[r, i]
+                    if g != 0.0:
+                        work.side[i] += push * g
                         for j in range(i + 1):
-                            whole[i, j] += HOLD * g[i] * g[j]
-        if not _cholesky(whole, side, step):
+                            work.whole[i, j] += HOLD * g * slope[r, j]
+        if not _cholesky(work.whole, work.side, work.step):
             return False
         changed = False
         for r in range(state.used[0]):
             after = state.room[r] - INSIDE
             for i in range(n):
-                after += state.slope_of_room[r, i] * step[i]
-            holds = press[r] - HOLD * after > 0.0
+                after += slope[r, i] * work.step[i]
+            holds = 1 if press[r] - HOLD * after > 0.0 else 0
             if holds != active[r]:
                 active[r], changed = holds, True
         if not changed:
@@ -155,188 +225,226 @@ def _step(state, equations, damping, press, work):  # type: ignore[no-untyped-de
     return True
 
 
-@njit(cache=True)
-def _try(link, problem, states, step):  # type: ignore[no-untyped-def]
-    """Put states[1] a step, bounded, beyond states[0]; returns the greatest change of an angle."""
-    base, planes, count = problem
-    here, there = states
-    largest = np.max(np.abs(step))
-    scale = min(1.0, MOST_STEP / max(largest, 1e-300))
-    there.angles[:] = here.angles
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _go(link, state, work):  # type: ignore[no-untyped-def]
+    """Add the step, bounded, to the angles, and keep the old ones; returns the greatest change of an angle."""
+    largest = 0.0
     for i in range(link.mode.shape[0]):
-        there.angles[link.free_joint[i], link.free_axis[i]] += scale * step[i]
-    move(link, base, there)
-    rooms(link, planes, count, there)
+        largest = max(largest, abs(work.step[i]))
+    scale = min(1.0, MOST_STEP / max(largest, 1e-300))
+    for i in range(link.mode.shape[0]):
+        k, axis = link.free_joint[i], link.free_axis[i]
+        work.kept[k, axis] = state.angles[k, axis]
+        state.angles[k, axis] += scale * work.step[i]
     return scale * largest
 
 
-@njit(cache=True)
-def _descend(link, problem, most, states, press):  # type: ignore[no-untyped-def]
-    """From the angles of states[0] to the nearest least; returns whether states[1] has it, and the number of steps.
-    press (R,) receives the pressure on each stop and plane."""
-    base, goal, planes, count = problem
-    here, there = states
-    n, rows = link.mode.shape[0], here.room.shape[0]
-    pushed, force = np.zeros(6), np.zeros(6)
-    press[:] = 0.0
-    work = (np.empty((n, n)), np.empty(n), np.zeros(rows, np.bool_), np.zeros(n))
-    matrix, right, step = np.empty((n, n)), np.empty(n), work[3]
-    move(link, base, here)
-    rooms(link, planes, count, here)
-    pull, damping, ease, swapped, bent = FIRST, 1e-2, 1.0, False, False
-    cost, gap, worst = _cost(link, goal, here, (pull, pushed), ease, press, force)
-    _equations(link, goal, here, (pull, ease), force, bent, matrix, right)
-    steps, still = 0, 0
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _back(link, state, work):  # type: ignore[no-untyped-def]
+    """Take the last step back."""
+    for i in range(link.mode.shape[0]):
+        k, axis = link.free_joint[i], link.free_axis[i]
+        state.angles[k, axis] = work.kept[k, axis]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _multiply(goal, p, state, work, pull, both):  # type: ignore[no-untyped-def]
+    """Multipliers after a step: of the stops and planes, and of the goal where `both`."""
+    for r in range(state.used[0]):
+        work.press[r] = max(0.0, work.press[r] + HOLD * (INSIDE - state.room[r]))
+    if both:
+        for i in range(6):
+            work.pushed[i] += pull * goal[p, 6 + i] * (goal[p, i] - state.at[i])
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _descend(link, b, problem, p, planes, span, most, mode, state, work):  # type: ignore[no-untyped-def]
+    """From the angles of a state to the nearest least; returns the number of steps. work.pushed and work.press hold
+    the multipliers, in and out."""
+    base, goal = problem
+    if mode != WARM:
+        work.pushed[:] = 0.0
+    if mode == COLD:
+        work.press[:] = 0.0
+    pull, ease = LAST if mode != COLD else FIRST, EASE if mode == FAR else 1.0
+    damping, bent, moved, cost = 1e-2 if mode == COLD else 0.0, False, 0.0, 0.0
+    phase, steps, still, turned = BEGUN, 0, 0, mode != FAR
     while steps < most and damping < 1e9:
-        steps += 1
-        moved = 0.0
-        accepted = _step(here, (matrix, right, link.weight), damping, press, work)
-        if accepted:
-            moved = _try(link, (base, planes, count), (here, there), step)
-            after, gap_after, worst_after = _cost(link, goal, there, (pull, pushed), ease, press, force)
-            accepted = after <= cost + 1e-9 * abs(cost)
-        if not accepted:
-            damping = max(damping * 5.0, 0.03)
-            if bent and damping > 1.0:  # the curvature is of no use this far off: go on without
-                _force(goal, here, (pull, pushed), force)
-                bent = False
-                _equations(link, goal, here, (pull, ease), force, bent, matrix, right)
+        if phase != STUCK:
+            _look(link, b, base, p, planes, span, state)
+        after, gap, worst = _cost(link, goal, p, state, work, pull, ease)
+        if phase == TRIED and not after <= cost + 1e-9 * abs(cost):
+            _back(link, state, work)
+            damping, phase = max(damping * 5.0, 0.03), RETURNED
             continue
-        here, there, swapped = there, here, not swapped
-        gap, worst, damping = gap_after, worst_after, damping * 0.2 if damping > 1e-4 else 0.0
-        still = still + 1 if moved < (SETTLED if ease == 1.0 else 0.02 * SETTLED) else 0
-        if pull >= LAST and still > 0 and worst < KEPT and (gap < NEAR or (ease < 1.0 and still > 1)):
-            break
-        if pull >= LAST and ease == 1.0 and gap > 1e-4 and still > 3:
-            ease, still = EASE, 0
-            pushed[:] = 0.0
-        if pull < LAST:
-            pull *= GROWTH
-        elif moved < 0.1:
-            for r in range(here.used[0]):
-                press[r] = max(0.0, press[r] + HOLD * (INSIDE - here.room[r]))
-            if gap < CLOSE and ease == 1.0:
-                for i in range(6):
-                    pushed[i] += pull * goal[6 + i] * (goal[i] - here.at[i])
-        cost, gap, worst = _cost(link, goal, here, (pull, pushed), ease, press, force)
-        bent = gap < CLOSE or ease < 1.0
-        _equations(link, goal, here, (pull, ease), force, bent, matrix, right)
-    return swapped, steps
+        if phase == TRIED:
+            damping = damping * 0.2 if damping > 1e-4 else 0.0
+            still = still + 1 if moved < (SETTLED if ease == 1.0 else 0.02 * SETTLED) else 0
+            if pull >= LAST and still > 0 and worst < KEPT and (gap < NEAR or (ease < 1.0 and still > 1)):
+                if ease == 1.0 or gap > REACHED or turned:
+                    return steps
+                ease, still, turned = 1.0, 0, True  # it can be had after all: now in comfort
+            elif pull >= LAST and ease == 1.0 and gap > REACHED and still > 3:
+                ease, still = EASE, 0
+                work.pushed[:] = 0.0
+            if pull < LAST:
+                pull *= GROWTH
+            elif moved < 0.1:
+                _multiply(goal, p, state, work, pull, gap < CLOSE and ease == 1.0)
+            after, gap, worst = _cost(link, goal, p, state, work, pull, ease)
+        if phase < RETURNED or (bent and damping > 1.0):  # far off the curvature is of no use: go on without
+            bent = phase < RETURNED and (gap < CLOSE or ease < 1.0)
+            cost = after
+            _equations(link, goal, p, state, work, pull, ease, bent, mode)
+        steps += 1
+        if _step(link, state, work, damping):
+            moved, phase = _go(link, state, work), TRIED
+        else:
+            damping, phase = max(damping * 5.0, 0.03), STUCK
+    return steps
 
 
-@njit(cache=True)
-def _worth(link, goal, planes, count, state):  # type: ignore[no-untyped-def]
-    """Distance from the goal and greatest breach of a state, brought inside what can be clipped."""
-    rooms(link, planes, count, state)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _worth(goal, p, state):  # type: ignore[no-untyped-def]
+    """Distance from the goal and greatest breach of a state whose rooms are there."""
     breach, gap = 0.0, 0.0
     for r in range(state.used[0]):
         breach = max(breach, -state.room[r])
     for i in range(6):
-        gap += (goal[6 + i] * (goal[i] - state.at[i])) ** 2
+        gap += (goal[p, 6 + i] * (goal[p, i] - state.at[i])) ** 2
     return math.sqrt(gap), breach
 
 
-@njit(cache=True)
-def _next_seed(base, goal, seeds, tried):  # type: ignore[no-untyped-def]
-    """The seed not yet tried whose tip and direction, in the frame of the held link, are nearest to the goal."""
-    local = np.zeros(6)
-    for i in range(3):
-        for m in range(3):
-            local[i] += base[m, i] * (goal[m] - base[m, 3])
-            local[3 + i] += base[m, i] * goal[3 + m]
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
+    """The seed not yet tried whose tip and direction (M, 6), in the frame of the held link, are nearest to the goal."""
     best, least = -1, np.inf
     for s in range(seeds.shape[0]):
         gap = 0.0
         for i in range(6):
-            gap += (goal[6 + i] * (local[i] - seeds[s, i])) ** 2
-        if gap < least and not tried[s]:
+            local = 0.0
+            for m in range(3):
+                local += base[p, m, i % 3] * (goal[p, m + i - i % 3] - (base[p, m, 3] if i < 3 else 0.0))
+            gap += (goal[p, 6 + i] * (local - seeds[s, i])) ** 2
+        if gap < least and tried[s] == 0:
             best, least = s, gap
     return best
 
 
-@njit(cache=True)
-def _holder(press, state, gap, held):  # type: ignore[no-untyped-def]
-    """Fill held (5,): joint, axis, side of the stop under most pressure (or -1 and a plane's number), how much it
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _holder(state, press, gap, p, numbers):  # type: ignore[no-untyped-def]
+    """Fill numbers[p, 3:]: joint, axis, side of the stop under most pressure (or -1 and a plane's number), how much it
     would give [m/rad, m/m] and 1.0; zeros where nothing is held."""
-    held[:] = 0.0
     best = -1
+    for i in range(3, 8):
+        numbers[p, i] = 0.0
     for r in range(state.used[0]):
         if press[r] > (press[best] if best >= 0 else 0.0):
             best = r
     if best >= 0 and gap > 0.0:
-        held[0], held[1], held[2] = state.label[best, 0], state.label[best, 1], state.label[best, 2]
-        held[3], held[4] = press[best] / (LAST * gap), 1.0
+        for i in range(3):
+            numbers[p, 3 + i] = state.label[best, i]
+        numbers[p, 6], numbers[p, 7] = press[best] / (LAST * gap), 1.0
 
 
-@njit(cache=True)
-def solve_chains(link, problem, planes, settings, out):  # type: ignore[no-untyped-def]
-    """Solve P chains. problem: base (P, 3, 4), goal (P, 12): target, direction, weights of each. planes: rows of
-    Planes and start (P + 1,). settings: most steps, seeds (M, K, 3) to begin again from with their tips and directions
-    (M, 6), how many of them. out: angles (P, K, 3), the start in and the solution out; numbers (P, 8): error, breach,
-    steps, and what holds (5)."""
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried, best):  # type: ignore[no-untyped-def]
+    """Solve row p: from where the row it follows has come to, from its own start, from seeds."""
     base, goal = problem
     rows, start = planes
     most, seeds, seed_tips, again = settings
-    angles, numbers = out
-    joints, free, widest = link.at_parent.shape[0], link.mode.shape[0], 0
-    for p in range(len(base)):
+    angles, numbers, held = out
+    stops, free, lead = link.rows.shape[0], link.mode.shape[0], follow[p]
+    error, breach, mode, few = np.inf, np.inf, COLD, again
+    _copy(angles, p, best)
+    tried[:] = 0
+    for i in range(8):
+        numbers[p, i] = 0.0
+    if lead >= 0 and numbers[lead, 1] < LEGAL:
+        mode, few = (WARM, again) if numbers[lead, 0] < REACHED else (FAR, min(again, FEW))
+        work.press[:] = 0.0
+        for i in range(6 + stops):
+            if i < 6:
+                work.pushed[i] = held[lead, i]
+            else:
+                work.press[i - 6] = held[lead, i]
+    for attempt in range(-1 if mode != COLD else 0, again + 1):
+        at = attempt
+        if attempt > 0:
+            at = _next_seed(base, goal, p, seed_tips, tried)
+            if at < 0:
+                break
+            tried[at] = 1
+        _copy(angles, p, state.angles)
+        for d in range(free):
+            k, axis = link.free_joint[d], link.free_axis[d]
+            if attempt < 0:
+                state.angles[k, axis] = angles[lead, k, axis]
+            elif attempt > 0:
+                state.angles[k, axis] = seeds[at, k, axis]
+        span = (start[p], start[p + 1])
+        numbers[p, 2] += _descend(link, b, problem, p, rows, span, HASTE if mode == WARM else most, mode, state, work)
+        within(link, state.angles)
+        _look(link, b, base, p, rows, span, state)
+        gap, past = _worth(goal, p, state)
+        if (past < LEGAL and breach >= LEGAL) or (past < max(LEGAL, breach) and gap < error):
+            error, breach = gap, past
+            for k in range(best.shape[0]):
+                for axis in range(3):
+                    best[k, axis] = state.angles[k, axis]
+            for i in range(6 + stops):
+                held[p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
+            _holder(state, work.press, gap, p, numbers)
+        if (error < REACHED and breach < LEGAL) or attempt >= few:
+            break
+        mode = COLD
+    _put(best, angles, p)
+    numbers[p, 0], numbers[p, 1] = error, breach
+
+
+@njit(cache=True, nogil=True)
+def solve_chains(link, who, problem, planes, settings, out, follow, begin, end):  # type: ignore[no-untyped-def]
+    """Solve the chains begin..end of P, chain p of body who[p].
+
+    problem: base (P, 3, 4), goal (P, 12): target, direction, weights of each. planes: rows of Planes and start
+    (P + 1,). settings: most steps, seeds (M, K, 3) to begin again from with their tips and directions (M, 6), how many
+    of them. out: angles (P, K, 3), the start in and the solution out; numbers (P, 8): error, breach, steps, and what
+    holds (5); held (P, 6 + R): multipliers of target and stops. follow (P,): the row, in begin..p, from whose solution
+    to begin, -1 for the row's own start; where that one missed, only a FEW more postures are tried.
+    """
+    start = planes[1]
+    joints, free, widest = link.axes.shape[0], link.mode.shape[0], 0
+    for p in range(begin, end):
         widest = max(widest, start[p + 1] - start[p])
-    one, two = new_state(joints, free, len(link.rows) + widest), new_state(joints, free, len(link.rows) + widest)
-    best, tried, press = np.empty((joints, 3)), np.zeros(len(seeds), np.bool_), np.zeros(len(link.rows) + widest)
-    for p in range(len(base)):
-        a, b, error, breach = start[p], start[p + 1], np.inf, np.inf
-        near = Planes(rows.link[a:b], rows.point[a:b], rows.normal[a:b], rows.offset[a:b])
-        one.angles[:] = angles[p]
-        best[:] = angles[p]
-        tried[:] = False
-        numbers[p] = 0.0
-        for attempt in range(again + 1):
-            swapped, steps = _descend(link, (base[p], goal[p], near, b - a), most, (one, two), press)
-            found = two if swapped else one
-            within(link, found.angles)
-            move(link, base[p], found)
-            gap, past = _worth(link, goal[p], near, b - a, found)
-            numbers[p, 2] += steps
-            if (past < LEGAL and breach >= LEGAL) or (past < max(LEGAL, breach) and gap < error):
-                error, breach = gap, past
-                best[:] = found.angles
-                _holder(press, found, gap, numbers[p, 3:])
-            if (error < REACHED and breach < LEGAL) or attempt == again:
-                break
-            s = _next_seed(base[p], goal[p], seed_tips, tried)
-            if s < 0:
-                break
-            tried[s] = True
-            one.angles[:] = angles[p]
-            for d in range(free):
-                one.angles[link.free_joint[d], link.free_axis[d]] = seeds[s, link.free_joint[d], link.free_axis[d]]
-        angles[p] = best
-        numbers[p, 0], numbers[p, 1] = error, breach
+    state, work = new_state(joints, free, len(link.rows) + widest), _new_work(joints, free, len(link.rows) + widest)
+    tried, best = np.zeros(len(settings[1]), np.int64), np.zeros((joints, 3))
+    for p in range(begin, end):
+        _row(link, who[p], problem, planes, settings, out, p, follow, state, work, tried, best)
 
 
-@njit(cache=True)
-def tips(link, base, angles, out):  # type: ignore[no-untyped-def]
-    """Fill out (P, 6) with tip and direction at angles (P, K, 3)."""
-    state = new_state(link.at_parent.shape[0], link.mode.shape[0], 1)
+@njit(cache=True, nogil=True)
+def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
+    """Fill out (P, 6) with tip and direction at angles (P, K, 3), chain p of body who[p]."""
+    state = new_state(link.axes.shape[0], link.mode.shape[0], 1)
     for p in range(len(angles)):
-        state.angles[:] = angles[p]
-        move(link, base[p], state)
-        out[p] = state.at
+        _copy(angles, p, state.angles)
+        move(link, who[p], base, p, state)
+        for i in range(6):
+            out[p, i] = state.at[i]
 
 
 @njit(cache=True)
 def breaches(link, planes, angles, out):  # type: ignore[no-untyped-def]
     """Bring angles (P, K, 3) inside what can be clipped, and fill out (P,) with the greatest breach that is left."""
-    state = new_state(link.at_parent.shape[0], link.mode.shape[0], len(link.rows))
-    base = np.zeros((3, 4))
+    state = new_state(link.axes.shape[0], link.mode.shape[0], len(link.rows))
+    base = np.zeros((1, 3, 4))
     for i in range(3):
-        base[i, i] = 1.0
+        base[0, i, i] = 1.0
     for p in range(len(angles)):
-        state.angles[:] = angles[p]
+        _copy(angles, p, state.angles)
         within(link, state.angles)
-        move(link, base, state)
-        rooms(link, planes, 0, state)
-        angles[p] = state.angles
+        _look(link, 0, base, 0, planes, (0, 0), state)
+        _put(state.angles, angles, p)
         out[p] = 0.0
         for r in range(state.used[0]):
             out[p] = max(out[p], -state.room[r])

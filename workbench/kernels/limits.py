@@ -1,7 +1,7 @@
 """Joint stops and planes as rows of room: how far the chain is from each, and how that changes with its free angles.
 
-Room is positive inside. A row of a stop is in radians, a row of a plane in metres. Arrays are passed one by one: a
-tuple of many arrays costs more to hand over than these functions take.
+Room is positive inside. A row of a stop is in radians, a row of a plane in metres. All is inlined into the batch loop
+by force and compiled without counting references (see kernels.linkage).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Planes(NamedTuple):
     offset: NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _limit(bounds, angles, k, axis, side):  # type: ignore[no-untyped-def]
     """A limit with its coupling: the limit, the row of the coupling it follows just here (or -1), and how fast."""
     limits, coupled, coupling, _ = bounds
@@ -49,7 +49,7 @@ def _limit(bounds, angles, k, axis, side):  # type: ignore[no-untyped-def]
     return coupling[c, 4] + rate * (driver - low), c, rate
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _cone(bounds, angles, k, out):  # type: ignore[no-untyped-def]
     """The swing cone: (s1 / L1)^2 + (s2 / L2)^2 <= 1, its excess divided by its slope to be an angle. Fills a row of
     room, slope and label."""
@@ -79,7 +79,7 @@ def _cone(bounds, angles, k, out):  # type: ignore[no-untyped-def]
         slope[r, free_of[int(coupling[c1, 0]), int(coupling[c1, 1])]] += g1 * s1 / l1 * r1 / total
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _local(world, k, x, y, z):  # type: ignore[no-untyped-def]
     """A world direction in the frame of link k."""
     return (
@@ -89,7 +89,7 @@ def _local(world, k, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _out(world, k, x, y, z):  # type: ignore[no-untyped-def]
     """A direction of link k's frame in the world."""
     return (
@@ -99,7 +99,7 @@ def _out(world, k, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def nearest_side(sides, x, y, z):  # type: ignore[no-untyped-def]
     """Nearest boundary point of the spherical polygon to a direction, its side, and whether the direction is inside."""
     count = sides.shape[0]
@@ -129,7 +129,7 @@ def nearest_side(sides, x, y, z):  # type: ignore[no-untyped-def]
     return ((x - height * u) / size, (y - height * v) / size, (z - height * w) / size), side, inside
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _polygon(shape, world, spin, free_joint, out):  # type: ignore[no-untyped-def]
     """The limb's direction in its spherical polygon: room is the angle to the nearest boundary point. Fills a row."""
     sides, limb, axes, k, frame = shape
@@ -158,7 +158,7 @@ def _polygon(shape, world, spin, free_joint, out):  # type: ignore[no-untyped-de
             slope[r, i] = spin[i, 0] * turn[0] + spin[i, 1] * turn[1] + spin[i, 2] * turn[2]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _half_turn(angles, free_of, k, out):  # type: ignore[no-untyped-def]
     """Keep the polygon joint's swing below a half turn, where its angles would change their meaning. Fills a row."""
     room, slope, label, r = out
@@ -173,38 +173,36 @@ def _half_turn(angles, free_of, k, out):  # type: ignore[no-untyped-def]
                 slope[r, free_of[k, i]] = -angles[k, i] / size
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _wall(planes, m, chain, out):  # type: ignore[no-untyped-def]
     """A plane: room is the height of the point above it. Fills a row."""
     link, point, normal, offset = planes
-    world, spin, free_joint, at_parent = chain
+    world, spin, free_joint, at_parent, b = chain
     room, slope, r = out
-    k, n = link[m], normal[m]
+    k, n0, n1, n2 = link[m], normal[m, 0], normal[m, 1], normal[m, 2]
     x, y, z = _out(world, k, point[m, 0], point[m, 1], point[m, 2])
     x, y, z = x + world[k, 0, 3], y + world[k, 1, 3], z + world[k, 2, 3]
-    room[r] = n[0] * x + n[1] * y + n[2] * z - offset[m]
+    room[r] = n0 * x + n1 * y + n2 * z - offset[m]
     for i in range(free_joint.shape[0]):
         j = free_joint[i]
         if j >= k:
             continue
-        o = _out(world, j, at_parent[j, 0], at_parent[j, 1], at_parent[j, 2])
+        o = _out(world, j, at_parent[b, j, 0], at_parent[b, j, 1], at_parent[b, j, 2])
         r0, r1, r2 = x - o[0] - world[j, 0, 3], y - o[1] - world[j, 1, 3], z - o[2] - world[j, 2, 3]
         slope[r, i] = (
-            n[0] * (spin[i, 1] * r2 - spin[i, 2] * r1)
-            + n[1] * (spin[i, 2] * r0 - spin[i, 0] * r2)
-            + n[2] * (spin[i, 0] * r1 - spin[i, 1] * r0)
+            spin[i, 0] * (r1 * n2 - r2 * n1) + spin[i, 1] * (r2 * n0 - r0 * n2) + spin[i, 2] * (r0 * n1 - r1 * n0)
         )
 
 
-@njit(cache=True)
-def rooms(link, planes, count, state):  # type: ignore[no-untyped-def]
-    """Fill the rows of room of a state whose world and spin are there: the stops in the order of link.rows, then
-    `count` planes."""
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def rooms(link, b, planes, span, state):  # type: ignore[no-untyped-def]
+    """Fill the rows of room of a state of body b whose world and spin are there: the stops in the order of link.rows,
+    then the planes span[0]..span[1]."""
     rows, free_of, coupling = link.rows, link.free_of, link.coupling
     bounds = (link.limits, link.coupled, coupling, free_of)
     angles, world, spin = state.angles, state.world, state.spin
     room, slope, label = state.room, state.slope_of_room, state.label
-    stops = rows.shape[0]
+    stops, count = rows.shape[0], span[1] - span[0]
     state.used[0] = stops + count
     for r in range(stops + count):
         for i in range(slope.shape[1]):
@@ -230,10 +228,10 @@ def rooms(link, planes, count, state):  # type: ignore[no-untyped-def]
     for m in range(count):
         r = stops + m
         label[r, 0], label[r, 1], label[r, 2] = -1, m, 0
-        _wall(walls, m, (world, spin, link.free_joint, link.at_parent), (room, slope, r))
+        _wall(walls, span[0] + m, (world, spin, link.free_joint, link.at_parent, b), (room, slope, r))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def within(link, angles):  # type: ignore[no-untyped-def]
     """Bring free angles (K, 3) inside cones, hinges and twist limits, in place: cones along the ray from zero."""
     bounds = (link.limits, link.coupled, link.coupling, link.free_of)

@@ -21,16 +21,17 @@ Ints = NDArray[np.int64]
 
 
 class Linkage(NamedTuple):
-    """K joints from link 0 (held) to link K (with the tip); n of the 3 K angles are free.
+    """K joints from link 0 (held) to link K (with the tip), of B bodies that differ in lengths only; n of the 3 K
+    angles are free.
 
-    at_parent, at_child (K, 3): each joint in both links' frames; axes (K, 3, 3): swing 1, swing 2, twist; rows (R, 3):
+    at_parent, at_child (B, K, 3): each joint in both links' frames; tip, pointing (B, 3): the point that reaches and
+    the direction it reaches in, in link K. axes (K, 3, 3): swing 1, swing 2, twist; rows (R, 3):
     its stops, joint, axis and side (see kernels.limits); limits (K, 3, 2) [rad]; coupled (K, 3, 2): the row of
     coupling (M, 6) that a limit follows, or -1: driver joint and axis, two driver angles, two limits; free_joint,
     free_axis (n,); free_of (K, 3): which free angle, or -1; mode (n,) [rad] and weight (n,) [1/rad2]: comfort is the
     weighted square of the distance to the mode. sides (V, 5, 3): the spherical polygon that holds limb (3,) in the
     frame of link polygon_link, side by side: first corner, inward normal, normals of its two ends, normal of the plane
-    through first corner and centre. tip (3,), pointing (3,): the point that reaches and the direction it reaches in,
-    in link K.
+    through first corner and centre.
     """
 
     at_parent: Floats
@@ -68,6 +69,10 @@ class State(NamedTuple):
     used: Ints
 
 
+# Nothing below allocates, so it is compiled without the run time that counts references, and inlined into the batch
+# loop by force: a call would copy the descriptions of all these arrays, 1 kB and more, onto the stack.
+
+
 @njit(cache=True)
 def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
     """An empty state."""
@@ -84,7 +89,7 @@ def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _sines(angle):  # type: ignore[no-untyped-def]
     """sin(a)/a, (1 - cos a)/a2 and (a - sin a)/a3, also near zero."""
     if angle < 1e-4:
@@ -94,7 +99,7 @@ def _sines(angle):  # type: ignore[no-untyped-def]
     return sine / angle, (1.0 - cosine) / (angle * angle), (angle - sine) / (angle * angle * angle)
 
 
-@njit(cache=True, inline="always")
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _times(m, r):  # type: ignore[no-untyped-def]
     """Product of two matrices given row by row as tuples."""
     return (
@@ -107,10 +112,9 @@ def _times(m, r):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@njit(cache=True, inline="always")
-def _turn(x, y, z, angle):  # type: ignore[no-untyped-def]
-    """Matrix of the rotation vector (x, y, z) of length angle: Rodrigues' formula."""
-    a, b, _ = _sines(angle)
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _turn(x, y, z, a, b):  # type: ignore[no-untyped-def]
+    """Matrix of the rotation vector (x, y, z), a and b being the first two sines of its length: Rodrigues' formula."""
     return (
         1.0 - b * (y * y + z * z), b * x * y - a * z, b * x * z + a * y,
         b * x * y + a * z, 1.0 - b * (x * x + z * z), b * y * z - a * x,
@@ -118,33 +122,39 @@ def _turn(x, y, z, angle):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@njit(cache=True, inline="always")
-def _joint(link, k, state):  # type: ignore[no-untyped-def]
-    """World of link k + 1 and the rates of turn of joint k's free angles, from the world of link k."""
-    angles, world, spin = state.angles[k], state.world, state.spin
-    a, b, c = link.axes[k, 0], link.axes[k, 1], link.axes[k, 2]
-    s = (angles[0] * a[0] + angles[1] * b[0], angles[0] * a[1] + angles[1] * b[1], angles[0] * a[2] + angles[1] * b[2])
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _joint(link, b, k, state):  # type: ignore[no-untyped-def]
+    """World of link k + 1 and the rates of turn of joint k's free angles, from the world of link k; of body b."""
+    t0, t1, t2 = state.angles[k, 0], state.angles[k, 1], state.angles[k, 2]
+    axes, w, world, spin = link.axes, state.world, state.world, state.spin
+    s = (
+        t0 * axes[k, 0, 0] + t1 * axes[k, 1, 0],
+        t0 * axes[k, 0, 1] + t1 * axes[k, 1, 1],
+        t0 * axes[k, 0, 2] + t1 * axes[k, 1, 2],
+    )
     size = math.sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2])
-    w = world[k]
-    above = (w[0, 0], w[0, 1], w[0, 2], w[1, 0], w[1, 1], w[1, 2], w[2, 0], w[2, 1], w[2, 2])
-    swung = _times(above, _turn(s[0], s[1], s[2], size)) if size > 0.0 else above
+    above = (
+        w[k, 0, 0], w[k, 0, 1], w[k, 0, 2], w[k, 1, 0], w[k, 1, 1], w[k, 1, 2], w[k, 2, 0], w[k, 2, 1], w[k, 2, 2],
+    )  # fmt: skip
+    first, second, third = _sines(size)
+    swung = _times(above, _turn(s[0], s[1], s[2], first, second)) if size > 0.0 else above
     below = swung
-    if angles[2] != 0.0:
-        turn = _turn(c[0] * angles[2], c[1] * angles[2], c[2] * angles[2], abs(angles[2]))
-        below = _times(swung, turn)
-    p, q = link.at_parent[k], link.at_child[k]
+    if t2 != 0.0:
+        a, c, _ = _sines(abs(t2))
+        below = _times(swung, _turn(t2 * axes[k, 2, 0], t2 * axes[k, 2, 1], t2 * axes[k, 2, 2], a, c))
+    p0, p1, p2 = link.at_parent[b, k, 0], link.at_parent[b, k, 1], link.at_parent[b, k, 2]
+    q0, q1, q2 = link.at_child[b, k, 0], link.at_child[b, k, 1], link.at_child[b, k, 2]
     for i in range(3):
         m = 3 * i
         world[k + 1, i, 0], world[k + 1, i, 1], world[k + 1, i, 2] = below[m], below[m + 1], below[m + 2]
-        at = above[m] * p[0] + above[m + 1] * p[1] + above[m + 2] * p[2]
-        world[k + 1, i, 3] = w[i, 3] + at - below[m] * q[0] - below[m + 1] * q[1] - below[m + 2] * q[2]
-    _, second, third = _sines(size)
+        at = above[m] * p0 + above[m + 1] * p1 + above[m + 2] * p2
+        world[k + 1, i, 3] = w[k, i, 3] + at - below[m] * q0 - below[m + 1] * q1 - below[m + 2] * q2
     for axis in range(3):
         d = link.free_of[k, axis]
         if d < 0:
             continue
-        v, frame = link.axes[k, axis], swung
-        x, y, z = v[0], v[1], v[2]
+        x, y, z = axes[k, axis, 0], axes[k, axis, 1], axes[k, axis, 2]
+        frame = swung
         if axis < 2:
             frame = above
             u = (s[1] * z - s[2] * y, s[2] * x - s[0] * z, s[0] * y - s[1] * x)
@@ -158,28 +168,30 @@ def _joint(link, k, state):  # type: ignore[no-untyped-def]
             spin[d, i] = frame[3 * i] * x + frame[3 * i + 1] * y + frame[3 * i + 2] * z
 
 
-@njit(cache=True)
-def move(link, base, state):  # type: ignore[no-untyped-def]
-    """Fill world, spin, slope and `at` of a state from its angles; base (3, 4) is the world of link 0."""
-    state.world[0] = base
-    joints = link.at_parent.shape[0]
-    for k in range(joints):
-        _joint(link, k, state)
-    last, at, slope = state.world[joints], state.at, state.slope
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def move(link, b, base, p, state):  # type: ignore[no-untyped-def]
+    """Fill world, spin, slope and `at` of a state from its angles, of body b; base[p] (3, 4) is the world of link 0."""
+    world, at, slope, spin = state.world, state.at, state.slope, state.spin
+    joints = link.axes.shape[0]
     for i in range(3):
-        at[i] = last[i, 3]
+        for m in range(4):
+            world[0, i, m] = base[p, i, m]
+    for k in range(joints):
+        _joint(link, b, k, state)
+    for i in range(3):
+        at[i] = world[joints, i, 3]
         at[3 + i] = 0.0
         for m in range(3):
-            at[i] += last[i, m] * link.tip[m]
-            at[3 + i] += last[i, m] * link.pointing[m]
+            at[i] += world[joints, i, m] * link.tip[b, m]
+            at[3 + i] += world[joints, i, m] * link.pointing[b, m]
     for d in range(link.free_joint.shape[0]):
         k = link.free_joint[d]
-        w, o = state.spin[d], link.at_parent[k]
-        x, y, z = state.world[k, 0], state.world[k, 1], state.world[k, 2]
-        r0 = at[0] - (x[0] * o[0] + x[1] * o[1] + x[2] * o[2] + x[3])
-        r1 = at[1] - (y[0] * o[0] + y[1] * o[1] + y[2] * o[2] + y[3])
-        r2 = at[2] - (z[0] * o[0] + z[1] * o[1] + z[2] * o[2] + z[3])
-        slope[d, 0], slope[d, 1], slope[d, 2] = w[1] * r2 - w[2] * r1, w[2] * r0 - w[0] * r2, w[0] * r1 - w[1] * r0
-        slope[d, 3] = w[1] * at[5] - w[2] * at[4]
-        slope[d, 4] = w[2] * at[3] - w[0] * at[5]
-        slope[d, 5] = w[0] * at[4] - w[1] * at[3]
+        w0, w1, w2 = spin[d, 0], spin[d, 1], spin[d, 2]
+        o0, o1, o2 = link.at_parent[b, k, 0], link.at_parent[b, k, 1], link.at_parent[b, k, 2]
+        r0 = at[0] - (world[k, 0, 0] * o0 + world[k, 0, 1] * o1 + world[k, 0, 2] * o2 + world[k, 0, 3])
+        r1 = at[1] - (world[k, 1, 0] * o0 + world[k, 1, 1] * o1 + world[k, 1, 2] * o2 + world[k, 1, 3])
+        r2 = at[2] - (world[k, 2, 0] * o0 + world[k, 2, 1] * o1 + world[k, 2, 2] * o2 + world[k, 2, 3])
+        slope[d, 0], slope[d, 1], slope[d, 2] = w1 * r2 - w2 * r1, w2 * r0 - w0 * r2, w0 * r1 - w1 * r0
+        slope[d, 3] = w1 * at[5] - w2 * at[4]
+        slope[d, 4] = w2 * at[3] - w0 * at[5]
+        slope[d, 5] = w0 * at[4] - w1 * at[3]

@@ -48,8 +48,8 @@ def linkage(body: Body, ends: tuple[int, int], free: Iterable[int], tip: tuple[F
     sides, link = _polygon(body, joints, k)
     coupled, coupling = _couplings(body, joints)
     return Linkage(
-        at_parent=np.ascontiguousarray(body.joint_in_parent[joints].reshape(-1, 3)),
-        at_child=np.ascontiguousarray(body.joint_in_child[joints].reshape(-1, 3)),
+        at_parent=np.ascontiguousarray(body.joint_in_parent[joints].reshape(1, -1, 3)),
+        at_child=np.ascontiguousarray(body.joint_in_child[joints].reshape(1, -1, 3)),
         axes=np.ascontiguousarray(stops.axes[joints].reshape(-1, 3, 3)),
         rows=_rows(body, joints, free_of),
         limits=np.ascontiguousarray(stops.limits[joints].reshape(-1, 3, 2)),
@@ -63,8 +63,8 @@ def linkage(body: Body, ends: tuple[int, int], free: Iterable[int], tip: tuple[F
         sides=sides,
         limb=np.ascontiguousarray(stops.limb[joints[max(k, 0)]]),
         polygon_link=link,
-        tip=np.array(tip[0], dtype=np.float64),
-        pointing=np.array(tip[1], dtype=np.float64),
+        tip=np.array(tip[0], dtype=np.float64).reshape(1, 3),
+        pointing=np.array(tip[1], dtype=np.float64).reshape(1, 3),
     )
 
 

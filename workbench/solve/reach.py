@@ -140,7 +140,7 @@ def _seeds(body: Body, limb: Limb) -> tuple[Floats, Floats]:
     # the legal ones first, then the least wrong: a start need not be legal
     order = np.argsort(breach, kind="stable")[:SEEDS]
     angles, at = np.ascontiguousarray(angles[order]), np.zeros((SEEDS, 6))
-    tips(link, np.ascontiguousarray(np.broadcast_to(np.eye(3, 4), (SEEDS, 3, 4))), angles, at)
+    tips(link, np.zeros(SEEDS, np.int64), np.ascontiguousarray(np.broadcast_to(np.eye(3, 4), (SEEDS, 3, 4))), angles, at)
     return angles, at
 
 
@@ -153,7 +153,9 @@ def _solve(task: _Task, start: Floats, again: int, planes: list[Floats] | None =
     point, normal = np.ascontiguousarray(packed[:, 1:4]), np.ascontiguousarray(packed[:, 4:7])
     walls = Planes(packed[:, 0].astype(np.int64), point, normal, np.ascontiguousarray(packed[:, 7]))
     settings = (STEPS, *_seeds(task.body, task.limb), again)
-    solve_chains(task.link, (task.base, task.goal), (walls, first), settings, (angles, numbers))
+    held, alone = np.zeros((len(start), 6 + len(task.link.rows))), np.full(len(start), -1)
+    out, problem = (angles, numbers, held), (task.base, task.goal)
+    solve_chains(task.link, np.zeros_like(alone), problem, (walls, first), settings, out, alone, 0, len(start))
     return _Found(angles, numbers, np.zeros(len(angles)), np.full(len(angles), -1))
 
 
@@ -204,7 +206,7 @@ def _walked(task: _Task, ways: tuple[Floats, Floats], environment: Environment) 
         good[clear] = begin[free][clear]
     begin[free] = good
     at, numbers = np.zeros((count, 6)), np.zeros((count, 8))
-    tips(task.link, task.base, begin, at)
+    tips(task.link, np.zeros(count, np.int64), task.base, begin, at)
     numbers[:, 0] = np.linalg.norm(task.goal[:, 6:] * (task.goal[:, :6] - at), axis=1)
     return _Found(begin, numbers, overlap, np.full(count, -1))
 
@@ -311,7 +313,7 @@ def _posed(task: _Task, angles: Floats) -> Poses:
 def _answer(task: _Task, found: _Found, environment: Environment | None) -> Reach:
     link, numbers = task.link, found.numbers
     at = np.zeros((len(found.angles), 6))
-    tips(link, task.base, found.angles, at)
+    tips(link, np.zeros(len(at), np.int64), task.base, found.angles, at)
     off = found.angles[:, link.free_joint, link.free_axis] - link.mode
     reached = (numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     stopped = ~reached & (found.part < 0) & (numbers[:, 7] > 0) & (numbers[:, 3] >= 0) & (numbers[:, 6] > SLACK)
