@@ -34,6 +34,12 @@ CLOSE, NEAR, KEPT = 0.05, 2e-5, 1e-5
 REACHED, LEGAL = 1e-4, 5e-4
 """Distance [m] within which a target is reached, breach [rad, m] below which a solution is within the stops."""
 MOST_TURNS = 6
+MOST_SLOW = 3
+"""Steps in a row that close the gap by less than a fifth, after which the target seems out of reach."""
+SURE, RESTED = 2.0, 2e-6
+"""Damping below which a step is nearly Newton's, and how little [m] the distance then changes once it is the least."""
+FORCE = 300.0
+"""How hard [1/m] what is out of reach pulls, however far it is: stops would give way to more."""
 EASE = 1e-3
 """What comfort counts for where the target cannot be had."""
 COLD, WARM, FAR = 0, 1, 2
@@ -42,8 +48,8 @@ BEGUN, TRIED, RETURNED, STUCK = 0, 1, 2, 3
 """Where a descent stands: at its start, after a step, after a step that was taken back, before one that failed."""
 HASTE = 10
 """Steps after which a descent from another row's solution is given up for one from the start."""
-FEW = 2
-"""From how many other postures to begin again where the row before has missed already."""
+WIDE = 0.03
+"""Miss [m] of the row before beyond which its own start is not tried."""
 
 
 class Work(NamedTuple):
@@ -97,6 +103,14 @@ def _copy(angles, p, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _copy3(values, out):  # type: ignore[no-untyped-def]
+    """Copy values (K, 3) into out."""
+    for k in range(out.shape[0]):
+        for axis in range(3):
+            out[k, axis] = values[k, axis]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _put(values, angles, p):  # type: ignore[no-untyped-def]
     """Copy values (K, 3) into angles[p]."""
     for k in range(values.shape[0]):
@@ -104,7 +118,7 @@ def _put(values, angles, p):  # type: ignore[no-untyped-def]
             angles[p, k, axis] = values[k, axis]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _cost(link, goal, p, state, work, pull, ease):  # type: ignore[no-untyped-def]
     """The sum that is made least, the distance from the goal, and the greatest breach; fills work.force (6,), the pull
     of the goal."""
@@ -126,13 +140,13 @@ def _cost(link, goal, p, state, work, pull, ease):  # type: ignore[no-untyped-de
     return total, math.sqrt(gap), worst
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _equations(link, goal, p, state, work, pull, ease, bent, mode):  # type: ignore[no-untyped-def]
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _equations(link, goal, p, state, work, pull, ease, bent, warm):  # type: ignore[no-untyped-def]
     """Normal equations of the step without the stops: matrix (n, n), lower triangle, and right side (n,). The second
     derivative of a turn after a turn is the cross product of the outer rate of turn with the inner slope."""
     n, f, directed = link.mode.shape[0], work.force, goal[p, 9] > 0.0
     for i in range(6):  # a way that is still to be gone would bend too much: what will hold at its end is known
-        work.bend[i] = goal[p, 6 + i] * work.pushed[i] if ease == 1.0 and mode == WARM else f[i]
+        work.bend[i] = goal[p, 6 + i] * work.pushed[i] if warm else f[i]
     for i in range(n):
         off = link.mode[i] - state.angles[link.free_joint[i], link.free_axis[i]]
         right = ease * link.weight[i] * off
@@ -189,7 +203,7 @@ def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@njit(cache=True, error_model="numpy", _nrt=False)
 def _step(link, state, work, damping):  # type: ignore[no-untyped-def]
     """The damped step, with the stops that hold it found by turns; False where the equations are not positive."""
     n, slope, press, active = link.mode.shape[0], state.slope_of_room, work.press, work.active
@@ -258,50 +272,94 @@ def _multiply(goal, p, state, work, pull, both):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _descend(link, b, problem, p, planes, span, most, mode, state, work):  # type: ignore[no-untyped-def]
-    """From the angles of a state to the nearest least; returns the number of steps. work.pushed and work.press hold
-    the multipliers, in and out."""
+def _descend(link, b, problem, p, planes, span, most, warm, state, work):  # type: ignore[no-untyped-def]
+    """From the angles of a state to the nearest least, the target held; returns the number of steps and whether the
+    target seems out of reach. work.pushed and work.press hold the multipliers, in where warm, and out."""
     base, goal = problem
-    if mode != WARM:
+    if not warm:
         work.pushed[:] = 0.0
-    if mode == COLD:
         work.press[:] = 0.0
-    pull, ease = LAST if mode != COLD else FIRST, EASE if mode == FAR else 1.0
-    damping, bent, moved, cost = 1e-2 if mode == COLD else 0.0, False, 0.0, 0.0
-    phase, steps, still, turned = BEGUN, 0, 0, mode != FAR
+    pull, damping, bent, moved, cost, last = LAST if warm else FIRST, 0.0 if warm else 1e-2, False, 0.0, 0.0, np.inf
+    phase, steps, still, slow = BEGUN, 0, 0, 0
     while steps < most and damping < 1e9:
         if phase != STUCK:
             _look(link, b, base, p, planes, span, state)
-        after, gap, worst = _cost(link, goal, p, state, work, pull, ease)
+        after, gap, worst = _cost(link, goal, p, state, work, pull, 1.0)
         if phase == TRIED and not after <= cost + 1e-9 * abs(cost):
             _back(link, state, work)
-            damping, phase = max(damping * 5.0, 0.03), RETURNED
+            damping, phase, slow = max(damping * 5.0, 0.03), RETURNED, slow + 1
+            if last > CLOSE and slow > MOST_SLOW:
+                return steps, True
             continue
         if phase == TRIED:
             damping = damping * 0.2 if damping > 1e-4 else 0.0
-            still = still + 1 if moved < (SETTLED if ease == 1.0 else 0.02 * SETTLED) else 0
-            if pull >= LAST and still > 0 and worst < KEPT and (gap < NEAR or (ease < 1.0 and still > 1)):
-                if ease == 1.0 or gap > REACHED or turned:
-                    return steps
-                ease, still, turned = 1.0, 0, True  # it can be had after all: now in comfort
-            elif pull >= LAST and ease == 1.0 and gap > REACHED and still > 3:
-                ease, still = EASE, 0
-                work.pushed[:] = 0.0
+            still = still + 1 if moved < SETTLED else 0
+            if pull >= LAST and still > 0 and worst < KEPT and gap < NEAR:
+                return steps, False
+            slow = slow + 1 if gap > 0.8 * last else 0
+            if pull >= LAST and gap > REACHED and (still > 3 or slow > MOST_SLOW):
+                return steps, True
+            last = gap
             if pull < LAST:
                 pull *= GROWTH
             elif moved < 0.1:
-                _multiply(goal, p, state, work, pull, gap < CLOSE and ease == 1.0)
-            after, gap, worst = _cost(link, goal, p, state, work, pull, ease)
+                _multiply(goal, p, state, work, pull, gap < CLOSE)
+            after, gap, worst = _cost(link, goal, p, state, work, pull, 1.0)
         if phase < RETURNED or (bent and damping > 1.0):  # far off the curvature is of no use: go on without
-            bent = phase < RETURNED and (gap < CLOSE or ease < 1.0)
+            bent = phase < RETURNED and gap < CLOSE
             cost = after
-            _equations(link, goal, p, state, work, pull, ease, bent, mode)
+            _equations(link, goal, p, state, work, pull, 1.0, bent, warm)
         steps += 1
         if _step(link, state, work, damping):
             moved, phase = _go(link, state, work), TRIED
         else:
             damping, phase = max(damping * 5.0, 0.03), STUCK
-    return steps
+    return steps, True
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _approach(link, b, problem, p, planes, span, most, state, work):  # type: ignore[no-untyped-def]
+    """From the angles of a state to the nearest that the tip gets to a target out of reach; returns the number of steps
+    and the weight of the distance. work.press holds the pressure on the stops, in and out.
+
+    The step is damped by how much of what it promised it has kept (Nocedal & Wright 2006, chapter 4).
+    """
+    base, goal = problem
+    work.pushed[:] = 0.0
+    pull, damping, rise, moved, cost, promise, last = 0.0, 1.0, 4.0, 0.0, 0.0, 1.0, np.inf
+    phase, steps, still = BEGUN, 0, 0
+    while steps < most and damping < 1e9:
+        if phase != STUCK:
+            _look(link, b, base, p, planes, span, state)
+        after, gap, worst = _cost(link, goal, p, state, work, pull, EASE)
+        if phase == TRIED and not after <= cost + 1e-10 * abs(cost):
+            _back(link, state, work)
+            damping, rise, phase = max(damping * rise, 0.03), rise * 2.0, RETURNED
+            continue
+        if phase == TRIED:
+            kept = (cost - after) / promise
+            damping, rise = damping * (0.2 if kept > 0.7 else 1.0 if kept > 0.25 else 3.0), 4.0
+            still = still + 1 if damping < SURE and abs(gap - last) < RESTED else 0
+            last = gap
+            if worst < KEPT and (still > 1 or gap < NEAR):
+                return steps, pull
+            if moved < 0.1:
+                _multiply(goal, p, state, work, pull, False)
+        if phase < RETURNED:
+            pull = min(LAST, FORCE / max(gap, 1e-9))
+            cost, gap, worst = _cost(link, goal, p, state, work, pull, EASE)
+            _equations(link, goal, p, state, work, pull, EASE, True, False)
+        steps += 1
+        if _step(link, state, work, damping if damping > 1e-3 else 0.0):
+            promise, push = 1e-300, 0.0
+            for i in range(link.mode.shape[0]):
+                push += work.side[i] * work.step[i]
+                promise += 0.5 * damping * link.weight[i] * work.step[i] * work.step[i]
+            promise += 0.5 * push
+            moved, phase = _go(link, state, work), TRIED
+        else:
+            damping, rise, phase = max(damping * rise, 0.03), rise * 2.0, STUCK
+    return steps, pull
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -332,7 +390,7 @@ def _next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _holder(state, press, gap, p, numbers):  # type: ignore[no-untyped-def]
+def _holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
     """Fill numbers[p, 3:]: joint, axis, side of the stop under most pressure (or -1 and a plane's number), how much it
     would give [m/rad, m/m] and 1.0; zeros where nothing is held."""
     best = -1
@@ -341,17 +399,49 @@ def _holder(state, press, gap, p, numbers):  # type: ignore[no-untyped-def]
     for r in range(state.used[0]):
         if press[r] > (press[best] if best >= 0 else 0.0):
             best = r
-    if best >= 0 and gap > 0.0:
+    if best >= 0 and force > 0.0:
         for i in range(3):
             numbers[p, 3 + i] = state.label[best, i]
-        numbers[p, 6], numbers[p, 7] = press[best] / (LAST * gap), 1.0
+        numbers[p, 6], numbers[p, 7] = press[best] / force, 1.0
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _attempt(link, b, problem, planes, most, out, p, mode, worth, state, work, best):  # type: ignore[no-untyped-def]
+    """Solve row p from the angles of a state: straight for it; if that fails as near as can be; in comfort if that gets
+    there. Keeps in best what is better than worth (distance, breach), and returns the better."""
+    base, goal = problem
+    rows, start = planes
+    _, numbers, held = out
+    error, breach = worth
+    span, far, pull = (start[p], start[p + 1]), mode == FAR, LAST
+    for turn in range(3):
+        if turn == 1:
+            steps, pull = _approach(link, b, problem, p, rows, span, most, state, work)
+        elif turn == 2 or not far:
+            some = HASTE if mode == WARM else most
+            steps, far = _descend(link, b, problem, p, rows, span, some, mode == WARM, state, work)
+            pull = LAST
+        else:
+            continue
+        numbers[p, 2] += steps
+        within(link, state.angles)
+        _look(link, b, base, p, rows, span, state)
+        gap, past = _worth(goal, p, state)
+        if (past < LEGAL and breach >= LEGAL) or (past < max(LEGAL, breach) and (gap < error or gap < REACHED)):
+            error, breach = gap, past
+            _copy3(state.angles, best)
+            for i in range(6 + link.rows.shape[0]):
+                held[p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
+            _holder(state, work.press, pull * gap, p, numbers)
+        if mode == WARM or not far or (turn == 1 and gap >= REACHED):
+            break
+    return error, breach
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried, best):  # type: ignore[no-untyped-def]
     """Solve row p: from where the row it follows has come to, from its own start, from seeds."""
     base, goal = problem
-    rows, start = planes
     most, seeds, seed_tips, again = settings
     angles, numbers, held = out
     stops, free, lead = link.rows.shape[0], link.mode.shape[0], follow[p]
@@ -361,7 +451,9 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
     for i in range(8):
         numbers[p, i] = 0.0
     if lead >= 0 and numbers[lead, 1] < LEGAL:
-        mode, few = (WARM, again) if numbers[lead, 0] < REACHED else (FAR, min(again, FEW))
+        mode, few = (
+            (WARM, again) if numbers[lead, 0] < REACHED else (FAR, min(again, 1 if numbers[lead, 0] < WIDE else -1))
+        )
         work.press[:] = 0.0
         for i in range(6 + stops):
             if i < 6:
@@ -382,19 +474,7 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
                 state.angles[k, axis] = angles[lead, k, axis]
             elif attempt > 0:
                 state.angles[k, axis] = seeds[at, k, axis]
-        span = (start[p], start[p + 1])
-        numbers[p, 2] += _descend(link, b, problem, p, rows, span, HASTE if mode == WARM else most, mode, state, work)
-        within(link, state.angles)
-        _look(link, b, base, p, rows, span, state)
-        gap, past = _worth(goal, p, state)
-        if (past < LEGAL and breach >= LEGAL) or (past < max(LEGAL, breach) and gap < error):
-            error, breach = gap, past
-            for k in range(best.shape[0]):
-                for axis in range(3):
-                    best[k, axis] = state.angles[k, axis]
-            for i in range(6 + stops):
-                held[p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
-            _holder(state, work.press, gap, p, numbers)
+        error, breach = _attempt(link, b, problem, planes, most, out, p, mode, (error, breach), state, work, best)
         if (error < REACHED and breach < LEGAL) or attempt >= few:
             break
         mode = COLD
@@ -410,7 +490,7 @@ def solve_chains(link, who, problem, planes, settings, out, follow, begin, end):
     (P + 1,). settings: most steps, seeds (M, K, 3) to begin again from with their tips and directions (M, 6), how many
     of them. out: angles (P, K, 3), the start in and the solution out; numbers (P, 8): error, breach, steps, and what
     holds (5); held (P, 6 + R): multipliers of target and stops. follow (P,): the row, in begin..p, from whose solution
-    to begin, -1 for the row's own start; where that one missed, only a FEW more postures are tried.
+    to begin, -1 for the row's own start; where that one missed, at most the row's own start is tried besides.
     """
     start = planes[1]
     joints, free, widest = link.axes.shape[0], link.mode.shape[0], 0

@@ -140,7 +140,9 @@ def _seeds(body: Body, limb: Limb) -> tuple[Floats, Floats]:
     # the legal ones first, then the least wrong: a start need not be legal
     order = np.argsort(breach, kind="stable")[:SEEDS]
     angles, at = np.ascontiguousarray(angles[order]), np.zeros((SEEDS, 6))
-    tips(link, np.zeros(SEEDS, np.int64), np.ascontiguousarray(np.broadcast_to(np.eye(3, 4), (SEEDS, 3, 4))), angles, at)
+    tips(
+        link, np.zeros(SEEDS, np.int64), np.ascontiguousarray(np.broadcast_to(np.eye(3, 4), (SEEDS, 3, 4))), angles, at
+    )
     return angles, at
 
 
