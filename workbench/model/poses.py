@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,8 +10,11 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats, frozen
 from workbench.model.body import Body
+from workbench.model.spool import Spool, pieces
 
-__all__ = ["Placed", "Poses"]
+__all__ = ["Placed", "Poses", "stacked"]
+
+_CHECKED = 65_536
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -32,13 +36,9 @@ class Poses:
     def __post_init__(self) -> None:
         rotations = frozen(self.rotations, np.float64, (None, None, 4), "poses.rotations")
         poses = len(rotations)
-        norm = np.linalg.norm(rotations, axis=-1)
-        if rotations.size and not np.all(np.abs(norm - 1.0) < 1e-6):
-            raise InputError("poses.rotations: quaternions must be finite and of length 1 (w, x, y, z)")
         place = frozen(self.world_from_reference, np.float64, (poses, 3, 4), "poses.world_from_reference")
-        gram = place[:, :, :3] @ place[:, :, :3].transpose(0, 2, 1)
-        if not (np.all(np.isfinite(place)) and np.allclose(gram, np.eye(3), rtol=0, atol=1e-6)):
-            raise InputError("poses.world_from_reference: a rotation (3, 3) and a finite position are needed")
+        for rows in pieces(poses, size=_CHECKED):
+            _check(rotations[rows], place[rows])
         object.__setattr__(self, "rotations", rotations)
         object.__setattr__(self, "world_from_reference", place)
         if self.time is not None:
@@ -46,6 +46,11 @@ class Poses:
 
     def __len__(self) -> int:
         return len(self.rotations)
+
+    def rows(self, keep: slice) -> Poses:
+        """The poses of a slice, without a copy."""
+        time = None if self.time is None else self.time[keep]
+        return Poses(self.rotations[keep], self.reference, self.world_from_reference[keep], time)
 
     @property
     def clock(self) -> Floats:
@@ -78,3 +83,31 @@ class Placed:
 
     def __len__(self) -> int:
         return len(self.world_from_segment)
+
+
+def stacked(parts: Iterable[Poses]) -> Poses:
+    """One motion of parts that follow each other, all with times and the same reference segment; a long one is kept in
+    a file (`workbench.model.spool`). InputError where there is none, or they name different reference segments."""
+    kept: tuple[Spool, Spool, Spool] | None = None
+    reference = -1
+    for part in parts:
+        if kept is None:
+            reference = part.reference
+            kept = Spool(part.rotations.shape[1], 4), Spool(3, 4), Spool()
+        if part.reference != reference:
+            raise InputError("poses with different reference segments cannot be one motion")
+        for spool, rows in zip(kept, (part.rotations, part.world_from_reference, part.clock), strict=True):
+            spool.add(rows)
+    if kept is None:
+        raise InputError("no poses to stack")
+    rotations, place, time = (spool.done() for spool in kept)
+    return Poses(rotations, reference, place, time)
+
+
+def _check(rotations: Floats, place: Floats) -> None:
+    norm = np.linalg.norm(rotations, axis=-1)
+    if rotations.size and not np.all(np.abs(norm - 1.0) < 1e-6):
+        raise InputError("poses.rotations: quaternions must be finite and of length 1 (w, x, y, z)")
+    gram = place[:, :, :3] @ place[:, :, :3].transpose(0, 2, 1)
+    if not (np.all(np.isfinite(place)) and np.allclose(gram, np.eye(3), rtol=0, atol=1e-6)):
+        raise InputError("poses.world_from_reference: a rotation (3, 3) and a finite position are needed")

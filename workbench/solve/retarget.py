@@ -225,7 +225,9 @@ def _one_axis(body: Body, rotations: Floats, joints: tuple[str, str, str]) -> No
     swing, _ = swing_twist(rotations[:, hinge], lower[None])
     side = first - upper * (upper @ first)
     across = np.cross(upper, side)
-    turn = np.arctan2(swing @ across / np.linalg.norm(across), swing @ side / np.linalg.norm(side))
+    turn = np.arctan2(
+        (swing * across).sum(axis=-1) / np.linalg.norm(across), (swing * side).sum(axis=-1) / np.linalg.norm(side)
+    )
     size = np.linalg.norm(swing, axis=-1)
     about = exponential((turn * size**4 / (size**4 + _STRAIGHT**4))[:, None] * upper)
     rotations[:, above] = multiply(rotations[:, above], about)

@@ -5,21 +5,21 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.errors import UsageError
+from workbench.model.arrays import Floats
 from workbench.model.crash import CrashStudy, Limit, Signal, SignalPoint
-from workbench.model.poses import Placed, Poses
 from workbench.solve.signals import GRAVITY, acceleration, cfc_filter, evenly, held_level, hic, velocity
 
 __all__ = ["LONGEST_HIC", "figure_of", "signal_of"]
 
+_USUAL = {("held", 0.003): "3 ms", ("hic", 0.015): "HIC15", ("hic", 0.036): "HIC36"}
+"""Figures of every signal by what they are and over how long [s]."""
 LONGEST_HIC = 0.2
 """[s] Windows of a HIC without a stated one are searched up to here."""
 
 
-def signal_of(placed: Placed, motion: Poses, point: SignalPoint, study: CrashStudy) -> Signal:
-    """The signal of a point of a motion with its figures. UsageError where the frames are too few for the filter."""
-    world = placed.world_from_segment[:, point.segment]
-    path = world[:, :, :3] @ np.array(point.at) + world[:, :, 3]
-    clock = motion.clock
+def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: CrashStudy) -> Signal:
+    """The signal of a point that is on a path (P, 3) [m] at times (P,) [s], with its figures. UsageError where the
+    frames are too few for the filter."""
     time, position = evenly(clock, path)
     second = acceleration(time, position)
     if study.cfc is not None:
@@ -32,7 +32,7 @@ def signal_of(placed: Placed, motion: Poses, point: SignalPoint, study: CrashStu
     most = int(np.argmax(level))
     figures = {"peak": (float(level[most]) / GRAVITY, float(time[most]), float(time[most]))}
     figures["delta-v"] = _change(bare)
-    for name, figure, span in (("3 ms", "held", 0.003), ("HIC15", "hic", 0.015), ("HIC36", "hic", 0.036)):
+    for (figure, span), name in _USUAL.items():
         if time[-1] - time[0] >= span >= time[1] - time[0]:
             figures[name] = figure_of(bare, Limit(figure, "", span, 0.0, ""))
     return Signal(point, time, position, bare.velocity, second, study.cfc, figures)
@@ -40,6 +40,9 @@ def signal_of(placed: Placed, motion: Poses, point: SignalPoint, study: CrashStu
 
 def figure_of(signal: Signal, limit: Limit) -> tuple[float, float, float]:
     """A limit's figure of a signal (HIC without a unit, a held level in g), and from when to when [s] it is."""
+    known = _USUAL.get((limit.figure, limit.span), "")
+    if known in signal.figures:
+        return signal.figures[known]
     level = np.linalg.norm(signal.acceleration, axis=1)
     if limit.figure == "hic":
         found = hic(signal.time, level, window=min(limit.span, LONGEST_HIC))

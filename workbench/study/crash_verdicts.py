@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.crash import CrashCriterion, CrashResult, CrashVerdict
-from workbench.model.poses import Placed
+from workbench.study.crash_frames import Excursion
 from workbench.study.crash_signals import figure_of
 
 __all__ = ["crash_verdict"]
 
 
-def crash_verdict(criterion: CrashCriterion, result: CrashResult, placed: Placed) -> CrashVerdict:
+def crash_verdict(criterion: CrashCriterion, result: CrashResult, excursions: Mapping[str, Excursion]) -> CrashVerdict:
     """How a criterion comes out; UsageError for a check that is not known."""
     judge = {"contact": _contact, "excursion": _excursion, "stops": _stops, "rules": _rules}.get(criterion.check)
     if judge is None:
         raise UsageError(f"no check {criterion.check!r}")
-    return judge(criterion, result, placed)
+    return judge(criterion, result, excursions)
 
 
-def _contact(criterion: CrashCriterion, result: CrashResult, placed: Placed) -> CrashVerdict:
+def _contact(criterion: CrashCriterion, result: CrashResult, excursions: Mapping[str, Excursion]) -> CrashVerdict:
     about = [m for m in result.meetings if not m.own and m.segment in criterion.segments and m.other in criterion.parts]
     limit = 1000 * criterion.at_most
     if not about:
@@ -31,34 +33,30 @@ def _contact(criterion: CrashCriterion, result: CrashResult, placed: Placed) -> 
     return CrashVerdict(criterion, depth <= limit + 1e-6, depth, limit, "mm", worst.deepest, told)
 
 
-def _excursion(criterion: CrashCriterion, result: CrashResult, placed: Placed) -> CrashVerdict:
-    body = placed.body
-    about = np.isin(body.sphere_segment, [body.segment(s) for s in criterion.segments])
-    ahead = (placed.centres[:, about] - criterion.origin) @ np.array(criterion.direction) + body.radius[about]
-    frame, sphere = np.unravel_index(int(np.argmax(ahead)), ahead.shape)
-    number = int(np.flatnonzero(about)[sphere])
-    name = body.sphere_names[number] or body.segment_names[int(body.sphere_segment[number])]
-    value, limit = 1000 * float(ahead[frame, sphere]), 1000 * criterion.at_most
-    return CrashVerdict(criterion, value <= limit, value, limit, "mm", float(result.study.motion.clock[frame]),
+def _excursion(criterion: CrashCriterion, result: CrashResult, excursions: Mapping[str, Excursion]) -> CrashVerdict:
+    body, found = result.study.body, excursions[criterion.name]
+    name = body.sphere_names[found.sphere] or body.segment_names[int(body.sphere_segment[found.sphere])]
+    value, limit = 1000 * found.value, 1000 * criterion.at_most
+    return CrashVerdict(criterion, value <= limit, value, limit, "mm", float(result.study.motion.clock[found.frame]),
                         f"{name} goes {value:.1f} mm")  # fmt: skip
 
 
-def _stops(criterion: CrashCriterion, result: CrashResult, placed: Placed) -> CrashVerdict:
+def _stops(criterion: CrashCriterion, result: CrashResult, excursions: Mapping[str, Excursion]) -> CrashVerdict:
     limit = float(np.degrees(criterion.at_most))
     if not result.breaches:
         return CrashVerdict(criterion, True, 0.0, limit, "degrees", float("nan"), "no joint is past its stop")
     worst = max(result.breaches, key=lambda b: b.worst)
-    name = placed.body.joint_names[placed.body.joint(worst.joint)]
+    name = result.study.body.joint_names[result.study.body.joint(worst.joint)]
     value = float(np.degrees(worst.worst))
     told = f"{name} is {value:.1f} degrees past its stop in {worst.motion.replace('_', ' ')}"
     return CrashVerdict(criterion, value <= limit, value, limit, "degrees", worst.at, told)
 
 
-def _rules(criterion: CrashCriterion, result: CrashResult, placed: Placed) -> CrashVerdict:
+def _rules(criterion: CrashCriterion, result: CrashResult, excursions: Mapping[str, Excursion]) -> CrashVerdict:
     """The limit that is most used up, of all limits of the rule set."""
     found = []
     for limit in result.study.limits:
-        segment = placed.body.segment(limit.segment)
+        segment = result.study.body.segment(limit.segment)
         for signal in result.signals:
             step = float(signal.time[1] - signal.time[0])
             if signal.point.segment == segment and step > 0.5 * limit.span:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -10,12 +10,13 @@ import numpy as np
 
 from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.opensim import Coordinates, coordinate_poses
-from workbench.files.motions.reading import read_motion
+from workbench.files.motions.reading import Recorded, read_motion
 from workbench.model.body import Body
 from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, stacked
 from workbench.model.posing import attitude_matrix
+from workbench.model.spool import pieces
 from workbench.solve.laban import score_poses
 from workbench.solve.markers import bridged, poses_from_markers
 from workbench.solve.retarget import retarget
@@ -45,24 +46,58 @@ def load_motion(body: Body, path: str | Path, *, options: MotionOptions | None =
     """A motion file of any known format as poses of a body with their times, and what was assumed or is odd, in
     sentences. InputError with file and line for every fault."""
     given = options or MotionOptions()
-    found = read_motion(path, body, up=given.up, keep=given.keep)
-    notes: tuple[str, ...] = ()
-    if isinstance(found, Bones):
-        poses, notes = retarget(body, found, names=given.names, up=given.up, metres=given.metres)
-    elif isinstance(found, Markers):
-        poses, notes = _from_markers(body, found, given)
-    elif isinstance(found, Coordinates):
-        poses, notes = coordinate_poses(body, found)
-    elif isinstance(found, SegmentTrack):
-        poses, notes = _from_track(body, found)
-    elif isinstance(found, Score):
-        poses, notes = score_poses(body, found)
-    else:
-        poses, notes = found
+    loading = _Loading(body, given)
     turn = attitude_matrix(yaw=given.yaw)
-    world = np.einsum("ij,pjk->pik", turn, poses.world_from_reference)
-    world[:, :, 3] += given.move
-    return replace(poses, world_from_reference=world), tuple(f"{Path(path).name}: {note}" for note in notes)
+
+    def parts() -> Iterator[Poses]:
+        for found in read_motion(path, body, up=given.up, keep=given.keep):
+            poses = loading.poses(found)
+            for rows in pieces(len(poses)):
+                some = poses.rows(rows)
+                world = np.einsum("ij,pjk->pik", turn, some.world_from_reference)
+                world[:, :, 3] += given.move
+                yield replace(some, world_from_reference=world)
+
+    whole = stacked(parts())
+    return whole, tuple(f"{Path(path).name}: {note}" for note in loading.told())
+
+
+class _Loading:
+    """What a file holds, piece by piece, as poses of a body; and what was assumed, once."""
+
+    def __init__(self, body: Body, given: MotionOptions) -> None:
+        self._body, self._given = body, given
+        self._notes: dict[str, None] = {}
+        self._loosest = (_LOOSE, "")
+
+    def poses(self, found: Recorded) -> Poses:
+        """A piece as poses."""
+        body, given = self._body, self._given
+        notes: tuple[str, ...] = ()
+        if isinstance(found, Bones):
+            poses, notes = retarget(body, found, names=given.names, up=given.up, metres=given.metres)
+        elif isinstance(found, Markers):
+            poses, notes = _from_markers(body, found, given)
+        elif isinstance(found, Coordinates):
+            poses, notes = coordinate_poses(body, found)
+        elif isinstance(found, SegmentTrack):
+            poses, apart = poses_from_track(body, found)
+            worst = int(np.argmax(apart.max(axis=0)))
+            self._loosest = max(self._loosest, (float(apart.max()), found.segments[worst]))
+            notes = found.notes
+        elif isinstance(found, Score):
+            poses, notes = score_poses(body, found)
+        else:
+            poses, notes = found
+        self._notes |= dict.fromkeys(notes)
+        return poses
+
+    def told(self) -> tuple[str, ...]:
+        """What was assumed, or is odd."""
+        apart, segment = self._loosest
+        loose = (f"segment {segment} is up to {1000 * apart:.0f} mm from where the joints of {self._body.name} put it: "
+                 "another size of body?")  # fmt: skip
+        return (*self._notes, loose) if segment else tuple(self._notes)
 
 
 def _from_markers(body: Body, markers: Markers, given: MotionOptions) -> tuple[Poses, tuple[str, ...]]:
@@ -74,12 +109,3 @@ def _from_markers(body: Body, markers: Markers, given: MotionOptions) -> tuple[P
            f"{fit.markers[worst]} with {1000 * per[worst]:.1f} mm"  # fmt: skip
     unused = (f"markers not used: {', '.join(fit.unused)}",) if fit.unused else ()
     return fit.poses, (*fit.notes, said, *unused)
-
-
-def _from_track(body: Body, track: SegmentTrack) -> tuple[Poses, tuple[str, ...]]:
-    poses, apart = poses_from_track(body, track)
-    worst = int(np.argmax(apart.max(axis=0)))
-    if apart.max() <= _LOOSE:
-        return poses, track.notes
-    return poses, (*track.notes, f"segment {track.segments[worst]} is up to {1000 * apart.max():.0f} mm from where the "
-                                 f"joints of {body.name} put it: another size of body?")  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,8 +13,9 @@ from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
 from workbench.model.arrays import Floats
 from workbench.model.motion import Bones
 from workbench.model.quaternions import exponential, multiply
+from workbench.model.spool import pieces
 
-__all__ = ["read_bvh"]
+__all__ = ["bone_pieces", "read_bvh"]
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CHANNELS = {axis + kind: (kind, k) for axis, k in _AXES.items() for kind in ("position", "rotation")}
@@ -37,28 +38,35 @@ def read_bvh(path: str | Path, *, keep: Pick = ALL) -> Bones:
     for a broken hierarchy, unknown channels, rows of another length, frames missing or too many, a frame time that is
     not positive.
     """
+    parts = list(bone_pieces(path, keep=keep))
+    rotations, shift, time = (np.concatenate([getattr(p, name) for p in parts])
+                              for name in ("rotations", "shift", "time"))  # fmt: skip
+    return replace(parts[0], rotations=rotations, shift=shift, time=time)
+
+
+def bone_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Bones]:
+    """As `read_bvh`, some frames at a time."""
     source = Path(path)
     lines = numbered(source)
     bones, at = _hierarchy(source, lines)
     frames, step, at = _motion_head(source, lines, at)
     names = [f"{bone.name} {channel}" for bone in bones for channel in bone.channels]
     rest = ((number, line.split()) for number, line in lines if line.strip())
-    table, count = number_rows(source, rest, len(names), rows=names, keep=keep, clock=(None, step))
-    if count != frames:
-        raise InputError(f"{source}, line {at}: says {frames} frames, {count} are there")
-    if not len(table):
+    found = number_rows(source, rest, len(names), rows=names, keep=keep, clock=(None, step))
+    if found.total != frames:
+        raise InputError(f"{source}, line {at}: says {frames} frames, {found.total} are there")
+    if not len(found.values):
         raise InputError(
-            f"{source}: no frame between {keep.start:g} and {keep.end:g} s (it lasts {(count - 1) * step:g} s)"
+            f"{source}: no frame between {keep.start:g} and {keep.end:g} s (it lasts {(found.total - 1) * step:g} s)"
         )
     first = max(0, int(np.ceil(keep.start / step - 1e-9))) if np.isfinite(keep.start) else 0
-    time: Floats = np.float64(1.0) * (first + keep.every * np.arange(len(table))) * step
-    rotations, shift = _turned(bones, table)
+    time: Floats = np.float64(1.0) * (first + keep.every * np.arange(len(found.values))) * step
     ends = {bone.name: bone.end for bone in bones if bone.end is not None}
     offset = np.array([bone.offset for bone in bones], dtype=np.float64)
-    parent = np.array([bone.parent for bone in bones])
-    return Bones(
-        tuple(b.name for b in bones), parent, offset, rotations, shift, time, ends, float("nan"), "", str(source)
-    )
+    parent, called = np.array([bone.parent for bone in bones]), tuple(bone.name for bone in bones)
+    for rows in pieces(len(time)):
+        rotations, shift = _turned(bones, found.values[rows])
+        yield Bones(called, parent, offset, rotations, shift, time[rows], ends, float("nan"), "", str(source))
 
 
 def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[list[_Bone], int]:

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.files.opening import readable
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
+from workbench.model.spool import Spool
 
-__all__ = ["ALL", "MOST_NUMBERS", "Pick", "number_rows", "numbered"]
+__all__ = ["ALL", "MOST_NUMBERS", "Pick", "Rows", "number_rows", "numbered"]
 
-MOST_NUMBERS = 400_000_000
-"""Numbers that are kept in memory at most (3.2 GB)."""
+MOST_NUMBERS = 2_000_000_000
+"""Numbers of one file that are kept at most (16 GB, in a temporary file)."""
 _BLOCK = 2048
 
 
@@ -38,6 +41,15 @@ class Pick:
 ALL = Pick()
 
 
+class Rows(NamedTuple):
+    """Rows of numbers: values (P, width) of those that were wanted, how many there were in all, and the lines (P,) of
+    those that were wanted."""
+
+    values: Floats
+    total: int
+    lines: Ints
+
+
 def numbered(path: Path) -> Iterator[tuple[int, str]]:
     """The lines of a text file with their numbers from 1. InputError where it is missing, empty or no text."""
     empty = True
@@ -53,48 +65,58 @@ def numbered(path: Path) -> Iterator[tuple[int, str]]:
 
 def number_rows(
     path: Path, lines: Iterator[tuple[int, list[str]]], width: int, *, rows: Sequence[str] = (), blank: bool = False,
-    keep: Pick = ALL, clock: tuple[int | None, float] = (0, 0.0),
-) -> tuple[Floats, int]:  # fmt: skip
-    """Rows of `width` numbers (P, width), only those of `keep`, and how many rows there were in all.
+    keep: Pick = ALL, clock: tuple[int | None, float] = (0, 1.0),
+) -> Rows:  # fmt: skip
+    """Rows of `width` numbers (P, width), only those of `keep`; many are kept in a file (`workbench.model.spool`).
 
     lines: line numbers with the words of each line. blank: an empty word is a gap (NaN). clock: the column that holds
-    the time [s], or None and the step between rows [s]. InputError names line and column of what is no finite number,
-    rows of another length, and a file too long for the memory.
+    the time and one unit of it [s], or None and the step between rows [s]. InputError names line and column of what is
+    no finite number, rows of another length, times that do not rise, and a file too long to keep.
     """
-    column, step = clock
-    done: list[Floats] = []
+    column, unit = clock
+    kept, wanted = Spool(width), array("q")
     block: list[list[float]] = []
-    count = kept = 0
+    count = inside = 0
+    before = -math.inf
     for number, words in lines:
         if len(words) != width:
             raise InputError(f"{path}, line {number}: {len(words)} values where {width} are needed")
         try:
-            row = [float(word) if word or not blank else np.nan for word in words]
+            row = [float(word) if word or not blank else math.nan for word in words]
         except ValueError:
             row = []
         if not row or not _finite(row, words, blank):
             _refuse(path, number, words, rows)
-        now = row[column] if column is not None else count * step
+        now = row[column] * unit if column is not None else count * unit
         count += 1
+        if not now > before:
+            _refuse_time(f"{path}, line {number}", count, now, before)
+        before = now
         if not keep.start <= now <= keep.end:
             continue
-        kept += 1
-        if (kept - 1) % keep.every:
+        inside += 1
+        if (inside - 1) % keep.every:
             continue
         block.append(row)
+        wanted.append(number)
         if len(block) == _BLOCK:
-            done.append(np.array(block))
+            if len(wanted) * width > MOST_NUMBERS:
+                raise InputError(f"{path}: too long: read a part of it (start, end) or every n-th frame")
+            kept.add(np.array(block))
             block = []
-            if len(done) * _BLOCK * width > MOST_NUMBERS:
-                raise InputError(
-                    f"{path}: too long to keep in memory: read a part of it (start, end) or every n-th frame"
-                )
-    done.append(np.array(block, dtype=np.float64).reshape(-1, width))
-    return np.concatenate(done), count
+    kept.add(np.array(block, dtype=np.float64).reshape(-1, width))
+    return Rows(kept.done(), count, np.array(wanted, dtype=np.int64))
 
 
 def _finite(row: list[float], words: Sequence[str], blank: bool) -> bool:
     return all(map(math.isfinite, (v for v, w in zip(row, words, strict=True) if w) if blank else row))
+
+
+def _refuse_time(here: str, frame: int, now: float, before: float) -> None:
+    if math.isnan(now):
+        raise InputError(f"{here}: frame {frame} has no time")
+    raise InputError(f"{here}: frames are out of order: frame {frame} is at {now:g} s, after frame {frame - 1} at "
+                     f"{before:g} s")  # fmt: skip
 
 
 def _refuse(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) -> None:

@@ -17,6 +17,8 @@ from workbench.model.motion import Markers
 
 __all__ = ["read_c3d", "read_trc"]
 
+_MOST_NUMBERS = 100_000_000
+"""Numbers of markers that are held in memory at most (0.8 GB, a few times over)."""
 _LOW = re.compile(r"heel|hee|hel|ank|toe|mt\d|foo|calc|malleol")
 _HIGH = re.compile(r"asi|psi|head|fhd|bhd|c7|t10|shoulder|sho|fsh|acrom|clav|strn|stern|iliac|wt$|gtr|hip|sacr")
 
@@ -36,7 +38,9 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Ma
     width = 2 + 3 * len(names)
     rows = ((number, _padded(line, width)) for number, line in lines if line.strip())
     columns = ["frame", "time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
-    table, count = number_rows(source, rows, width, rows=columns, blank=True, keep=keep, clock=(1, 0.0))
+    table, count, _ = number_rows(source, rows, width, rows=columns, blank=True, keep=keep, clock=(1, 1.0))
+    if table.size > _MOST_NUMBERS:
+        raise InputError(f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame")
     said = int(float(about.get("numframes", count)))
     if said != count:
         raise InputError(f"{source}, line 3: says {said} frames, {count} are there")

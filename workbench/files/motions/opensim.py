@@ -7,7 +7,7 @@ Both dialects of the header are read: `nRows`, `nColumns`, `inDegrees`, `endhead
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +19,9 @@ from workbench.model.body import Body
 from workbench.model.motion import rising_time
 from workbench.model.poses import Poses
 from workbench.model.quaternions import exponential, matrices, multiply
+from workbench.model.spool import pieces
 
-__all__ = ["Coordinates", "coordinate_poses", "read_coordinates"]
+__all__ = ["Coordinates", "coordinate_pieces", "coordinate_poses", "read_coordinates"]
 
 _MOST_TURNS = 13.0
 # joint -> (coordinate, axis in x forward y left z up), in the order in which OpenSim turns; {s}: l or r
@@ -43,37 +44,55 @@ _LIMBS = {
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Named coordinates of a motion: values (P, C) in radians, pelvis_tx, _ty, _tz in metres; time (P,) [s]."""
+    """Named coordinates of a motion: values (P, C) in radians, pelvis_tx, _ty, _tz in metres; time (P,) [s]; negative:
+    the knees that are negative in flexion."""
 
     names: tuple[str, ...]
     values: Floats
     time: Floats
     file: str
+    negative: frozenset[str]
 
 
 def read_coordinates(path: str | Path, *, keep: Pick = ALL) -> Coordinates:
     """Coordinates of a .mot or .sto file. InputError with the line for a broken header, rows of another length, wrong
     counts, or angles of many turns (degrees taken for radians)."""
+    parts = list(coordinate_pieces(path, keep=keep))
+    values, time = (np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "time"))
+    return replace(parts[0], values=values, time=time)
+
+
+def coordinate_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Coordinates]:
+    """As `read_coordinates`, some frames at a time."""
     source = Path(path)
     lines = numbered(source)
     degrees, said, names = _header(source, lines)
     rest = ((number, line.split()) for number, line in lines if line.strip())
-    values, count = number_rows(source, rest, len(names), rows=names, keep=keep, clock=(names.index("time"), 0.0))
-    for word, have in (("rows", count), ("columns", len(names))):
+    clock = names.index("time")
+    found = number_rows(source, rest, len(names), rows=names, keep=keep, clock=(clock, 1.0))
+    for word, have in (("rows", found.total), ("columns", len(names))):
         if word in said and said[word] != have:
             raise InputError(f"{source}: the header says {said[word]} {word}, {have} are there")
-    if not len(values):
+    if not len(found.values):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
     others = [k for k, name in enumerate(names) if name != "time"]
-    time = rising_time(values[:, names.index("time")], str(source))
-    angles = values[:, others] * np.array([np.pi / 180 if degrees and not _is_place(names[k]) else 1.0 for k in others])
+    time = rising_time(found.values[:, clock], str(source))
+    scale = np.array([np.pi / 180 if degrees and not _is_place(names[k]) else 1.0 for k in others])
+    negative = set()
     for column, k in enumerate(others):
-        worst = int(np.argmax(np.abs(angles[:, column])))
-        if not _is_place(names[k]) and abs(angles[worst, column]) > _MOST_TURNS:
+        values = found.values[:, k] * scale[column]
+        worst = int(np.argmax(np.abs(values)))
+        if not _is_place(names[k]) and abs(values[worst]) > _MOST_TURNS:
             guess = "" if degrees else ": the header says radians; are these degrees (inDegrees=yes)?"
-            raise InputError(f"{source}: {names[k]} is {values[worst, k]:g} at {time[worst]:g} s, "
-                             f"{abs(angles[worst, column]) / (2 * np.pi):.0f} whole turns{guess}")  # fmt: skip
-    return Coordinates(tuple(names[k] for k in others), angles, time, str(source))
+            raise InputError(f"{source}, line {found.lines[worst]}: {names[k]} is {found.values[worst, k]:g} at "
+                             f"{time[worst]:g} s, {abs(values[worst]) / (2 * np.pi):.0f} whole turns"
+                             f"{guess}")  # fmt: skip
+        if names[k].startswith("knee_angle") and np.median(values) < 0:
+            negative.add(names[k])
+    called = tuple(names[k] for k in others)
+    for rows in pieces(len(time)):
+        angles = found.values[rows][:, others] * scale
+        yield Coordinates(called, angles, time[rows], str(source), frozenset(negative))
 
 
 def coordinate_poses(body: Body, found: Coordinates) -> tuple[Poses, tuple[str, ...]]:
@@ -132,7 +151,7 @@ class _Reader:
 
     def _value(self, key: str) -> Floats:
         values = np.asarray(self.known[key])
-        if key.startswith("knee_angle") and np.median(values) < 0:
+        if key in self.found.negative:
             self.notes.append(f"{key} is negative in flexion, as in the gait2392 model")
             return -values
         if key.startswith("pro_sup"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +13,15 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
 from workbench.files.schema import metres_in
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.motion import SegmentTrack, rising_time
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, stacked
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
 from workbench.model.quaternions import from_matrices, matrices
+from workbench.model.spool import pieces
 
-__all__ = ["angle_table_text", "read_angle_table", "read_segment_table", "table_kind"]
+__all__ = ["angle_table_text", "read_angle_table", "read_segment_table", "segment_pieces", "table_kind"]
 
 _SECONDS = {"s": 1.0, "ms": 1e-3}
 _RADIANS = {"deg": float(np.pi / 180), "rad": 1.0}
@@ -36,14 +37,26 @@ class _Column:
     unit: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Table:
+    """A table's columns (without the clock), its numbers with all columns, and where each column stands in them."""
+
     path: Path
     about: dict[str, str]
     columns: tuple[_Column, ...]
     header_line: int
     values: Floats
+    places: tuple[int, ...]
     time: Floats
+    lines: Ints
+
+    def rows(self, keep: slice) -> _Table:
+        """The table of some frames."""
+        return replace(self, values=self.values[keep], time=self.time[keep], lines=self.lines[keep])
+
+    def column(self, k: int) -> Floats:
+        """(P,) the numbers of a column."""
+        return np.ascontiguousarray(self.values[:, self.places[k]])
 
 
 def table_kind(path: str | Path) -> str:
@@ -58,15 +71,23 @@ def read_angle_table(path: str | Path, body: Body, *, keep: Pick = ALL) -> tuple
 
     First lines `# key: value` (body, reference), then the header: `time [s]`, the placement of the reference segment
     `x [mm], y [mm], z [mm]` and `qw, qx, qy, qz` or `roll [deg], pitch [deg], yaw [deg]`, and joint angles as
-    `LH.flexion [deg]`, or `LH.qw` ... `LH.qz`. What is not there is 0. InputError with file, line and column.
+    `LH.flexion [deg]`, or `LH.qw` ... `LH.qz`. What is not there is 0. InputError with file, line and column. A long
+    motion is worked on in pieces and kept in a file.
     """
     table = _read(Path(path), keep)
+    largest = max((_largest(table, k) for k, c in enumerate(table.columns) if _is_angle(c)), default=0.0)
+    poses = stacked(_angle_poses(table.rows(rows), body) for rows in pieces(len(table.time)))
+    small = any(c.unit == "deg" for c in table.columns) and 1e-3 < largest < np.radians(3.2)
+    return poses, ("no joint angle exceeds 3.2 degrees: are these radians?",) if small else ()
+
+
+def _angle_poses(table: _Table, body: Body) -> Poses:
     reference = body.segment(table.about["reference"]) if "reference" in table.about else 0
     angles = np.zeros((len(table.time), len(body.joints), 3))
     quaternions: dict[int, Floats] = {}
     place: dict[str, Floats] = {}
     for k, column in enumerate(table.columns):
-        values = table.values[:, k]
+        values = table.column(k)
         head, _, tail = column.name.partition(".")
         if not tail:
             place[head] = values * _unit(table, column, head)
@@ -80,23 +101,34 @@ def read_angle_table(path: str | Path, body: Body, *, keep: Pick = ALL) -> tuple
                 axis, sign = motion_of(body, j, tail)
             except InputError as error:
                 raise InputError(f"{table.path}, line {table.header_line}, {column.name}: {error}") from None
-            angles[:, j, axis] += sign * _turned(table, column, values)
+            angles[:, j, axis] += sign * values * _RADIANS[column.unit]
     rotations = compose(body, angles)
     for j, given in quaternions.items():
         rotations[:, j] = _unit_quaternions(table, body.joints[j], given)
     world = np.concatenate(
         [_attitude(table, place), np.stack([place.get(k, np.zeros(len(angles))) for k in "xyz"], -1)[..., None]], -1
     )
-    small = [c for c in table.columns if c.unit == "deg"] and 1e-3 < np.abs(angles).max() < np.radians(3.2)
-    notes = ("no joint angle exceeds 3.2 degrees: are these radians?",) if small else ()
-    return Poses(rotations, reference, world, table.time), notes
+    return Poses(rotations, reference, world, table.time)
 
 
 def read_segment_table(path: str | Path, *, keep: Pick = ALL) -> SegmentTrack:
     """Segments told one by one: `time [ms]`, then for each segment `H.x [mm], H.y [mm], H.z [mm]` of its centre of
     gravity and `H.qw ... H.qz` or `H.roll [deg], H.pitch [deg], H.yaw [deg]`: its attitude, about x, y, z in the order
     yaw, pitch, roll. x forward, y left, z up. InputError with file, line and column."""
+    tracks = list(segment_pieces(path, keep=keep))
+    world = np.concatenate([track.world_from_segment for track in tracks])
+    time = np.concatenate([track.time for track in tracks])
+    return SegmentTrack(tracks[0].segments, world, time, str(path))
+
+
+def segment_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[SegmentTrack]:
+    """As `read_segment_table`, some frames at a time."""
     table = _read(Path(path), keep)
+    for rows in pieces(len(table.time)):
+        yield _track(table.rows(rows))
+
+
+def _track(table: _Table) -> SegmentTrack:
     names = list(dict.fromkeys(c.name.partition(".")[0] for c in table.columns))
     world = np.zeros((len(table.time), len(names), 3, 4))
     for n, name in enumerate(names):
@@ -104,14 +136,14 @@ def read_segment_table(path: str | Path, *, keep: Pick = ALL) -> SegmentTrack:
         for k, column in enumerate(table.columns):
             head, _, tail = column.name.partition(".")
             if head == name:
-                own[tail] = table.values[:, k] * _unit(table, column, tail)
+                own[tail] = table.column(k) * _unit(table, column, tail)
         lacking = [k for k in "xyz" if k not in own]
         if lacking or not (set(_ATTITUDES) <= own.keys() or set(_QUATERNION) <= own.keys()):
             raise InputError(f"{table.path}, line {table.header_line}: segment {name} needs columns {name}.x, .y, "
                              f".z and .qw to .qz or .roll, .pitch, .yaw")  # fmt: skip
         world[:, n, :, :3] = _attitude(table, own)
         world[:, n, :, 3] = np.stack([own[k] for k in "xyz"], axis=-1)
-    return SegmentTrack(tuple(names), world, table.time, str(path))
+    return SegmentTrack(tuple(names), world, table.time, str(table.path))
 
 
 def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
@@ -122,12 +154,14 @@ def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
         f"{joint}.{body.stops.motions[j][axis][0]} [deg]" for j, joint in enumerate(body.joints) for axis in range(3)
     ]
     yield ", ".join(["time [s]", "x [mm]", "y [mm]", "z [mm]", *_QUATERNION, *names]) + "\n"
-    angles = np.degrees(angles_of(body, poses)).reshape(len(poses), -1) + 0.0
-    place, time = poses.world_from_reference, poses.clock
-    turn = from_matrices(place[:, :, :3])
-    for p in range(len(poses)):
-        row = [f"{time[p]:.9g}", *(f"{1000 * v:.6f}" for v in place[p, :, 3]), *(f"{v:.12f}" for v in turn[p])]
-        yield ", ".join([*row, *(f"{v:.7g}" for v in angles[p])]) + "\n"
+    for rows in pieces(len(poses)):
+        some = poses.rows(rows)
+        angles = np.degrees(angles_of(body, some)).reshape(len(some), -1) + 0.0
+        place, time = some.world_from_reference, poses.clock[rows]
+        turn = from_matrices(place[:, :, :3])
+        for p in range(len(some)):
+            row = [f"{time[p]:.9g}", *(f"{1000 * v:.6f}" for v in place[p, :, 3]), *(f"{v:.12f}" for v in turn[p])]
+            yield ", ".join([*row, *(f"{v:.7g}" for v in angles[p])]) + "\n"
 
 
 def _head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str], list[_Column], int]:
@@ -160,21 +194,24 @@ def _read(path: Path, keep: Pick) -> _Table:
     unit = columns[clock].unit
     if unit not in _SECONDS:
         raise InputError(f"{path}, line {number}: time needs its unit, [s] or [ms], got [{unit}]")
-    scale = _SECONDS[unit]
     rows = (
         (at, [w.strip() for w in line.split(",")]) for at, line in lines if line.strip() and not line.startswith("#")
     )
-    asked = Pick(keep.start / scale, keep.end / scale, keep.every)
-    values, count = number_rows(
-        path, rows, len(columns), rows=[c.name for c in columns], keep=asked, clock=(clock, 0.0)
-    )
-    if not len(values):
+    names = [c.name for c in columns]
+    found = number_rows(path, rows, len(columns), rows=names, keep=keep, clock=(clock, _SECONDS[unit]))
+    if not len(found.values):
         raise InputError(
-            f"{path}: " + ("holds no frame" if not count else f"no frame between {keep.start:g} and {keep.end:g} s")
+            f"{path}: "
+            + ("holds no frame" if not found.total else f"no frame between {keep.start:g} and {keep.end:g} s")
         )
-    others = [k for k in range(len(columns)) if k != clock]
-    time = rising_time(values[:, clock] * scale, str(path))
-    return _Table(path, about, tuple(columns[k] for k in others), number, values[:, others], time)
+    others = tuple(k for k in range(len(columns)) if k != clock)
+    time = rising_time(found.values[:, clock] * _SECONDS[unit], str(path))
+    kept = tuple(columns[k] for k in others)
+    return _Table(path, about, kept, number, found.values, others, time, found.lines)
+
+
+def _is_angle(column: _Column) -> bool:
+    return "." in column.name and column.name.rpartition(".")[2] not in _QUATERNION
 
 
 def _unit(table: _Table, column: _Column, what: str) -> float:
@@ -198,17 +235,20 @@ def _joint(table: _Table, body: Body, name: str) -> int:
         raise InputError(f"{table.path}, line {table.header_line}: {error}") from None
 
 
-def _turned(table: _Table, column: _Column, values: Floats) -> Floats:
+def _largest(table: _Table, k: int) -> float:
+    """The largest angle [rad] of a column. InputError, with its line, where it is of many turns."""
+    column = table.columns[k]
     if column.unit not in _RADIANS:
         raise InputError(f"{table.path}, line {table.header_line}: column {column.name} needs its unit, [deg] or "
                          f"[rad], got [{column.unit}]")  # fmt: skip
-    turned: Floats = values * _RADIANS[column.unit]
-    worst = int(np.argmax(np.abs(turned)))
-    if abs(turned[worst]) > _MOST_TURNS:
+    values = np.abs(table.column(k)) * _RADIANS[column.unit]
+    worst = int(np.argmax(values))
+    if values[worst] > _MOST_TURNS:
         guess = ": is this column in degrees?" if column.unit == "rad" else ""
-        raise InputError(f"{table.path}: {column.name} is {values[worst]:g} {column.unit} at {table.time[worst]:g} s, "
-                         f"{abs(turned[worst]) / (2 * np.pi):.0f} whole turns{guess}")  # fmt: skip
-    return turned
+        raise InputError(f"{table.path}, line {table.lines[worst]}: {column.name} is {table.column(k)[worst]:g} "
+                         f"{column.unit} at {table.time[worst]:g} s, {values[worst] / (2 * np.pi):.0f} whole turns"
+                         f"{guess}")  # fmt: skip
+    return float(values[worst])
 
 
 def _attitude(table: _Table, given: Mapping[str, Floats]) -> Floats:
@@ -225,6 +265,6 @@ def _unit_quaternions(table: _Table, what: str, given: Floats) -> Floats:
     length = np.linalg.norm(given, axis=-1)
     wrong = np.flatnonzero(np.abs(length - 1.0) > 1e-3)
     if len(wrong):
-        raise InputError(f"{table.path}: the quaternion of {what} has length {length[wrong[0]]:.4g} at "
-                         f"{table.time[wrong[0]]:g} s; 1 is needed")  # fmt: skip
+        raise InputError(f"{table.path}, line {table.lines[wrong[0]]}: the quaternion of {what} has length "
+                         f"{length[wrong[0]]:.4g} at {table.time[wrong[0]]:g} s; 1 is needed")  # fmt: skip
     return np.asarray(given / length[:, None])

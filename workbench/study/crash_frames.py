@@ -1,0 +1,152 @@
+"""What the frames of a motion tell, in one pass over pieces of it: clearance, paths of points, excursions, coarseness,
+joints past their stops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
+from workbench.model.crash import CrashCriterion, CrashStudy, StopBreach
+from workbench.model.poses import Placed, Poses
+from workbench.model.spool import Spool, pieces
+from workbench.solve.collide import allowed_depth, clearance
+from workbench.solve.forward import place
+from workbench.solve.stops import stops
+
+__all__ = ["BLOCK", "Excursion", "Frames", "frames_of", "stop_breaches"]
+
+BLOCK = 256
+"""Frames that are placed at a time."""
+_PAST = np.radians(0.1)
+
+
+@dataclass(frozen=True)
+class Excursion:
+    """How far [m] the surface of a sphere gets along a criterion's direction at most, and in which frame."""
+
+    value: float
+    frame: int
+    sphere: int
+
+
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """clearance (P, N) [m]: of each segment at each frame from all it meets, allowances given back; infinite where
+    nothing is. paths: (P, 3) [m] of each of the study's points. excursions: by a criterion's name. coarse: a word where
+    spheres move more than their radius between frames."""
+
+    clearance: Floats
+    paths: tuple[Floats, ...]
+    excursions: dict[str, Excursion]
+    coarse: tuple[str, ...]
+
+
+def frames_of(study: CrashStudy) -> Frames:
+    """One pass over the frames of a study's motion, BLOCK of them placed at a time."""
+    body, motion, environment = study.body, study.motion, study.environment
+    allowed = allowed_depth(body, environment)
+    room, paths = Spool(len(body.segments)), [Spool(3) for _ in study.points]
+    farthest: dict[str, Excursion] = {}
+    steps = _Steps(body)
+    for rows in pieces(len(motion), size=BLOCK):
+        placed = place(body, motion.rows(rows))
+        room.add((clearance(placed, environment) + allowed).min(axis=2, initial=np.inf))
+        for path, point in zip(paths, study.points, strict=True):
+            world = placed.world_from_segment[:, point.segment]
+            path.add(np.einsum("pij,j->pi", world[:, :, :3], np.array(point.at)) + world[:, :, 3])
+        for criterion in study.criteria:
+            if criterion.check == "excursion":
+                found = _farthest(criterion, placed, rows.start)
+                before = farthest.get(criterion.name)
+                farthest[criterion.name] = found if before is None or found.value > before.value else before
+        steps.take(placed, rows.start)
+    return Frames(room.done(), tuple(path.done() for path in paths), farthest, steps.told(motion.clock))
+
+
+def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
+    """Spells of each joint past its stop, at the frames, in the order of time."""
+    time = motion.clock
+    told: list[list[_Spell]] = [[] for _ in body.joints]
+    for rows in pieces(len(motion)):
+        margins = stops(body, motion.rows(rows))
+        for j, spells in enumerate(told):
+            past = np.concatenate([[False], margins.margin[:, j] < -_PAST, [False]])
+            edges = np.flatnonzero(past[1:] != past[:-1])
+            for first, after in zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True):
+                worst = int(first + np.argmin(margins.margin[first:after, j]))
+                spell = _Spell(rows.start + first, rows.start + after, rows.start + worst,
+                               float(margins.margin[worst, j]), margins.motion(worst, j))  # fmt: skip
+                if spells and spells[-1].after == spell.first:
+                    spells[-1].go_on(spell)
+                else:
+                    spells.append(spell)
+    found = [
+        StopBreach(joint, s.motion, float(time[s.first]), float(time[s.after - 1]), float(time[s.worst]), -s.margin)
+        for joint, spells in zip(body.joints, told, strict=True)
+        for s in spells
+    ]
+    return tuple(sorted(found, key=lambda breach: (breach.begin, breach.joint)))
+
+
+@dataclass
+class _Spell:
+    first: int
+    after: int
+    worst: int
+    margin: float
+    motion: str
+
+    def go_on(self, more: _Spell) -> None:
+        """Join the spell that goes on in the next piece."""
+        self.after = more.after
+        if more.margin < self.margin:
+            self.worst, self.margin, self.motion = more.worst, more.margin, more.motion
+
+
+def _farthest(criterion: CrashCriterion, placed: Placed, first: int) -> Excursion:
+    body = placed.body
+    about: Bools = np.isin(body.sphere_segment, [body.segment(s) for s in criterion.segments])
+    gap = placed.centres[:, about] - np.array(criterion.origin)
+    ahead = np.einsum("psi,i->ps", gap, np.array(criterion.direction)) + body.radius[about]
+    frame, sphere = np.unravel_index(int(np.argmax(ahead)), ahead.shape)
+    return Excursion(float(ahead[frame, sphere]), first + int(frame), int(np.flatnonzero(about)[sphere]))
+
+
+@dataclass
+class _Steps:
+    """How far spheres move between frames, against their radii."""
+
+    body: Body
+    last: Floats | None = None
+    many: int = 0
+    frames: int = 0
+    worst: tuple[float, int, int] = field(default=(0.0, 0, 0))
+
+    def take(self, placed: Placed, first: int) -> None:
+        """Take up the next frames, the number of the first of which is `first`."""
+        held = self.last is not None
+        centres = np.concatenate([self.last, placed.centres]) if self.last is not None else placed.centres
+        step = np.linalg.norm(np.diff(centres, axis=0), axis=-1) / self.body.radius
+        self.last = np.array(placed.centres[-1:])
+        if not step.size:
+            return
+        self.frames += len(step)
+        self.many += int((step.max(axis=1) > 1.0).sum())
+        frame, sphere = np.unravel_index(int(np.argmax(step)), step.shape)
+        if step[frame, sphere] > self.worst[0]:
+            self.worst = float(step[frame, sphere]), first - held + int(frame), int(sphere)
+
+    def told(self, clock: Floats) -> tuple[str, ...]:
+        """A word where true motion may differ much from the straight way between frames."""
+        size, frame, sphere = self.worst
+        if size <= 1.0:
+            return ()
+        name = self.body.segment_names[int(self.body.sphere_segment[sphere])]
+        return (
+            f"the motion is coarse: between {self.many} of {self.frames} pairs of frames some sphere moves more than "
+            f"its own radius, a sphere of the {name} {size:.1f} radii at {clock[frame]:g} s; what lies between is "
+            "taken as the shortest way",
+        )
