@@ -30,11 +30,7 @@ def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
     scale = [_unit(path, number, word.strip(), name)
              for word, name in zip([*head.split(","), "", ""][:2], _UNITS, strict=True)]  # fmt: skip
     rows = ((n, [word.strip() for word in line.split(",")]) for n, line in lines)
-    held, numbers = [], []
-    for n, words in rows:
-        numbers.append(n)
-        held.append((n, words))
-    values, _ = number_rows(path, iter(held), 2, rows=list(_UNITS))
+    values, _, numbers = number_rows(path, rows, 2, rows=list(_UNITS), clock=(None, 1.0))
     if len(values) < 3:
         raise InputError(f"{path}: a pulse needs 3 samples or more, got {len(values)}")
     time, level = values[:, 0] * scale[0], values[:, 1] * scale[1]
