@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
+from workbench.files.encumbrances import load_encumbrance
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import ANGLES, Driver, Package
 from workbench.model.environment import Rest, Seat
 from workbench.shape.measure import measure
+from workbench.shape.wear import wear
 from workbench.solve.driving import driving_posture
 from workbench.solve.driving_angles import drawn_angles, driving_angles, h_point_offset
+from workbench.solve.driving_people import seat_drivers
 from workbench.solve.packaging import heel_from_ball, pedal_plane_angle, seat_curve
 from workbench.solve.spine import side_view, spine_of, spine_tilts
 
@@ -106,9 +111,14 @@ def test_a_seat_as_high_as_a_lorrys_is_refused():
         driving_angles(MEDIAN, Package((0.8, 0, 0), (0.9, 0, 0.2), (0.4, 0, 0.7), (0, 0, 0.6)))
 
 
+@lru_cache
+def man_spine():
+    return spine_of(wb.load_body("adult_male"))
+
+
 @given(st.lists(st.floats(-1.5, 1.5), min_size=8, max_size=8))
 def test_the_trunk_keeps_to_its_stops_and_to_the_line_from_hip_to_eye(scores):
-    spine = spine_of(wb.load_body("adult_male"))
+    spine = man_spine()
     mean = driving_angles(MEDIAN, package())
     angles = type(mean)(mean.mean + mean.spread * np.array(scores), mean.spread)
     tilts = spine_tilts(spine, angles)
@@ -184,3 +194,32 @@ def test_a_seat_that_faces_another_way_is_refused(man):
 def test_a_dog_does_not_drive():
     with pytest.raises(wb.InputError, match="no joint"):
         spine_of(wb.load_body("dog"))
+
+
+def test_shoes_move_the_driver_back_by_about_their_soles(man):
+    body, poses, driver = man
+    shod = wear(body, [load_encumbrance("shoes")])
+    bare, dressed = driven(man), driven((shod, poses, driver))
+    assert 0.015 < bare.forward - dressed.forward < 0.05
+    lowest = wb.place(shod, dressed.poses, window=["RF"])
+    rows = shod.spheres(shod.segment("RF"))
+    assert np.min(lowest.centres[0, rows, 2] - shod.radius[rows]) == pytest.approx(0.0, abs=0.012)
+
+
+def test_many_drivers_sit_as_each_of_them_does_alone(man):
+    body, poses, driver = man
+    car = package()
+    feet = {"right foot": car.ball, "left foot": (car.ball[0] - 0.03, 0.5, 0.13)}
+    rows = wb.join_poses([poses, poses])
+    found = seat_drivers([body, body], rows, SEAT, drivers=[driver, driver], package=car, feet=feet, seed=3,
+                         numbers=[7, 8])  # fmt: skip
+    for k, number in enumerate((7, 8)):
+        one = driven(man, seed=3, person=number)
+        assert found.forward[k] == one.forward
+        assert np.array_equal(found.poses.rotations[k], one.poses.rotations[0])
+    assert found.forward[0] != found.forward[1]
+
+
+def test_as_many_drivers_as_bodies_are_needed(man):
+    with pytest.raises(wb.UsageError, match="1 bodies need as many poses, drivers and numbers, got 1, 0 and 1"):
+        seat_drivers([man[0]], man[1], SEAT, drivers=[], package=package(), feet={})

@@ -21,8 +21,8 @@ Parts = dict[str, Manifold]
 RIM = 15.0  # radius of the rim's section
 AFT = np.array([-cos(A18), 0.0, sin(A18)])  # out of the wheel's plane toward the driver
 HALF = 690.0  # half width of the panel
-REST_ANGLE = np.radians(50.0)
-REST = (885.0, 515.0)  # x where the foot rest's plane meets the floor, y
+REST_ANGLE = np.radians(50.0)  # the foot rest's face rises from beside the heel
+REST_Y = 515.0
 
 
 def both(parts: Parts) -> Parts:
@@ -94,8 +94,8 @@ def pedal_parts() -> Parts:
         arm = sweep([on_pedals(along, toward - 9.0, y), top, (1085.0, y, 380.0), (1092.0, y, 480.0)], 8.0, sides=8)
         parts[name] = pad(on_pedals(along, toward, y), *size) + arm
     face = (cos(REST_ANGLE), 0.0, sin(REST_ANGLE))
-    rest = hull([(u, v, n) for u in (70.0, 260.0) for v in (-45.0, 45.0) for n in (0.0, 26.0)])
-    foot_rest = place(rest, frame((REST[0], REST[1], 0.0), face, (0.0, 1.0, 0.0)))
+    rest = hull([(u, v, n) for u in (60.0, 260.0) for v in (-45.0, 45.0) for n in (0.0, 26.0)])
+    foot_rest = place(rest, frame((HEEL[0], REST_Y, 0.0), face, (0.0, -1.0, 0.0)))
     return parts | {"foot_rest": foot_rest}
 
 
@@ -139,10 +139,10 @@ def panel_parts() -> Parts:
 
 def on_stack(right: float, up: float, out: float) -> Floats:
     """A point of the centre stack's face: to the right, up the face from its foot, out of it toward the driver."""
-    slope = np.radians(62.0)
+    slope = np.radians(75.0)
     face = np.array([cos(slope), 0.0, sin(slope)])
     away = np.array([-sin(slope), 0.0, cos(slope)])
-    point: Floats = np.array([556.0, -right, 430.0]) + up * face + out * away
+    point: Floats = np.array([590.0, -right, 430.0]) + up * face + out * away
     return point
 
 
@@ -155,10 +155,10 @@ def stack_knob(right: float, up: float, radius: float) -> Manifold:
 def stack_parts() -> Parts:
     """The centre stack with the touch screen on top, the row of climate knobs, the hazard button."""
     low, high = on_stack(0, 0, 0), on_stack(0, 240, 0)
-    side = [(low[0], low[2]), (high[0], high[2]), (700.0, high[2]), (700.0, low[2] - 60.0), (520.0, low[2] - 60.0)]
+    side = [(low[0], low[2]), (high[0], high[2]), (700.0, high[2]), (700.0, low[2] - 60.0), (572.0, low[2] - 60.0)]
     screen = [on_screen(right, up, out) for right in (-128, 128) for up in (-80, 80) for out in (-16, 0)]
     return {
-        "centre_stack": prism(side, "y", -135.0, 135.0),
+        "centre_stack": prism(side, "y", -118.0, 118.0),
         "touch_screen": hull(screen),
         "temperature_knob": stack_knob(-80.0, 70.0, 24.0),
         "fan_knob": stack_knob(0.0, 70.0, 24.0),
@@ -177,7 +177,7 @@ def on_screen(right: float, up: float, out: float) -> Floats:
 
 def console_parts() -> Parts:
     """The console between the seats with gear lever, park brake and the belt's buckle."""
-    top = [(-420, 0), (-420, 190), (-380, 205), (250, 205), (360, 232), (470, 300), (556, 400), (700, 400), (700, 0)]
+    top = [(-420, 0), (-420, 190), (-380, 205), (250, 205), (360, 232), (490, 292), (590, 400), (700, 400), (700, 0)]
     console = prism(top, "y", -92.0, 92.0)
     slot = box((-170.0, 18.0, 150.0), (130.0, 62.0, 260.0))
     boot = sweep([(330.0, 30.0, 200.0), (322.0, 30.0, 262.0)], [62.0, 20.0], sides=16)

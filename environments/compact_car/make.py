@@ -85,7 +85,7 @@ def door_parts() -> Parts:
         [(x, y, z) for x, low in ((248.0, 330.0), (380.0, 400.0)) for y in (640.0, 712.0) for z in (low, 429.0)]
     )
     switches = union([box((x, 640.0, 424.0), (x + 26.0, 676.0, 436.0)) for x in (178.0, 212.0)])
-    handle = sweep([(330.0, 704.0, 560.0), (336.0, 680.0, 562.0), (410.0, 678.0, 566.0), (428.0, 704.0, 568.0)], 8.0)
+    handle = sweep([(330.0, 704.0, 560.0), (340.0, 668.0, 562.0), (410.0, 666.0, 566.0), (428.0, 704.0, 568.0)], 8.0)
     latch = disc((300.0, 708.0, 640.0), (0.0, -1.0, 0.0), 12.0, 18.0, sides=14)
     sill = box((-372.0, 640.0, 0.0), (960.0, 688.0, 62.0))
     return both({"door_trim": trim, "armrest": armrest + nose, "window_switches": switches, "door_handle": handle,
@@ -110,12 +110,12 @@ def seat_pan() -> Manifold:
     """The cushion, flat on top, with its front edge rounded off."""
     points = []
     for half, depth in ((215.0, 0.0), (248.0, 20.0), (252.0, 70.0), (236.0, 100.0)):
-        lead = 430.0 if depth == 0.0 else 462.0 if depth < 80.0 else 420.0
+        lead = 372.0 if depth == 0.0 else 400.0 if 10.0 < depth < 30.0 else 412.0 if depth < 80.0 else 380.0
         start = -depth * (sin(A27 + A40) / cos(A27 + A40))
         points += [cushion(u, -depth, s * half) for u in (-start, lead) for s in (-1.0, 1.0)]
     bolsters = []
     for s in (-1.0, 1.0):
-        ends = [cushion(u, n, s * w) for u in (60.0, 400.0) for n, w in ((-40.0, 214.0), (22.0, 246.0), (-40.0, 262.0))]
+        ends = [cushion(u, n, s * w) for u in (60.0, 350.0) for n, w in ((-40.0, 214.0), (22.0, 246.0), (-40.0, 262.0))]
         bolsters.append(hull(ends))
     return union([hull(points), *bolsters])
 

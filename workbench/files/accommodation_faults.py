@@ -68,6 +68,11 @@ def _aims(file: AccommodationFile, environment: Environment) -> Iterator[tuple[K
         if point is not None and point not in environment.points:
             known = one_of(point, environment.points)
             yield ("posture", field), f"environment {environment.name} has no point {point!r}; {known}"
+    for field in ("wheel", "h_point") if file.posture.driver is not None else ():
+        point = getattr(file.posture.driver, field)
+        if point not in environment.points:
+            known = one_of(point, environment.points)
+            yield ("posture", "driver", field), f"environment {environment.name} has no point {point!r}; {known}"
 
 
 def _criteria(file: AccommodationFile, loaded: Loaded) -> Iterator[tuple[Key, str]]:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
-from workbench.files.study_schema import SidesFile
+from workbench.files.study_schema import DriverFile, SidesFile
 
 __all__ = [
     "AccommodationFile",
@@ -70,13 +70,24 @@ class PopulationSourceFile(FileModel):
 
 class SittingFile(FileModel):
     """How they sit: trunk and head as in the posture `like`, hands and feet at these controls, eyes at the height of
-    a point as far as the seat goes, heels at that of another."""
+    a point as far as the seat goes, heels at that of another. With `driver` trunk, head and legs are drivers' by Park
+    et al. (2016), each drawn with the driver's seed and the person's number."""
 
     like: str = "driving"
     hands: SidesFile = SidesFile()
     feet: SidesFile = SidesFile()
     eyes: str | None = None
     heels: str | None = None
+    driver: DriverFile | None = None
+
+    @model_validator(mode="after")
+    def _drives(self) -> SittingFile:
+        if self.driver is not None and (self.feet.right is None or self.heels is None):
+            raise ValueError("a driver's right foot is on the accelerator and the heel on the floor: give both 'feet: "
+                             "{right: ...}' and 'heels'")  # fmt: skip
+        if self.driver is not None and self.driver.sex is not None:
+            raise ValueError("the sex of each driver is that of the person in the population")
+        return self
 
 
 class DemandFile(FileModel):

@@ -18,6 +18,7 @@ from workbench.files.encumbrances import worn
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.postures import PosturesFile, load_postures, posture_path, posture_pose
 from workbench.files.schema import fail, validate
+from workbench.files.study_aims import driving_aims
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.accommodation import Change, MapTask
 from workbench.model.body import Body
@@ -85,7 +86,12 @@ def load_accommodation(source: str | Path) -> AccommodationPlan:
         pose=posture_pose(*body, file.posture.like),
         wears=wears,
         people=people,
-        aims=Aims({limb: name for limb, name in held.items() if name}, file.posture.eyes, file.posture.heels),
+        aims=Aims(
+            {limb: name for limb, name in held.items() if name},
+            file.posture.eyes,
+            file.posture.heels,
+            driving_aims(file.posture.driver),
+        ),  # fmt: skip
         criteria=tuple(_criterion(row, environment, body[0]) for row in file.criteria),
         maps=tuple(MapTask(row.part, row.grip, row.zone, row.hand, row.points) for row in file.maps),
         changes=tuple(_change(row) for row in file.changes),

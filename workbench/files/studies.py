@@ -19,7 +19,15 @@ from workbench.files.populations import load_population_model
 from workbench.files.postures import PosturesFile, flat_angles, load_postures, posture_path, posture_pose
 from workbench.files.schema import fail, validate
 from workbench.files.study_aims import aim_faults, aims_of, envelopes_of
-from workbench.files.study_schema import PREDICTED, CriterionFile, PersonFile, SizeFile, StudyFile, population_name
+from workbench.files.study_schema import (
+    DRIVING,
+    PREDICTED,
+    CriterionFile,
+    PersonFile,
+    SizeFile,
+    StudyFile,
+    population_name,
+)
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body, segment_words
 from workbench.model.encumbrance import Encumbrance
@@ -208,7 +216,7 @@ def _case_faults(document: Document, file: StudyFile, bodies: dict[str, Loaded])
                 continue
             body, postures = bodies[name]
             if entry.named not in postures.postures:
-                what = f"no posture {entry.named!r}; {one_of(entry.named, [PREDICTED, *postures.postures])}"
+                what = f"no posture {entry.named!r}; {one_of(entry.named, [PREDICTED, DRIVING, *postures.postures])}"
                 faults.append(fail(document, (*where, "posture" if entry.named == entry.posture else "like"), what))
             problems = flat_angles(body, entry.angles)[1]
             faults += [fail(document, (*where, "angles", *path), what) for path, what in problems]

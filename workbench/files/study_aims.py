@@ -6,19 +6,27 @@ from collections.abc import Iterator
 
 from workbench.errors import one_of
 from workbench.files.schema import fail
-from workbench.files.study_schema import PREDICTED, CasePersonFile, StudyFile
+from workbench.files.study_schema import DRIVING, PREDICTED, CasePersonFile, DriverFile, StudyFile
 from workbench.files.yaml_text import Document
+from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment
 from workbench.model.study import Aims, ReachTask
 
-__all__ = ["aim_faults", "aims_of", "envelopes_of"]
+__all__ = ["aim_faults", "aims_of", "driving_aims", "envelopes_of"]
 
 
 def aims_of(case: CasePersonFile) -> Aims | None:
     """What the posture of a person in a case is predicted from; None where it is given."""
-    if case.posture != PREDICTED:
+    if case.posture not in (PREDICTED, DRIVING):
         return None
-    return Aims({limb: control for limb, control, _ in _held(case)}, case.eyes, case.heels)
+    return Aims({limb: control for limb, control, _ in _held(case)}, case.eyes, case.heels, driving_aims(case.driver))
+
+
+def driving_aims(driver: DriverFile | None) -> DrivingAims | None:
+    """What is said of a driver; None where nothing is."""
+    if driver is None:
+        return None
+    return DrivingAims(driver.sex or "", driver.age, driver.seed, driver.wheel, driver.h_point)
 
 
 def envelopes_of(file: StudyFile) -> tuple[ReachTask, ...]:
@@ -39,8 +47,12 @@ def aim_faults(document: Document, file: StudyFile, environment: Environment | N
     for row, case in enumerate(file.cases):
         for name, entry in case.people.items():
             key = ("cases", row, "people", name)
-            if entry.posture == PREDICTED and name in file.people and file.people[name].seat is None:
+            person = file.people.get(name)
+            if entry.posture in (PREDICTED, DRIVING) and person is not None and person.seat is None:
                 faults.append(fail(document, (*key, "posture"), "only the posture of somebody in a seat is predicted"))
+            if entry.driver is not None and entry.driver.sex is None and person is not None and person.size is None:
+                what = "whether a man or a woman drives is not told: give 'sex', or the person a 'size'"
+                faults.append(fail(document, (*key, "driver"), what))
             faults += _aim_faults(document, (entry, environment), key)
     return faults
 
@@ -61,6 +73,11 @@ def _aim_faults(document: Document, aims: tuple[CasePersonFile, Environment], ke
         if point is not None and point not in environment.points:
             what = f"environment {environment.name} has no point {point!r}; {one_of(point, environment.points)}"
             faults.append(fail(document, (*key, field), what))
+    for field in ("wheel", "h_point") if case.driver is not None else ():
+        point = getattr(case.driver, field)
+        if point not in environment.points:
+            what = f"environment {environment.name} has no point {point!r}; {one_of(point, environment.points)}"
+            faults.append(fail(document, (*key, "driver", field), what))
     return faults
 
 

@@ -10,10 +10,12 @@ from workbench.files.postures import AnglesFile, AttitudeFile
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
 
 __all__ = [
+    "DRIVING",
     "PREDICTED",
     "CaseFile",
     "CasePersonFile",
     "CriterionFile",
+    "DriverFile",
     "PersonFile",
     "SizeFile",
     "StudyFile",
@@ -22,7 +24,7 @@ __all__ = [
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Names = Annotated[list[str], Field(min_length=1)]
-PREDICTED = "predicted"
+PREDICTED, DRIVING = "predicted", "driving_statistical"
 
 
 class AdjustFile(FileModel):
@@ -99,11 +101,26 @@ class SidesFile(FileModel):
     right: str | None = None
 
 
+class DriverFile(FileModel):
+    """A driver's posture as people's is: the mean of such people, or drawn with a seed.
+
+    wheel: the point at the steering wheel's centre; h_point: where the hip point of the seat is (SgRP) with the seat in
+    its reference position; sex: as the size says where not given.
+    """
+
+    wheel: str
+    h_point: str
+    sex: Literal["male", "female"] | None = None
+    age: Annotated[float, Field(ge=16, le=100)] = 40.0
+    seed: Annotated[int, Field(ge=0, le=2**63)] | None = None
+
+
 class CasePersonFile(FileModel):
     """The posture of one person in one case: a named one, and angles that replace the posture's.
 
     With posture: predicted, trunk and head are those of the posture `like`, and the limbs go to the controls they
     hold; the eyes come to the height of the point `eyes` as far as the seat goes, the heels stand at that of `heels`.
+    With posture: driving_statistical, trunk, head and legs are a driver's by Park et al. (2016); `driver` says whose.
     """
 
     posture: str
@@ -113,18 +130,24 @@ class CasePersonFile(FileModel):
     feet: SidesFile = SidesFile()
     eyes: str | None = None
     heels: str | None = None
+    driver: DriverFile | None = None
 
     @model_validator(mode="after")
     def _fits_the_posture(self) -> CasePersonFile:
         told = {"like", "hands", "feet", "eyes", "heels"} & self.model_fields_set
-        if told and self.posture != PREDICTED:
+        if told and self.posture not in (PREDICTED, DRIVING):
             raise ValueError(f"{sorted(told)[0]!r} belongs to posture: {PREDICTED}")
+        if (self.driver is not None) != (self.posture == DRIVING):
+            raise ValueError(f"'driver' and posture: {DRIVING} go together")
+        if self.driver is not None and (self.feet.right is None or self.heels is None):
+            raise ValueError("a driver's right foot is on the accelerator and the heel on the floor: give both 'feet: "
+                             "{right: ...}' and 'heels'")  # fmt: skip
         return self
 
     @property
     def named(self) -> str:
         """The named posture that the case begins from."""
-        return self.like if self.posture == PREDICTED else self.posture
+        return self.like if self.posture in (PREDICTED, DRIVING) else self.posture
 
 
 class CaseFile(FileModel):

@@ -8,6 +8,7 @@ from math import inf
 from pathlib import Path
 
 from workbench.model.body import Body
+from workbench.model.driving import DrivingAims
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.growth import Growth
@@ -47,11 +48,13 @@ class Criterion:
 @dataclass(frozen=True)
 class Aims:
     """What a sitter's posture is predicted from: by limb ("left hand", ...) the control that it holds; the point whose
-    height the eyes are to reach and the point on the floor whose height the heels stand at, None where any."""
+    height the eyes are to reach and the point on the floor whose height the heels stand at, None where any. driving: of
+    a driver at the wheel, whose posture is the statistical one."""
 
     controls: Mapping[str, str]
     eyes: str | None = None
     heels: str | None = None
+    driving: DrivingAims | None = None
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,8 @@ class Person:
     sphere stands on; or neither, where the poses are placed already. size: the measures the body is scaled to when the
     study runs, None for the body as it is. detail: the level of detail of its family, its own where None; wears: what
     it is dressed in then. aims: by case, what the posture is predicted from, None where it is given; free_seat: the
-    seat goes where the first predicted case wants it.
+    seat goes where the first predicted case wants it. held: by case, True where the poses say where the sitter is and
+    the seat's planes do not: a driver sits by the hip point.
     """
 
     name: str
@@ -100,6 +104,7 @@ class Person:
     wears: tuple[Encumbrance, ...] = ()
     aims: tuple[Aims | None, ...] = ()
     free_seat: bool = False
+    held: tuple[bool, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

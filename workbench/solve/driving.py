@@ -75,11 +75,11 @@ def driving_posture(
 ) -> DrivingPosture:
     """The driving posture of a body whose arms are as in `poses` (P = 1), in a seat that faces along +x.
 
-    feet: by "left foot" and "right foot" where its ball goes [m]; the right one stays in the accelerator's plane, its
-    heel on the heel point's floor. eye [m]: the seat stands as low as brings the eyes to this height, as low as it goes
-    where None. seed: the angles are drawn for the so-numbered `person`; the mean posture where None. The seat's hip
-    point comes to where the body wants it by `h_point_offset`, as far as the travel goes. InputError for a seat that
-    faces elsewhere, and for a body without hips, eyes and ears.
+    feet: by "left foot" and "right foot" a point [m] of the pedal or rest that it is on, its heel on the floor. eye
+    [m]: the seat stands as low as brings the eyes to this height; at its reference height where None. seed: the angles
+    are drawn for the so-numbered `person`; the mean posture where None. The seat's hip point comes to where the body
+    wants it by `h_point_offset`, as far as the travel goes. InputError for a seat that faces elsewhere, and for a body
+    without hips, eyes and ears.
     """
     if abs(np.sin(seat.yaw)) > 1e-9 or np.cos(seat.yaw) < 0:
         raise InputError(f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
@@ -120,7 +120,7 @@ def _at_height(body: Body, poses: Poses, seat: Seat, case: _Case, up: float) -> 
         seated, miss[foot], limit[foot] = _foot(body, seated, foot, (at, along))
     placed = place(body, seated)
     return DrivingPosture(
-        poses=seated,
+        poses=Poses(seated.rotations, poses.reference, placed.world_from_segment[:, poses.reference]),
         forward=forward,
         up=up,
         wanted=wanted,
@@ -155,23 +155,22 @@ def _placed(body: Body, poses: Poses, spine: Spine, how: tuple[Floats, Floats]) 
 def _sole(body: Body, foot: str, at: tuple[float, float, float], package: Package) -> tuple[Floats, Floats]:
     """Where the ball of a foot goes (3,) [m] and the way (3,) from heel to ball, the heel on the floor.
 
-    On the accelerator the sole lies in the pedal's plane, and the ball as far up it as the foot is long: the sphere of
-    the heel rests in the corner of floor and pedal. Elsewhere the ball goes to its place, the heel to the floor below.
+    The sole, which of a shod foot lies under the foot's own, is in the plane that rises from the heel point (for the
+    other foot: from beside it) to the pedal; the round of the heel rests in the corner of floor and plane, and the ball
+    lies as far up as the foot is long.
     """
     ball, heel = limb(body, foot, grip="ball"), limb(body, foot, grip="heel")
     length = float(np.linalg.norm(ball.tip - heel.tip))
-    start, end = np.array(package.heel), np.array(package.ball)
-    if np.allclose(at, end):
-        plane = end - start
-        plane[1] = 0.0
-        plane /= np.linalg.norm(plane)
-        slope = float(np.arctan2(plane[2], plane[0]))
-        names = body.sphere_names[body.spheres(heel.end)]
-        radius = float(body.radius[int(body.start[heel.end]) + names.index("heel")])
-        corner = radius * np.tan(0.5 * slope)
-        return np.array([start[0], end[1], start[2]]) + (corner + length) * plane, plane
-    rise = float(np.clip((at[2] - start[2]) / length, -0.95, 0.95))
-    return np.array(at), np.array([np.sqrt(1.0 - rise * rise), 0.0, rise])
+    start = np.array([package.heel[0], at[1], package.heel[2]])
+    plane = (at - start) / np.linalg.norm(at - start)
+    slope = float(np.arctan2(plane[2], plane[0]))
+    spheres = body.spheres(heel.end)
+    names = body.sphere_names[spheres]
+    lowest = float((body.centre[spheres, 2] - body.radius[spheres]).min())
+    sole = max(float(min(ball.tip[2], heel.tip[2])) - lowest, 0.0)
+    around = float(body.radius[int(spheres.start) + names.index("heel")]) + sole
+    lift = sole * np.array([-plane[2], 0.0, plane[0]])
+    return start + (around * np.tan(0.5 * slope) + length) * plane + lift, plane
 
 
 def _hip_x(body: Body, where: tuple[tuple[Floats, Floats], float], angles: DrivingAngles) -> float:

@@ -88,7 +88,12 @@ def time_left(begun: float, made: int, left: int) -> str:
 
 def chunk_result(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunk: int) -> Kept:
     """The numbers of one chunk, as they are kept."""
-    return packed(met_by(study, asked, crew.bodies(chunk)))
+    return packed(met_by(study, asked, crew.bodies(chunk), _numbers(crew, chunk)))
+
+
+def _numbers(crew: Crew, chunk: int) -> range:
+    """The rows of the people of a chunk."""
+    return range(*crew.rows(chunk).indices(len(crew.people)))
 
 
 def packed(tried: Tried) -> Kept:
@@ -118,7 +123,8 @@ def study_key(study: AccommodationStudy) -> bytes:
     assert study.pose is not None
     room = study.environment
     told = (asked_of(study), room.seats, room.controls, room.points, room.allowances, room.parts, study.seat,
-            dict(study.aims.controls), study.aims.eyes, study.aims.heels, study.wears, versions())  # fmt: skip
+            dict(study.aims.controls), study.aims.eyes, study.aims.heels, study.aims.driving, study.wears,
+            versions())  # fmt: skip
     arrays = [room.vertices, room.edges, room.edge_start, room.part_start, room.solid, room.hidden,
               study.pose.rotations, study.pose.world_from_reference]  # fmt: skip
     stops = [study.body.stops.limits, study.body.stops.axes, study.body.stops.kind.astype(np.int64)]
@@ -127,6 +133,10 @@ def study_key(study: AccommodationStudy) -> bytes:
 
 def result_key(base: bytes, crew: Crew, chunk: int) -> bytes:
     """The hash of all that a chunk's numbers rest on; base: that of the study."""
-    fields: list[Floats | bytes] = [base]
+    rows = _numbers(crew, chunk)  # a driver's posture goes by who it is, not by the body alone
+    who = f"rows from {rows.start} {crew.people.names}".encode()
+    fields: list[Floats | bytes] = [base, who]
+    people = crew.people.rows(np.arange(rows.start, rows.stop))
+    fields += [people.measures, people.sex.astype(np.float64)]
     fields += [np.ascontiguousarray(values) for _, values in sorted(crew.fits[chunk].fields.items())]
     return content_key(fields)

@@ -46,7 +46,7 @@ def shown_people(
     for row in rows:
         body = crew.body(row)
         r = int(np.nanargmin(margin[row]))
-        sitters = with_hands(study, seated(study, [body]))
+        sitters = with_hands(study, seated(study, [body], [row]))
         seat = study.environment.seat(study.seat)
         environment = moved(study.environment, seat.moves, sitters.seat.shift[0])
         yield _shown(study, (asked[r], r), (row, body, environment, sitters))

@@ -19,6 +19,7 @@ from workbench.model.population import SEXES, Population
 from workbench.people.conditional import improbability
 from workbench.people.scores import Scores, scores_of
 from workbench.study.requirements import Asked
+from workbench.study.sitters import SEAT_FORWARD
 from workbench.study.views import TOO_HIGH
 
 __all__ = ["BEARING", "bearing_on", "limiting_measures"]
@@ -54,7 +55,9 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     words: what limits, as `met_by` tells it.
     """
     check = one.requirement.check
-    if check in ("reach", "seat"):
+    if check == "seat":
+        return BEARING["foot"], 1 if words == SEAT_FORWARD else -1
+    if check == "reach":
         return BEARING["foot" if " foot" in words else "hand"], -1
     if check == "vision":
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1

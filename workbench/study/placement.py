@@ -33,7 +33,12 @@ def place_person(person: Person, environment: Environment) -> Placed:
         world = poses.world_from_reference.copy()
         world[:, :, :3] = seat_attitude(seat)
         srp = seat_point(person, environment)
-        poses = seat_body(person.body, Poses(poses.rotations, poses.reference, world), seat, srp=srp)
+        sitting = seat_body(person.body, Poses(poses.rotations, poses.reference, world), seat, srp=srp)
+        if any(person.held):
+            held = np.array(person.held)[:, None, None]
+            world = np.where(held, poses.world_from_reference, sitting.world_from_reference)
+            sitting = Poses(poses.rotations, poses.reference, world)
+        poses = sitting
     if person.stand is not None:
         centres = place(person.body, poses).centres
         world = poses.world_from_reference.copy()

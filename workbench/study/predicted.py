@@ -1,4 +1,5 @@
-"""Predicted postures: the seat where it gives view and pedals, feet on the pedals, hands on the controls."""
+"""Predicted postures: the seat where it gives view and pedals, feet on the pedals, hands on the controls; drivers by
+the statistical posture."""
 
 from __future__ import annotations
 
@@ -10,9 +11,12 @@ from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Aims, Person, Study
+from workbench.solve.driving import DrivingPosture, driving_posture
+from workbench.solve.forward import place
 from workbench.solve.limbs import limb
 from workbench.solve.posture import Pedals, SeatedPosture, feet_on, seat_posture
 from workbench.solve.reach import reach
+from workbench.study.drivers import driver_of, feet_of, package_of
 from workbench.study.placement import adjusted_environment
 
 __all__ = ["predicted"]
@@ -27,8 +31,8 @@ def predicted(study: Study) -> tuple[Study, list[str]]:
     if not any(aims for person in study.people for aims in person.aims):
         return study, told
     people, sitting = [], []
-    for person in study.people:
-        found, words = _seat(person, study)
+    for number, person in enumerate(study.people):
+        found, words = _seat(person, study, number)
         people.append(found[0])
         sitting.append(found[1])
         told += words
@@ -43,8 +47,13 @@ def predicted(study: Study) -> tuple[Study, list[str]]:
                 continue
             held, words = _hands(person, (row, aims), environment)
             told += [f"{person.name}, {study.cases[case]}: {line}" for line in words]
-            poses.append(Poses(held.rotations, person.poses.reference, person.poses.world_from_reference[:1]))
-        done.append(replace(person, poses=join_poses(poses)))
+            at = person.poses.reference
+            world = person.poses.world_from_reference[:1]
+            if aims.driving is not None:  # who is where the poses say, not where the seat's planes do
+                world = place(person.body, held).world_from_segment[:, at]
+            poses.append(Poses(held.rotations, at, world))
+        driving = tuple(aims is not None and aims.driving is not None for aims in person.aims)
+        done.append(replace(person, poses=join_poses(poses), held=driving if any(driving) else ()))
     return replace(seated, people=tuple(done)), told
 
 
@@ -52,8 +61,9 @@ def _one(poses: Poses, case: int) -> Poses:
     return Poses(poses.rotations[case : case + 1], poses.reference, poses.world_from_reference[case : case + 1])
 
 
-def _seat(person: Person, study: Study) -> tuple[tuple[Person, list[Poses | None]], list[str]]:
-    """The person with the seat where it is to be, and for each predicted case the posture with the feet placed."""
+def _seat(person: Person, study: Study, number: int) -> tuple[tuple[Person, list[Poses | None]], list[str]]:
+    """The person with the seat where it is to be, and for each predicted case the posture with the feet placed; a
+    driver's is drawn by the person's number."""
     rows: list[Poses | None] = []
     told: list[str] = []
     settled = not person.free_seat
@@ -65,6 +75,13 @@ def _seat(person: Person, study: Study) -> tuple[tuple[Person, list[Poses | None
         pedals = _pedals(aims, study.environment)
         wanted = study.environment.points[aims.eyes][2] if aims.eyes else None
         pose = _one(person.poses, case)
+        if aims.driving is not None:
+            driven = _driven((person, number), (aims, pose), study.environment, settled)
+            person = replace(person, forward=driven.forward, up=driven.up)
+            settled = True
+            rows.append(driven.poses)
+            told += [f"{person.name}, {study.cases[case]}: {line}" for line in _off(driven, aims, wanted)]
+            continue
         if settled:
             travel = np.array([person.forward]), np.array([person.up])
             found = feet_on(person.body, pose, seat, travel, pedals)
@@ -75,6 +92,39 @@ def _seat(person: Person, study: Study) -> tuple[tuple[Person, list[Poses | None
         rows.append(found.poses)
         told += [f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)]
     return (person, rows), told
+
+
+def _driven(
+    who: tuple[Person, int], what: tuple[Aims, Poses], environment: Environment, settled: bool
+) -> DrivingPosture:
+    """A driver's posture, in the seat where it stands already or where the driver puts it."""
+    (person, number), (aims, pose) = who, what
+    assert aims.driving is not None
+    seat = environment.seat(person.seat or "")
+    if settled:
+        seat = replace(seat, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
+    return driving_posture(
+        person.body, pose, seat, driver=driver_of(person, aims.driving), package=package_of(aims, environment),
+        feet=feet_of(aims, environment), eye=environment.points[aims.eyes][2] if aims.eyes else None,
+        seed=aims.driving.seed, person=number,
+    )  # fmt: skip
+
+
+def _off(found: DrivingPosture, aims: Aims, wanted: float | None) -> list[str]:
+    """What the seat and the feet of a driver could not give."""
+    told = []
+    if wanted is not None and wanted - found.eye[2] > TOLD:
+        below = 1000 * (wanted - found.eye[2])
+        told.append(f"the eyes stay {below:.0f} mm below {aims.eyes}, the seat is as high as it goes")
+    beyond = found.wanted - found.forward
+    if abs(beyond) > TOLD:
+        way = "forward" if beyond > 0 else "back"
+        told.append(f"the seat would go {1000 * abs(beyond):.0f} mm farther {way} than its travel lets it")
+    for foot, miss in found.miss.items():
+        if miss > TOLD:
+            told.append(f"the {foot} stays {1000 * miss:.0f} mm from {aims.controls[foot]}, limited by "
+                        f"{found.limit[foot]}")  # fmt: skip
+    return told
 
 
 def _pedals(aims: Aims, environment: Environment) -> Pedals:

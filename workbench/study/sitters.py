@@ -16,6 +16,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
+from workbench.solve.driving_people import seat_drivers
 from workbench.solve.forward import place
 from workbench.solve.limbs import FEET, HANDS
 from workbench.solve.people_gaps import PeopleGaps, people_gaps
@@ -24,12 +25,15 @@ from workbench.solve.reach_people import reach_people
 from workbench.solve.seat_people import SeatedPeople, seat_people
 from workbench.solve.seating import seat_planes
 from workbench.solve.stops import stops
+from workbench.study.drivers import drivers_among, feet_of, package_of
 from workbench.study.requirements import Asked
 from workbench.study.sitting_gaps import gap_of, gap_words
 from workbench.study.views import view_margin, view_words
 
-__all__ = ["MOST_SPARE", "Sitters", "Tried", "gaps_of", "met_by", "seated", "with_hands", "without_seat"]
+__all__ = ["MOST_SPARE", "SEAT_BACK", "SEAT_FORWARD", "Sitters", "Tried", "gaps_of", "met_by", "seated", "with_hands",
+           "without_seat"]  # fmt: skip
 
+SEAT_BACK, SEAT_FORWARD = "the seat stops too far back", "the seat stops too far forward"
 MOST_SPARE = 0.2
 """A control that is reached with this much to spare [m], or more, is told to have this."""
 SHORT = 1e-3
@@ -59,9 +63,9 @@ class Tried:
     seat: Floats
 
 
-def met_by(study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body]) -> Tried:
-    """How B people come out in all requirements."""
-    sitters = with_hands(study, seated(study, bodies))
+def met_by(study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]) -> Tried:
+    """How B people, these rows of the study's people, come out in all requirements."""
+    sitters = with_hands(study, seated(study, bodies, rows))
     margin, toward = np.full((len(bodies), len(asked)), np.nan), np.full((len(bodies), len(asked), 3), np.nan)
     words = [[""] * len(asked) for _ in bodies]
     tried = Tried(margin, words, toward, np.stack([sitters.seat.forward, sitters.seat.up], axis=1))
@@ -79,8 +83,9 @@ def met_by(study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[B
     return tried
 
 
-def seated(study: AccommodationStudy, bodies: Sequence[Body]) -> Sitters:
-    """B bodies in the seat, feet on the pedals, arms as in the posture they sit like."""
+def seated(study: AccommodationStudy, bodies: Sequence[Body], rows: Sequence[int]) -> Sitters:
+    """B bodies, these rows of the study's people, in the seat, feet on the pedals, arms as in the posture they sit
+    like."""
     environment, aims = study.environment, study.aims
     controls = {control.name: control for control in environment.controls}
     at = {limb: controls[name].at for limb, name in aims.controls.items() if limb in FEET}
@@ -90,7 +95,14 @@ def seated(study: AccommodationStudy, bodies: Sequence[Body]) -> Sitters:
     lap = bodies[0].segment("LT")
     world = place(bodies[0], study.pose).world_from_segment[:, lap]
     poses = Poses(np.repeat(study.pose.rotations, len(bodies), axis=0), lap, np.repeat(world, len(bodies), axis=0))
-    found = seat_people(bodies, poses, environment.seat(study.seat), eye=eye, pedals=pedals)
+    seat, driving = environment.seat(study.seat), aims.driving
+    if driving is None:
+        found = seat_people(bodies, poses, seat, eye=eye, pedals=pedals)
+    else:
+        found = seat_drivers(
+            bodies, poses, seat, drivers=drivers_among(study.people, rows, bodies, driving.age), seed=driving.seed,
+            package=package_of(aims, environment), feet=feet_of(aims, environment), eye=eye, numbers=list(rows),
+        )  # fmt: skip
     return Sitters(bodies, found, found.poses)
 
 
@@ -209,6 +221,8 @@ def _seat(sitters: Sitters, tried: Tried, r: int) -> None:
     for b in np.flatnonzero(far > SHORT):
         foot = feet[int(worst[b])]
         tried.words[b][r] = f"{foot}, {seat.limit[foot][b]}"
+    for b in np.flatnonzero((far <= SHORT) & (tried.margin[:, r] < -MET)):
+        tried.words[b][r] = SEAT_BACK if seat.spare_travel[b, 1] < 0 else SEAT_FORWARD
 
 
 def _stops(sitters: Sitters, tried: Tried, what: tuple[int, float]) -> None:

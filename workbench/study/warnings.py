@@ -14,6 +14,8 @@ __all__ = ["result_warnings", "seat_verdicts"]
 
 SEAT_TOLERANCE, SEAT_LOST = 0.01, 0.05
 """How far [m] the real sinking into a seat may be from the stated depth before it is told, and before it fails."""
+DRIVER_TOLERANCE = 0.1
+"""The same before it is told of a driver, who sits by the hip point and whose back has an angle of its own."""
 
 
 def result_warnings(study: Study, environment: Environment, people: tuple[PersonResult, ...]) -> list[str]:
@@ -25,7 +27,8 @@ def result_warnings(study: Study, environment: Environment, people: tuple[Person
         if asked.seat is not None:
             seat = environment.seat(asked.seat)
             for rest, what in ((seat.cushion, "cushion"), (seat.back, "back")):
-                found += _missed(environment, person, (rest, f"{what} of seat {seat.name!r}"))
+                tolerance = DRIVER_TOLERANCE if any(asked.held) else SEAT_TOLERANCE
+                found += _missed(environment, person, (rest, f"{what} of seat {seat.name!r}"), tolerance)
     return found
 
 
@@ -50,12 +53,12 @@ def _swallowed(study: Study, person: PersonResult) -> Iterator[str]:
         )
 
 
-def _missed(environment: Environment, person: PersonResult, rest: tuple[Rest, str]) -> Iterator[str]:
+def _missed(environment: Environment, person: PersonResult, rest: tuple[Rest, str], tolerance: float) -> Iterator[str]:
     """The seat's planes say where a sitter rests; the part itself may be elsewhere."""
     surface, what = rest
     gaps = _gaps(environment, person, surface)
     gap = max(gaps, key=lambda gap: abs(gap + surface.depth), default=-surface.depth)
-    if abs(gap + surface.depth) > SEAT_TOLERANCE:
+    if abs(gap + surface.depth) > tolerance:
         where = f"{1000 * gap:.0f} mm clear of" if gap > 0 else f"{-1000 * gap:.0f} mm deep in"
         yield (
             f"{person.name} is {where} {surface.part!r}, the {what}, where {1000 * surface.depth:.0f} mm deep was "

@@ -1,0 +1,161 @@
+"""Studies of drivers: postures drawn for each, seats by the hip point, and what is wrong told with its line."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.files.accommodation_studies import load_accommodation
+from workbench.files.studies import load_study
+from workbench.study.accommodation import ready
+from workbench.study.clearance import clearance_study
+from workbench.study.crew import crew_of
+from workbench.study.drivers import driver_of, drivers_among
+from workbench.study.sitters import seated
+
+STUDY = """
+study: two_drive
+kind: clearance
+length: mm
+environment: compact_car
+people:
+  driver:
+    body: adult_female
+    size: {sex: female, measures: {stature: 1600, sitting_height: 850}, mass_kg: 70}
+    detail: coarse
+    seat: driver
+cases:
+  - name: at the wheel
+    people:
+      driver:
+        posture: driving_statistical
+        driver: {wheel: wheel_centre, h_point: driver_h_point}
+        hands: {left: wheel_ten, right: wheel_two}
+        feet: {left: foot_rest, right: accelerator}
+        eyes: low_eye
+        heels: accelerator_heel
+criteria:
+  - {name: nothing is touched that should not be, check: contact}
+  - {name: joints, check: stops}
+  - {name: head to roof, check: clearance, segments: [H], parts: [roof_lining], at_least: 50}
+"""
+CREW = """
+study: some_drive
+kind: accommodation
+length: mm
+environment: compact_car
+seat: driver
+body: adult_male
+detail: coarse
+population: {source: ansur2, people: 6, seed: 4}
+posture:
+  driver: {wheel: wheel_centre, h_point: driver_h_point, seed: 2}
+  feet: {left: foot_rest, right: accelerator}
+  eyes: low_eye
+  heels: accelerator_heel
+criteria:
+  - {name: the seat goes where it is wanted, check: seat}
+"""
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    def write(text):
+        path = tmp_path_factory.mktemp("study") / "study.yaml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="module")
+def result(written):
+    return clearance_study(load_study(written(STUDY)))
+
+
+def test_a_driver_in_the_car_touches_what_may_be_touched_and_meets_every_criterion(result):
+    assert [v.criterion.name for v in result.verdicts if not v.passed] == []
+    assert not result.warnings
+
+
+def test_the_drivers_hip_point_is_the_seats_where_the_seat_stands(result):
+    person = result.study.people[0]
+    world = person.poses.world_from_reference[0]
+    body, lap = person.body, person.body.segment("LT")
+    assert person.poses.reference == lap
+    hips = 0.5 * (body.joint_in_parent[body.joint("LH")] + body.joint_in_parent[body.joint("RH")])
+    at = world[:, :3] @ hips + world[:, 3]
+    index = 70 / 1.6**2
+    expected = [person.forward + 1e-3 * (0.4691 * index + 6.7786), 0.35,
+                0.25 + person.up - 1e-3 * (0.2872 * index - 11.583)]  # fmt: skip
+    assert at == pytest.approx(expected, abs=1e-6)
+
+
+def test_the_mass_that_a_size_gives_counts_and_not_that_of_the_body(written):
+    study = load_study(written(STUDY))
+    driver = driver_of(study.people[0], study.people[0].aims[0].driving)
+    assert driver.mass_index == pytest.approx(70 / 1.6**2)
+    assert (driver.sex, driver.age, driver.stature) == ("female", 40.0, 1.6)
+
+
+def test_a_seed_draws_another_posture_and_the_seat_goes_with_it(written):
+    text = STUDY.replace("h_point: driver_h_point}", "h_point: driver_h_point, seed: 6}")
+    drawn, mean = (predicted_forward(written(t)) for t in (text, STUDY))
+    assert abs(drawn - mean) > 0.005
+
+
+def predicted_forward(path):
+    from workbench.study.persons import sized
+    from workbench.study.predicted import predicted
+
+    return predicted(sized(load_study(path))[0])[0].people[0].forward
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("wheel: wheel_centre", "wheel: wheel_center", "no point 'wheel_center'; did you mean 'wheel_centre'?"),
+        ("driver: {wheel: wheel_centre, h_point: driver_h_point}", "", "go together"),
+        ("heels: accelerator_heel", "", "give both 'feet: {right: ...}' and 'heels'"),
+        ("right: accelerator", "right: accelerater", "no control 'accelerater'"),
+        ("posture: driving_statistical", "posture: predicted", "go together"),
+        ("    size: {sex: female, measures: {stature: 1600, sitting_height: 850}, mass_kg: 70}\n", "",
+         "give 'sex', or the person a 'size'"),
+        ("h_point: driver_h_point}", "h_point: driver_h_point, age: 9}", "greater than or equal to 16"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_driver_is_told_with_its_line(written, old, new, words):
+    with pytest.raises(wb.InputError) as caught:
+        load_study(written(STUDY.replace(old, new)))
+    assert any(words in line and ".yaml:" in line for line in caught.value.problems), caught.value.problems
+
+
+def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(written):
+    study = ready(load_accommodation(written(CREW)))
+    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None, workers=1)
+    bodies = crew.bodies(0)
+    drivers = drivers_among(study.people, range(6), bodies, 40.0)
+    assert [d.sex for d in drivers] == ["male"] * 3 + ["female"] * 3
+    assert drivers[4].stature == study.people.column("stature")[4]
+    whole, last = seated(study, bodies, range(6)).seat, seated(study, bodies[4:], [4, 5]).seat
+    assert np.array_equal(whole.forward[4:], last.forward)
+    assert max(whole.miss["right foot"]) < 1e-3
+
+
+def test_a_population_with_somebody_who_cannot_drive_names_the_person(written):
+    study = ready(load_accommodation(written(CREW)))
+    with pytest.raises(wb.InputError, match="male 1: drivers are 16 to 100 years old, got 9"):
+        drivers_among(study.people, [0], [study.body], 9.0)
+
+
+def test_the_sex_of_a_populations_drivers_is_not_for_the_study_to_say(written):
+    text = CREW.replace("seed: 2}", "seed: 2, sex: male}")
+    with pytest.raises(wb.InputError, match="that of the person in the population"):
+        load_accommodation(written(text))
+
+
+def test_a_point_that_is_not_there_is_told_of_a_population_too(written):
+    text = CREW.replace("wheel: wheel_centre", "wheel: weel")
+    with pytest.raises(wb.InputError, match="has no point 'weel'"):
+        load_accommodation(written(text))
