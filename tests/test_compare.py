@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.accommodations import made, trainer_people
+from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
 from workbench.cli import main
 from workbench.errors import InputError
@@ -230,3 +232,9 @@ def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys
 def test_compare_is_public():
     assert wb.compare is compare
     assert "Comparison" in wb.__all__
+
+
+def test_the_document_s_block_prints_what_it_says(capsys):
+    text = (ROOT / "docs" / "comparison.md").read_text()
+    exec(compile(re.search(r"```python\n(.*?)```", text, re.S)[1], "comparison.md", "exec"), {})
+    assert capsys.readouterr().out.strip() == re.search(r"```text\n(.*?)\n```", text, re.S)[1]
