@@ -96,7 +96,9 @@ def margin_strip(spread: Floats, ends: tuple[float, float], *, said: str) -> str
         if high > low or first == last == low == high
     ]
     shapes.append(f'<line x1="{zero:.2f}%" x2="{zero:.2f}%" y1="0" y2="{_HEIGHT}" stroke="#1d2733"/>')
-    shapes.append(f'<line x1="{x[2]:.2f}%" x2="{x[2]:.2f}%" y1="3" y2="17" stroke="#1d2733" stroke-width="2.4"/>')
+    if ends[0] <= spread[2] <= ends[1]:
+        median = f'x1="{x[2]:.2f}%" x2="{x[2]:.2f}%" y1="3" y2="17"'
+        shapes.append(f'<line {median} stroke="#1d2733" stroke-width="2.4"/>')
     if spread[0] < ends[0]:
         shapes.append('<path d="M7 6L1 10L7 14Z" fill="#b3261e"/>')
     if spread[4] > ends[1]:

@@ -26,16 +26,16 @@ _FEW = 20  # people of one sex: below, shares among them say little
 
 def percent(share: float) -> str:
     """ "81.3 %"; never 100.0 or 0.0 of what is not all or nothing."""
-    if 0 < share < 0.0005:
+    if 1e-9 < share < 0.0005:
         return "under 0.1 %"
-    if 0.9995 <= share < 1:
+    if 0.9995 <= share < 1 - 1e-9:
         return "over 99.9 %"
     return f"{100 * share:.1f} %"
 
 
 def plain(name: str) -> str:
     """A name from a file as words."""
-    return name.replace("_", " ")
+    return " ".join(name.replace("_", " ").split())
 
 
 def interval_words(group: GroupShare, confidence: float) -> str:
