@@ -6,6 +6,8 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.conftest import ROOT
 from workbench.cli import main
@@ -17,6 +19,7 @@ from workbench.model.motion import SegmentTrack
 from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
 from workbench.report.movement import movement_sentences, spells
+from workbench.report.turning import Turning
 from workbench.solve.forward import place
 from workbench.solve.tracks import poses_from_track
 from workbench.study.crash import crash_study
@@ -166,14 +169,38 @@ def test_segments_told_one_by_one_give_the_pose_back():
         poses_from_track(BODY, SegmentTrack(("head",), world[:, :1], poses.time, "made"))
 
 
-def test_movement_is_told_in_the_words_of_the_joints():
+def test_movement_is_told_in_the_words_of_the_limbs():
     time = np.linspace(0, 0.4, 41)
     angles = np.zeros((41, len(BODY.joints), 3))
-    axis, sign = motion_of(BODY, BODY.joint("RE"), "flexion")
-    angles[:, BODY.joint("RE"), axis] = sign * np.radians(np.linspace(95, 20, 41))
+    for joint, first, last in (("RE", 95, 20), ("RS", 0, 100), ("NP", 0, 30)):
+        axis, sign = motion_of(BODY, BODY.joint(joint), "flexion")
+        angles[:, BODY.joint(joint), axis] = sign * np.radians(np.linspace(first, last, 41))
     told = movement_sentences(BODY, standing(np.zeros(41), time, angles=angles))
-    assert told[0] == "The right elbow extends from 95 to 20 degrees between 0 and 400 ms."
-    assert told[1].startswith("The right hand ends up ")
+    assert told[0] == "The neck pivot flexes from 0 to 30 degrees between 0 and 400 ms."
+    assert told[1] == ("The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 0.4 s, "
+                       "the shoulder flexes from 0 to 100 degrees in 0.4 s.")  # fmt: skip
+    assert told[2].startswith("The right hand ends up ")
+    assert told[-1].startswith("The ways of arms are told as the upper torso sees them")
+
+
+def test_a_limb_that_comes_nearer_to_its_joint_is_drawn_in_and_later_turns_say_when():
+    time = np.linspace(0, 1.0, 101)
+    angles = np.zeros((101, len(BODY.joints), 3))
+    for joint in ("LH", "LK"):
+        axis, sign = motion_of(BODY, BODY.joint(joint), "flexion")
+        angles[:, BODY.joint(joint), axis] = sign * np.radians(60 * np.clip(2 * time - 1, 0, 1))
+    told = movement_sentences(BODY, standing(np.zeros(101), time, angles=angles))
+    assert told[0] == ("The left leg is drawn in, forward and up; the hip flexes from 0 to 60 degrees in 0.5 s, "
+                       "the knee flexes from 0 to 60 degrees in 0.5 s (from 500 ms).")  # fmt: skip
+
+
+@given(st.lists(st.floats(-60, 60), min_size=1, max_size=60), st.integers(1, 59))
+def test_turning_points_are_the_same_piece_by_piece(values, cut):
+    track = np.array(values)
+    halves = Turning(15.0)
+    halves.take(track[:cut])
+    halves.take(track[cut:])
+    assert [(a[0], b[0]) for a, b in halves.spells()] == spells(track, 15.0)
 
 
 def test_spells_are_the_turns_between_turning_points_without_small_waves():

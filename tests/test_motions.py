@@ -279,7 +279,7 @@ def test_missing_and_empty_files_are_told(tmp_path):
 
 
 def test_a_motion_written_as_bvh_comes_back(tmp_path, motion):
-    path = written(tmp_path, "".join(bvh_text(BODY, motion, place(BODY, motion))))
+    path = written(tmp_path, "".join(bvh_text(BODY, motion, [place(BODY, motion)])))
     again, notes = retarget(BODY, read_bvh(path), names={s: s for s in BODY.segments[1:]}, metres=0.01, up="y")
     assert notes == ()
     assert again.time == pytest.approx(motion.time)

@@ -12,11 +12,14 @@ from cyclopts import App, Parameter
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
+    from workbench.files.results import Content
     from workbench.model.body import Body
     from workbench.model.poses import Poses
 
 __all__ = ["motion_app"]
 
+_MOST_HELD = 100_000
+"""Frames of a model or a score at most: they are made in memory."""
 motion_app = App(name="motion", help="Motion files: look through them, write them in another form.")
 
 Start = Annotated[float | None, Parameter(help="first time wanted [s]")]
@@ -50,14 +53,18 @@ def show(
     import numpy as np
 
     from workbench.model.posing import angles_of
+    from workbench.model.spool import pieces
     from workbench.report.movement import movement_sentences
 
     who, poses, notes = _read(motion, body, (up, start, end, every))
     time = poses.clock
-    angles = np.degrees(angles_of(who, poses))
+    low, high = np.full((2, len(who.joints), 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
+    for rows in pieces(len(poses)):
+        angles = np.degrees(angles_of(who, poses.rows(rows)))
+        low, high = np.minimum(low, angles.min(axis=0)), np.maximum(high, angles.max(axis=0))
     ranges = {
         name: {
-            motions[0]: [round(float(v), 1) for v in (angles[:, j, k].min(), angles[:, j, k].max())]
+            motions[0]: [round(float(v[j, k]), 1) for v in (low, high)]
             for k, motions in enumerate(who.stops.motions[j])
         }
         for j, name in enumerate(who.joints)
@@ -70,8 +77,8 @@ def show(
         return 0
     print(f"{motion}: {len(poses)} frames from {time[0]:g} to {time[-1]:g} s, told of {who.name}")
     print(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
-    for joint, rows in ranges.items():
-        cells = (f"{name.replace('_', ' '):<20} {low:>7.1f} {high:>7.1f}" for name, (low, high) in rows.items())
+    for joint, row in ranges.items():
+        cells = (f"{name.replace('_', ' '):<20} {least:>7.1f} {most:>7.1f}" for name, (least, most) in row.items())
         print(f"{joint:<6} " + " ".join(cells))
     print("\n".join(told))
     for note in notes:
@@ -154,32 +161,37 @@ def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
     import numpy as np
 
     from workbench.model.moving import poses_at
+    from workbench.model.poses import stacked
+    from workbench.model.spool import pieces
 
     if not 1e-4 <= speed <= 1e4 or not (rate is None or 1e-3 <= rate <= 1e5):
         raise UsageError(f"rate {rate} and speed {speed}: both must be positive")
     if poses.time is None:
         raise UsageError("the motion has no times")
     if rate is not None:
-        step = speed / rate
-        count = int(np.floor((poses.time[-1] - poses.time[0]) / step + 1e-9)) + 1
-        poses = poses_at(poses, poses.time[0] + step * np.arange(count))
+        step, start, motion = speed / rate, poses.time[0], poses
+        count = int(np.floor((poses.time[-1] - start) / step + 1e-9)) + 1
+        poses = stacked(poses_at(motion, start + step * np.arange(count)[rows]) for rows in pieces(count))
     time = poses.clock
     return replace(poses, time=time[0] + (time - time[0]) / speed)
 
 
-def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> str | bytes:
+def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Content:
     from workbench.files.exports.gltf import Figure, glb_bytes
     from workbench.files.motions.bvh_writer import bvh_text
+    from workbench.files.motions.laban import score_text
     from workbench.files.motions.tables import angle_table_text
+    from workbench.model.spool import pieces
     from workbench.solve.forward import place
+    from workbench.solve.laban_reading import read_motion_score
 
-    if tempo is not None:
-        from workbench.files.motions.laban import score_text
-        from workbench.solve.laban_reading import read_motion_score
-
-        return "".join(score_text(read_motion_score(body, poses, tempo=tempo)))
     if ending == ".csv":
-        return "".join(angle_table_text(body, poses))
+        return angle_table_text(body, poses)
     if ending == ".bvh":
-        return "".join(bvh_text(body, poses, place(body, poses)))
+        return bvh_text(body, poses, (place(body, poses.rows(rows)) for rows in pieces(len(poses))))
+    if len(poses) > _MOST_HELD:
+        raise UsageError(f"{len(poses)} frames are too many for a {ending} file, {_MOST_HELD} are possible: write "
+                         "a part of them (--start, --end) or fewer (--rate, --every)")  # fmt: skip
+    if tempo is not None:
+        return score_text(read_motion_score(body, poses, tempo=tempo))
     return glb_bytes([Figure(body.name, place(body, poses), (0.75, 0.55, 0.42))], times=poses.time)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
@@ -13,10 +13,12 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from workbench.errors import InputError
 from workbench.files.crash_results import CrashResultFile
 
-__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "load_result",
+__all__ = ["Content", "FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "load_result",
            "write_file", "write_folder"]  # fmt: skip
 
 MARK = "result.json"
+Content = str | bytes | Iterable[str]
+"""What a file holds: a text, bytes, or a text in parts that are made as they are written."""
 
 
 class _Row(BaseModel):
@@ -178,19 +180,20 @@ def load_result(path: Path) -> ResultFile | CrashResultFile:
         raise InputError(f"{file}: is no result of this version of the workbench ({said})") from None
 
 
-def write_file(path: Path, content: str | bytes) -> None:
+def write_file(path: Path, content: Content) -> None:
     """Write one file that appears at once or not at all. InputError where it cannot be written."""
     partial = path.with_name(f".{path.name}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(content.encode() if isinstance(content, str) else content)
+        _put(partial, content)
         partial.replace(path)
     except OSError as error:
-        partial.unlink(missing_ok=True)
         raise InputError(f"{path}: cannot be written ({error.strerror})") from None
+    finally:
+        partial.unlink(missing_ok=True)
 
 
-def write_folder(folder: Path, files: Mapping[str, str | bytes], *, mark: str = MARK) -> None:
+def write_folder(folder: Path, files: Mapping[str, Content], *, mark: str = MARK) -> None:
     """Write all files into a folder that appears at once, replacing an earlier result.
 
     InputError where the folder holds something that is not a result, or cannot be written.
@@ -205,13 +208,22 @@ def write_folder(folder: Path, files: Mapping[str, str | bytes], *, mark: str = 
         for name, content in files.items():
             path = partial / name
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content.encode() if isinstance(content, str) else content)
+            _put(path, content)
         partial.chmod(0o755)
         _swap(partial, folder)
     except OSError as error:
         raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+def _put(path: Path, content: Content) -> None:
+    if isinstance(content, (str, bytes)):
+        path.write_bytes(content.encode() if isinstance(content, str) else content)
+        return
+    with path.open("wb") as file:
+        for part in content:
+            file.write(part.encode())
 
 
 def check_folder(folder: Path, *, mark: str = MARK) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import weakref
 from collections.abc import Iterator
 from typing import IO
 
@@ -48,6 +49,7 @@ class Spool:
         try:
             if self._file is None:
                 self._file = tempfile.TemporaryFile(prefix="workbench-")  # noqa: SIM115 (lives as long as the array)
+                weakref.finalize(self, self._file.close)
                 for held in self._held:
                     held.tofile(self._file)
                 self._held = []
@@ -63,4 +65,6 @@ class Spool:
             whole.flags.writeable = False
             return whole
         self._file.flush()
-        return np.asarray(np.memmap(self._file, np.float64, "r", shape=(self._count, *self._shape)))
+        whole = np.memmap(self._file, np.float64, "r", shape=(self._count, *self._shape))
+        self._file.close()  # the mapping holds on to what it needs
+        return np.asarray(whole)

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+
+import numpy as np
 
 from workbench.files.crash_results import (
     AgreementRow,
@@ -13,10 +16,12 @@ from workbench.files.crash_results import (
     MeetingRow,
     SignalRow,
 )
+from workbench.files.results import Content
 from workbench.model.crash import CrashResult, CrashVerdict, Meeting, Signal
+from workbench.model.spool import pieces
 from workbench.report.crash_words import breach_sentence, crash_headline, meeting_sentence
 from workbench.report.movement import movement_sentences
-from workbench.report.tables import csv_text
+from workbench.report.tables import csv_parts, csv_text
 
 __all__ = ["crash_csv_tables", "crash_result_file"]
 
@@ -56,11 +61,10 @@ def crash_result_file(result: CrashResult) -> CrashResultFile:
     )  # fmt: skip
 
 
-def crash_csv_tables(result: CrashResult, rows: CrashResultFile) -> dict[str, str]:
+def crash_csv_tables(result: CrashResult, rows: CrashResultFile) -> dict[str, Content]:
     """File name to CSV text: verdicts, contacts, stops, figures, clearance and signals over time, agreement."""
     body = result.study.body
-    clock = result.study.motion.clock.tolist()
-    tables = {
+    tables: dict[str, Content] = {
         "verdicts.csv": csv_text(["criterion", "check", "passed", "value", "limit", "unit", "time_ms", "sentence"],
             ([v.name, v.check, "yes" if v.passed else "no", v.value, v.limit, v.unit, v.time_ms, v.sentence]
              for v in rows.verdicts)),
@@ -74,19 +78,29 @@ def crash_csv_tables(result: CrashResult, rows: CrashResultFile) -> dict[str, st
         "figures.csv": csv_text(["point", "segment", "filter_class", "figure", "value", "unit", "begin_ms", "end_ms"],
             ([s.name, s.segment, s.filter_class, f.name, f.value, f.unit, f.begin_ms, f.end_ms]
              for s in rows.signals for f in s.figures)),
-        "clearance.csv": csv_text(["time_ms", *body.segments],
-            ([_ms(t), *(_mm(v) if math.isfinite(v) else None for v in row)]
-             for t, row in zip(clock, result.clearance.tolist(), strict=True))),
-        "signals.csv": csv_text(["point", "time_ms", *(f"{what}_{axis}" for what in ("position_m", "velocity_m_s",
-                                 "acceleration_m_s2") for axis in "xyz")],
-            ([s.point.name, _ms(t), *(round(v, 6) for v in (*p, *v_, *a))]
-             for s in result.signals for t, p, v_, a in zip(
-                 s.time.tolist(), s.position.tolist(), s.velocity.tolist(), s.acceleration.tolist(), strict=True))),
+        "clearance.csv": csv_parts(["time_ms", *body.segments], _clearance_rows(result)),
+        "signals.csv": csv_parts(["point", "time_ms", *(f"{what}_{axis}" for what in ("position_m", "velocity_m_s",
+                                  "acceleration_m_s2") for axis in "xyz")], _signal_rows(result)),
     }  # fmt: skip
     if rows.agreement:
         tables["agreement.csv"] = csv_text(["name", "rms_mm", "peak_mm", "peak_ms"],
             ([a.name, a.rms_mm, a.peak_mm, a.peak_ms] for a in rows.agreement))  # fmt: skip
     return tables
+
+
+def _clearance_rows(result: CrashResult) -> Iterator[list[object]]:
+    clock = result.study.motion.clock
+    for rows in pieces(len(clock)):
+        for t, row in zip(clock[rows].tolist(), result.clearance[rows].tolist(), strict=True):
+            yield [_ms(t), *(_mm(v) if math.isfinite(v) else None for v in row)]
+
+
+def _signal_rows(result: CrashResult) -> Iterator[list[object]]:
+    for s in result.signals:
+        for rows in pieces(len(s.time)):
+            columns = np.concatenate([s.position[rows], s.velocity[rows], s.acceleration[rows]], axis=1).tolist()
+            for t, row in zip(s.time[rows].tolist(), columns, strict=True):
+                yield [s.point.name, _ms(t), *(round(v, 6) for v in row)]
 
 
 def _ms(seconds: float) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from workbench.files.accommodation_results import AccommodationResultFile
 from workbench.files.crash_results import CrashResultFile
-from workbench.files.results import ResultFile, dump_json, write_folder
+from workbench.files.results import Content, ResultFile, dump_json, write_folder
 from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
@@ -59,21 +59,19 @@ def report_lines(result: AnyResult, rows: AnyFile) -> list[str]:
             for verdict in rows.verdicts]  # fmt: skip
 
 
-def _accommodation(
-    result: Accommodation, progress: Say | None
-) -> tuple[AccommodationResultFile, dict[str, str | bytes]]:
+def _accommodation(result: Accommodation, progress: Say | None) -> tuple[AccommodationResultFile, dict[str, Content]]:
     rows = accommodation_file(result)
-    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **accommodation_tables(result, rows)}
+    files: dict[str, Content] = {"result.json": dump_json(rows), **accommodation_tables(result, rows)}
     return rows, files | {"report.html": accommodation_page(result, downloads=[*files], progress=progress)}
 
 
-def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, str | bytes]]:
+def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, Content]]:
     rows = result_file(result)
-    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **csv_tables(rows), **reach_tables(rows)}
+    files: dict[str, Content] = {"result.json": dump_json(rows), **csv_tables(rows), **reach_tables(rows)}
     return rows, files | {"report.html": page(result, rows, progress=progress)}
 
 
-def _crash(result: CrashResult, progress: Say | None) -> tuple[CrashResultFile, dict[str, str | bytes]]:
+def _crash(result: CrashResult, progress: Say | None) -> tuple[CrashResultFile, dict[str, Content]]:
     rows = crash_result_file(result)
-    files: dict[str, str | bytes] = {"result.json": dump_json(rows), **crash_csv_tables(result, rows)}
+    files: dict[str, Content] = {"result.json": dump_json(rows), **crash_csv_tables(result, rows)}
     return rows, files | {"report.html": crash_page(result, rows, progress=progress)}

@@ -1,21 +1,27 @@
-"""Movement in words: which joints turned how far and when, where hands, feet and head went."""
+"""Movement in words: which limbs reached where, how far joints turned and when, where hands, feet and head went."""
 
 from __future__ import annotations
 
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
+from workbench.model.spool import pieces
+from workbench.report.turning import Turning, Unwrapped, spells
 from workbench.solve.forward import place
 
 __all__ = ["movement_sentences", "spells"]
 
 _LEAST_TURN = 15.0
 _LEAST_WAY = 0.08
+_STILL = 0.1
+_DRAWN_IN = 0.08
+"""[m] A limb whose end comes so much nearer to its first joint does not reach but is drawn in."""
 _VERBS = {
     "flexion": "flexes", "extension": "extends", "abduction": "moves outward", "adduction": "moves inward",
     "bend_left": "bends left", "bend_right": "bends right", "turn_left": "turns left", "turn_right": "turns right",
@@ -27,62 +33,164 @@ _VERBS = {
 }  # fmt: skip
 _ENDS = ("H", "LHN", "RHN", "LF", "RF")
 _WAYS = (("forward", "back"), ("to the left", "to the right"), ("up", "down"))
+# joints of a limb, the segment that sees it, the segment at its end, its first joint, what it does
+_LIMBS = {"arm": ("CSEW", "UT", "HN", "S", "reaches"), "leg": ("HKA", "LT", "F", "H", "swings")}
+_FRAME = ("The ways of arms are told as the upper torso sees them, those of legs as the lower torso does; where head, "
+          "hands and feet end up is told in the axes of the world.")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """A turn of a joint about an axis by a pair of motions, between two frames, from one angle to another [degrees]."""
+
+    joint: int
+    axis: int
+    motions: tuple[str, str]
+    first: int
+    last: int
+    begin: float
+    end: float
 
 
 def movement_sentences(body: Body, motion: Poses, *, most: int = 8) -> list[str]:
-    """The largest movements of a motion in the order of time: joints ("the left elbow extends from 95 to 20 degrees
-    between 100 and 500 ms"), then where head, hands and feet end up, in the axes of the world.
+    """The largest movements of a motion in the order of time, then where head, hands and feet end up.
 
-    Turns are those between turning points of each joint's angle, of 15 degrees or more, the `most` largest of them.
+    "The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 0.4 s." Turns are those between
+    turning points of each joint's angle, of 15 degrees or more, the `most` largest of them. Turns of one limb at one
+    time are one sentence, with the way of its hand or foot as the torso sees it, by the 26 directions of the direction
+    signs, where that is 80 mm or more.
     """
+    largest = [_trimmed(body, motion, turn) for turn in sorted(_turns(body, motion), key=_size)[:most]]
+    chosen = sorted(largest, key=lambda t: (t.first, body.joint_names[t.joint]))
+    told, limbs = [], False
+    for group in _together(body, chosen):
+        reach = _reach(body, motion, group)
+        limbs = limbs or bool(reach)
+        told += [_limb_sentence(body, motion, reach, group)] if reach else [_turn_sentence(body, motion, group[0])]
+    ends = _ways(body, motion)
+    return told + ends + ([_FRAME] if limbs else [])
+
+
+def _size(turn: _Turn) -> tuple[float, int, int]:
+    return -abs(turn.end - turn.begin), turn.first, turn.joint
+
+
+def _turns(body: Body, motion: Poses) -> list[_Turn]:
+    """Every turn of 15 degrees or more."""
+    inner = [j for j in range(len(body.joints)) if body.segments[int(body.parent[j + 1])] != "STG"]
+    tracks = [(j, axis, Turning(_LEAST_TURN)) for j in inner for axis in range(3)]
+    unwrapped = Unwrapped()
+    for rows in pieces(len(motion)):
+        angles = angles_of(body, motion.rows(rows))[:, inner].reshape(rows.stop - rows.start, -1)
+        columns = np.ascontiguousarray(np.degrees(unwrapped.take(angles)).T)
+        for (_, _, track), values in zip(tracks, columns, strict=True):
+            track.take(values)
+    return [
+        _Turn(j, axis, body.stops.motions[j][axis], a[0], b[0], a[1], b[1])
+        for j, axis, track in tracks
+        for a, b in track.spells()
+    ]
+
+
+def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
+    """A turn without the frames before and after in which the joint stands still."""
+    unwrapped, start, first, last = Unwrapped(), 0.0, turn.last, turn.first
+    for rows in pieces(turn.last + 1 - turn.first):
+        begin = turn.first + rows.start
+        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))[:, turn.joint, turn.axis, None]
+        track = np.degrees(unwrapped.take(angles))[:, 0]
+        start = track[0] if not rows.start else start
+        left = np.flatnonzero(np.abs(track - start) > _STILL)
+        short = np.flatnonzero(np.abs(track - start - (turn.end - turn.begin)) > _STILL)
+        if len(left):
+            first = min(first, begin + int(left[0]) - 1)
+        if len(short):
+            last = max(last, begin + int(short[-1]) + 1)
+    return replace(turn, first=max(first, turn.first), last=min(last, turn.last))
+
+
+def _limb(body: Body, joint: int) -> str:
+    """ "right arm" of a joint of it; "" for a joint of no limb."""
+    name = body.joints[joint]
+    sides = {"L": "left", "R": "right"}
+    for limb, (joints, *_) in _LIMBS.items():
+        if len(name) == 2 and name[0] in sides and name[1] in joints:
+            return f"{sides[name[0]]} {limb}"
+    return ""
+
+
+def _together(body: Body, turns: list[_Turn]) -> list[list[_Turn]]:
+    """Turns of one limb that are at the same time for half of the shorter one, as groups; others alone."""
+    groups: list[list[_Turn]] = []
+    for turn in turns:
+        limb = _limb(body, turn.joint)
+        same = next((g for g in groups if limb and _limb(body, g[0].joint) == limb and _shared(g[0], turn)), None)
+        if same is None:
+            groups.append([turn])
+        else:
+            same.append(turn)
+    return groups
+
+
+def _shared(a: _Turn, b: _Turn) -> bool:
+    shorter = min(a.last - a.first, b.last - b.first)
+    return min(a.last, b.last) - max(a.first, b.first) >= 0.5 * shorter
+
+
+def _reach(body: Body, motion: Poses, group: list[_Turn]) -> str:
+    """ "reaches forward and up": the way of a limb's end as the torso sees it; "" where there is none."""
+    limb = _limb(body, group[0].joint)
+    if not limb:
+        return ""
+    side, (_, carrier, end, ball, verb) = body.joints[group[0].joint][0], _LIMBS[limb.split()[1]]
+    if carrier not in body.segments or side + end not in body.segments or side + ball not in body.joints:
+        return ""
+    first, last = min(t.first for t in group), max(t.last for t in group)
+    world = _world(body, motion, first, last)
+    seen, tip, j = world[:, body.segment(carrier)], world[:, body.segment(side + end), :, 3], body.joint(side + ball)
+    own = np.einsum("pji,pj->pi", seen[:, :, :3], tip - seen[:, :, 3])
+    root = np.einsum("pij,j->pi", world[:, j + 1, :, :3], body.joint_in_child[j]) + world[:, j + 1, :, 3]
+    length = np.linalg.norm(tip - root, axis=1)
+    way = own[1] - own[0]
+    if np.linalg.norm(way) < _LEAST_WAY:
+        return ""
+    drawn = length[1] < length[0] - _DRAWN_IN
+    return f"{'is drawn in,' if drawn else verb} {sign_words(nearest_sign(way))}"
+
+
+def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) -> str:
+    time, limb = motion.clock, _limb(body, group[0].joint)
+    side = limb.split()[0] + " "
+    parts = [f"the {body.joint_names[t.joint].removeprefix(side)} {_turned(t)} in {time[t.last] - time[t.first]:.3g} s"
+             for t in group]  # fmt: skip
+    first = min(t.first for t in group)
+    when = f" (from {1000 * time[first]:.0f} ms)" if first else ""
+    return f"The {limb} {reach}; {', '.join(parts)}{when}."
+
+
+def _turn_sentence(body: Body, motion: Poses, turn: _Turn) -> str:
     time = motion.clock
-    angles = np.degrees(angles_of(body, motion))
-    found = []
-    for j, name in enumerate(body.joint_names):
-        if body.segments[int(body.parent[j + 1])] == "STG":
-            continue
-        for axis in range(3):
-            track = np.degrees(np.unwrap(np.radians(angles[:, j, axis])))
-            for first, last in spells(track, _LEAST_TURN):
-                found.append((abs(track[last] - track[first]), first, last, name, body.stops.motions[j][axis], track))
-    chosen = sorted(sorted(found, key=lambda row: (-row[0], row[1], row[3]))[:most], key=lambda row: (row[1], row[3]))
-    return [_turn(row[3], row[4], (row[5], row[1], row[2]), time) for row in chosen] + _ways(body, motion, time)
+    return (f"The {body.joint_names[turn.joint]} {_turned(turn)} between {1000 * time[turn.first]:.0f} and "
+            f"{1000 * time[turn.last]:.0f} ms.")  # fmt: skip
 
 
-def spells(track: Floats, least: float) -> list[tuple[int, int]]:
-    """First and last index of each stretch in which a track rises or falls by `least` or more, smaller waves within it
-    passed over."""
-    turning = [0]
-    high = low = 0
-    rising: bool | None = None
-    for k in range(1, len(track)):
-        high = k if track[k] > track[high] else high
-        low = k if track[k] < track[low] else low
-        if rising is not False and track[high] - track[k] >= least:
-            turning += [high] if high != turning[-1] else []
-            rising, low = False, k
-            high = k
-        elif rising is not True and track[k] - track[low] >= least:
-            turning += [low] if low != turning[-1] else []
-            rising, high = True, k
-            low = k
-    last = high if rising else low if rising is False else turning[-1]
-    turning += [last] if last != turning[-1] else []
-    return [(a, b) for a, b in pairwise(turning) if abs(track[b] - track[a]) >= least]
-
-
-def _turn(name: str, pair: tuple[str, str], part: tuple[Floats, int, int], time: Floats) -> str:
-    track, first, last = part
-    motion = pair[0] if track[last] > track[first] else pair[1]
+def _turned(turn: _Turn) -> str:
+    """ "extends from 95 to 20 degrees"."""
+    motion = turn.motions[0] if turn.end > turn.begin else turn.motions[1]
     verb = _VERBS.get(motion, f"moves in {motion.replace('_', ' ')}")
-    sense = 1.0 if motion == pair[0] or min(track[first], track[last]) >= 0 else -1.0
-    begin, end = sense * track[first], sense * track[last]
-    return (f"The {name} {verb} from {begin:.0f} to {end:.0f} degrees between {1000 * time[first]:.0f} and "
-            f"{1000 * time[last]:.0f} ms.")  # fmt: skip
+    sense = 1.0 if motion == turn.motions[0] or min(turn.begin, turn.end) >= 0 else -1.0
+    return f"{verb} from {sense * turn.begin + 0.0:.0f} to {sense * turn.end + 0.0:.0f} degrees"
 
 
-def _ways(body: Body, motion: Poses, time: Floats) -> list[str]:
-    at = place(body, motion).world_from_segment[:, :, :, 3]
+def _world(body: Body, motion: Poses, first: int, last: int) -> Floats:
+    """(2, N, 3, 4) world from segment in two frames."""
+    keep = [first, last]
+    return place(body, Poses(motion.rotations[keep], motion.reference, motion.world_from_reference[keep])
+                 ).world_from_segment  # fmt: skip
+
+
+def _ways(body: Body, motion: Poses) -> list[str]:
+    at, time = _world(body, motion, 0, len(motion) - 1)[..., 3], motion.clock
     told = []
     for segment in _ENDS:
         if segment not in body.segments:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from workbench.files.results import ResultFile
 
-__all__ = ["csv_tables", "csv_text"]
+__all__ = ["csv_parts", "csv_tables", "csv_text"]
+
+_ROWS = 4096
 
 
 def csv_tables(result: ResultFile) -> dict[str, str]:
@@ -54,9 +56,18 @@ def _numbers(worst: object) -> list[object]:
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     """CSV text; a cell that a spreadsheet would take for a formula is quoted with an apostrophe."""
+    return "".join(csv_parts(header, rows))
+
+
+def csv_parts(header: Sequence[str], rows: Iterable[Sequence[object]]) -> Iterator[str]:
+    """As `csv_text`, some rows at a time."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)
-    for row in rows:
+    for number, row in enumerate(rows, start=1):
         writer.writerow(["'" + c if isinstance(c, str) and c[:1] in "=+-@" else c for c in row])
-    return out.getvalue()
+        if not number % _ROWS:
+            yield out.getvalue()
+            out.seek(0)
+            out.truncate()
+    yield out.getvalue()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -18,11 +18,12 @@ _TO_FILE = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
 _EVEN = 1e-3
 
 
-def bvh_text(body: Body, poses: Poses, placed: Placed) -> Iterator[str]:
+def bvh_text(body: Body, poses: Poses, placed: Iterable[Placed]) -> Iterator[str]:
     """Lines of a BVH file: a bone for each segment below the stage, in centimetres, y up, z forward; angles in degrees,
     channels Z, X, Y. The frames are those of the motion, at their mean rate.
 
-    Each bone is named as its segment and begins at its proximal joint; the zero pose is the rest pose.
+    placed: all frames of the motion in the world, in pieces. Each bone is named as its segment and begins at its
+    proximal joint; the zero pose is the rest pose.
     """
     root = 1 if body.segments[0] == "STG" and len(body.segments) > 1 else 0
     yield "HIERARCHY\n"
@@ -31,16 +32,19 @@ def bvh_text(body: Body, poses: Poses, placed: Placed) -> Iterator[str]:
     step = float((time[-1] - time[0]) / (len(time) - 1)) if len(time) > 1 else 1.0
     yield f"MOTION\nFrames: {len(poses)}\nFrame Time: {step:.9g}\n"
     order = _depth_first(body, root)
-    turns = matrices(poses.rotations)
-    world = placed.world_from_segment
-    at = world[:, root, :, 3] + world[:, root, :, :3] @ _origin(body, root)
-    rows = [100.0 * at @ _TO_FILE.T]
-    for n in order:
-        turn = world[:, n, :, :3] if n == root else turns[:, n - 1]
-        rows.append(_angles(_TO_FILE @ turn @ _TO_FILE.T))
-    table = np.concatenate(rows, axis=1) + 0.0
-    for row in table.tolist():
-        yield " ".join(f"{value:.6f}" for value in row) + "\n"
+    at = 0
+    for some in placed:
+        turns = matrices(poses.rotations[at : at + len(some)])
+        at += len(some)
+        world = some.world_from_segment
+        begin = world[:, root, :, 3] + np.einsum("pij,j->pi", world[:, root, :, :3], _origin(body, root))
+        rows = [100.0 * np.einsum("ij,pj->pi", _TO_FILE, begin)]
+        for n in order:
+            turn = world[:, n, :, :3] if n == root else turns[:, n - 1]
+            rows.append(_angles(_TO_FILE @ turn @ _TO_FILE.T))
+        table = np.concatenate(rows, axis=1) + 0.0
+        for row in table.tolist():
+            yield " ".join(f"{value:.6f}" for value in row) + "\n"
 
 
 def _depth_first(body: Body, root: int) -> list[int]:

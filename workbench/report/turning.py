@@ -1,0 +1,102 @@
+"""Turning points of tracks that are seen a piece at a time."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from workbench.model.arrays import Floats
+
+__all__ = ["Turning", "Unwrapped", "spells"]
+
+Point = tuple[int, float]
+"""Where on a track, and its value there."""
+
+
+def spells(track: Floats, least: float) -> list[tuple[int, int]]:
+    """First and last index of each stretch in which a track rises or falls by `least` or more, smaller waves within it
+    passed over."""
+    turning = Turning(least)
+    turning.take(np.asarray(track, dtype=np.float64))
+    return [(first[0], last[0]) for first, last in turning.spells()]
+
+
+class Unwrapped:
+    """Angles (P, K) [rad] without jumps by whole turns, piece by piece."""
+
+    def __init__(self) -> None:
+        self._last: Floats | None = None
+        self._turns: Floats | None = None
+
+    def take(self, angles: Floats) -> Floats:
+        """The next angles (P, K), made to go on from those before."""
+        last = angles[:1] if self._last is None else self._last
+        turns = np.zeros_like(last) if self._turns is None else self._turns
+        jump = np.rint(np.diff(np.concatenate([last, angles]), axis=0) / (2 * np.pi))
+        whole = turns - np.cumsum(jump, axis=0)
+        self._last, self._turns = np.array(angles[-1:]), whole[-1:]
+        return np.asarray(angles + 2 * np.pi * whole)
+
+
+class Turning:
+    """The turning points of a track, where it turns back by `least` or more."""
+
+    def __init__(self, least: float) -> None:
+        self._least = least
+        self._points: list[Point] = []
+        self._high: Point = (0, -np.inf)
+        self._low: Point = (0, np.inf)
+        self._rising: bool | None = None
+        self._seen = 0
+
+    def take(self, track: Floats) -> None:
+        """Take up the next values (P,)."""
+        if not len(track):
+            return
+        if not self._points:
+            start = (0, float(track[0]))
+            self._points, self._high, self._low = [start], start, start
+        if not self._turns(track):
+            self._widen(track)
+        else:
+            for k, value in enumerate(track.tolist(), start=self._seen):
+                self._step(k, value)
+        self._seen += len(track)
+
+    def spells(self) -> list[tuple[Point, Point]]:
+        """The stretches between turning points in which it rose or fell by `least` or more."""
+        if not self._points:
+            return []
+        ends = {True: self._high, False: self._low, None: self._points[-1]}
+        last = ends[self._rising]
+        points = self._points + ([last] if last[0] != self._points[-1][0] else [])
+        return [(a, b) for a, b in pairwise(points) if abs(b[1] - a[1]) >= self._least]
+
+    def _turns(self, track: Floats) -> bool:
+        """True where the track may turn in this piece: most pieces of most joints do not."""
+        above = np.maximum(np.maximum.accumulate(track), self._high[1]) - track
+        below = track - np.minimum(np.minimum.accumulate(track), self._low[1])
+        return bool((self._rising is not False and above.max() >= self._least)
+                    or (self._rising is not True and below.max() >= self._least))  # fmt: skip
+
+    def _widen(self, track: Floats) -> None:
+        top, bottom = int(np.argmax(track)), int(np.argmin(track))
+        if track[top] > self._high[1]:
+            self._high = self._seen + top, float(track[top])
+        if track[bottom] < self._low[1]:
+            self._low = self._seen + bottom, float(track[bottom])
+
+    def _step(self, k: int, value: float) -> None:
+        here = k, value
+        self._high = here if value > self._high[1] else self._high
+        self._low = here if value < self._low[1] else self._low
+        if self._rising is not False and self._high[1] - value >= self._least:
+            self._turn(self._high, here, rising=False)
+        elif self._rising is not True and value - self._low[1] >= self._least:
+            self._turn(self._low, here, rising=True)
+
+    def _turn(self, at: Point, here: Point, *, rising: bool) -> None:
+        if at[0] != self._points[-1][0]:
+            self._points.append(at)
+        self._rising, self._high, self._low = rising, here, here
