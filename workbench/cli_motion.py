@@ -50,25 +50,11 @@ def show(
     every
         keep every n-th frame
     """
-    import numpy as np
-
-    from workbench.model.posing import angles_of
-    from workbench.model.spool import pieces
     from workbench.report.movement import movement_sentences
 
     who, poses, notes = _read(motion, body, (up, start, end, every))
     time = poses.clock
-    low, high = np.full((2, len(who.joints), 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
-    for rows in pieces(len(poses)):
-        angles = np.degrees(angles_of(who, poses.rows(rows)))
-        low, high = np.minimum(low, angles.min(axis=0)), np.maximum(high, angles.max(axis=0))
-    ranges = {
-        name: {
-            motions[0]: [round(float(v[j, k]), 1) for v in (low, high)]
-            for k, motions in enumerate(who.stops.motions[j])
-        }
-        for j, name in enumerate(who.joints)
-    }
+    ranges = _ranges(who, poses)
     told = movement_sentences(who, poses)
     if as_json:
         data = {"file": str(motion), "body": who.name, "frames": len(poses), "start_s": float(time[0])}
@@ -152,6 +138,26 @@ def _read(
     who = load_body(body)
     poses, notes = load_motion(who, motion, options=MotionOptions(up=up, keep=keep))
     return who, poses, notes
+
+
+def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
+    """Least and greatest angle [degrees] of each motion of each joint."""
+    import numpy as np
+
+    from workbench.model.posing import angles_of
+    from workbench.model.spool import pieces
+
+    low, high = np.full((2, len(who.joints), 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
+    for rows in pieces(len(poses)):
+        angles = np.degrees(angles_of(who, poses.rows(rows)))
+        low, high = np.minimum(low, angles.min(axis=0)), np.maximum(high, angles.max(axis=0))
+    return {
+        name: {
+            motions[0]: [round(float(v[j, k]), 1) for v in (low, high)]
+            for k, motions in enumerate(who.stops.motions[j])
+        }
+        for j, name in enumerate(who.joints)
+    }
 
 
 def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
