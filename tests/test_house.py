@@ -33,6 +33,8 @@ HOMES = {
     "imageio_ffmpeg": {"draw/film_mp4.py"},
     "manifold3d": {"shape"},
     "mujoco": {"dynamics/mjcf.py"},
+    "distributed": {"study/cluster.py"},
+    "duckdb": {"files/parquet.py"},
 }
 
 

@@ -84,7 +84,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 @app.command
-def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
+def run(study: str, *, out: Path | None = None, cluster: str | None = None, as_json: Json = False) -> int:
     """Run a study and write its report.
 
     Parameters
@@ -93,6 +93,8 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
         a study file, or the name of one that comes with the workbench
     out
         the folder to write; out/<study> where not given
+    cluster
+        of an accommodation study: a Dask scheduler's address that does the work (tcp://host:8786), or local
     """
     from workbench.files.results import check_folder
     from workbench.model.accommodation import Accommodation
@@ -108,7 +110,7 @@ def run(study: str, *, out: Path | None = None, as_json: Json = False) -> int:
         check_folder(folder)  # before the work, not after it
         say("measuring")
         keep = folder.with_name(f".{folder.name}.chunks")
-        result = run_study(loaded, keep=keep, say=say)
+        result = run_study(loaded, keep=keep, say=say, cluster=cluster)
         rows = write_report(result, folder, progress=say)
         forget_chunks(keep)
     for warning in rows.warnings:

@@ -21,10 +21,11 @@ from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
-from workbench.report.accommodation_words import accommodation_headline
+from workbench.report.accommodation_words import accommodation_headline, gain_sentence
 from workbench.report.tables import csv_text
 
-__all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables", "people_table"]
+__all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables",
+           "people_table"]  # fmt: skip
 
 
 def accommodation_lines(result: Accommodation) -> list[str]:
@@ -32,9 +33,7 @@ def accommodation_lines(result: Accommodation) -> list[str]:
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
     lines = [f"{100 * result.single[r]:5.1f} %  {result.requirements[r].name}"
              f" (alone leaves out {100 * result.alone[r]:.1f} %)" for r in order]  # fmt: skip
-    lines += [f"{gain.words} takes {gain.requirement} from {100 * gain.before:.1f} to {100 * gain.after:.1f} %, "
-              f"everything from {100 * gain.joint_before:.1f} to {100 * gain.joint_after:.1f} %"
-              for gain in result.gains]  # fmt: skip
+    lines += [gain_sentence(gain) for gain in result.gains]
     return lines + [f"{100 * row.share:5.1f} %  {row.group} ({100 * row.low:.1f} to {100 * row.high:.1f} %)"
                     for row in result.shares]  # fmt: skip
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from workbench.files.accommodation_results import AccommodationResultFile
 from workbench.files.crash_results import CrashResultFile
+from workbench.files.parquet import has_parquet, parquet_bytes
 from workbench.files.results import Content, ResultFile, dump_json, write_folder
 from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
@@ -61,7 +62,10 @@ def report_lines(result: AnyResult, rows: AnyFile) -> list[str]:
 
 def _accommodation(result: Accommodation, progress: Say | None) -> tuple[AccommodationResultFile, dict[str, Content]]:
     rows = accommodation_file(result)
-    files: dict[str, Content] = {"result.json": dump_json(rows), **accommodation_tables(result, rows)}
+    tables = accommodation_tables(result, rows)
+    files: dict[str, Content] = {"result.json": dump_json(rows), **tables}
+    if has_parquet():
+        files["people.parquet"] = parquet_bytes(tables["people.csv"])
     return rows, files | {"report.html": accommodation_page(result, downloads=[*files], progress=progress)}
 
 

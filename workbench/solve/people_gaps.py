@@ -11,10 +11,9 @@ from workbench.kernels.crews import least_gaps
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses
 from workbench.solve.collide import allowed_depth
 from workbench.solve.fields import packed_faces, packed_shells
-from workbench.solve.forward import place
+from workbench.solve.people_placed import PeoplePlaced
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Gap", "PeopleGaps", "people_gaps"]
@@ -36,18 +35,16 @@ class Gap:
 @dataclass(frozen=True, eq=False)
 class PeopleGaps:
     """B people, Q gaps. room (B, Q) [m]: the signed distance of the nearest pair, plus what it may overlap where that
-    is asked for; infinite where nothing is there. sphere, polygon (B, Q): of that pair, -1 where none. centres
-    (B, S, 3) [m]: of all spheres in the world."""
+    is asked for; infinite where nothing is there. sphere, polygon (B, Q): of that pair, -1 where none."""
 
     room: Floats
     sphere: Ints
     polygon: Ints
-    centres: Floats
 
 
 def people_gaps(
-    bodies: Sequence[Body],
-    poses: Poses,
+    body: Body,
+    placed: PeoplePlaced,
     environment: Environment,
     *,
     gaps: Sequence[Gap],
@@ -55,33 +52,23 @@ def people_gaps(
     shift: Floats | None = None,
     threads: int | None = None,
 ) -> PeopleGaps:
-    """The clearances of B bodies with the same spheres by number, a row of poses each.
+    """The clearances of B placed bodies of a family.
 
-    moves: parts that have gone along with each person's seat by shift (B, 3) [m]. Hidden parts take no part. threads:
-    all cores where None; the answer does not depend on it.
+    body: any of them, for its segments; moves: parts that have gone along with each person's seat by shift (B, 3) [m].
+    Hidden parts take no part. threads: all cores where None; the answer does not depend on it.
     """
-    centres = _centres(bodies, poses)
-    radius = np.stack([body.radius for body in bodies])
-    by = np.zeros((len(bodies), 3)) if shift is None else np.ascontiguousarray(shift, dtype=np.float64)
-    shape = (len(bodies), len(gaps))
+    count = len(placed.centres)
+    by = np.zeros((count, 3)) if shift is None else np.ascontiguousarray(shift, dtype=np.float64)
+    shape = (count, len(gaps))
     out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
-    asked = _asked(bodies[0], environment, gaps, np.isin(environment.parts, list(moves)))
+    asked = _asked(body, environment, gaps, np.isin(environment.parts, list(moves)))
     index = packed_faces(environment), packed_shells(environment)
 
     def work(begin: int, end: int) -> None:
-        least_gaps(centres, radius, by, asked, *index, out, begin, end)
+        least_gaps(placed.centres, placed.radius, by, asked, *index, out, begin, end)
 
-    in_pieces(work, len(bodies), PIECE, threads=threads)
-    return PeopleGaps(*out, centres)
-
-
-def _centres(bodies: Sequence[Body], poses: Poses) -> Floats:
-    """(B, S, 3) [m] the spheres of each body in its pose."""
-    rows = []
-    for b, body in enumerate(bodies):
-        one = slice(b, b + 1)
-        rows.append(place(body, Poses(poses.rotations[one], poses.reference, poses.world_from_reference[one])).centres)
-    return np.concatenate(rows)
+    in_pieces(work, count, PIECE, threads=threads)
+    return PeopleGaps(*out)
 
 
 def _asked(body: Body, environment: Environment, gaps: Sequence[Gap], moves: Bools) -> tuple[Ints, Ints, Ints, Floats]:

@@ -15,7 +15,9 @@ from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
 from workbench.shape.scale import morph_to
 from workbench.study.chunks import Chunk, gathered, result_chunks
+from workbench.study.cluster import Cluster
 from workbench.study.crew import Crew, crew_of
+from workbench.study.gains import gains_of
 from workbench.study.hardest import hardest_rows, shown_people
 from workbench.study.limiting import bearing_on, limiting_measures
 from workbench.study.provenance import hashes, people_hash, versions
@@ -64,16 +66,24 @@ def ready(plan: AccommodationPlan) -> AccommodationStudy:
 
 
 def accommodation_study(
-    plan: AccommodationPlan, *, keep: Path | None = None, say: Say = lambda text: None
+    plan: AccommodationPlan,
+    *,
+    keep: Path | None = None,
+    say: Say = lambda text: None,
+    workers: Cluster | None = None,
 ) -> Accommodation:
-    """Run an accommodation study. keep: a folder in which chunks of people are kept until it is done, so that a run
-    that is cut off goes on where it was; say: told how far it is. InputError where a chunk cannot be written."""
+    """Run an accommodation study.
+
+    keep: a folder in which chunks of people are kept until it is done, so that a run that is cut off goes on where it
+    was; say: told how far it is; workers: a cluster that does the work, with the same numbers. InputError where a
+    chunk cannot be written, or somebody cannot be given a body.
+    """
     study = ready(plan)
     asked = asked_of(study)
     if not asked:
         raise InputError(f"{study.name}: no criterion asks for anything")
-    crew = crew_of(study.body, study.people, study.wears, say=say)
-    found, reasons = gathered(list(result_chunks(study, crew, keep=keep, say=say)))
+    crew = crew_of(study.body, study.people, study.wears, say=say, workers=workers)
+    found, reasons = gathered(result_chunks(study, asked, crew, keep=keep, say=say, workers=workers))
     met: Bools = np.asarray(np.isnan(found.margin) | (found.margin >= -MET))
     weight = study.people.weight
     hardest = hardest_rows(found.margin)
@@ -91,7 +101,7 @@ def accommodation_study(
         alone=left_out_alone(met, weight),
         spread=spread_of(found.margin, weight),
         hardest=hardest,
-        gains=(),
+        gains=tuple(gains_of(study, asked, crew, found, keep=keep, say=say, workers=workers)),
         maps=(),
         provenance={
             "inputs": hashes(study.inputs),

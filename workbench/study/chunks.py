@@ -11,17 +11,19 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from time import monotonic
+from typing import Protocol
 
 import numpy as np
 
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
 from workbench.solve.index_cache import content_key
 from workbench.study.crew import Crew
 from workbench.study.crew_files import Kept, read_kept, write_kept
 from workbench.study.provenance import versions
-from workbench.study.requirements import Asked, asked_of
-from workbench.study.sitters import Tried, met_by
+from workbench.study.requirements import Asked
+from workbench.study.tried import Tried, met_by
 
 __all__ = [
     "Chunk",
@@ -48,25 +50,52 @@ class Chunk:
         self.words = tuple(kept.texts["words"])
 
 
-def result_chunks(study: AccommodationStudy, crew: Crew, *, keep: Path | None, say: Say) -> Iterator[Chunk]:
+class Workers(Protocol):
+    """Somebody else who does the work: see study.cluster."""
+
+    def tried(
+        self, study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
+    ) -> Iterator[tuple[int, Kept]]:
+        """The chunks of these numbers as they get ready, in any order."""
+
+
+def result_chunks(
+    study: AccommodationStudy,
+    asked: Sequence[Asked],
+    crew: Crew,
+    *,
+    keep: Path | None,
+    say: Say,
+    workers: Workers | None = None,
+) -> list[Chunk]:
     """The chunks of a study in order, those of an earlier run read back from the folder `keep`.
 
-    InputError where a chunk cannot be written; those written before stay.
+    workers: who does the work, this process where None; the numbers are the same. InputError where a chunk cannot be
+    written; those written before stay.
     """
-    asked, begun, made = asked_of(study), monotonic(), 0
-    base = study_key(study) if keep is not None else b""
-    for chunk in range(len(crew)):
-        key = result_key(base, crew, chunk) if keep is not None else b""
-        path = keep / f"{chunk:05d}-{key[:8].hex()}.chunk" if keep is not None else None
-        found = read_kept(path, key) if path is not None else None
-        if found is None:
-            done = crew.rows(chunk).start
-            say(f"person {done} of {len(study.people)}{time_left(begun, made, len(crew) - chunk)}")
-            found = chunk_result(study, asked, crew, chunk)
-            made += 1
-            if path is not None:
-                write_kept(path, key, found)
-        yield Chunk(found)
+    base = study_key(study, asked) if keep is not None else b""
+    keys = [result_key(base, crew, chunk) if keep is not None else b"" for chunk in range(len(crew))]
+    paths = [keep / f"{chunk:05d}-{key[:8].hex()}.chunk" for chunk, key in enumerate(keys)] if keep is not None else []
+    found = {chunk: kept for chunk, path in enumerate(paths) if (kept := read_kept(path, keys[chunk])) is not None}
+    missing = [chunk for chunk in range(len(crew)) if chunk not in found]
+    begun, people = monotonic(), sum(crew.rows(chunk).stop - crew.rows(chunk).start for chunk in missing)
+    done = 0
+    say(f"person 0 of {people}")
+    ready = workers.tried(study, asked, crew, missing) if workers is not None else _here(study, asked, crew, missing)
+    for chunk, kept in ready:
+        if paths:
+            write_kept(paths[chunk], keys[chunk], kept)
+        found[chunk] = kept
+        done += crew.rows(chunk).stop - crew.rows(chunk).start
+        say(f"person {done} of {people}{time_left(begun, done, people - done)}")
+    return [Chunk(found[chunk]) for chunk in range(len(crew))]
+
+
+def _here(
+    study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
+) -> Iterator[tuple[int, Kept]]:
+    for chunk in chunks:
+        yield chunk, chunk_result(study, asked, crew.bodies(chunk), crew.index(chunk).tolist())
 
 
 def forget_chunks(keep: Path) -> None:
@@ -78,22 +107,19 @@ def forget_chunks(keep: Path) -> None:
             keep.rmdir()
 
 
-def time_left(begun: float, made: int, left: int) -> str:
-    """ ", 40 s left", from the chunks made since the beginning."""
-    if not made:
+def time_left(begun: float, done: int, left: int) -> str:
+    """ ", 40 s left", from what was done since the beginning."""
+    if not done or not left:
         return ""
-    seconds = (monotonic() - begun) / made * left
+    seconds = (monotonic() - begun) / done * left
     return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
-def chunk_result(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunk: int) -> Kept:
-    """The numbers of one chunk, as they are kept."""
-    return packed(met_by(study, asked, crew.bodies(chunk), _numbers(crew, chunk)))
-
-
-def _numbers(crew: Crew, chunk: int) -> range:
-    """The rows of the people of a chunk."""
-    return range(*crew.rows(chunk).indices(len(crew.people)))
+def chunk_result(
+    study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]
+) -> Kept:
+    """The numbers of one chunk, the people of these rows, as they are kept."""
+    return packed(met_by(study, asked, bodies, rows))
 
 
 def packed(tried: Tried) -> Kept:
@@ -118,11 +144,11 @@ def gathered(chunks: Sequence[Chunk]) -> tuple[Chunk, tuple[str, ...]]:
     return Chunk(Kept(arrays | {"reason": np.concatenate(reasons)}, {"words": words})), tuple(words)
 
 
-def study_key(study: AccommodationStudy) -> bytes:
+def study_key(study: AccommodationStudy, asked: Sequence[Asked]) -> bytes:
     """The hash of all that numbers of a study rest on, but its people."""
     assert study.pose is not None
     room = study.environment
-    told = (asked_of(study), room.seats, room.controls, room.points, room.allowances, room.parts, study.seat,
+    told = (tuple(asked), room.seats, room.controls, room.points, room.allowances, room.parts, study.seat,
             dict(study.aims.controls), study.aims.eyes, study.aims.heels, study.aims.driving, study.wears,
             versions())  # fmt: skip
     arrays = [room.vertices, room.edges, room.edge_start, room.part_start, room.solid, room.hidden,
@@ -133,10 +159,10 @@ def study_key(study: AccommodationStudy) -> bytes:
 
 def result_key(base: bytes, crew: Crew, chunk: int) -> bytes:
     """The hash of all that a chunk's numbers rest on; base: that of the study."""
-    rows = _numbers(crew, chunk)  # a driver's posture goes by who it is, not by the body alone
-    who = f"rows from {rows.start} {crew.people.names}".encode()
+    rows = crew.index(chunk)  # a driver's posture goes by who it is, not by the body alone
+    who = f"rows from {rows[0]} {crew.people.names}".encode()
     fields: list[Floats | bytes] = [base, who]
-    people = crew.people.rows(np.arange(rows.start, rows.stop))
+    people = crew.people.rows(rows)
     fields += [people.measures, people.sex.astype(np.float64)]
     fields += [np.ascontiguousarray(values) for _, values in sorted(crew.fits[chunk].fields.items())]
     return content_key(fields)

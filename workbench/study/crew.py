@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from workbench.solve.threads import cores
 from workbench.study.crew_files import Kept, read_kept, write_kept
 from workbench.study.crew_fit import FIELDS, Fit, Task, fit_chunks
 
-__all__ = ["CHUNK", "FITTED", "Crew", "chunk_key", "crew_of", "templates"]
+__all__ = ["CHUNK", "FITTED", "Crew", "Fitters", "chunk_key", "crew_of", "templates"]
 
 CHUNK = 64
 """People a chunk."""
@@ -53,9 +54,13 @@ class Crew:
         """The people of a chunk."""
         return slice(chunk * CHUNK, min((chunk + 1) * CHUNK, len(self.people)))
 
+    def index(self, chunk: int) -> Ints:
+        """The numbers of the people of a chunk."""
+        return np.arange(*self.rows(chunk).indices(len(self.people)))
+
     def bodies(self, chunk: int) -> list[Body]:
         """The bodies of a chunk, dressed."""
-        return [self._body(row) for row in range(*self.rows(chunk).indices(len(self.people)))]
+        return [self._body(int(row)) for row in self.index(chunk)]
 
     def body(self, row: int) -> Body:
         """The body of one person, dressed."""
@@ -73,18 +78,26 @@ class Crew:
         return [words for fit in self.fits for words in fit.told]
 
 
+class Fitters(Protocol):
+    """Somebody else who fits bodies: see study.cluster."""
+
+    def fit(self, task: Task, chunks: Sequence[Population], done: Callable[[int, Fit], None]) -> None:
+        """Fit chunks; done(number, fit) is called for each as it is ready."""
+
+
 def crew_of(
     body: Body,
     people: Population,
     wears: Sequence[Encumbrance],
     *,
     say: Callable[[str], None],
-    workers: int | None = None,
+    processes: int | None = None,
+    workers: Fitters | None = None,
 ) -> Crew:
     """The bodies of a population, those of earlier runs read back. say: told how far it is.
 
-    workers: processes that fit, as many as cores where None; the bytes do not depend on it. InputError where somebody
-    has no body.
+    processes: how many fit at once, as many as cores where None; workers: somebody else who fits. The bytes depend on
+    neither. InputError where somebody has no body.
     """
     task = Task(templates(body), FITTED)
     chunks = [people.rows(np.arange(a, min(a + CHUNK, len(people)))) for a in range(0, len(people), CHUNK)]
@@ -103,7 +116,11 @@ def crew_of(
 
     if missing:
         say(f"fitting bodies: 0 of {sum(len(chunks[m]) for m in missing)}")
-        fit_chunks(task, [chunks[m] for m in missing], workers=workers or cores(), done=done)
+        some = [chunks[m] for m in missing]
+        if workers is not None:
+            workers.fit(task, some, done)
+        else:
+            fit_chunks(task, some, processes=processes or cores(), done=done)
         _forget(folder)
     return Crew(task, people, wears, [fit for fit in fits if fit is not None])
 

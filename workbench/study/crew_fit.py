@@ -97,7 +97,7 @@ def _heavy(body: Body, row: Mapping[str, float]) -> Body:
     return replace(body, mass=body.mass * (row[MASS] / body.mass.sum())) if MASS in row else body
 
 
-def fit_chunks(task: Task, chunks: Sequence[Population], *, workers: int, done: Callable[[int, Fit], None]) -> None:
+def fit_chunks(task: Task, chunks: Sequence[Population], *, processes: int, done: Callable[[int, Fit], None]) -> None:
     """Fit chunks with so many processes at once; done(number, fit) is called for each as it is ready, in this thread.
 
     InputError as of `fit_chunk`, or where a process ends before its work.
@@ -110,7 +110,7 @@ def fit_chunks(task: Task, chunks: Sequence[Population], *, workers: int, done: 
     for number in range(len(chunks)):
         waiting.put(number)
     ready: SimpleQueue[tuple[int, Fit | InputError]] = SimpleQueue()
-    crowd = [_Child(task) for _ in range(min(workers, len(chunks)))]
+    crowd = [_Child(task) for _ in range(min(processes, len(chunks)))]
     try:
         threads = [threading.Thread(target=child.serve, args=(chunks, waiting, ready), daemon=True) for child in crowd]
         for thread in threads:

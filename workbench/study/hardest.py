@@ -6,20 +6,21 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from workbench.kernels.polygon import point_polygon
 from workbench.model.accommodation import MET, AccommodationStudy, Shown
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.shape.parts import moved
-from workbench.solve.fields import packed_faces
 from workbench.solve.forward import place
 from workbench.solve.limbs import FEET, HANDS, limb
+from workbench.solve.people_gaps import people_gaps
+from workbench.solve.people_placed import place_people
 from workbench.solve.reach import reach
 from workbench.study.crew import Crew
 from workbench.study.requirements import Asked
-from workbench.study.sitters import Sitters, gaps_of, seated, with_hands, without_seat
+from workbench.study.sitters import Sitters, seated, with_hands, without_seat
+from workbench.study.sitting_gaps import foot_on, gap_of
 
 __all__ = ["hardest_rows", "shown_people"]
 
@@ -58,12 +59,16 @@ def _shown(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, B
         return _reaching(study, what, who)
     placed = place(body, sitters.held)
     if one.requirement.check in ("clearance", "contact"):
-        found = gaps_of(study, [one], sitters)
+        gaps = [gap_of(body, study.environment, one.criterion)]
+        moves, shift = study.environment.seat(study.seat).moves, sitters.seat.shift
+        people = place_people([body], sitters.held)
+        found = people_gaps(body, people, study.environment, gaps=gaps, moves=moves, shift=shift)
         sphere, polygon = int(found.sphere[0, 0]), int(found.polygon[0, 0])
         if sphere >= 0:
-            point = _foot(study.environment, polygon, found.centres[0, sphere], sitters.seat.shift[0], study.seat)
+            centre = people.centres[0, sphere]
+            point = foot_on(study.environment, polygon, centre, (moves, shift[0]))
             segment = body.segment_names[int(body.sphere_segment[sphere])]
-            return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(found.centres[0, sphere]))
+            return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(centre))
     if one.requirement.check == "vision" and study.aims.eyes is not None:
         eye = sitters.seat.eye[0]
         return Shown(row, r, placed, environment, "eyes", study.environment.points[study.aims.eyes], _xyz(eye))
@@ -96,16 +101,6 @@ def _ball(placed: Placed, foot: str) -> Floats:
     chain = limb(placed.body, foot, grip="ball")
     world = placed.world_from_segment[0, chain.end]
     point: Floats = world[:, :3] @ chain.tip + world[:, 3]
-    return point
-
-
-def _foot(environment: Environment, polygon: int, centre: Floats, shift: Floats, seat: str) -> Floats:
-    """(3,) the point of a polygon nearest to a sphere's centre, where the seat has taken it."""
-    part = environment.parts[int(environment.polygon_part[polygon])]
-    by = shift if part in environment.seat(seat).moves else np.zeros(3)
-    x, y, z = centre - by
-    _, px, py, pz = point_polygon(x, y, z, packed_faces(environment), polygon, np.inf)
-    point: Floats = np.array([px, py, pz]) + by
     return point
 
 

@@ -58,7 +58,7 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     if check == "seat":
         return BEARING["foot"], 1 if words == SEAT_FORWARD else -1
     if check == "reach":
-        return BEARING["foot" if " foot" in words else "hand"], -1
+        return BEARING["foot" if one.control is not None and one.control.grip == "foot" else "hand"], -1
     if check == "vision":
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1
     if check == "stops":

@@ -19,6 +19,7 @@ from workbench.model.result import Result
 from workbench.model.study import Study
 from workbench.study.accommodation import accommodation_study
 from workbench.study.clearance import clearance_study
+from workbench.study.cluster import cluster_at
 from workbench.study.crash import crash_study
 
 __all__ = ["KINDS", "Loaded", "load", "run"]
@@ -70,15 +71,23 @@ def run(
     *,
     keep: Path | None = None,
     say: Callable[[str], None] = lambda text: None,
+    cluster: str | None = None,
 ) -> Result | CrashResult | Accommodation:
     """The result of a study; UsageError for a kind that is not known.
 
     Of an accommodation study, which may take long: keep: a folder where finished chunks of people are kept until it is
-    done, so that a run that is cut off goes on from there; say: told how far it is.
+    done, so that a run that is cut off goes on from there; say: told how far it is; cluster: the address of a Dask
+    scheduler, or "local" for one of its own, to do the work. MissingPartError where Dask is not installed, InputError
+    where the cluster does not answer, UsageError for a cluster for a study of another kind.
     """
     what = study.what if isinstance(study, Loaded) else study
     if isinstance(what, AccommodationPlan):
-        return accommodation_study(what, keep=keep, say=say)
+        if cluster is None:
+            return accommodation_study(what, keep=keep, say=say)
+        with cluster_at(cluster) as workers:
+            return accommodation_study(what, keep=keep, say=say, workers=workers)
+    if cluster is not None:
+        raise UsageError("a cluster is for accommodation studies, which are about many people")
     if isinstance(what, CrashPlan):
         return crash_study(what)
     if what.kind not in ("clearance", "reach"):

@@ -1,0 +1,147 @@
+"""Shares of people by hand: jointly, alone, without one requirement, weighted; what is odd about somebody."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import workbench as wb
+from tests.conftest import SHARED
+from workbench.model.population import Population
+from workbench.people.draw import draw_people
+from workbench.people.share import inside_own_percentiles
+from workbench.study.gains import _least_move
+from workbench.study.hardest import hardest_rows
+from workbench.study.limiting import limiting_measures
+from workbench.study.shares import (
+    group_shares,
+    left_out_alone,
+    mix_weights,
+    share_single,
+    share_without,
+    spread_of,
+)
+
+ANSUR = sorted((SHARED / "anthropometry" / "ansur2").glob("*.csv"))
+
+
+def people_of(sexes, weight=None):
+    count = len(sexes)
+    measures = np.linspace(1.5, 1.9, count)[:, None]
+    weight = np.ones(count) if weight is None else np.asarray(weight, dtype=float)
+    return Population(("stature",), np.array(sexes), weight, measures, "made up")
+
+
+def test_who_misses_one_is_left_out_by_it_alone():
+    met = np.array([[True, True], [True, False], [False, False], [False, True]])
+    weight = np.ones(4)
+    assert share_single(met, weight).tolist() == [0.5, 0.5]
+    assert left_out_alone(met, weight).tolist() == [0.25, 0.25]
+    assert share_without(met, weight).tolist() == [0.5, 0.5]
+
+
+def test_a_weight_of_two_counts_as_two_people():
+    met = np.array([[True], [False]])
+    assert share_single(met, np.array([2.0, 1.0]))[0] == pytest.approx(2 / 3)
+    twice = list(group_shares(met[:, 0], people_of([0, 0], [2, 1]), {}))
+    assert twice[0].share == pytest.approx(2 / 3)
+
+
+@given(
+    st.lists(st.lists(st.booleans(), min_size=3, max_size=3), min_size=1, max_size=12),
+    st.lists(st.floats(0.1, 5), min_size=12, max_size=12),
+)
+def test_leaving_one_out_is_what_brute_force_says(rows, weights):
+    met, weight = np.array(rows), np.array(weights[: len(rows)])
+    joint = weight[met.all(axis=1)].sum() / weight.sum()
+    for r in range(3):
+        others = np.delete(met, r, axis=1).all(axis=1)
+        assert share_without(met, weight)[r] == pytest.approx(weight[others].sum() / weight.sum())
+        only = others & ~met[:, r]
+        assert left_out_alone(met, weight)[r] == pytest.approx(weight[only].sum() / weight.sum())
+        assert share_without(met, weight)[r] == pytest.approx(joint + left_out_alone(met, weight)[r])
+
+
+def test_a_mix_of_a_quarter_women_gives_women_a_quarter_of_the_weight():
+    people = people_of([0, 1, 1, 1])
+    weight = mix_weights(people, 0.25)
+    assert weight.tolist() == pytest.approx([0.75, 0.25 / 3, 0.25 / 3, 0.25 / 3])
+
+
+def test_shares_are_told_of_everybody_each_sex_and_each_mix():
+    served = np.array([True, True, False, False])
+    shares = {s.group: s for s in group_shares(served, people_of([0, 0, 1, 1]), {"mostly men": 0.1, "men only": 0.0})}
+    assert [shares[name].share for name in ("everybody", "men", "women")] == [0.5, 1.0, 0.0]
+    assert shares["mostly men"].share == pytest.approx(0.9)
+    assert shares["men only"].share == 1.0 and shares["men only"].count == 2
+
+
+def test_the_interval_is_wilsons():
+    """By hand: 8 of 10, z = 1.96: centre (0.8 + 0.192) / 1.384, half 1.96 sqrt(0.016 + 0.0096) / 1.384."""
+    served = np.arange(10) < 8
+    found = next(iter(group_shares(served, people_of([0] * 10), {})))
+    assert (found.low, found.high) == (pytest.approx(0.4902, abs=2e-4), pytest.approx(0.9433, abs=2e-4))
+
+
+def test_one_sex_only_has_no_groups():
+    assert len(list(group_shares(np.array([True]), people_of([1]), {"half": 0.5}))) == 1
+
+
+def test_margins_are_spread_by_weight_and_what_does_not_apply_is_left_out():
+    margin = np.array([[0.0, np.nan], [0.01, 0.005], [0.02, np.nan]])
+    spread = spread_of(margin, np.ones(3))
+    assert spread[0, 2] == pytest.approx(0.01)
+    assert spread[1] == pytest.approx([0.005] * 5)
+
+
+def test_the_least_move_that_brings_95_percent_is_found():
+    margin = np.arange(-20, 80) / 1000  # a fifth is short, by up to 20 mm
+    move, share = _least_move(margin, np.ones(100), (np.ones(100), 0.8))
+    assert (move, share) == (pytest.approx(0.015), 0.95)
+
+
+def test_a_move_across_the_way_gains_nothing():
+    margin = np.array([-0.01, 0.01])
+    assert _least_move(margin, np.zeros(2), (np.ones(2), 0.5))[1] == 0.5
+
+
+def test_the_hardest_are_of_different_troubles_first():
+    margin = np.array([[-0.05, 0.1], [-0.04, 0.1], [0.1, -0.01], [0.1, 0.1]])
+    assert hardest_rows(margin) == (0, 1, 2)
+    many = np.array([[-0.1 - 0.01 * k, 0.1] for k in range(6)] + [[0.1, -0.001]])
+    assert 6 in hardest_rows(many) and len(hardest_rows(many)) == 5
+
+
+def test_the_odd_measure_of_a_man_with_short_arms_is_his_reach():
+    model = wb.load_population_model("ansur2")
+    people = draw_people(model, 400, seed=2, men=1.0)
+    measures = np.array(people.measures)
+    for name in ("thumb_tip_reach", "acromial_height_sitting", "hand_length"):
+        column = people.names.index(name)
+        measures[0, column] = np.median(measures[:, column])
+    measures[0, people.names.index("thumb_tip_reach")] -= 0.1
+    odd = Population(people.names, people.sex, people.weight, measures, people.source)
+    bearing = [(("thumb_tip_reach", "acromial_height_sitting", "hand_length"), -1)]
+    assert limiting_measures(odd, np.array([0]), bearing) == ["thumb_tip_reach"]
+
+
+def test_two_percentile_people_do_not_stand_for_ninety_percent():
+    """Who lies between the 5th and the 95th percentile of their own sex in eight seated measures."""
+    people = draw_people(wb.load_population_model("ansur2"), 4000, seed=5)
+    eight = ("sitting_height", "eye_height_sitting", "acromial_height_sitting", "buttock_knee_length",
+             "knee_height_sitting", "thumb_tip_reach", "bideltoid_breadth", "hip_breadth_sitting")  # fmt: skip
+    inside = inside_own_percentiles(people, measures=eight)
+    for sex in (0, 1):
+        assert 0.55 < inside[people.sex == sex].mean() < 0.75
+
+
+@pytest.mark.skipif(not ANSUR, reason="the public files are not here")
+def test_a_popliteal_range_of_351_to_471_mm_covers_what_the_survey_says():
+    people = wb.read_ansur(*ANSUR, measures=("stature", "popliteal_height"))
+    height = 1000 * people.column("popliteal_height")
+    covered = (height > 350.5) & (height < 471.5)
+    # published as 95.2 %; the public rows, which hold whole millimetres and no weights, say 94.8 %
+    assert 100 * covered[people.sex == 1].mean() == pytest.approx(95.2, abs=0.5)
+    assert 100 * covered[people.sex == 0].mean() == pytest.approx(95.1, abs=0.1)

@@ -1,0 +1,259 @@
+"""The accommodation study on a toy cockpit: counts checked by other means, runs cut off, files, bad luck."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import jsonschema
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.conftest import ROOT
+from tests.toy_cockpit import write_toy
+from workbench.cli import main
+from workbench.files.accommodation_results import load_accommodation_result
+from workbench.files.accommodation_studies import load_accommodation
+from workbench.files.kinds import json_schemas
+from workbench.report.folder import write_report
+from workbench.solve.limbs import limb
+from workbench.solve.reach import reach
+from workbench.study import crew as crew_module
+from workbench.study import crew_files
+from workbench.study.accommodation import accommodation_study, ready
+from workbench.study.crew import crew_of
+from workbench.study.crew_files import Kept, read_kept, write_kept
+from workbench.study.crew_fit import Task, fit_chunk, fit_chunks
+from workbench.study.sitters import seated
+
+PEOPLE = 12
+
+
+@pytest.fixture(scope="module")
+def toy(tmp_path_factory):
+    """The study's path, what it gives, and its people's bodies in their seats."""
+    path = write_toy(tmp_path_factory.mktemp("toy"), people=PEOPLE)
+    plan = load_accommodation(path)
+    study = ready(plan)
+    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
+    return path, accommodation_study(plan), (study, crew)
+
+
+def reaching(study, crew, at):
+    """Who reaches a point with the right hand in zone 1, one by one with the plain solver."""
+    found = []
+    for body in crew.bodies(0):
+        poses = seated(study, [body], [0]).seat.poses
+        chain = limb(body, "right hand", grip="push", zone=1)
+        found.append(bool(reach(body, poses, at, limb=chain, environment=study.environment).reached[0]))
+    return np.array(found)
+
+
+def test_a_knob_put_where_exactly_so_many_reach_it_is_reached_by_so_many(toy, tmp_path):
+    _, _, (study, crew) = toy
+    low, high = 0.7, 1.0
+    for _ in range(12):
+        middle = (low + high) / 2
+        count = int(reaching(study, crew, [middle, -0.18, 0.85]).sum())
+        if count == 5:
+            break
+        low, high = (middle, high) if count > 5 else (low, middle)
+    assert count == 5
+    result = accommodation_study(load_accommodation(write_toy(tmp_path, knob=1000 * middle, people=PEOPLE)))
+    column = [r.name for r in result.requirements].index("reach knob by the right hand")
+    assert int(result.met[:, column].sum()) == 5
+    assert result.single[column] == pytest.approx(5 / PEOPLE)
+    assert set(np.flatnonzero(result.met[:, column])) == set(
+        np.flatnonzero(reaching(study, crew, [middle, -0.18, 0.85]))
+    )
+
+
+def test_the_spare_of_a_reach_is_how_much_farther_it_would_still_be_reached(toy):
+    _, result, (study, crew) = toy
+    column = [r.name for r in result.requirements].index("reach knob by the right hand")
+    row = int(np.argmin(result.margin[:, column]))
+    spare, body = result.margin[row, column], crew.body(row)
+    assert 0 < spare < 0.19
+    poses = seated(study, [body], [0]).seat.poses
+    placed = wb.place(body, poses)
+    joint = body.joint("RS")
+    world = placed.world_from_segment[0, joint + 1]
+    shoulder = world[:, :3] @ body.joint_in_child[joint] + world[:, 3]
+    way = np.array([0.7, -0.18, 0.85]) - shoulder
+    way /= np.linalg.norm(way)
+    chain = limb(body, "right hand", grip="push", zone=1)
+    tried = [np.array([0.7, -0.18, 0.85]) + (spare + by) * way for by in (-0.002, 0.004)]
+    assert reach(body, poses, tried, limb=chain).reached.tolist() == [True, False]
+
+
+def test_margins_of_view_and_head_room_are_heights_that_can_be_measured(toy):
+    _, result, (study, crew) = toy
+    names = [r.name for r in result.requirements]
+    body = crew.body(3)
+    placed = wb.place(body, seated(study, [body], [0]).seat.poses)
+    eyes = [placed.centres[0, body.sphere_names.index(f"{side} eye"), 2] for side in ("left", "right")]
+    assert result.margin[3, names.index("view")] == pytest.approx(0.06 - abs(np.mean(eyes) - 1.05), abs=1e-9)
+    head = body.spheres(body.segment("H"))
+    top = np.max(placed.centres[0, head, 2] + body.radius[head])
+    assert result.margin[3, names.index("head room")] == pytest.approx(1.6 - top - 0.15, abs=1e-6)
+
+
+def test_joint_shares_follow_from_the_margins(toy):
+    _, result, _ = toy
+    assert result.served.tolist() == np.all(result.margin >= -1e-6, axis=1).tolist()
+    assert result.shares[0].share == pytest.approx(result.served.mean())
+    out = ~result.served
+    assert all(bool(name) == bool(o) for name, o in zip(result.limiting, out, strict=True))
+    assert len(result.shown) == len(result.hardest) == min(5, int(out.sum()))
+
+
+def test_the_bodies_show_the_measures_of_their_people(toy):
+    _, _, (study, crew) = toy
+    body = crew.body(2)
+    for name, found in wb.measure(body, ["thumb_tip_reach", "eye_height_sitting", "popliteal_height"]).items():
+        assert found == pytest.approx(study.people.column(name)[2], abs=3e-4)
+    assert body.mass.sum() == pytest.approx(study.people.column("mass")[2])
+
+
+def test_bodies_are_the_same_whoever_fits_them(toy):
+    _, _, (study, crew) = toy
+    people = study.people.rows(np.arange(4))
+    task = Task(crew.task.templates, crew.task.exact)
+    found = {}
+    fit_chunks(task, [people, people], processes=2, done=found.__setitem__)
+    assert all(np.array_equal(found[0].fields[name], found[1].fields[name]) for name in found[0].fields)
+    here = fit_chunk(task, people)
+    assert all(np.allclose(found[0].fields[name], here.fields[name], rtol=0, atol=1e-6) for name in here.fields)
+
+
+def test_kept_bodies_are_read_back_as_they_were(toy, tmp_path, monkeypatch):
+    study = toy[2][0]
+    monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path))
+    some = study.people.rows(np.arange(3))
+    said = []
+    first = crew_of(study.body, some, (), say=said.append)
+    again = crew_of(study.body, some, (), say=lambda text: pytest.fail(text))
+    assert said and isinstance(again.fits[0].fields["centre"], np.memmap)
+    assert all(np.array_equal(first.fits[0].fields[n], again.fits[0].fields[n]) for n in first.fits[0].fields)
+
+
+def test_a_kept_file_that_was_altered_is_not_believed(tmp_path):
+    path = tmp_path / "x.chunk"
+    write_kept(path, b"key", Kept({"a": np.arange(5.0)}, {"words": ["one"]}))
+    assert read_kept(path, b"key").arrays["a"].tolist() == [0, 1, 2, 3, 4]
+    assert read_kept(path, b"other") is None
+    data = bytearray(path.read_bytes())
+    data[-1] ^= 1
+    path.write_bytes(data)
+    assert read_kept(path, b"key") is None
+
+
+def test_the_result_has_its_published_shape_and_everybody_is_in_the_table(toy, tmp_path):
+    _, result, _ = toy
+    rows = write_report(result, tmp_path / "out")
+    data = json.loads((tmp_path / "out" / "result.json").read_text())
+    jsonschema.validate(data, json_schemas()["accommodation_result"])
+    assert load_accommodation_result(tmp_path / "out") == rows
+    table = list(csv.DictReader((tmp_path / "out" / "people.csv").read_text().splitlines()))
+    assert len(table) == PEOPLE
+    assert float(table[0]["view [mm]"]) == pytest.approx(1000 * result.margin[0, 2], abs=1e-3)
+    assert "%" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_the_parquet_file_holds_the_same_table(toy, tmp_path):
+    duckdb = pytest.importorskip("duckdb")
+    _, result, _ = toy
+    write_report(result, tmp_path / "out")
+    found = duckdb.sql(f"select avg(\"view [mm]\"), count(*) from '{tmp_path}/out/people.parquet'").fetchone()
+    assert found == (pytest.approx(1000 * result.margin[:, 2].mean(), abs=1e-2), PEOPLE)
+
+
+def command(path, out, *, chunk=3):
+    code = f"import workbench.study.crew as crew; crew.CHUNK = {chunk}; from workbench.cli import main; "
+    code += f"raise SystemExit(main(['run', {str(path)!r}, '--out', {str(out)!r}]))"
+    return [sys.executable, "-c", code]
+
+
+def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(toy, tmp_path):
+    path = toy[0]
+    kept = tmp_path / ".killed.chunks"
+    process = subprocess.Popen(command(path, tmp_path / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    for _ in range(6000):
+        if len(list(kept.glob("*.chunk"))) >= 2 or process.poll() is not None:
+            break
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    before = {file.name: file.stat().st_mtime_ns for file in kept.glob("*.chunk")}
+    assert before and not (tmp_path / "killed").exists()
+    subprocess.run(command(path, tmp_path / "killed"), check=True, capture_output=True)
+    subprocess.run(command(path, tmp_path / "whole"), check=True, capture_output=True)
+    assert not kept.exists()
+    names = sorted(file.name for file in (tmp_path / "whole").iterdir())
+    assert sorted(file.name for file in (tmp_path / "killed").iterdir()) == names
+    for name in names:
+        assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, monkeypatch):
+    monkeypatch.setattr(crew_module, "CHUNK", 4)
+    real, written = crew_files.tempfile.NamedTemporaryFile, []
+
+    def full(*args, **options):
+        if len(written) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        written.append(1)
+        return real(*args, **options)
+
+    monkeypatch.setattr(crew_files.tempfile, "NamedTemporaryFile", full)
+    with pytest.raises(wb.InputError, match=r"cannot be written \(No space left on device\)"):
+        accommodation_study(load_accommodation(toy[0]), keep=tmp_path / "keep")
+    assert len(list((tmp_path / "keep").iterdir())) == 2
+
+
+def test_the_command_says_what_leaves_people_out(toy, tmp_path, capsys):
+    assert main(["run", str(toy[0]), "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert "everybody" in said and "view" in said and "report.html" in said
+
+
+def test_real_rows_with_weights_are_people_too(toy, tmp_path):
+    _, result, (study, _) = toy
+    names = [name for name in study.people.names if name != "mass"]
+    lines = [",".join(["SubjectId", "Gender", "count", *names])]
+    for row in range(4):
+        sizes = [f"{100 * study.people.column(name)[row]:.3f}" for name in names]
+        lines.append(",".join([f"p{row}", ("Male", "Female")[study.people.sex[row]], str(row + 1), *sizes]))
+    path = write_toy(tmp_path, swap={"{people: 10, seed: 3}": "{files: [four.csv], unit: cm, weights: count}"})
+    (path.parent / "four.csv").write_text("\n".join(lines) + "\n")
+    found = accommodation_study(load_accommodation(path))
+    assert found.study.people.labels == ("p0", "p1", "p2", "p3")
+    served, weight = found.served, np.arange(1, 5)
+    assert found.shares[0].share == pytest.approx(weight[served].sum() / 10)
+    assert found.margin[:, 2] == pytest.approx(result.margin[:4, 2], abs=2e-3)
+
+
+def test_a_change_of_the_design_is_confirmed_by_a_run_with_it(toy, tmp_path):
+    change = "changes:\n  - {name: moving knob 60 mm aft, control: knob, move: [-60, 0, 0]}\n"
+    study = Path(toy[0]).read_text() + change
+    path = write_toy(tmp_path, knob=850, study=study.replace(f"people: {PEOPLE}", "people: PEOPLE"), people=PEOPLE)
+    result = accommodation_study(load_accommodation(path))
+    nearer = accommodation_study(load_accommodation(write_toy(tmp_path / "nearer", knob=790, people=PEOPLE)))
+    gain = result.gains[0]
+    assert gain.requirement == "reach knob by the right hand" and gain.move == pytest.approx(0.06)
+    assert gain.before == result.single[0] and gain.after == nearer.single[0] > gain.before
+    assert gain.joint_after == pytest.approx(nearer.served.mean())
+
+
+def test_published_schemas_are_those_of_the_code():
+    for kind in ("accommodation", "accommodation_result"):
+        published = json.loads((ROOT / "docs" / "schemas" / f"{kind}.schema.json").read_text())
+        assert published == json_schemas()[kind]

@@ -1,0 +1,58 @@
+"""Changes of a design: a study with the change made, and which of its requirements the change bears on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from workbench.model.accommodation import AccommodationStudy, Change
+from workbench.model.environment import Environment
+from workbench.shape.parts import moved
+from workbench.study.requirements import Asked
+
+__all__ = ["borne_by", "changed", "moved_parts"]
+
+
+def changed(study: AccommodationStudy, change: Change) -> AccommodationStudy:
+    """The study with a change made. A control takes the part along that it is on, unless another control is on it."""
+    environment = study.environment
+    if change.control or change.parts:
+        environment = moved(environment, moved_parts(environment, change), change.move)
+        x, y, z = change.move
+        controls = tuple(
+            replace(c, at=(c.at[0] + x, c.at[1] + y, c.at[2] + z)) if c.name == change.control else c
+            for c in environment.controls
+        )
+        return replace(study, environment=replace(environment, controls=controls))
+    seats = []
+    for seat in environment.seats:
+        if seat.name == study.seat:
+            forward, up = (
+                (ends[0] + by[0], ends[1] + by[1])
+                for ends, by in ((seat.travel_forward, change.travel_forward), (seat.travel_up, change.travel_up))
+            )
+            seat = replace(seat, travel_forward=forward, travel_up=up)
+        seats.append(seat)
+    return replace(study, environment=replace(environment, seats=tuple(seats)))
+
+
+def moved_parts(environment: Environment, change: Change) -> tuple[str, ...]:
+    """The parts that a change moves."""
+    if not change.control:
+        return change.parts
+    part = next(control.part for control in environment.controls if control.name == change.control)
+    shared = [control.name for control in environment.controls if control.part == part]
+    return (part,) if len(shared) == 1 and part in environment.parts else ()
+
+
+def borne_by(study: AccommodationStudy, asked: Sequence[Asked], change: Change) -> list[int]:
+    """The numbers of the requirements that a change bears on: of a control its own and those about its part; all of
+    them where it is one that the sitters hold, or anything else is moved."""
+    every = list(range(len(asked)))
+    if not change.control or change.control in study.aims.controls.values():
+        return every
+    parts = set(moved_parts(study.environment, change))
+    rows = [r for r, one in enumerate(asked)
+            if (one.requirement.target == change.control and one.control is not None)
+            or (one.control is None and parts & set(one.criterion.parts))]  # fmt: skip
+    return rows if rows else every

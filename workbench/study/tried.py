@@ -1,0 +1,168 @@
+"""What becomes of people in their places: each control, each clearance, the view and the seat, with a margin.
+
+The margin of a reach is what there is to spare on the way out from the shoulder, or what is missing; of a clearance,
+the clearance less what is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.model.accommodation import MET, AccommodationStudy
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.poses import Poses
+from workbench.solve.people_gaps import people_gaps
+from workbench.solve.people_placed import PeoplePlaced, place_people
+from workbench.solve.reach_people import reach_people
+from workbench.solve.seating import seat_planes
+from workbench.solve.stops import stops
+from workbench.study.requirements import Asked
+from workbench.study.sitters import SEAT_BACK, SEAT_FORWARD, Sitters, seated, with_hands, without_seat
+from workbench.study.sitting_gaps import gap_of, gap_toward, gap_words
+from workbench.study.views import view_margin, view_words
+
+__all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "met_by"]
+
+MOST_SPARE = 0.2
+"""A control that is reached with this much to spare [m], or more, is told to have this."""
+SHORT = 1e-3
+"""A foot this near [m] to its pedal is on it."""
+TURN_LEVER = 0.2
+"""What a radian past a joint's stop counts [m]: about a hand's length."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """What became of B people and R requirements: margin (B, R) [m], words (B, R) of what limits, "" where met, and
+    toward (B, R, 3): the unit vector along which moving the control or part lets the margin grow as much, NaN where
+    there is none; seat (B, 2) [m]: forward and up."""
+
+    margin: Floats
+    words: list[list[str]]
+    toward: Floats
+    seat: Floats
+
+
+def met_by(study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]) -> Tried:
+    """How B people, these rows of the study's people, come out in all requirements."""
+    sitters = seated(study, bodies, rows)
+    if any(one.requirement.check in ("clearance", "contact", "stops") for one in asked):
+        sitters = with_hands(study, sitters)
+    margin, toward = np.full((len(bodies), len(asked)), np.nan), np.full((len(bodies), len(asked), 3), np.nan)
+    words = [[""] * len(asked) for _ in bodies]
+    tried = Tried(margin, words, toward, np.stack([sitters.seat.forward, sitters.seat.up], axis=1))
+    _reaches(study, asked, sitters, tried)
+    _gaps(study, asked, sitters, tried)
+    for r, one in enumerate(asked):
+        if one.requirement.check == "vision":
+            margin[:, r] = view_margin(study, one.criterion, sitters.seat.eye)
+            for b in np.flatnonzero(margin[:, r] < -MET):
+                words[b][r] = view_words(study, one.criterion, sitters.seat.eye[b])
+        elif one.requirement.check == "seat":
+            _seat(sitters, tried, r)
+        elif one.requirement.check == "stops":
+            _stops(sitters, tried, (r, one.criterion.at_least))
+    return tried
+
+
+def _reaches(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, tried: Tried) -> None:
+    """Controls with the same grip and zone together: by the limb on their side, by the other where that one misses."""
+    if all(one.control is None for one in asked):
+        return
+    at_rest = place_people(sitters.bodies, sitters.seat.poses)
+    groups: dict[tuple[str, int, str], list[int]] = {}
+    middle = np.array(study.environment.seat(study.seat).srp)
+    leftward = seat_planes(study.environment.seat(study.seat))[2]
+    for r, one in enumerate(asked):
+        if one.control is None:
+            continue
+        side = one.criterion.hand or ("left" if (np.array(one.control.at) - middle) @ leftward > 0 else "right")
+        groups.setdefault((one.control.grip, one.requirement.zone, side), []).append(r)
+    empty = without_seat(study.environment, study.seat)
+    for (grip, zone, side), rows in groups.items():
+        foot = grip == "foot"
+        how = ("ball" if foot else grip, zone, empty if foot else study.environment)
+        first, second = ((f"{s} {'foot' if foot else 'hand'}") for s in (side, "left" if side == "right" else "right"))
+        _tried(study, asked, (sitters, at_rest, tried), (first, *how), rows, np.arange(len(sitters.bodies)))
+        free = [r for r in rows if asked[r].criterion.hand is None]
+        left = np.flatnonzero((tried.margin[:, free] < -MET).any(axis=1)) if free else np.zeros(0, np.int64)
+        if len(left):
+            _tried(study, asked, (sitters, at_rest, tried), (second, *how), free, left)
+
+
+def _tried(
+    study: AccommodationStudy, asked: Sequence[Asked], people: tuple[Sitters, PeoplePlaced, Tried],
+    how: tuple[str, str, int, Environment], rows: list[int], who: Ints,
+) -> None:  # fmt: skip
+    """Let some people reach with one limb for some controls; what is better than before counts."""
+    (sitters, at_rest, tried), (limb, grip, zone, environment) = people, how
+    joint = sitters.bodies[0].joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
+    root = at_rest.joint(sitters.bodies, joint)[who]
+    poses = sitters.seat.poses
+    some = Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who])
+    targets = [asked[r].control.at for r in rows]  # type: ignore[union-attr]
+    found = reach_people(
+        [sitters.bodies[int(b)] for b in who], some, targets, name=limb, grip=grip, zone=zone, environment=environment,
+        moves=study.environment.seat(study.seat).moves, shift=sitters.seat.shift[who], spare=MOST_SPARE,
+    )  # fmt: skip
+    worst = np.maximum(found.miss + found.overlap, 1e-4)
+    margin = np.where(found.reached, found.spare, -worst)
+    for t, r in enumerate(rows):
+        before = tried.margin[who, r]
+        better = np.isnan(before) | ((before < -MET) & (margin[:, t] > before))
+        tried.margin[who[better], r] = margin[better, t]
+        for k in np.flatnonzero(better):
+            tried.words[who[k]][r] = found.limit(int(k), t)
+        way = root - asked[r].control.at  # type: ignore[union-attr]
+        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
+        tried.toward[who[better], r] = way[better]
+
+
+def _gaps(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, tried: Tried) -> None:
+    """The clearances and contacts in the posture with hands and feet in their places."""
+    rows = [r for r, one in enumerate(asked) if one.requirement.check in ("clearance", "contact")]
+    if not rows:
+        return
+    body, environment = sitters.bodies[0], study.environment
+    moves, shift = environment.seat(study.seat).moves, sitters.seat.shift
+    placed = place_people(sitters.bodies, sitters.held)
+    gaps = [gap_of(body, environment, asked[r].criterion) for r in rows]
+    found = people_gaps(body, placed, environment, gaps=gaps, moves=moves, shift=shift)
+    for q, r in enumerate(rows):
+        room = found.room[:, q] - asked[r].criterion.at_least
+        tried.margin[:, r] = np.where(np.isfinite(room), room, np.nan)
+        tried.toward[:, r] = gap_toward((placed, found, q), environment, (moves, shift))
+        for b in np.flatnonzero(room < -MET):
+            tried.words[b][r] = gap_words(body, environment, (int(found.sphere[b, q]), int(found.polygon[b, q])))
+
+
+def _seat(sitters: Sitters, tried: Tried, r: int) -> None:
+    """Pedals missed by so much; else what is left of the seat's travel to its nearer end, fore and aft."""
+    seat = sitters.seat
+    feet = list(seat.miss)
+    miss = np.stack([seat.miss[foot] for foot in feet])
+    worst = miss.argmax(axis=0)
+    far = miss.max(axis=0)
+    tried.margin[:, r] = np.where(far > SHORT, -far, seat.spare_travel[:, :2].min(axis=1))
+    for b in np.flatnonzero(far > SHORT):
+        foot = feet[int(worst[b])]
+        tried.words[b][r] = f"{foot}, {seat.limit[foot][b]}"
+    for b in np.flatnonzero((far <= SHORT) & (tried.margin[:, r] < -MET)):
+        tried.words[b][r] = SEAT_BACK if seat.spare_travel[b, 1] < 0 else SEAT_FORWARD
+
+
+def _stops(sitters: Sitters, tried: Tried, what: tuple[int, float]) -> None:
+    """The joint nearest to its stop, as an arc at TURN_LEVER."""
+    r, at_least = what
+    body = sitters.bodies[0]  # stops are those of the family
+    found = stops(body, sitters.held)
+    joint = found.margin.argmin(axis=1)
+    tried.margin[:, r] = TURN_LEVER * (found.margin.min(axis=1) - at_least)
+    for b in np.flatnonzero(tried.margin[:, r] < -MET):
+        motion = found.motion(int(b), int(joint[b])).replace("_", " ")
+        tried.words[b][r] = f"{body.joint_names[joint[b]]} ({motion})"
