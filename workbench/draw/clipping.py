@@ -11,9 +11,15 @@ __all__ = ["chained", "clip_segments", "clip_triangles", "cut_lines"]
 _WELD = 1e-5  # [m] ends of lines nearer than about this are one
 
 
+def _heights(points: Floats, normal: Floats) -> Floats:
+    """(...,) points (..., 3) along a direction: sums written out are several times as fast as so narrow a product."""
+    heights: Floats = points[..., 0] * normal[0] + points[..., 1] * normal[1] + points[..., 2] * normal[2]
+    return heights
+
+
 def clip_segments(ends: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
     """The pieces (K, 2, 3) of segments (M, 2, 3) where normal . x <= offset, and the segment (K,) of each."""
-    above = ends @ normal - offset
+    above = _heights(ends, normal) - offset
     kept = np.flatnonzero(np.any(above <= 0.0, axis=1))
     pieces, height = ends[kept].copy(), above[kept]
     for end in (0, 1):
@@ -29,7 +35,7 @@ def clip_triangles(corners: Floats, normal: Floats, offset: float) -> tuple[Floa
 
     A triangle that loses one corner becomes two; windings stay. What is not cut is returned as it is, in order.
     """
-    above = corners @ normal - offset
+    above = _heights(corners, normal) - offset
     count = np.sum(above > 0.0, axis=1)
     if not count.any():
         return corners, np.arange(len(corners))
@@ -63,7 +69,7 @@ def _crossings(corners: Floats, above: Floats, alone: Bools) -> tuple[Floats, Fl
 
 def cut_lines(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
     """Where the plane normal . x = offset crosses triangles (T, 3, 3): segments (K, 2, 3), and the triangle of each."""
-    above = corners @ normal - offset
+    above = _heights(corners, normal) - offset
     count = np.sum(above > 0.0, axis=1)
     crossed = np.flatnonzero(count % 3 > 0)
     alone = (above[crossed] > 0.0) == (count[crossed] == 1)[:, None]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw
+from PIL import Image
 
 from workbench.draw.camera import Camera, facing
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
@@ -20,6 +20,7 @@ from workbench.draw.scene import Scene
 from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
 from workbench.errors import UsageError, one_of
 from workbench.kernels.compose import compose_solids, compose_veils, darken_rims
+from workbench.kernels.edge_lines import paint_lines
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 
@@ -122,7 +123,7 @@ def _flat(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
 def _lit(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
     """The same by light and shade."""
     full = np.array([ramp(shown.colour, np.array(0.9)) for shown in scene.bodies]).reshape(-1, 3)
-    surfaces = Surfaces(layers.body_depth, layers.sphere.astype(np.int32))
+    surfaces = Surfaces(layers.body_depth, layers.sphere)
     return shaded(projected_disks(scene, camera), surfaces, camera, full[scene.spheres.body]).astype(np.float32)
 
 
@@ -130,7 +131,7 @@ def _finished(picture: _Pixels, scene: Scene, layers: Layers, width: int, tint: 
     """The picture with a `tint` where a see-through part is the foremost thing, and with edges `width` wide."""
     lines = np.zeros(layers.glass.shape, dtype=np.uint8)
     if scene.environment is not None:
-        edges, clear = drawn_edges(scene.environment, layers.camera, layers.cut)
+        edges, clear = drawn_edges(scene.environment, layers.camera, layers.cut, seen=layers.seen)
         lines = _line_mask(visible_lines(edges, clear, layers), layers.camera, width)
     out = np.empty(picture.shape, dtype=np.uint8)
     inks = np.array([[*GLASS, tint], [*INK, 1.0]])
@@ -140,9 +141,8 @@ def _finished(picture: _Pixels, scene: Scene, layers: Layers, width: int, tint: 
 
 def _line_mask(lines: Lines, camera: Camera, width: int) -> NDArray[np.uint8]:
     """(height, width) opacity of edges, drawn from far to near."""
-    mask = Image.new("L", (camera.width, camera.height), 0)
-    draw = ImageDraw.Draw(mask)
-    opacity, ends = np.where(lines.faint, 60, 150).tolist(), lines.ends.reshape(-1, 4).tolist()
-    for index in np.argsort(lines.depth, kind="stable").tolist():
-        draw.line(ends[index], fill=opacity[index], width=max(1, width))
-    return np.asarray(mask)
+    mask = np.zeros((camera.height, camera.width), dtype=np.uint8)
+    order = np.argsort(lines.depth, kind="stable")
+    opacity = np.where(lines.faint, 60, 150).astype(np.uint8)
+    paint_lines(lines.ends[order].reshape(-1, 4), opacity[order], float(width), mask)
+    return mask

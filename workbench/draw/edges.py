@@ -12,9 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, in_view, metric, projective, to_picture
+from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
 from workbench.draw.clipping import clip_segments, cut_lines
 from workbench.draw.visibility import Layers, triangle_polygons
+from workbench.kernels.edge_lines import edge_pieces
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
@@ -49,23 +50,26 @@ class _Sides(NamedTuple):
     always: Bools
 
 
-def drawn_edges(environment: Environment, camera: Camera, cut: float) -> tuple[Floats, Bools]:
+def drawn_edges(
+    environment: Environment, camera: Camera, cut: float, *, seen: Floats | None = None
+) -> tuple[Floats, Bools]:
     """Edges (M, 2, 3) x, y [pixels], depth [m] to be drawn in this view, and whether each is of a see-through part.
 
-    cut [m]: the depth of the cutting plane. Edges are cut where they come too near the eye.
+    cut [m]: the depth of the cutting plane. Edges are cut where they come too near the eye. seen (V, 3): the
+    environment's vertices in view coordinates, where they are known already.
     """
     sides = _sides(environment)
     front = facing(camera, environment.normal, environment.offset)
     turned = front[sides.first] * front[sides.second] * sides.sense < 0.0
     wanted = np.flatnonzero(sides.always | turned)
-    seen = in_view(camera, environment.vertices)
     ahead = np.array([0.0, 0.0, 1.0])
-    edges, kept = clip_segments(seen[sides.corners[wanted]], ahead, camera.closest)
+    points = in_view(camera, environment.vertices) if seen is None else seen
+    edges, kept = clip_segments(points[sides.corners[wanted]], ahead, camera.closest)
     clear = sides.clear[wanted[kept]]
     if np.isfinite(cut):
         part = environment.polygon_part[triangle_polygons(environment)]
         shown = np.flatnonzero(~environment.hidden[part])
-        cut_edges, of = cut_lines(seen[environment.triangles[shown]], ahead, cut)
+        cut_edges, of = cut_lines(points[environment.triangles[shown]], ahead, cut)
         edges, clear = np.concatenate([edges, cut_edges]), np.append(clear, environment.see_through[part[shown[of]]])
     return to_picture(camera, edges), clear
 
@@ -91,7 +95,9 @@ def _sides(environment: Environment) -> _Sides:
     sense = np.where(lone, 0.0, np.where(against, 1.0, -1.0))
     one, other = environment.normal[polygon[first]], environment.normal[polygon[second]] * sense[:, None]
     sharp = lone | (np.sum(one * other, axis=1) < np.cos(FEATURE_ANGLE))
-    shown = np.flatnonzero(~environment.hidden[part[first]])
+    level = (environment.normal[polygon[first]] == environment.normal[polygon[second]]).all(axis=1) & (sense > 0.0)
+    level &= environment.offset[polygon[first]] == environment.offset[polygon[second]]  # these face one way together
+    shown = np.flatnonzero(~environment.hidden[part[first]] & (sharp | ~level))
     clear = environment.see_through[part[first]]
     columns = (environment.edges[first], clear, polygon[first], polygon[second], sense, sharp)
     return _Sides(*(column[shown] for column in columns))
@@ -105,46 +111,8 @@ def visible_lines(edges: Floats, clear: Bools, layers: Layers) -> Lines:
     height, width = layers.depth.shape
     low, high = edges[:, :, :2].min(axis=1), edges[:, :, :2].max(axis=1)
     inside = np.all((high >= 0) & (low <= (width, height)), axis=1) & (edges[:, :, 2].min(axis=1) <= layers.cut + _BIAS)
-    edges, clear = edges[inside], clear[inside]
-    length = np.linalg.norm(edges[:, 1, :2] - edges[:, 0, :2], axis=1)
-    count = np.ceil(length / _STEP).astype(np.int64) + 2
-    edge = np.repeat(np.arange(len(edges)), count)
-    step = np.arange(len(edge)) - np.repeat(np.cumsum(count) - count, count)
-    share = (step / (count[edge] - 1))[:, None]
-    edges = np.concatenate([edges[:, :, :2], projective(layers.camera, edges[:, :, 2:])], axis=2)
-    points = edges[edge, 0] * (1.0 - share) + edges[edge, 1] * share
-    points[:, 2] = metric(layers.camera, points[:, 2])
-    state = _states(points, clear[edge], layers)
-    fresh = (np.diff(state, prepend=-1) != 0) | (step == 0)
-    start = np.flatnonzero(fresh)
-    last = np.append(start[1:], len(state))[: len(start)] - 1
-    shown = (state[start] > 0) & (last > start)
-    start, last = start[shown], last[shown]
-    ends = np.stack([points[start, :2], points[last, :2]], axis=1)
-    return Lines(ends, (points[start, 2] + points[last, 2]) / 2.0, state[start] == 1)
-
-
-def _states(points: Floats, clear: Bools, layers: Layers) -> Ints:
-    """0 hidden, 1 faint, 2 plain for points (M, 3) x, y [pixels], depth [m]."""
-    height, width = layers.depth.shape
-    column, row = np.floor(points[:, 0]).astype(np.int64), np.floor(points[:, 1]).astype(np.int64)
-    state = np.zeros(len(points), dtype=np.int64)
-    here = (column >= 0) & (column < width) & (row >= 0) & (row < height) & (points[:, 2] <= layers.cut + _BIAS)
-    at, depth = (row[here], column[here]), points[here, 2]
-    free = depth >= _farthest_around(layers.depth, at) - _BIAS
-    body = layers.sphere[at] >= 0
-    behind = body & (depth < layers.body_depth[at])
-    state[here] = np.where(free & ~behind, np.where(body | clear[here], 1, 2), 0)
-    return state
-
-
-def _farthest_around(depth: Floats, at: tuple[Ints, Ints]) -> Floats:
-    """The least depth among pixels (row, column) and their eight neighbours: no surface hides its own edge."""
-    row, column = at
-    least = np.full(len(row), np.inf)
-    for down in (-1, 0, 1):
-        near = np.clip(row + down, 0, depth.shape[0] - 1) * depth.shape[1]
-        for across in (-1, 0, 1):
-            here = near + np.clip(column + across, 0, depth.shape[1] - 1)
-            np.minimum(least, depth.ravel()[here], out=least)
-    return least
+    edges, camera = edges[inside], layers.camera
+    edges = np.concatenate([edges[:, :, :2], projective(camera, edges[:, :, 2:])], axis=2)
+    seen, limits = (layers.depth, layers.sphere, layers.body_depth), np.array([_BIAS, layers.cut])
+    pieces = edge_pieces(edges, clear[inside], seen, limits, _STEP, camera.bend)
+    return Lines(pieces[:, :4].reshape(-1, 2, 2), pieces[:, 4], pieces[:, 5] == 1.0)

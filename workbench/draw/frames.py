@@ -21,11 +21,13 @@ from workbench.kernels.surfaces import BLOCK, light_surfaces, paint_rays, surfac
 from workbench.model.arrays import Floats, Ints
 
 __all__ = [
-    "Disks", "Frame", "Greys", "Surfaces", "disks_of", "exact_disks", "flat_frame", "painted", "shaded", "shaded_frame",
-    "sphere_at", "surfaces_of",
+    "Disks", "Frame", "Greys", "Numbers", "Surfaces", "disks_of", "exact_disks", "flat_frame", "painted", "shaded",
+    "shaded_frame", "sphere_at", "surfaces_of",
 ]  # fmt: skip
 
 Greys = NDArray[np.uint8]
+Numbers = NDArray[np.int32]
+"""(height, width) of a sphere or a triangle in each pixel, -1 for none."""
 
 _PAPER, _FAR, _NEAR = 255, 40, 235  # greys
 _LIGHT = np.array([-0.35, 0.62, 0.70])  # right, up, toward: over the viewer's left shoulder
@@ -65,7 +67,7 @@ class Surfaces(NamedTuple):
     """Of each pixel (height, width) the foremost surface: depth [m], -inf for none; sphere, -1 for none."""
 
     depth: Floats
-    sphere: NDArray[np.int32]
+    sphere: Numbers
 
 
 def _lens(camera: Camera) -> Floats:
@@ -98,18 +100,19 @@ def disks_of(spheres: Spheres, camera: Camera, *, last: Ints | None = None) -> D
     return Disks(disk, depth, radius, front, order[count - drawn :], view, order, moves)
 
 
-def painted(disks: Disks, camera: Camera) -> Ints:
+def painted(disks: Disks, camera: Camera) -> Numbers:
     """(height, width) the sphere that a painter of disks shows in each pixel, -1 for none."""
-    picture = np.full((camera.height, camera.width), -1, dtype=np.int64)
+    picture = np.full((camera.height, camera.width), -1, dtype=np.int32)
     covered = np.empty((camera.height, 4), dtype=np.int64)
-    paint_disks(disks.disk, disks.order, np.arange(len(disks.front)), -1, picture, covered)
+    numbers = np.arange(len(disks.front), dtype=np.int32)
+    paint_disks(disks.disk, disks.order, numbers, -1, picture, covered)
     return picture
 
 
-def exact_disks(disks: Disks, camera: Camera) -> Ints:
+def exact_disks(disks: Disks, camera: Camera) -> Numbers:
     """The same with the true outline of each sphere, an ellipse in perspective, in place of the paper's circle."""
-    picture = np.full((camera.height, camera.width), -1, dtype=np.int64)
-    paint_rays(disks.view, disks.order, _lens(camera), np.arange(len(disks.front)), picture)
+    picture = np.full((camera.height, camera.width), -1, dtype=np.int32)
+    paint_rays(disks.view, disks.order, _lens(camera), np.arange(len(disks.front), dtype=np.int32), picture)
     return picture
 
 

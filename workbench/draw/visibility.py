@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
 from workbench.draw.clipping import clip_triangles
-from workbench.draw.frames import Disks, disks_of, exact_disks, painted, surfaces_of
+from workbench.draw.frames import Disks, Numbers, disks_of, exact_disks, painted, surfaces_of
 from workbench.draw.scene import Scene
 from workbench.kernels.raster import fill_triangles, sphere_depths
 from workbench.model.arrays import Bools, Floats, Ints
@@ -34,18 +34,19 @@ class Layers:
     camera: what they were seen through. cut [m]: nothing nearer than this is in the environment's arrays. sphere: the
     sphere that the painter shows; body_depth: the foremost sphere surface. triangle, depth: the foremost opaque
     triangle; section: it is the cut face of a solid. glass, glass_depth: the same for see-through parts. veiled: the
-    body lies behind a triangle.
+    body lies behind a triangle. seen (V, 3): the environment's vertices in view coordinates [m].
     """
 
     camera: Camera
     cut: float
-    sphere: Ints
+    sphere: Numbers
     body_depth: Floats
-    triangle: Ints
+    triangle: Numbers
     depth: Floats
     section: Bools
-    glass: Ints
+    glass: Numbers
     glass_depth: Floats
+    seen: Floats
 
     @property
     def veiled(self) -> Bools:
@@ -69,7 +70,7 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
     disks = projected_disks(scene, camera)
     if spheres == "surfaces":
         surfaces = surfaces_of(disks, camera)
-        body_depth, sphere = surfaces.depth, surfaces.sphere.astype(np.int64)
+        body_depth, sphere = surfaces.depth, surfaces.sphere
     elif spheres == "exact" and np.isfinite(camera.distance):
         sphere, body_depth = exact_disks(disks, camera), surfaces_of(disks, camera).depth
     else:
@@ -78,7 +79,7 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
         np.minimum(body_depth, camera.nearest, out=body_depth)
     cut = cut_depth(disks, camera)
     opaque, glass = _buffers(size), _buffers(size)
-    section = np.zeros(size, dtype=np.bool_)
+    section, seen = np.zeros(size, dtype=np.bool_), np.empty((0, 3))
     if scene.environment is not None:
         solid, clear = _triangle_kinds(scene.environment)
         seen = in_view(camera, scene.environment.vertices)
@@ -86,7 +87,8 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
         _fill(scene.environment, camera, cut, seen, clear, glass)
         section = _sections(scene.environment, camera, opaque)
         opaque.depth[section] = cut
-    return Layers(camera, cut, sphere, body_depth, opaque.triangle, opaque.depth, section, glass.triangle, glass.depth)
+    return Layers(camera, cut, sphere, body_depth, opaque.triangle, opaque.depth, section, glass.triangle, glass.depth,
+                  seen)  # fmt: skip
 
 
 def cut_depth(disks: Disks, camera: Camera) -> float:
@@ -102,13 +104,13 @@ def triangle_polygons(environment: Environment) -> Ints:
 class _Buffers(NamedTuple):
     """Foremost triangle, its depth, and whether something nearer was cut away; (height, width) each."""
 
-    triangle: Ints
+    triangle: Numbers
     depth: Floats
     was_cut: Bools
 
 
 def _buffers(size: tuple[int, int]) -> _Buffers:
-    return _Buffers(np.full(size, -1, dtype=np.int64), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_))
+    return _Buffers(np.full(size, -1, dtype=np.int32), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_))
 
 
 def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
