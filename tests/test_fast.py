@@ -228,7 +228,11 @@ def test_the_nearest_polygon_is_the_first_of_all_at_its_distance_wherever_the_se
     environment = ZOO[kind](5)
     environment = moved(environment, [1e4, 0, -1e4]) if kind == "needles" else environment
     field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
-    stack, gaps, middle = np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT), environment.bounds.mean(axis=0)
+    stack, gaps, middle = (
+        np.empty(DEEP, dtype=np.int64),
+        np.empty(DEEP + EIGHT, dtype=np.float32),
+        environment.bounds.mean(axis=0),
+    )
     for x in np.random.default_rng(3).uniform(-1, 1, (60, 3)) + middle:
         every = [point_polygon(*x, faces, f, np.inf)[0] for f in range(len(environment.normal))]
         for hint in (-1, 0, len(every) - 1):

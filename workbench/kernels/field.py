@@ -19,8 +19,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from workbench.kernels.inside import inside_part
+from workbench.kernels.lanes import first_bit
 from workbench.kernels.tree import wider
-from workbench.kernels.wide import DEEP, box_gaps
+from workbench.kernels.wide import DEEP, near_boxes, point_lanes, widest
 
 __all__ = ["RECORD", "Field", "deepest", "deepest_may_be", "fill_rows", "near_polygon", "nearest_in", "reaches",
            "record_gap", "square_bound"]  # fmt: skip
@@ -189,15 +190,18 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
         if gap <= best:
             best, found = gap, hint
     stack[0], gaps[0], size = root, 0.0, 1
+    point, most = point_lanes(x, y, z), widest(wider(best))
     while size > 0:
         size -= 1
-        if gaps[size] > wider(best):
+        if gaps[size] > most:
             continue
         m, low = stack[size], size
-        box_gaps(x, y, z, field.box, m, gaps)
-        for k in range(field.many[m]):
+        bits = near_boxes(point, field.box, m, field.many[m], wider(best), gaps)
+        while bits != 0:
+            k = first_bit(bits)
+            bits &= bits - np.uint64(1)
             near = gaps[DEEP + k]
-            if near > wider(best):
+            if near > most:
                 continue
             c = np.int64(field.child[m, k])
             if c >= 0:
@@ -213,7 +217,7 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
                 continue
             gap = record_gap(x, y, z, field, f, wider(best))
             if gap < best or (gap == best and gap < np.inf and _before(field, f, found)):
-                best, found = gap, f
+                best, found, most = gap, f, widest(wider(gap))
     return best, found
 
 
@@ -224,14 +228,14 @@ def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-unty
     if r - math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit)) > allowed:
         return True
     stack[0], size = field.root[g], 1
+    point = point_lanes(x, y, z)
     while size > 0:
         size -= 1
         m = stack[size]
-        box_gaps(x, y, z, field.box, m, gaps)
-        for k in range(field.many[m]):
-            if gaps[DEEP + k] > limit:
-                continue
-            c = np.int64(field.child[m, k])
+        bits = near_boxes(point, field.box, m, field.many[m], limit, gaps)
+        while bits != 0:
+            c = np.int64(field.child[m, first_bit(bits)])
+            bits &= bits - np.uint64(1)
             if c >= 0:
                 stack[size] = c
                 size += 1

@@ -7,7 +7,7 @@ there is no second copy of the mathematics. Importing this module needs numba-cu
 from __future__ import annotations
 
 import numpy as np
-from numba import config, cuda, float64, int64
+from numba import config, cuda, float32, int64
 
 from workbench.kernels.forward import chain_transforms, place_spheres
 from workbench.kernels.groups import group_clearance, group_collides
@@ -70,7 +70,7 @@ def collide_kernel(placed, index, answer, space):  # type: ignore[no-untyped-def
     crowd, faces, shells, field = index
     allowed, hit = answer
     thread = cuda.grid(1)
-    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float64)
+    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float32)
     mine = (stack, gaps, space[0][:, thread], space[1][:, thread])
     for p in range(thread, hit.shape[0], cuda.gridsize(1)):
         group_collides(centres, world, crowd, faces, shells, field, allowed, hit, mine, p, p + 1)
@@ -85,7 +85,7 @@ def clearance_kernel(placed, index, answer, space):  # type: ignore[no-untyped-d
     centres, world = placed
     crowd, faces, shells, field = index
     thread = cuda.grid(1)
-    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float64)
+    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float32)
     mine = (stack, gaps, space[0][:, thread], space[1][:, thread])
     for p in range(thread, answer[0].shape[0], cuda.gridsize(1)):
         group_clearance(centres, world, crowd, faces, shells, field, answer, mine, p, p + 1)

@@ -25,8 +25,8 @@ LANES = 8
 
 
 def load(array, at):  # type: ignore[no-untyped-def]
-    """The eight numbers of a flat array that begin at place `at`."""
-    return array[at : at + LANES].copy()
+    """The eight numbers of an array, all its numbers in order, that begin at place `at`."""
+    return array.reshape(-1)[at : at + LANES].copy()
 
 
 def store(array, at, values):  # type: ignore[no-untyped-def]

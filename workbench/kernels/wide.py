@@ -1,7 +1,7 @@
 """Trees of boxes with up to eight children a node, whose gaps to a point are worked out together.
 
-A search visits a seventh of the nodes that a tree of pairs has it visit, and each visit costs about two of those: the
-eight boxes lie coordinate after coordinate, so that the compiler takes several at once.
+A search visits a seventh of the nodes that a tree of pairs has it visit, and each visit costs no more than one of
+those: the eight boxes lie coordinate after coordinate and are looked at by eight lanes.
 """
 
 from __future__ import annotations
@@ -10,21 +10,48 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-__all__ = ["DEEP", "EIGHT", "box_gaps", "widened"]
+from workbench.kernels.lanes import LANES, eight, larger, load, not_above, store
 
-EIGHT = 8
+__all__ = ["DEEP", "EIGHT", "near_boxes", "point_lanes", "widened", "widest"]
+
+EIGHT = LANES
 DEEP = 512
 """Places on a search's stack: seven a level, on 70 levels of the tree of pairs that it was made from."""
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def box_gaps(x, y, z, box, m, gaps):  # type: ignore[no-untyped-def]
-    """Squared distances of a point to the eight boxes of node m, into gaps[DEEP:DEEP + EIGHT]."""
-    for k in range(EIGHT):
-        u = max(max(box[m, 0, k] - x, x - box[m, 3, k]), 0.0)
-        v = max(max(box[m, 1, k] - y, y - box[m, 4, k]), 0.0)
-        w = max(max(box[m, 2, k] - z, z - box[m, 5, k]), 0.0)
-        gaps[DEEP + k] = u * u + v * v + w * w
+def widest(limit):  # type: ignore[no-untyped-def]
+    """More than any gap in single precision that is within a squared distance: it is off by less than 1e-6 of itself."""
+    return limit * (1.0 + 2e-6) + 1e-37
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _between(x):  # type: ignore[no-untyped-def]
+    """Numbers of single precision below and above one of double, eight times."""
+    spare = 1.2e-7 * abs(x) + 1e-30
+    return eight(np.float32(x - spare)), eight(np.float32(x + spare))
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def point_lanes(x, y, z):  # type: ignore[no-untyped-def]
+    """A point as `near_boxes` wants it."""
+    return _between(x), _between(y), _between(z)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def near_boxes(point, box, m, many, limit, gaps):  # type: ignore[no-untyped-def]
+    """Bits of those of the `many` boxes of node m that lie within sqrt(limit) of a point; the squared distances of all,
+    in single precision and lessened by rounding at the most, into gaps[DEEP:DEEP + EIGHT]."""
+    (x, x_up), (y, y_up), (z, z_up) = point
+    none, at, step = eight(np.float32(0.0)), np.uint64(m) * np.uint64(6 * EIGHT), np.uint64(EIGHT)
+    far = at + step + step + step
+    u = larger(larger(load(box, at) - x_up, x - load(box, far)), none)
+    v = larger(larger(load(box, at + step) - y_up, y - load(box, far + step)), none)
+    w = larger(larger(load(box, at + step + step) - z_up, z - load(box, far + step + step)), none)
+    square = u * u + v * v + w * w
+    store(gaps, np.uint64(DEEP), square)
+    bits = not_above(square, eight(np.float32(widest(limit))))
+    return bits & ((np.uint64(1) << np.uint64(many)) - np.uint64(1))
 
 
 @njit(cache=True, error_model="numpy")

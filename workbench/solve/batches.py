@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.kernels.clearance import environment_contacts
 from workbench.kernels.fronts import Blocks, Room
@@ -32,9 +33,9 @@ def pays(placed: Placed) -> bool:
     return len(placed) >= FEWEST_POSES
 
 
-def _room() -> tuple[Ints, Floats]:
+def _room() -> tuple[Ints, NDArray[np.float32]]:
     """A search's stack and gaps."""
-    return np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT)
+    return np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32)
 
 
 def grouped_collides(
@@ -57,7 +58,7 @@ def grouped_collides(
     def work(begin: int, end: int) -> None:
         space = (
             np.empty(DEEP, dtype=np.int64),
-            np.empty(DEEP + EIGHT),
+            np.empty(DEEP + EIGHT, dtype=np.float32),
             np.empty(pairs),
             np.empty(pairs, dtype=np.int64),
         )

@@ -136,7 +136,7 @@ def _made(environment: Environment, groups: Groups) -> Field:
 
 
 def _fill(index: tuple[Faces, Shells, Field], which: tuple[int, int], begin: int, end: int) -> None:
-    fill_rows(*index, *which, np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT), begin, end)
+    fill_rows(*index, *which, np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32), begin, end)
 
 
 def _rounding(environment: Environment) -> float:
