@@ -18,13 +18,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.heads import near_heads
 from workbench.kernels.inside import inside_part
 from workbench.kernels.lanes import first_bit
 from workbench.kernels.tree import wider
 from workbench.kernels.wide import DEEP, near_boxes, point_lanes, widest
 
 __all__ = ["RECORD", "Field", "deepest", "deepest_may_be", "fill_rows", "near_polygon", "nearest_in", "reaches",
-           "record_gap", "square_bound"]  # fmt: skip
+           "record_gap", "span_bound", "square_bound"]  # fmt: skip
 
 RECORD = 10
 """Numbers before a polygon's edges: normal, circle's centre, radius, coordinate left out, polygon, off its plane."""
@@ -35,7 +36,8 @@ class Field(NamedTuple):
 
     record: the polygons one after the other, that of rank q at record[begin[q]:begin[q + 1]]: RECORD numbers, then
     head and tail of each edge. Tree node m has many[m] children: box[m] (6, 8) are their boxes, low and high
-    coordinates, child[m] (8) the nodes, or -1 less the rank of a polygon; root (G,), -1 where empty; span (G, 6), low
+    coordinates, child[m] (8) the nodes, or -1 less the rank of a polygon; head[m] (8, 8) a cylinder around each, for
+    `near_heads`; root (G,), -1 where empty; span (G, 6), low
     and high of each group.
 
     Grid g is that of group g around its own box; wide[g] is a second, coarse one around the environment, asked from
@@ -53,6 +55,7 @@ class Field(NamedTuple):
     box: NDArray[np.float32]
     child: NDArray[np.int32]
     many: NDArray[np.int64]
+    head: NDArray[np.float32]
     root: NDArray[np.int64]
     span: NDArray[np.float64]
     wide: NDArray[np.int64]
@@ -74,6 +77,19 @@ def _beyond(x, y, z, span, m):  # type: ignore[no-untyped-def]
         min(x - span[m, 0], y - span[m, 1], z - span[m, 2]) < 0.0
         or min(span[m, 3] - x, span[m, 4] - y, span[m, 5] - z) < 0.0
     )
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def span_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """A lower bound of the squared distance of a point to a group by its box alone, 0 in it; only for one of several
+    groups, otherwise always 0. Where it is more the point is outside all solids."""
+    if field.wide[g] < 0:
+        return 0.0
+    s = field.span
+    u = max(max(s[g, 0] - x, x - s[g, 3]), 0.0)
+    v = max(max(s[g, 1] - y, y - s[g, 4]), 0.0)
+    w = max(max(s[g, 2] - z, z - s[g, 5]), 0.0)
+    return (u * u + v * v + w * w) * (1.0 - 1e-9)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -197,6 +213,8 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
             continue
         m, low = stack[size], size
         bits = near_boxes(point, field.box, m, field.many[m], wider(best), gaps)
+        if bits != 0:
+            bits &= near_heads(x, y, z, field.head, m, wider(best), gaps)
         while bits != 0:
             k = first_bit(bits)
             bits &= bits - np.uint64(1)
@@ -233,6 +251,8 @@ def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-unty
         size -= 1
         m = stack[size]
         bits = near_boxes(point, field.box, m, field.many[m], limit, gaps)
+        if bits != 0:
+            bits &= near_heads(x, y, z, field.head, m, limit, gaps)
         while bits != 0:
             c = np.int64(field.child[m, first_bit(bits)])
             bits &= bits - np.uint64(1)

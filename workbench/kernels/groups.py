@@ -20,6 +20,7 @@ from workbench.kernels.field import (
     nearest_in,
     reaches,
     record_gap,
+    span_bound,
     square_bound,
 )
 from workbench.kernels.polygon import point_polygon
@@ -111,6 +112,8 @@ def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-unty
     for i in range(crowd.first[c], crowd.first[c + 1]):
         s = crowd.member[i]
         x, y, z, r = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], crowd.radius[s]
+        if most < np.inf and span_bound(x, y, z, field, g) > max(most + r, 0.0) ** 2:
+            continue
         square, sure = square_bound(x, y, z, field, g)
         least = math.sqrt(square) - r
         if sure and least > most:
@@ -123,13 +126,22 @@ def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-unty
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cluster_bound(x, y, z, reach, field, g):  # type: ignore[no-untyped-def]
+    """Lower bound of the signed distances of all spheres within reach of a hub; none where it may be inside a solid."""
+    square, sure = square_bound(x, y, z, field, g)
+    return math.sqrt(square) - reach if sure else -np.inf
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps):  # type: ignore[no-untyped-def]
     """Least signed distance of segment n to a group, with the sphere and the polygon."""
     a, b = crowd.start[n], crowd.start[n + 1]
     for c in range(a, b):
         x, y, z = cluster_hub(centres, world, p, crowd, n, c)
-        square, sure = square_bound(x, y, z, field, g)
-        lows[c] = math.sqrt(square) - crowd.reach[c] if sure else -np.inf
+        square = span_bound(x, y, z, field, g)
+        lows[c] = math.sqrt(square) - crowd.reach[c]
+        if square == 0.0:
+            lows[c] = _cluster_bound(x, y, z, crowd.reach[c], field, g)
     begin, end = crowd.first[a], crowd.first[b]
     for i in range(begin, end):
         low[i] = np.inf
@@ -139,6 +151,9 @@ def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, st
         if lows[c] > most:
             break
         lows[c] = np.inf
+        x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+        if span_bound(x, y, z, field, g) > 0.0 and _cluster_bound(x, y, z, crowd.reach[c], field, g) > most:
+            continue
         most = _cluster(centres, p, crowd, c, field, g, most, low)
     while True:
         i = _least(low, begin, end)

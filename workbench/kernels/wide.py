@@ -21,7 +21,7 @@ DEEP = 512
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def widest(limit):  # type: ignore[no-untyped-def]
-    """More than any gap in single precision that is within a squared distance: it is off by less than 1e-6 of itself."""
+    """More than any square in single precision of a gap within a squared distance: such are off by less than 1e-6."""
     return limit * (1.0 + 2e-6) + 1e-37
 
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 __all__ = ["cache_folder", "content_key", "kept"]
 
-VERSION = b"workbench index 1"
+VERSION = b"workbench index 2"
 """Another one where the meaning of the arrays changes: older files are then not believed."""
 MOST_FILES = 32
 """The files used longest ago give way."""
