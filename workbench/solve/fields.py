@@ -122,7 +122,8 @@ def _made(environment: Environment, groups: Groups) -> Field:
     grid, shape, wide = _grids(span[: len(groups)], environment)
     nodes, reach = int(shape[:, :3].prod(axis=1).sum()), float(np.abs(environment.vertices).max(initial=0.0))
     field = Field(
-        record, begin, boxes, child, many, heads_of(child, many, record, begin, reach), root, span[: len(groups)], wide, grid, shape,
+        record, begin, boxes, child, many, heads_of(child, many, record, begin, reach), root,
+        span[: len(groups)], wide, grid, shape,
         square=np.zeros(nodes, dtype=np.float32), near=np.full(nodes, -1, dtype=np.int32),
         solid_start=np.cumsum([0, *map(len, solids)]),
         solid_part=np.array([k for group in solids for k in group], dtype=np.int64), solid_root=roots[len(groups):],
