@@ -64,7 +64,7 @@ class Touch:
         allowed = allowed_depth(simulation.body, simulation.environment)
         self_deep = -self_clearance(placed).distance[0]
         flesh = np.maximum(simulation.body.allowance, np.where(np.isfinite(self_deep), self_deep, 0.0))
-        return cls(simulation, depth_offset(simulation, allowed, start), np.maximum(flesh, flesh.T))
+        return cls(simulation, depth_offset(simulation.bears, allowed, start), np.maximum(flesh, flesh.T))
 
 
 def contact_pushes(touch: Touch, placed: Placed) -> list[Push]:

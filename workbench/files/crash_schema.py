@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from workbench.files.schema import Degrees, FileModel, Length, LengthUnit, Vector
+from workbench.files.simulation_schema import AirbagFile, BeltFile, ContactFile, PulseFile
 
 __all__ = ["CrashFile", "MotionSource", "RulesFile"]
 
@@ -18,7 +19,8 @@ Seconds = Annotated[float, Field(ge=-1e6, le=1e6)]
 class MotionSource(FileModel):
     """A motion file beside the study, and how it is read: frames from `start` to `end` [s], every n-th; `map`: bones by
     segment or usual marker names by the file's; `up`: its upward axis; `unit`: one unit of a BVH file; `gaps` [s]: the
-    longest that is bridged; `move` and `yaw`: where it is put."""
+    longest that is bridged; `move` and `yaw`: where it is put; `simulation`: the one that made it, whose pulse, belts
+    and airbags then hold for it."""
 
     file: Name
     start: Seconds | None = None
@@ -31,6 +33,7 @@ class MotionSource(FileModel):
     move: Vector = (0.0, 0.0, 0.0)
     yaw: Degrees = 0.0
     name: str = ""
+    simulation: str | None = None
 
 
 class PointFile(FileModel):
@@ -71,7 +74,9 @@ class CrashCriterionFile(FileModel):
 
 
 class CrashFile(FileModel):
-    """A crash study."""
+    """A crash study. `pulse` (added to what is measured in the vehicle, so that accelerations are against the ground),
+    `belts` through `anchors` and `airbags` (parts): of motions that name no simulation. `forces`: laws of contact by
+    part; without one no force is told. `film`: a film with the report."""
 
     study: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
     kind: Literal["crash"]
@@ -86,6 +91,12 @@ class CrashFile(FileModel):
     points: list[PointFile] = []
     filter_class: Literal[60, 180, 600, 1000] | None = None
     rules: str | None = None
+    pulse: PulseFile | None = None
+    anchors: dict[str, Vector] = {}
+    belts: list[BeltFile] = []
+    airbags: list[AirbagFile] = []
+    forces: list[ContactFile] = []
+    film: bool = False
     criteria: Annotated[list[CrashCriterionFile], Field(min_length=1)]
 
 

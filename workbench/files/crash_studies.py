@@ -12,8 +12,10 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.files.bodies import body_path, load_body
 from workbench.files.catalogue import find, is_file
+from workbench.files.crash_restraints import Restraints, restraints_of
 from workbench.files.crash_schema import CrashCriterionFile, CrashFile, MotionSource, RulesFile
 from workbench.files.environments import environment_files, load_environment
+from workbench.files.restraints import contact_faults
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.body import Body
@@ -25,7 +27,8 @@ __all__ = ["CrashPlan", "load_crash"]
 
 @dataclass(frozen=True, eq=False)
 class CrashPlan:
-    """A crash study as its file has it: what is loaded, and the motion files with how they are to be read."""
+    """A crash study as its file has it: what is loaded, and the motion files with how they are to be read. restraints:
+    what holds the occupant of the motion, and of the one it is compared with."""
 
     file: CrashFile
     environment: Environment
@@ -36,6 +39,8 @@ class CrashPlan:
     limits: tuple[Limit, ...]
     criteria: tuple[CrashCriterion, ...]
     inputs: dict[str, Path]
+    restraints: Restraints
+    other_restraints: Restraints
 
 
 def load_crash(source: str | Path) -> CrashPlan:
@@ -51,7 +56,12 @@ def load_crash(source: str | Path) -> CrashPlan:
     limits = _limits(document, file, (path, inputs, faults))
     if environment is None or body is None:
         raise InputError(faults)
-    faults += _name_faults(document, file, (environment, body, limits))
+    work = (environment, body, inputs)
+    held, more = restraints_of(document, file, "motion", work)
+    other, also = restraints_of(document, file, "against", work)
+    parts = tuple(dict.fromkeys((*environment.parts, *held.names, *other.names)))
+    faults += more + [line for line in also if line not in more]
+    faults += _name_faults(document, file, (parts, body, limits))
     if faults:
         raise InputError(faults)
     inputs |= {"motion": motion} | ({"motion to compare with": against} if against else {})
@@ -62,7 +72,7 @@ def load_crash(source: str | Path) -> CrashPlan:
     return CrashPlan(
         file, environment, body, (motion, file.motion),
         (against, file.against) if against is not None and file.against is not None else None, points, limits,
-        tuple(_criterion(row, environment, body) for row in file.criteria), inputs,
+        tuple(_criterion(row, parts, body) for row in file.criteria), inputs, held, other,
     )  # fmt: skip
 
 
@@ -113,16 +123,18 @@ def _limits(document: Document, file: CrashFile, work: Work) -> tuple[Limit, ...
                        row.limit, row.source) for row in rules.limits)  # fmt: skip
 
 
-def _name_faults(document: Document, file: CrashFile, loaded: tuple[Environment, Body, tuple[Limit, ...]]) -> list[str]:
-    environment, body, limits = loaded
-    faults = []
+def _name_faults(
+    document: Document, file: CrashFile, loaded: tuple[tuple[str, ...], Body, tuple[Limit, ...]]
+) -> list[str]:
+    parts, body, limits = loaded
+    faults = contact_faults(document, file.forces, (body, parts), key="forces")
     for row, point in enumerate(file.points):
         if point.segment not in body.segments:
             what = f"body {body.name} has no segment {point.segment!r}; {one_of(point.segment, body.segments)}"
             faults.append(fail(document, ("points", row, "segment"), what))
     faults += [fail(document, ("rules",), f"limits segment {limit.segment!r}, which body {body.name} has not")
                for limit in limits if limit.segment not in body.segments]  # fmt: skip
-    names: dict[str, Iterable[str]] = {"segments": body.segments, "parts": environment.parts}
+    names: dict[str, Iterable[str]] = {"segments": body.segments, "parts": parts}
     seen: set[str] = set()
     for row, criterion in enumerate(file.criteria):
         if criterion.name in seen:
@@ -138,7 +150,7 @@ def _name_faults(document: Document, file: CrashFile, loaded: tuple[Environment,
     return faults
 
 
-def _criterion(row: CrashCriterionFile, environment: Environment, body: Body) -> CrashCriterion:
+def _criterion(row: CrashCriterionFile, parts: tuple[str, ...], body: Body) -> CrashCriterion:
     def matching(patterns: list[str] | None, known: Iterable[str]) -> tuple[str, ...]:
         return tuple(k for k in known if patterns is None or any(fnmatchcase(k, p) for p in patterns))
 
@@ -146,5 +158,5 @@ def _criterion(row: CrashCriterionFile, environment: Environment, body: Body) ->
     x, y, z = direction / np.linalg.norm(direction)
     at_most = float(np.radians(row.degrees or 0.0)) if row.check == "stops" else row.at_most or 0.0
     return CrashCriterion(row.name, row.check, matching(row.segments, body.segments),
-                          matching(row.parts, environment.parts), at_most, (float(x), float(y), float(z)),
+                          matching(row.parts, parts), at_most, (float(x), float(y), float(z)),
                           row.origin or (0.0, 0.0, 0.0))  # fmt: skip

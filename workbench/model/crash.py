@@ -3,17 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
-from workbench.model.arrays import Floats
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.episodes import Episodes
 from workbench.model.poses import Poses
+from workbench.model.pulse import Pulse
+from workbench.model.simulation import Belt, ContactRule
 
-__all__ = ["Agreement", "CrashCriterion", "CrashResult", "CrashStudy", "CrashVerdict", "Limit", "Meeting", "Signal",
-           "SignalPoint", "StopBreach"]  # fmt: skip
+__all__ = [
+    "Agreement",
+    "CrashCriterion",
+    "CrashResult",
+    "CrashStudy",
+    "CrashVerdict",
+    "ForceCurve",
+    "Limit",
+    "Meeting",
+    "Signal",
+    "SignalPoint",
+    "StopBreach",
+]
 
 
 @dataclass(frozen=True)
@@ -55,7 +70,12 @@ class CrashCriterion:
 
 @dataclass(frozen=True, eq=False)
 class CrashStudy:
-    """A crash study ready to run. `against`: a second motion to compare with, None where there is none."""
+    """A crash study ready to run. `against`: a second motion to compare with, None where there is none.
+
+    cabin: the environment without belts, which move; belts: those of the motion. pulse: the vehicle's own, None where
+    it is not stated. forces: laws of contact; bears (K,): parts whose depth counts from their surface. held: the same
+    of `against`: its environment, cabin, belts and pulse are those of that study.
+    """
 
     name: str
     kind: str
@@ -73,6 +93,13 @@ class CrashStudy:
     limits: tuple[Limit, ...]
     criteria: tuple[CrashCriterion, ...]
     inputs: Mapping[str, Path]
+    cabin: Environment
+    belts: tuple[Belt, ...] = ()
+    pulse: Pulse | None = None
+    forces: tuple[ContactRule, ...] = ()
+    bears: Bools = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    held: CrashStudy | None = None
+    film: bool = False
     warnings: tuple[str, ...] = ()
 
 
@@ -82,7 +109,7 @@ class Meeting:
 
     enter, deepest, leave [s]; began, lasts: in contact already at the first, still at the last frame. depth, allowed
     [m]; speed, normal, tangential [m/s]: of the sphere as it meets the part, normal toward it. point (3,) [m] where
-    they meet.
+    they meet. force [N]: at the deepest, by the law of the pair; None where there is no law.
     """
 
     segment: str
@@ -100,6 +127,7 @@ class Meeting:
     tangential: float
     point: tuple[float, float, float]
     own: bool
+    force: float | None = None
 
 
 @dataclass(frozen=True)
@@ -153,8 +181,18 @@ class CrashVerdict:
 
 
 @dataclass(frozen=True, eq=False)
+class ForceCurve:
+    """The force of a part on a segment at each frame, by its law: force (P,) [N]."""
+
+    segment: str
+    part: str
+    force: Floats
+
+
+@dataclass(frozen=True, eq=False)
 class CrashResult:
-    """What was found. clearance (P, N) [m]: of each segment from everything it may not touch, at each frame."""
+    """What was found. clearance (P, N) [m]: of each segment from everything it may not touch, at each frame. forces:
+    of the pairs that have a law and touch; other: what was found of the motion it is compared with."""
 
     study: CrashStudy
     episodes: Episodes
@@ -166,6 +204,8 @@ class CrashResult:
     verdicts: tuple[CrashVerdict, ...]
     provenance: Mapping[str, Mapping[str, str]]
     warnings: tuple[str, ...]
+    forces: tuple[ForceCurve, ...] = ()
+    other: CrashResult | None = None
 
     @property
     def passed(self) -> bool:

@@ -15,7 +15,17 @@ from workbench.model.force import ForceLaw
 from workbench.model.poses import Poses
 from workbench.model.pulse import Pulse
 
-__all__ = ["Belt", "BeltPoint", "ContactRule", "JointRule", "Simulated", "Simulation", "depth_offset", "law_of"]
+__all__ = [
+    "Belt",
+    "BeltPoint",
+    "ContactRule",
+    "JointRule",
+    "Simulated",
+    "Simulation",
+    "depth_offset",
+    "law_of",
+    "ruled",
+]
 
 
 @dataclass(frozen=True)
@@ -108,12 +118,16 @@ class Simulated:
 
 def law_of(simulation: Simulation, segment: int, part: int) -> ForceLaw:
     """The force law of a segment against a part: of the last rule that names both, else the one for all others."""
-    for rule in reversed(simulation.rules):
-        if rule.segments[segment] and rule.parts[part]:
-            return rule.law
-    return simulation.other
+    return ruled(simulation.rules, segment, part) or simulation.other
 
 
-def depth_offset(simulation: Simulation, allowed: Floats, start: Floats) -> Floats:
-    """(N, K) [m] the depth from which on contact is pushed back, of allowed and starting depths (N, K) [m]."""
-    return np.where(simulation.bears, 0.0, np.maximum(allowed, np.maximum(start, 0.0)))
+def ruled(rules: tuple[ContactRule, ...], segment: int, part: int) -> ForceLaw | None:
+    """The law of the last rule that names both, None where there is none."""
+    fits = (rule.law for rule in reversed(rules) if rule.segments[segment] and rule.parts[part])
+    return next(fits, None)
+
+
+def depth_offset(bears: Bools, allowed: Floats, start: Floats | float = 0.0) -> Floats:
+    """(N, K) [m] the depth from which on contact is pushed back, of allowed and starting depths (N, K) [m]: nothing
+    for parts (K,) that bear who sits in them."""
+    return np.where(bears, 0.0, np.maximum(allowed, np.maximum(start, 0.0)))

@@ -7,9 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.crash_schema import MotionSource
+from workbench.files.crash_restraints import Restraints
+from workbench.files.crash_schema import CrashFile, MotionSource
 from workbench.files.crash_studies import CrashPlan
 from workbench.files.motions.lines import Pick
+from workbench.files.restraints import rules_of
+from workbench.files.simulations import with_airbags
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.crash import Agreement, CrashResult, CrashStudy
@@ -19,11 +22,14 @@ from workbench.model.spool import pieces
 from workbench.solve.episodes import episodes, self_episodes
 from workbench.solve.forward import place
 from workbench.study.crash_frames import BLOCK, frames_of, stop_breaches
+from workbench.study.belts import with_belts
+from workbench.study.crash_forces import force_curves, ruled_pairs, with_forces
 from workbench.study.crash_signals import signal_of
 from workbench.study.crash_verdicts import crash_verdict
 from workbench.study.meetings import environment_meetings, own_meetings
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.provenance import hashes, versions
+from workbench.study.simulation import bearing, seated_environment
 
 __all__ = ["crash_ready", "crash_study"]
 
@@ -31,22 +37,31 @@ __all__ = ["crash_ready", "crash_study"]
 def crash_study(plan: CrashPlan) -> CrashResult:
     """Run a crash study. InputError for motions that cannot be read, or that have no time in common."""
     study = crash_ready(plan)
+    found = _found(study)
+    other = _found(study.held) if study.held is not None else None
+    return replace(found, agreements=_agreements(study), other=other)
+
+
+def _found(study: CrashStudy) -> CrashResult:
+    """What is found of the study's own motion."""
     body, motion, environment = study.body, study.motion, study.environment
     found, own = episodes(body, motion, environment), self_episodes(body, motion)
-    frames = frames_of(study)
+    frames, pairs = frames_of(study), ruled_pairs(study)
     signals = tuple(signal_of(motion.clock, path, point, study)
                     for path, point in zip(frames.paths, study.points, strict=True))  # fmt: skip
+    meetings = (*with_forces(study, environment_meetings(study, found)), *own_meetings(study, own))
     result = CrashResult(
         study=study,
         episodes=found,
-        meetings=tuple(sorted((*environment_meetings(study, found), *own_meetings(study, own)), key=lambda m: m.enter)),
+        meetings=tuple(sorted(meetings, key=lambda m: m.enter)),
         breaches=stop_breaches(body, motion),
         signals=signals,
         clearance=frames.clearance,
-        agreements=_agreements(study),
+        agreements=(),
         verdicts=(),
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
         warnings=(*frames.coarse, *study.warnings),
+        forces=force_curves(study, pairs, frames.gaps),
     )
     return replace(result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria))
 
@@ -57,26 +72,52 @@ def crash_ready(plan: CrashPlan) -> CrashStudy:
     motion, notes = load_motion(plan.body, plan.motion[0], options=_options(plan.motion[1]))
     if len(motion) < 2:
         raise InputError(f"{plan.motion[0]}: one frame is a posture; a motion needs two or more")
-    against, more = (None, ()) if plan.against is None else \
-        load_motion(plan.body, plan.against[0], options=_options(plan.against[1]))  # fmt: skip
-    return CrashStudy(
+    study = CrashStudy(
         name=file.study,
         kind=file.kind,
         title=file.title or file.study,
         description=file.description,
         environment=plan.environment,
+        cabin=plan.environment,
         person=file.person,
         body=plan.body,
         motion=motion,
-        against=against,
-        against_name="" if plan.against is None else plan.against[1].name or plan.against[0].stem,
+        against=None,
+        against_name="",
         points=plan.points,
         cfc=file.filter_class,
         rules=file.rules or "",
         limits=plan.limits,
         criteria=plan.criteria,
         inputs=plan.inputs,
-        warnings=(*notes, *more, *plan.environment.warnings),
+        film=file.film,
+        warnings=(*notes, *plan.environment.warnings),
+    )
+    if plan.against is None:
+        return _restrained(study, plan.restraints, file)
+    against, more = load_motion(plan.body, plan.against[0], options=_options(plan.against[1]))
+    name = plan.against[1].name or plan.against[0].stem
+    other = _restrained(replace(study, motion=against, warnings=more), plan.other_restraints, file)
+    known = tuple(note for note in more if note not in study.warnings)
+    study = replace(study, against=against, against_name=name, held=other, warnings=(*study.warnings, *known))
+    return _restrained(study, plan.restraints, file)
+
+
+def _restrained(study: CrashStudy, restraints: Restraints, file: CrashFile) -> CrashStudy:
+    """The study with its seat adjusted, airbags and belts as parts, and the laws of contact."""
+    plan = restraints.simulation
+    cabin = study.cabin if plan is None else seated_environment(plan, study.cabin)
+    cabin = with_airbags(cabin, list(restraints.airbags))
+    first = place(study.body, poses_at(study.motion, study.motion.clock[:1]))
+    environment = with_belts(cabin, restraints.belts, first)
+    return replace(
+        study,
+        cabin=cabin,
+        environment=environment,
+        belts=restraints.belts,
+        pulse=restraints.pulse,
+        forces=rules_of(file.forces, study.body, environment),
+        bears=bearing(environment, restraints.names),
     )
 
 

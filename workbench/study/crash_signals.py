@@ -7,6 +7,7 @@ import numpy as np
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 from workbench.model.crash import CrashStudy, Limit, Signal, SignalPoint
+from workbench.model.pulse import gained, level_at
 from workbench.solve.signals import GRAVITY, acceleration, cfc_filter, evenly, held_level, hic, velocity
 
 __all__ = ["LONGEST_HIC", "figure_of", "signal_of"]
@@ -21,13 +22,17 @@ def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: CrashStudy
     """The signal of a point that is on a path (P, 3) [m] at times (P,) [s], with its figures. UsageError where the
     frames are too few for the filter."""
     time, position = evenly(clock, path)
-    second = acceleration(time, position)
+    second, moved = acceleration(time, position), velocity(time, position)
+    if study.pulse is not None:  # what the vehicle does itself is added: signals are against the ground
+        toward = np.array(study.pulse.toward)
+        second = second - level_at(study.pulse, time)[:, None] * toward
+        moved = moved - gained(study.pulse, time)[:, None] * toward
     if study.cfc is not None:
         try:
             second = cfc_filter(time, second, cfc=study.cfc)
         except UsageError as error:
             raise UsageError(f"filter_class of {point.name}: {error}") from None
-    bare = Signal(point, time, position, velocity(time, position), second, study.cfc, {})
+    bare = Signal(point, time, position, moved, second, study.cfc, {})
     level = np.linalg.norm(second, axis=1)
     most = int(np.argmax(level))
     figures = {"peak": (float(level[most]) / GRAVITY, float(time[most]), float(time[most]))}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from workbench.dynamics.crash import simulate
 from workbench.files.restraints import law_in_si
 from workbench.files.simulations import SimulationPlan, load_simulation
+from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.simulation import Simulated, Simulation
@@ -16,7 +18,7 @@ from workbench.model.study import Person
 from workbench.shape.parts import moved
 from workbench.study.placement import place_person, seat_point
 
-__all__ = ["prepared", "run_simulation"]
+__all__ = ["bearing", "prepared", "run_simulation", "seated_environment"]
 
 
 def run_simulation(source: str | Path | SimulationPlan) -> Simulated:
@@ -30,14 +32,10 @@ def run_simulation(source: str | Path | SimulationPlan) -> Simulated:
 
 def prepared(plan: SimulationPlan) -> Simulation:
     """The plan with its occupant in place."""
-    file, environment, poses = plan.file, plan.environment, plan.poses
+    file, poses = plan.file, plan.poses
+    environment = seated_environment(plan, plan.environment)
     if file.seat is not None:
-        adjust = file.adjust
-        person = Person("occupant", plan.body, poses, (file.posture,), seat=file.seat,
-                        forward=adjust.forward if adjust else 0.0, up=adjust.up if adjust else 0.0)  # fmt: skip
-        seat = environment.seat(file.seat)
-        environment = moved(environment, seat.moves, seat_point(person, environment) - np.array(seat.srp))
-        placed = place_person(person, environment)
+        placed = place_person(_sitter(plan), environment)
         world = placed.world_from_segment[:, poses.reference]
         poses = Poses(poses.rotations, poses.reference, world)
     return Simulation(
@@ -52,7 +50,7 @@ def prepared(plan: SimulationPlan) -> Simulation:
         flesh=law_in_si(file.flesh),
         joints=plan.joints,
         relaxed=tuple(plan.body.joint(name) for name in file.relaxed),
-        bears=_bearing(environment),
+        bears=bearing(environment, [bag.name for bag in file.airbags]),
         tone=file.tone,
         gravity=file.gravity,
         duration=file.duration / 1000,
@@ -63,7 +61,22 @@ def prepared(plan: SimulationPlan) -> Simulation:
     )
 
 
-def _bearing(environment: Environment) -> np.ndarray:
-    """(K,) the cushions and backs of seats."""
-    names = {rest.part for seat in environment.seats for rest in (seat.cushion, seat.back)}
+def seated_environment(plan: SimulationPlan, environment: Environment) -> Environment:
+    """An environment with the simulation's seat where its sitter has put it."""
+    adjust, name = plan.file.adjust, plan.file.seat
+    if adjust is None or name is None:
+        return environment
+    seat = environment.seat(name)
+    return moved(environment, seat.moves, seat_point(_sitter(plan), environment) - np.array(seat.srp))
+
+
+def _sitter(plan: SimulationPlan) -> Person:
+    adjust = plan.file.adjust
+    return Person("occupant", plan.body, plan.poses, (plan.file.posture,), seat=plan.file.seat,
+                  forward=adjust.forward if adjust else 0.0, up=adjust.up if adjust else 0.0)  # fmt: skip
+
+
+def bearing(environment: Environment, more: Iterable[str] = ()) -> Bools:
+    """(K,) the cushions and backs of seats, and the parts named: what pushes back from its surface on."""
+    names = {rest.part for seat in environment.seats for rest in (seat.cushion, seat.back)} | set(more)
     return np.array([part in names for part in environment.parts], dtype=np.bool_)

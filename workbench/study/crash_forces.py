@@ -1,0 +1,53 @@
+"""Forces of contact in a crash study: only of pairs for which the study states a law."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.crash import CrashStudy, ForceCurve, Meeting
+from workbench.model.force import force_at, force_history
+from workbench.model.simulation import depth_offset, ruled
+from workbench.solve.collide import allowed_depth
+
+__all__ = ["force_curves", "ruled_pairs", "with_forces"]
+
+
+def ruled_pairs(study: CrashStudy) -> Ints:
+    """(Q, 2) the segments and parts that have a law."""
+    some: Bools = np.zeros((len(study.body.segments), len(study.environment.parts)), dtype=np.bool_)
+    for rule in study.forces:
+        some |= np.outer(rule.segments, rule.parts)
+    return np.argwhere(some)
+
+
+def force_curves(study: CrashStudy, pairs: Ints, gap: Floats) -> tuple[ForceCurve, ...]:
+    """The forces of pairs (Q, 2) over signed distances (P, Q) [m] at the frames, of those that are ever pushed."""
+    offset = depth_offset(study.bears, allowed_depth(study.body, study.environment))
+    curves = []
+    for q, (n, k) in enumerate(pairs.tolist()):
+        law = ruled(study.forces, n, k)
+        depth = -gap[:, q] - offset[n, k]
+        if law is not None and depth.max() > 0:
+            curves.append(ForceCurve(study.body.segments[n], study.environment.parts[k], force_history(law, depth)))
+    return tuple(curves)
+
+
+def with_forces(study: CrashStudy, meetings: Iterable[Meeting]) -> list[Meeting]:
+    """Meetings with the force at their deepest, where a law gives it."""
+    if not study.forces:
+        return list(meetings)
+    offset = depth_offset(study.bears, allowed_depth(study.body, study.environment))
+    return [_with_force(study, meeting, offset) for meeting in meetings]
+
+
+def _with_force(study: CrashStudy, meeting: Meeting, offset: Floats) -> Meeting:
+    if meeting.own:
+        return meeting
+    n, k = study.body.segment(meeting.segment), study.environment.part(meeting.other)
+    law = ruled(study.forces, n, k)
+    depth = meeting.depth - float(offset[n, k])
+    return meeting if law is None else replace(meeting, force=force_at(law, depth, depth))
