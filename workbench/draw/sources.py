@@ -194,7 +194,7 @@ def crash_source(plan: CrashPlan, case: str | None = None) -> Source:
         SceneBody(place(person.body, _chosen(person.poses, [0])), 0, colour)
         for person, colour in zip(shown, PEOPLE_COLOURS, strict=False)
     )
-    scene = Scene(bodies[:1], study.environment, (), study.title, "", bodies[1:], key)
+    scene = Scene(bodies[:1], study.cabin, (), study.title, "", bodies[1:], key)
     persons = tuple(shown)
     return Source(scene, (), (study.person,), persons[:1], True, under=persons[1:])
 

@@ -25,7 +25,8 @@ class CrashVerdictRow(_Row):
 
 
 class MeetingRow(_Row):
-    """One contact in continuous time. parted_ms is null where it lasts to the end, met_ms where it was there before."""
+    """One contact in continuous time. parted_ms is null where it lasts to the end, met_ms where it was there before;
+    force_n: at the deepest, null where the study states no law for the pair."""
 
     kind: str
     segment: str
@@ -40,6 +41,7 @@ class MeetingRow(_Row):
     normal_m_s: float
     tangential_m_s: float
     point_mm: tuple[float, float, float]
+    force_n: float | None = None
     sentence: str
 
 
@@ -102,8 +104,12 @@ class CrashResultFile(_Row):
     contacts: list[MeetingRow]
     stops: list[BreachRow]
     signals: list[SignalRow]
+    motion: str = ""
     against: str | None
     agreement: list[AgreementRow]
+    against_verdicts: list[CrashVerdictRow] = []
+    against_signals: list[SignalRow] = []
+    pulse: str | None = None
     movement: list[str]
     warnings: list[str]
     provenance: dict[str, dict[str, str]]

@@ -99,6 +99,7 @@ class CrashStudy:
     forces: tuple[ContactRule, ...] = ()
     bears: Bools = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     held: CrashStudy | None = None
+    motion_name: str = ""
     film: bool = False
     warnings: tuple[str, ...] = ()
 

@@ -19,7 +19,7 @@ from workbench.files.crash_results import (
 from workbench.files.results import Content
 from workbench.model.crash import CrashResult, CrashVerdict, Meeting, Signal
 from workbench.model.spool import pieces
-from workbench.report.crash_words import breach_sentence, crash_headline, meeting_sentence
+from workbench.report.crash_words import breach_sentence, crash_headline, meeting_sentence, pulse_words
 from workbench.report.movement import movement_sentences
 from workbench.report.tables import csv_parts, csv_text
 
@@ -52,9 +52,14 @@ def crash_result_file(result: CrashResult) -> CrashResultFile:
             for b in result.breaches
         ],
         signals=[_signal(s, study.body.segments[s.point.segment]) for s in result.signals],
+        motion=study.motion_name,
         against=study.against_name or None,
         agreement=[AgreementRow(name=a.name, rms_mm=_mm(a.rms), peak_mm=_mm(a.peak), peak_ms=_ms(a.at))
                    for a in result.agreements],
+        against_verdicts=[_verdict(v) for v in result.other.verdicts] if result.other else [],
+        against_signals=[_signal(s, study.body.segments[s.point.segment]) for s in result.other.signals]
+        if result.other else [],
+        pulse=pulse_words(study.pulse) if study.pulse else None,
         movement=movement_sentences(study.body, study.motion),
         warnings=list(result.warnings),
         provenance={key: dict(rows) for key, rows in result.provenance.items()},
@@ -70,9 +75,9 @@ def crash_csv_tables(result: CrashResult, rows: CrashResultFile) -> dict[str, Co
              for v in rows.verdicts)),
         "contacts.csv": csv_text(
             ["kind", "segment", "subject", "target", "met_ms", "deepest_ms", "parted_ms", "depth_mm", "allowed_mm",
-             "speed_m_s", "normal_m_s", "tangential_m_s", "x_mm", "y_mm", "z_mm"],
+             "speed_m_s", "normal_m_s", "tangential_m_s", "x_mm", "y_mm", "z_mm", "force_n"],
             ([c.kind, c.segment, c.subject, c.target, c.met_ms, c.deepest_ms, c.parted_ms, c.depth_mm, c.allowed_mm,
-              c.speed_m_s, c.normal_m_s, c.tangential_m_s, *c.point_mm] for c in rows.contacts)),
+              c.speed_m_s, c.normal_m_s, c.tangential_m_s, *c.point_mm, c.force_n] for c in rows.contacts)),
         "stops.csv": csv_text(["joint", "motion", "begin_ms", "end_ms", "worst_ms", "degrees"],
             ([b.joint, b.motion, b.begin_ms, b.end_ms, b.worst_ms, b.degrees] for b in rows.stops)),
         "figures.csv": csv_text(["point", "segment", "filter_class", "figure", "value", "unit", "begin_ms", "end_ms"],
@@ -82,6 +87,9 @@ def crash_csv_tables(result: CrashResult, rows: CrashResultFile) -> dict[str, Co
         "signals.csv": csv_parts(["point", "time_ms", *(f"{what}_{axis}" for what in ("position_m", "velocity_m_s",
                                   "acceleration_m_s2") for axis in "xyz")], _signal_rows(result)),
     }  # fmt: skip
+    if result.forces:
+        head = ["time_ms", *(f"{f.segment} {f.part} [N]" for f in result.forces)]
+        tables["forces.csv"] = csv_parts(head, _force_rows(result))
     if rows.agreement:
         tables["agreement.csv"] = csv_text(["name", "rms_mm", "peak_mm", "peak_ms"],
             ([a.name, a.rms_mm, a.peak_mm, a.peak_ms] for a in rows.agreement))  # fmt: skip
@@ -93,6 +101,11 @@ def _clearance_rows(result: CrashResult) -> Iterator[list[object]]:
     for rows in pieces(len(clock)):
         for t, row in zip(clock[rows].tolist(), result.clearance[rows].tolist(), strict=True):
             yield [_ms(t), *(_mm(v) if math.isfinite(v) else None for v in row)]
+
+
+def _force_rows(result: CrashResult) -> Iterator[list[object]]:
+    for p, t in enumerate(result.study.motion.clock):
+        yield [_ms(float(t)), *(round(float(f.force[p]), 1) for f in result.forces)]
 
 
 def _signal_rows(result: CrashResult) -> Iterator[list[object]]:
@@ -128,7 +141,8 @@ def _meeting(m: Meeting) -> MeetingRow:
         met_ms=None if m.began else _ms(m.enter), deepest_ms=_ms(m.deepest),
         parted_ms=None if m.lasts else _ms(m.leave), depth_mm=_mm(m.depth), allowed_mm=_mm(m.allowed),
         speed_m_s=round(m.speed, 3), normal_m_s=round(m.normal, 3) + 0.0,
-        tangential_m_s=round(m.tangential, 3), point_mm=(x, y, z), sentence=meeting_sentence(m),
+        tangential_m_s=round(m.tangential, 3), point_mm=(x, y, z),
+        force_n=None if m.force is None else round(m.force, 1), sentence=meeting_sentence(m),
     )  # fmt: skip
 
 

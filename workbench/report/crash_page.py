@@ -7,34 +7,30 @@ from collections.abc import Callable
 import numpy as np
 from markupsafe import Markup
 
-from workbench.draw.camera import Camera, standard_view
-from workbench.draw.outline import outline
-from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.strip import strip_svg
 from workbench.files.crash_results import CrashResultFile
 from workbench.model.arrays import Floats
 from workbench.model.crash import CrashResult
-from workbench.model.moving import poses_at
 from workbench.report.crash_charts import clearance_curves, curves, timeline
-from workbench.report.crash_words import agreement_sentence, breach_sentence, meeting_sentence, milliseconds
+from workbench.report.crash_pictures import FILM_CAPTION, crash_strips
+from workbench.report.crash_words import agreement_sentence, breach_sentence, meeting_sentence
 from workbench.report.page import part_count, template
-from workbench.solve.forward import place
 from workbench.solve.signals import GRAVITY
 
 __all__ = ["crash_page"]
 
 _POSITIONS = 5
 _MOST_LINES = 14
-_SIZE = 420
+_MOST_FORCES = 6
 _FIGURES = ("peak", "3 ms", "HIC15", "HIC36", "delta-v")
 
 
-def crash_page(result: CrashResult, rows: CrashResultFile, *, progress: Callable[[str], None] | None = None) -> str:
-    """The HTML text of a crash study's report; the same bytes for the same result."""
+def crash_page(
+    result: CrashResult, rows: CrashResultFile, *, film: str = "", progress: Callable[[str], None] | None = None
+) -> str:
+    """The HTML text of a crash study's report; the same bytes for the same result. film: the name of its file."""
     if progress is not None:
         progress("pictures of the motion")
     story, more = _story(result)
-    strip, caption = _strip(result)
     lines = [(s.point.name, np.linalg.norm(s.acceleration, axis=1) / GRAVITY) for s in result.signals]
     known = {f.name for s in rows.signals for f in s.figures}
     return template("crash.html.j2").render(
@@ -43,8 +39,11 @@ def crash_page(result: CrashResult, rows: CrashResultFile, *, progress: Callable
         parts=part_count(result.study.environment),
         story=story,
         more=more,
-        strip=Markup(strip),
-        strip_caption=caption,
+        strips=[(Markup(strip), caption) for strip, caption in crash_strips(result.study, _moments(result))],
+        forces=bool(result.study.forces),
+        force_curves=Markup(_force_curves(result)),
+        film=film,
+        film_caption=FILM_CAPTION,
         timeline=Markup(timeline(result)),
         clearance=Markup(clearance_curves(result)),
         acceleration=Markup(curves(result.signals[0].time, lines, unit="g", title="Resultant acceleration"))
@@ -76,23 +75,9 @@ def _moments(result: CrashResult) -> Floats:
     return np.array(sorted(wanted))
 
 
-def _strip(result: CrashResult) -> tuple[str, str]:
-    """The body (and the one it is compared with) at a few moments, seen from the side that shows most of its way."""
-    study, times = result.study, _moments(result)
-    shown = [place(study.body, poses_at(study.motion, times))]
-    if study.against is not None:
-        shown.append(place(study.body, poses_at(study.against, times)))
-    low = np.min([(p.centres - study.body.radius[:, None]).min(axis=(0, 1)) for p in shown], axis=0)
-    high = np.max([(p.centres + study.body.radius[:, None]).max(axis=(0, 1)) for p in shown], axis=0)
-    view = "left" if high[0] - low[0] >= high[1] - low[1] else "front"
-    camera: Camera = standard_view(view, np.array([low - 0.1, high + 0.1]), width=_SIZE, height=_SIZE)
-    colours = ("warm", "blue")
-    pictures = [
-        outline(Scene(tuple(SceneBody(p, k, colours[n]) for n, p in enumerate(shown)), study.environment,
-                      title=f"{study.person} at {milliseconds(time)}"), camera)
-        for k, time in enumerate(times.tolist())
-    ]  # fmt: skip
-    caption = f"{study.person} from the {view} at {', '.join(milliseconds(t) for t in times.tolist())}"
-    if study.against is not None:
-        caption += f"; in blue {study.against_name}"
-    return strip_svg(pictures, [milliseconds(t) for t in times.tolist()], title=caption), caption
+def _force_curves(result: CrashResult) -> str:
+    """The strongest forces over time [kN]; "" where there is none."""
+    names = dict(zip(result.study.body.segments, result.study.body.segment_names, strict=True))
+    strong = sorted(result.forces, key=lambda f: -float(f.force.max()))[:_MOST_FORCES]
+    lines = [(f"{names[f.segment]}: {f.part.replace('_', ' ')}", f.force / 1000) for f in strong]
+    return curves(result.study.motion.clock, lines, unit="kN", title="Forces over time") if lines else ""

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 
-from workbench.model.crash import Agreement, CrashResult, Meeting, StopBreach
+import numpy as np
 
-__all__ = ["agreement_sentence", "breach_sentence", "crash_headline", "meeting_sentence", "milliseconds"]
+from workbench.model.crash import Agreement, CrashResult, Meeting, StopBreach
+from workbench.model.pulse import STANDARD_GRAVITY, Pulse, gained
+
+__all__ = ["agreement_sentence", "breach_sentence", "crash_headline", "meeting_sentence", "milliseconds",
+           "pulse_words"]  # fmt: skip
 
 
 def milliseconds(seconds: float) -> str:
@@ -19,6 +23,7 @@ def meeting_sentence(meeting: Meeting) -> str:
     """ "At 83.4 ms the head, forehead (front) meets the upper panel at 6.1 m/s and is 31.0 mm deep at 91.0 ms." """
     other = meeting.other.replace("_", " ")
     deep = f"{1000 * meeting.depth:.1f} mm deep at {milliseconds(meeting.deepest)}"
+    deep += f", pushed back with {_newtons(meeting.force)}" if meeting.force else ""
     allowed = f" ({1000 * meeting.allowed:.0f} mm allowed)" if meeting.allowed > 0 else ""
     if meeting.began:
         text = f"From the beginning the {meeting.who} is in contact with the {other}; it is {deep}{allowed}"
@@ -26,6 +31,18 @@ def meeting_sentence(meeting: Meeting) -> str:
         text = (f"At {milliseconds(meeting.enter)} the {meeting.who} meets the {other} at {meeting.speed:.1f} m/s "
                 f"({max(meeting.normal, 0.0):.1f} m/s toward it) and is {deep}{allowed}")  # fmt: skip
     return text + ("." if meeting.lasts else f"; they part at {milliseconds(meeting.leave)}.")
+
+
+def _newtons(force: float) -> str:
+    return f"{force / 1000:.1f} kN" if force >= 1000 else f"{force:.0f} N"
+
+
+def pulse_words(pulse: Pulse) -> str:
+    """ "half-sine of 16.0 g over 90 ms, 9.0 m/s in all"."""
+    speed = float(gained(pulse, np.array([np.inf]))[0])
+    peak = pulse.peak / STANDARD_GRAVITY
+    return (f"{pulse.shape} of {peak:.1f} g over {1000 * pulse.duration:g} ms, {speed:.1f} m/s "
+            "in all")  # fmt: skip
 
 
 def breach_sentence(breach: StopBreach, names: dict[str, str]) -> str:

@@ -17,6 +17,7 @@ from workbench.report.accommodation_page import accommodation_page
 from workbench.report.accommodation_words import accommodation_headline
 from workbench.report.crash_data import crash_csv_tables, crash_result_file
 from workbench.report.crash_page import crash_page
+from workbench.report.crash_pictures import crash_film
 from workbench.report.crash_words import crash_headline
 from workbench.report.data import result_file
 from workbench.report.page import page
@@ -78,4 +79,8 @@ def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[s
 def _crash(result: CrashResult, progress: Say | None) -> tuple[CrashResultFile, dict[str, Content]]:
     rows = crash_result_file(result)
     files: dict[str, Content] = {"result.json": dump_json(rows), **crash_csv_tables(result, rows)}
-    return rows, files | {"report.html": crash_page(result, rows, progress=progress)}
+    film = ""
+    if result.study.film:
+        film, content = crash_film(result.study, progress=progress)
+        files[film] = content
+    return rows, files | {"report.html": crash_page(result, rows, film=film, progress=progress)}

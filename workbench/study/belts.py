@@ -9,13 +9,19 @@ import numpy as np
 
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart
+from workbench.files.restraints import surface_point
 from workbench.model.arrays import Floats
+from workbench.model.body import Body
 from workbench.model.environment import Allowance, Environment
 from workbench.model.joined import joined
 from workbench.model.poses import Placed
 from workbench.model.simulation import Belt
 
 __all__ = ["with_belts"]
+
+_LIFT = 0.004
+"""[m] A ribbon lies so far off the spheres."""
+_BETWEEN = 3
 
 
 def with_belts(environment: Environment, belts: Iterable[Belt], placed: Placed, *, pose: int = 0) -> Environment:
@@ -33,15 +39,11 @@ def with_belts(environment: Environment, belts: Iterable[Belt], placed: Placed, 
 def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:
     world = placed.world_from_segment[pose]
     points, outward = [], []
-    for point in belt.points:
-        at = np.array(point.at)
-        if point.segment < 0:
-            points.append(at)
-            outward.append(np.zeros(3))
-        else:
-            frame = world[point.segment]
-            points.append(frame[:, :3] @ at + frame[:, 3])
-            outward.append(frame[:, :3] @ at)
+    for segment, at in _laid(belt, placed.body):
+        frame = world[segment] if segment >= 0 else np.eye(3, 4)
+        out = frame[:, :3] @ at if segment >= 0 else np.zeros(3)
+        points.append(frame[:, :3] @ at + frame[:, 3] + _LIFT * out / max(float(np.linalg.norm(out)), 1e-12))
+        outward.append(out)
     line = np.array(points)
     side = _sides(line, np.array(outward))
     edges = np.concatenate([line + 0.5 * belt.width * side, line - 0.5 * belt.width * side])
@@ -49,6 +51,18 @@ def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:
     k = np.arange(count - 1)
     corners = [(k, k + 1, k + 1 + count), (k, k + 1 + count, k + count)]
     return RawPart(belt.name, edges, np.concatenate([np.stack(three, axis=1) for three in corners]))
+
+
+def _laid(belt: Belt, body: Body) -> list[tuple[int, Floats]]:
+    """Segment and place (3,) [m] of each point of a belt, with some more where it lies on one segment for a while."""
+    laid: list[tuple[int, Floats]] = []
+    for before, point in zip((None, *belt.points[:-1]), belt.points, strict=True):
+        if before is not None and before.segment == point.segment >= 0:
+            for share in np.linspace(0, 1, _BETWEEN + 2)[1:-1]:
+                way = (1 - share) * np.array(before.at) + share * np.array(point.at)
+                laid.append((point.segment, surface_point(body, point.segment, way)))
+        laid.append((point.segment, np.array(point.at)))
+    return laid
 
 
 def _sides(line: Floats, outward: Floats) -> Floats:

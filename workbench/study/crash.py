@@ -91,6 +91,7 @@ def crash_ready(plan: CrashPlan) -> CrashStudy:
         criteria=plan.criteria,
         inputs=plan.inputs,
         film=file.film,
+        motion_name=plan.motion[1].name,
         warnings=(*notes, *plan.environment.warnings),
     )
     if plan.against is None:
