@@ -84,7 +84,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 @app.command
-def run(study: str, *, out: Path | None = None, cluster: str | None = None, as_json: Json = False) -> int:
+def run(
+    study: str, *, out: Path | None = None, film: bool = False, cluster: str | None = None, as_json: Json = False
+) -> int:
     """Run a study and write its report.
 
     Parameters
@@ -93,6 +95,8 @@ def run(study: str, *, out: Path | None = None, cluster: str | None = None, as_j
         a study file, or the name of one that comes with the workbench
     out
         the folder to write; out/<study> where not given
+    film
+        a film with the report of a crash, as `film: true` in its file
     cluster
         of an accommodation study: a Dask scheduler's address that does the work (tcp://host:8786), or local
     """
@@ -100,12 +104,12 @@ def run(study: str, *, out: Path | None = None, cluster: str | None = None, as_j
     from workbench.model.accommodation import Accommodation
     from workbench.report.folder import report_headline, report_lines, write_report
     from workbench.study.chunks import forget_chunks
-    from workbench.study.run import load
+    from workbench.study.run import filmed, load
     from workbench.study.run import run as run_study
 
     with Progress() as say:
         say(f"reading {study}")
-        loaded = load(study)
+        loaded = filmed(load(study)) if film else load(study)
         folder = out or Path("out") / loaded.name
         check_folder(folder)  # before the work, not after it
         say("measuring")

@@ -21,9 +21,9 @@ from workbench.model.poses import Poses
 from workbench.model.spool import pieces
 from workbench.solve.episodes import episodes, self_episodes
 from workbench.solve.forward import place
-from workbench.study.crash_frames import BLOCK, frames_of, stop_breaches
 from workbench.study.belts import with_belts
 from workbench.study.crash_forces import force_curves, ruled_pairs, with_forces
+from workbench.study.crash_frames import BLOCK, frames_of, stop_breaches
 from workbench.study.crash_signals import signal_of
 from workbench.study.crash_verdicts import crash_verdict
 from workbench.study.meetings import environment_meetings, own_meetings

@@ -36,8 +36,9 @@ class Excursion:
 @dataclass(frozen=True, eq=False)
 class Frames:
     """clearance (P, N) [m]: of each segment at each frame from all it meets, allowances given back; infinite where
-    nothing is. gaps (P, Q) [m]: signed distance of the pairs that have a law of force. paths: (P, 3) [m] of each of the study's points. excursions: by a criterion's name. coarse: a word where
-    spheres move more than their radius between frames."""
+    nothing is. gaps (P, Q) [m]: signed distance of the pairs that have a law of force. paths: (P, 3) [m] of each of the
+    study's points. excursions: by a criterion's name. coarse: a word where spheres move more than their radius between
+    frames."""
 
     clearance: Floats
     paths: tuple[Floats, ...]
@@ -52,14 +53,14 @@ def frames_of(study: CrashStudy) -> Frames:
     allowed = allowed_depth(body, environment)
     room, paths = Spool(len(body.segments)), [Spool(3) for _ in study.points]
     pairs = ruled_pairs(study)
-    gaps = Spool(len(pairs))
+    gaps = Spool(len(pairs) + 1)  # a spool of nothing is none
     farthest: dict[str, Excursion] = {}
     steps = _Steps(body)
     for rows in pieces(len(motion), size=BLOCK):
         placed = place(body, motion.rows(rows))
         apart = clearance(placed, environment)
         room.add((apart + allowed).min(axis=2, initial=np.inf))
-        gaps.add(apart[:, pairs[:, 0], pairs[:, 1]])
+        gaps.add(np.pad(apart[:, pairs[:, 0], pairs[:, 1]], ((0, 0), (0, 1))))
         for path, point in zip(paths, study.points, strict=True):
             world = placed.world_from_segment[:, point.segment]
             path.add(np.einsum("pij,j->pi", world[:, :, :3], np.array(point.at)) + world[:, :, 3])
@@ -69,7 +70,9 @@ def frames_of(study: CrashStudy) -> Frames:
                 before = farthest.get(criterion.name)
                 farthest[criterion.name] = found if before is None or found.value > before.value else before
         steps.take(placed, rows.start)
-    return Frames(room.done(), tuple(path.done() for path in paths), farthest, gaps.done(), steps.told(motion.clock))
+    return Frames(
+        room.done(), tuple(path.done() for path in paths), farthest, gaps.done()[:, :-1], steps.told(motion.clock)
+    )
 
 
 def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:

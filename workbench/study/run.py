@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -22,7 +23,7 @@ from workbench.study.clearance import clearance_study
 from workbench.study.cluster import cluster_at
 from workbench.study.crash import crash_study
 
-__all__ = ["KINDS", "Loaded", "load", "run"]
+__all__ = ["KINDS", "Loaded", "filmed", "load", "run"]
 
 
 class Loaded(NamedTuple):
@@ -64,6 +65,13 @@ def load(source: str | Path) -> Loaded:
     if isinstance(kind, str) and kind not in KINDS:
         raise InputError(fail(document, ("kind",), f"no study kind {kind!r}; {one_of(kind, KINDS)}"))
     return KINDS[kind if isinstance(kind, str) else "clearance"](source)
+
+
+def filmed(study: Loaded) -> Loaded:
+    """A crash study with a film in its report; UsageError for other kinds, which do not move."""
+    if not isinstance(study.what, CrashPlan):
+        raise UsageError(f"--film is for crash studies; {study.name} is one of kind {study.kind}")
+    return study._replace(what=replace(study.what, file=study.what.file.model_copy(update={"film": True})))
 
 
 def run(

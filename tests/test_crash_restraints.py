@@ -1,0 +1,179 @@
+"""Belts and airbags as parts of a crash study, the vehicle's pulse in its signals, forces by stated laws, films."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from tests.crash_pit import SIMULATION, pit
+from tests.test_crash import BODY, standing
+from workbench.cli import main
+from workbench.files.crash_studies import load_crash
+from workbench.files.motions.tables import angle_table_text
+from workbench.model.poses import Poses
+from workbench.report.crash_words import pulse_words
+from workbench.solve.forward import place
+from workbench.study.belts import with_belts
+from workbench.study.crash import crash_ready, crash_study
+
+STUDY = """study: fall
+kind: crash
+length: mm
+environment: pit
+body: bubbleman
+motion: {file: fall.csv, name: the one}
+points:
+  - {name: head, segment: H}
+criteria:
+  - {name: nothing is hit, check: contact, at_most: 10}
+"""
+STRAP = """belts:
+  - name: strap
+    route: [post, {segment: LT, at: [1, 0, 0]}, {segment: LT, at: [0, 1, 0]}, [-500, 0, 900]]
+    stiffness: 50
+    width: 50
+    allow: 30
+"""
+FORCES = "forces: [{parts: [floor], stiffness: 100, returned: 0.5}]\n"
+
+
+@pytest.fixture
+def fall(tmp_path):
+    """Writes a study of a man who falls 100 mm at 2 m/s onto the floor, sinks 40 mm in, and comes out again."""
+    pit(tmp_path)
+    time, height = np.array([0, 0.05, 0.07, 0.09, 0.2]), np.array([0.1, 0.0, -0.04, 0.0, 0.2])
+    (tmp_path / "studies/fall.csv").write_text("".join(angle_table_text(BODY, standing(height, time))))
+
+    def write(more="", swap=("", "")):
+        path = tmp_path / "studies/fall.yaml"
+        path.write_text(STUDY.replace(*swap) + more)
+        return path
+
+    return write
+
+
+def test_a_law_gives_the_force_of_the_depth_and_without_one_there_is_none(fall, tmp_path):
+    bare = crash_study(load_crash(fall()))
+    assert bare.forces == () and all(m.force is None for m in bare.meetings)
+    ruled = crash_study(load_crash(fall(FORCES)))
+    feet = [m for m in ruled.meetings if m.segment in ("LF", "RF")]
+    assert feet and all(m.force == pytest.approx(1e5 * m.depth) for m in feet)
+    curve = next(f for f in ruled.forces if f.segment == "LF")
+    assert curve.force == pytest.approx([0, 0, 4000, 0, 0], abs=0.1)
+
+
+def test_forces_come_into_words_tables_and_the_page(fall, tmp_path, capsys):
+    assert main(["run", str(fall(FORCES)), "--out", str(tmp_path / "out")]) == 1
+    rows = json.loads((tmp_path / "out/result.json").read_text())
+    foot = next(c for c in rows["contacts"] if c["segment"] == "LF")
+    assert foot["force_n"] == pytest.approx(4000, abs=1)
+    assert "is 40.0 mm deep at 70.0 ms, pushed back with 4.0 kN; they part at 90.0 ms." in foot["sentence"]
+    table = list(csv.DictReader((tmp_path / "out/forces.csv").read_text().splitlines()))
+    assert float(table[2]["LF floor [N]"]) == pytest.approx(4000, abs=1)
+    page = (tmp_path / "out/report.html").read_text()
+    assert "Forces over time" in page and "Forces are those of the laws that the study states" in page
+    capsys.readouterr()
+
+
+def test_the_vehicles_pulse_is_added_to_what_is_measured_in_it(tmp_path, fall):
+    """Who stands still in the vehicle is decelerated as it is: 16 g, and 9 m/s in all."""
+    time = np.arange(0, 0.2, 0.0005)
+    still = standing(np.zeros(len(time)), time)
+    world = np.array(still.world_from_reference)
+    world[:, 2, 3] += 1.0
+    still = Poses(still.rotations, 0, world, time)
+    study = fall("pulse: {shape: half_sine, peak: 16, duration: 90, start: 20}\n")
+    (tmp_path / "studies/fall.csv").write_text("".join(angle_table_text(BODY, still)))
+    result = crash_study(load_crash(study))
+    figures = result.signals[0].figures
+    assert figures["peak"][0] == pytest.approx(16.0, rel=1e-3)
+    assert figures["peak"][1] == pytest.approx(0.065, abs=1e-3)
+    assert figures["delta-v"][0] == pytest.approx(2 * 16 * 9.80665 * 0.09 / np.pi, rel=1e-6)
+    assert pulse_words(result.study.pulse) == "half-sine of 16.0 g over 90 ms, 9.0 m/s in all"
+    assert crash_study(load_crash(fall())).signals[0].figures["peak"][0] < 1e-6
+
+
+def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
+    study = crash_ready(load_crash(fall(STRAP)))
+    assert study.environment.parts == ("floor", "wall", "strap") and study.cabin.parts == ("floor", "wall")
+    part = study.environment.part("strap")
+    assert not study.environment.solid[part]
+    assert [rule.depth for rule in study.environment.allowances if rule.part == part] == [pytest.approx(0.03)]
+    ends = study.environment.vertices[-2 * 7 :].reshape(2, 7, 3)
+    assert np.linalg.norm(ends[0] - ends[1], axis=1) == pytest.approx(0.05)
+    middle = ends.mean(axis=0)
+    assert middle[0] == pytest.approx([-0.5, 0, 3.0]) and middle[-1] == pytest.approx([-0.5, 0, 0.9])
+    placed = place(BODY, study.motion)
+    some = BODY.spheres(BODY.segment("LT"))
+    gap = np.linalg.norm(placed.centres[0, some][None] - middle[1:-1, None], axis=-1) - BODY.radius[some]
+    assert gap.min(axis=1) == pytest.approx(0.004, abs=2e-3)  # it lies on the pelvis
+
+
+def test_a_belt_goes_along_with_the_body(fall):
+    study = crash_ready(load_crash(fall(STRAP)))
+    placed = place(BODY, study.motion)
+    ends = [with_belts(study.cabin, study.belts, placed, pose=k).vertices[-14:].reshape(2, 7, 3) for k in (0, 2)]
+    moved = (ends[1] - ends[0]).mean(axis=0)
+    assert moved[1:-1] == pytest.approx(np.tile([0, 0, -0.14], (5, 1)), abs=1e-9)
+    assert moved[[0, -1]] == pytest.approx(0, abs=1e-9)
+
+
+def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surface(fall):
+    bag = "airbags: [{name: bag, centre: [0, 0, 0], half_axes: [400, 400, 20], allow: 30}]\n"
+    law = "forces: [{parts: [bag], stiffness: 10}]\n"
+    study = load_crash(fall(bag + law))
+    result = crash_study(study)
+    met = [m for m in result.meetings if m.other == "bag" and m.segment == "LF"]
+    assert met and all(m.allowed == pytest.approx(0.03) for m in met)
+    assert met[0].force == pytest.approx(1e4 * met[0].depth)
+
+
+def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("workbench.report.crash_pictures._SECONDS", 0.5)
+    path = fall("against: {file: fall.csv, move: [0, 0, 35], name: the other}\n")
+    result = crash_study(load_crash(path))
+    assert [v.passed for v in result.verdicts] == [False]
+    assert [v.passed for v in result.other.verdicts] == [True]
+    assert result.other.verdicts[0].value == pytest.approx(5.0, abs=0.05)
+    main(["run", str(path), "--out", str(tmp_path / "out"), "--film"])
+    rows = json.loads((tmp_path / "out/result.json").read_text())
+    assert [v["passed"] for v in rows["against_verdicts"]] == [True]
+    page = (tmp_path / "out/report.html").read_text()
+    assert "What was found: the one" in page and "with the other from the" in page
+    film = next(p.name for p in (tmp_path / "out").glob("crash.*"))
+    assert f'src="{film}"' in page and (tmp_path / "out" / film).stat().st_size > 10_000
+    capsys.readouterr()
+
+
+def test_a_motion_brings_the_belts_and_the_pulse_of_its_simulation(fall, tmp_path):
+    belted = SIMULATION + STRAP + "airbags: [{name: bag, centre: [0, 0, 5000], half_axes: [9, 9, 9]}]\n"
+    (tmp_path / "studies/simulations/pit_crash.yaml").write_text(belted)
+    study = crash_ready(load_crash(fall(swap=("fall.csv,", "fall.csv, simulation: pit_crash,"))))
+    assert study.environment.parts == ("floor", "wall", "bag", "strap")
+    assert study.pulse.peak == pytest.approx(20 * 9.80665)
+    assert {"simulation of motion"} <= study.inputs.keys()
+
+
+@pytest.mark.parametrize(("more", "told"), [
+    ("forces: [{parts: [flor], stiffness: 1}]", "nothing is called 'flor'; did you mean 'floor'"),
+    ("forces: [{parts: [floor], stiffness: -1}]", "forces[0].stiffness"),
+    ("pulse: {shape: table, file: p.csv}", "p.csv: no such file"),
+    ("belts: [{name: strap, route: [pole, post], stiffness: 1}]", "no anchor 'pole'"),
+    ("belts: [{name: floor, route: [post, post], stiffness: 1}]", "something is named 'floor' already"),
+    ("airbags: [{name: wall, centre: [0, 0, 0], half_axes: [1, 1, 1]}]", "a part is named 'wall' already"),
+    ("airbags: [{name: bag, centre: [0, 0, 0], half_axes: [1, 0, 1]}]", "airbags[0].half_axes[1]"),
+    ("against: {file: fall.csv, simulation: none}", "no studies/simulations entry named 'none'"),
+    ("against: {file: fall.csv, simulation: trainer_lap}", "it is in environment 'trainer', this study in 'pit'"),
+])  # fmt: skip
+def test_what_is_wrong_with_restraints_is_told(fall, more, told, capsys, tmp_path):
+    assert main(["run", str(fall(more + "\n")), "--out", str(tmp_path / "out")]) == 3
+    assert told in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_film_is_for_crashes(capsys):
+    assert main(["run", "trainer_clearance", "--film"]) == 2
+    assert "--film is for crash studies" in capsys.readouterr().err
