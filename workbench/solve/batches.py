@@ -14,7 +14,7 @@ from workbench.kernels.pairs import pair_clearance
 from workbench.kernels.wide import DEEP, EIGHT
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed
+from workbench.model.poses import Placed, Poses
 from workbench.solve.crowd import blocks_of, crowd_of
 from workbench.solve.fields import Groups, field_of, packed_faces, packed_shells
 from workbench.solve.gpu import clearance_on_device, collides_on_device
@@ -28,7 +28,7 @@ PIECE = 128
 """Poses a thread takes at a time."""
 
 
-def pays(placed: Placed) -> bool:
+def pays(placed: Placed | Poses) -> bool:
     """True where a batch is large enough for the grids to pay."""
     return len(placed) >= FEWEST_POSES
 

@@ -159,9 +159,12 @@ def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") 
     return distance
 
 
-def nearest(placed: Placed, environment: Environment) -> Clearance:
-    """As `clearance`, with the spheres, polygons and points that are nearest."""
-    if pays(placed):
+def nearest(placed: Placed, environment: Environment, *, grid: bool | None = None) -> Clearance:
+    """As `clearance`, with the spheres, polygons and points that are nearest.
+
+    grid: whether to go through the environment's grid, which is made if it is not there yet; where a batch is large
+    enough for it if None."""
+    if pays(placed) if grid is None else grid:
         distance, sphere, polygon = grouped_clearance(placed, environment, _single(environment))
         point = witnesses(placed, environment, (sphere, polygon))
     else:
