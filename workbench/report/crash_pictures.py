@@ -5,9 +5,9 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from PIL.Image import Image
 
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.cutting import cut_away
@@ -60,7 +60,7 @@ def crash_film(study: CrashStudy, *, progress: Callable[[str], None] | None = No
     camera = _camera(shown, _FILM)
     near = [_opened(who.cabin, placed, camera) for who, placed in shown]
 
-    def frames() -> Iterator[Image]:
+    def frames() -> Iterator[Any]:
         names = [name or study.person for name in (study.motion_name, study.against_name)]
         for k, time in enumerate(times.tolist()):
             panels = [disks(_scene(who, placed, k, (near[n], _COLOURS[n])), camera)
