@@ -34,7 +34,7 @@ from workbench.study.crew_files import Kept, read_kept, write_kept
 from workbench.study.crew_fit import Task, fit_chunk, fit_chunks
 from workbench.study.sitters import seated
 
-PEOPLE = 12
+PEOPLE = 8
 
 
 @pytest.fixture(scope="module")
@@ -63,14 +63,14 @@ def test_a_knob_put_where_exactly_so_many_reach_it_is_reached_by_so_many(toy, tm
     for _ in range(12):
         middle = (low + high) / 2
         count = int(reaching(study, crew, [middle, -0.18, 0.85]).sum())
-        if count == 5:
+        if count == 3:
             break
-        low, high = (middle, high) if count > 5 else (low, middle)
-    assert count == 5
+        low, high = (middle, high) if count > 3 else (low, middle)
+    assert count == 3
     result = accommodation_study(load_accommodation(write_toy(tmp_path, knob=1000 * middle, people=PEOPLE)))
     column = [r.name for r in result.requirements].index("reach knob by the right hand")
-    assert int(result.met[:, column].sum()) == 5
-    assert result.single[column] == pytest.approx(5 / PEOPLE)
+    assert int(result.met[:, column].sum()) == 3
+    assert result.single[column] == pytest.approx(3 / PEOPLE)
     assert set(np.flatnonzero(result.met[:, column])) == set(
         np.flatnonzero(reaching(study, crew, [middle, -0.18, 0.85]))
     )
@@ -176,7 +176,7 @@ def test_the_parquet_file_holds_the_same_table(toy, tmp_path):
     assert found == (pytest.approx(1000 * result.margin[:, 2].mean(), abs=1e-2), PEOPLE)
 
 
-def command(path, out, *, chunk=3):
+def command(path, out, *, chunk=2):
     code = f"import workbench.study.crew as crew; crew.CHUNK = {chunk}; from workbench.cli import main; "
     code += f"raise SystemExit(main(['run', {str(path)!r}, '--out', {str(out)!r}]))"
     return [sys.executable, "-c", code]
@@ -204,7 +204,7 @@ def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(toy, tmp_path):
 
 
 def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, monkeypatch):
-    monkeypatch.setattr(crew_module, "CHUNK", 4)
+    monkeypatch.setattr(crew_module, "CHUNK", 2)
     real, written = crew_files.tempfile.NamedTemporaryFile, []
 
     def full(*args, **options):

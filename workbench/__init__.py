@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from workbench.errors import MissingPartError as MissingPartError
     from workbench.errors import UsageError as UsageError
     from workbench.errors import WorkbenchError as WorkbenchError
+    from workbench.files.accommodation_studies import load_accommodation as load_accommodation
     from workbench.files.ansur import read_ansur as read_ansur
     from workbench.files.bodies import load_body as load_body
     from workbench.files.environments import load_environment as load_environment
@@ -80,6 +81,7 @@ _HOME: dict[str, str] = {
     "MissingPartError": "errors",
     "UsageError": "errors",
     "WorkbenchError": "errors",
+    "load_accommodation": "files.accommodation_studies",
     "load_body": "files.bodies",
     "load_environment": "files.environments",
     "load_study": "files.studies",
@@ -167,6 +169,7 @@ __all__ = [
     "fit_segments",
     "join_poses",
     "limb",
+    "load_accommodation",
     "load_body",
     "load_environment",
     "load_population_model",
