@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import workbench as wb
 from workbench.files.accommodation_studies import load_accommodation
 from workbench.files.studies import load_study
+from workbench.solve.packaging import eyellipse, seat_curve
 from workbench.study.accommodation import ready
 from workbench.study.clearance import clearance_study
 from workbench.study.crew import crew_of
@@ -159,3 +162,41 @@ def test_a_point_that_is_not_there_is_told_of_a_population_too(written):
     text = CREW.replace("wheel: wheel_centre", "wheel: weel")
     with pytest.raises(wb.InputError, match="has no point 'weel'"):
         load_accommodation(written(text))
+
+
+@pytest.fixture(scope="module")
+def drivers(written):
+    """Forty drivers in shoes, postures drawn, the track long enough for all: hip points aft of the ball of foot and
+    eyes [mm], statures [cm]."""
+    text = CREW.replace("people: 6", "people: 40").replace("  eyes: low_eye\n", "")
+    study = ready(load_accommodation(written(text.replace("detail: coarse", "detail: coarse\nencumbrance: [shoes]"))))
+    seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in study.environment.seats)
+    study = replace(study, environment=replace(study.environment, seats=seats))
+    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None, workers=1)
+    found = seated(study, crew.bodies(0), range(40)).seat
+    ball = study.environment.points["ball_of_foot"][0]
+    return 1e3 * (ball - found.forward), 1e3 * found.eye, 100 * study.people.column("stature")
+
+
+def test_the_seats_of_drawn_drivers_spread_as_the_standards_curves_do(drivers):
+    """Forty people: the mean is known to 8 mm, the spread to 6. Bounds are wide: other people, other cars."""
+    aft = drivers[0]
+    low, middle, high = (1e3 * float(seat_curve(0.25, percentile=p)) for p in (5.0, 50.0, 95.0))
+    assert aft.mean() == pytest.approx(middle, abs=45)
+    assert aft.std() == pytest.approx((high - low) / (2 * 1.6449), abs=15)
+
+
+def test_taller_drivers_sit_farther_back_as_faraways_drivers_did(drivers):
+    """38 drivers: hips 4.27 mm farther back with a centimetre of stature, 36 mm of scatter about the line."""
+    aft, _, stature = drivers
+    slope, start = np.polyfit(stature, aft, 1)
+    assert slope == pytest.approx(4.27, abs=1.5)
+    assert 20 < (aft - start - slope * stature).std() < 45
+
+
+def test_the_eyes_of_drawn_drivers_are_about_the_eyellipse(drivers):
+    """Its centroid and, by its tangent planes, its spread: 2 x 1.645 standard deviations along each axis."""
+    eyes, found = drivers[1], eyellipse((0.9596, 0.22, 0.183), heel=0, side=0.35, wheel=0.56, height=0.25, clutch=True)
+    assert eyes.mean(axis=0) == pytest.approx(1e3 * found.centroid, abs=60)
+    assert abs(eyes[:, 2].mean() - 1e3 * found.centroid[2]) < 30
+    assert eyes[:, 0].std() == pytest.approx(1e3 * found.axes[0] / 2 / 1.6449, abs=20)
