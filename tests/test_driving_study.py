@@ -136,7 +136,7 @@ def test_what_is_wrong_with_a_driver_is_told_with_its_line(written, old, new, wo
 
 def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(written):
     study = ready(load_accommodation(written(CREW)))
-    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None, workers=1)
+    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
     bodies = crew.bodies(0)
     drivers = drivers_among(study.people, range(6), bodies, 40.0)
     assert [d.sex for d in drivers] == ["male"] * 3 + ["female"] * 3
@@ -172,7 +172,7 @@ def drivers(written):
     study = ready(load_accommodation(written(text.replace("detail: coarse", "detail: coarse\nencumbrance: [shoes]"))))
     seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in study.environment.seats)
     study = replace(study, environment=replace(study.environment, seats=seats))
-    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None, workers=1)
+    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
     found = seated(study, crew.bodies(0), range(40)).seat
     ball = study.environment.points["ball_of_foot"][0]
     return 1e3 * (ball - found.forward), 1e3 * found.eye, 100 * study.people.column("stature")
