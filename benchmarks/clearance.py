@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 import workbench as wb
-from benchmarks.peers import PEERS
+from benchmarks.peers import PEERS, NoAnswerError
 from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
@@ -180,7 +180,11 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
             yield name, size, str(len(placed.body.radius)), float("nan"), f"skipped: {error}"
             continue
         for kind, wanted in (("any", hit), ("by segment", distance)):
-            ask(kind, 0)
+            try:
+                ask(kind, 0)
+            except NoAnswerError as error:
+                yield f"{name}: {kind}", size, str(len(placed.body.radius)), float("nan"), str(error)
+                continue
             spent, answers = 0.0, []
             while spent < 3.0 and len(answers) < POSES:
                 begin = time.process_time()
@@ -194,7 +198,8 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
 def agreement(kind: str, answers: Floats, wanted: Floats) -> str:
     """How far a peer's answers are ours, where nothing is inside a solid (no peer here knows solids)."""
     if kind == "any":
-        return f"{np.mean(answers == wanted):.1%} of {len(answers)} agree"
+        wrong = int(np.sum(answers != wanted))
+        return f"{np.mean(answers == wanted):.1%} of {len(answers)} agree" + (f", {wrong} wrong" if wrong else "")
     clear = np.isfinite(wanted) & (wanted > 0)
     return f"{1e3 * np.abs(answers[clear] - wanted[clear]).max(initial=0.0):.0e} mm where clear, {len(answers)} poses"
 

@@ -16,11 +16,15 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["PEERS"]
+__all__ = ["PEERS", "NoAnswerError"]
 
 Answer = Callable[[], bool | Floats]
 Ask = Callable[[str, int], Answer]
 FAR = 1e3
+
+
+class NoAnswerError(Exception):
+    """A library has no function for a question."""
 
 
 def _told(placed: Placed, kind: str, gaps: Floats) -> bool | Floats:
@@ -158,6 +162,62 @@ def open3d_scene(environment: Environment, placed: Placed) -> Ask:
     return ask
 
 
+def mujoco_flex(environment: Environment, placed: Placed) -> Ask:
+    """MuJoCo: every sphere a free body, the triangles one rigid flex, which it has contacts for and no distances."""
+    import mujoco  # type: ignore[import-not-found,unused-ignore]
+
+    balls = "".join(f'<body><freejoint/><geom type="sphere" size="{r:.17g}" contype="1" conaffinity="0"/></body>'
+                    for r in placed.body.radius)  # fmt: skip
+    points, corners = (" ".join(map(str, values.ravel().tolist())) for values in (environment.vertices,
+                                                                                  environment.triangles))  # fmt: skip
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><size memory="400M"/><worldbody>{balls}</worldbody><deformable><flex name="parts" dim="2" '
+        f'body="world" radius="1e-6" vertex="{points}" element="{corners}"><contact contype="0" conaffinity="1" selfcollide="none"/>'
+        "</flex></deformable></mujoco>"
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+
+    def ask(kind: str, pose: int) -> Answer:
+        if kind != "any":
+            raise NoAnswerError("no distance to a flex")
+        data.qpos.reshape(-1, 7)[:, :3] = placed.centres[pose]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_collision(model, data)
+        hit = bool(np.any(data.contact.dist[: data.ncon] < -1e-9))
+        return lambda: hit
+
+    return ask
+
+
+def trimesh_managers(environment: Environment, placed: Placed) -> Ask:
+    """trimesh's CollisionManager, one a segment: it knows meshes alone, so every sphere is one of 320 triangles, and
+    what only the sphere touches it does not see. Where meshes touch it has no depth."""
+    import trimesh
+
+    parts, managers = trimesh.collision.CollisionManager(), []
+    parts.add_object("parts", trimesh.Trimesh(environment.vertices, environment.triangles, process=False))
+    body = placed.body
+    for n in range(len(body.segments)):
+        managers.append(trimesh.collision.CollisionManager())
+        for s in range(body.start[n], body.start[n + 1]):
+            managers[-1].add_object(str(s), trimesh.creation.icosphere(subdivisions=2, radius=body.radius[s]))
+
+    def ask(kind: str, pose: int) -> Answer:
+        turn, gaps = np.eye(4), np.full(len(managers), np.inf)
+        for n, manager in enumerate(managers):
+            for s in range(body.start[n], body.start[n + 1]):
+                turn[:3, 3] = placed.centres[pose, s]
+                manager.set_transform(str(s), turn)
+            if kind == "any" and body.start[n] < body.start[n + 1] and manager.in_collision_other(parts):
+                return lambda: True
+            if kind != "any" and body.start[n] < body.start[n + 1]:
+                gaps[n] = manager.min_distance_other(parts)
+        return lambda: gaps if kind != "any" else False
+
+    return ask
+
+
 PEERS: dict[str, Callable[[Environment, Placed], Ask]] = {
     "warp-lang": warp_cpu,
     "fcpw": fcpw_batch,
@@ -165,4 +225,6 @@ PEERS: dict[str, Callable[[Environment, Placed], Ask]] = {
     "libigl": libigl_tree,
     "python-fcl": fcl_each,
     "coal": coal_each,
+    "mujoco": mujoco_flex,
+    "trimesh": trimesh_managers,
 }
