@@ -170,10 +170,10 @@ def mujoco_flex(environment: Environment, placed: Placed) -> Ask:
                     for r in placed.body.radius)  # fmt: skip
     points, corners = (" ".join(map(str, values.ravel().tolist())) for values in (environment.vertices,
                                                                                   environment.triangles))  # fmt: skip
+    flex = f'<flex name="parts" dim="2" body="world" radius="1e-6" vertex="{points}" element="{corners}">'
+    alone = '<contact contype="0" conaffinity="1" selfcollide="none"/></flex>'
     model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><size memory="400M"/><worldbody>{balls}</worldbody><deformable><flex name="parts" dim="2" '
-        f'body="world" radius="1e-6" vertex="{points}" element="{corners}"><contact contype="0" conaffinity="1" selfcollide="none"/>'
-        "</flex></deformable></mujoco>"
+        f'<mujoco><size memory="400M"/><worldbody>{balls}</worldbody><deformable>{flex}{alone}</deformable></mujoco>'
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
