@@ -136,7 +136,31 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
     assert reason_words("length of the limb", "left foot") == "the length of the leg"
     assert reason_words("instrument_panel") == "the instrument panel"
     assert reason_words("the seat's travel") == "the seat's travel"
+    assert reason_words("left foot, length of the limb") == "the left foot, the length of the leg"
+    assert reason_words("left upper arm at left_sill") == "the left upper arm at the left sill"
+    assert reason_words("eyes too low") == "eyes too low"
     assert reason_words("") == ""
+
+
+@pytest.mark.parametrize(("requirement", "reason", "said"), [
+    (FLAPS, "instrument_panel", "the reach lacks 12 mm to flaps in zone 2: the instrument panel is in the way"),
+    (FLAPS, "right elbow (flexion)", "the reach stays 12 mm short of flaps in zone 2, limited by the right elbow "
+     "(flexion)"),
+    (KNEE, "right lower leg (knee cap) at instrument_panel", "his right lower leg (knee cap) is 12 mm nearer to the "
+     "instrument panel than it may be"),
+    (KNEE, "", "his body is 12 mm nearer to the instrument panel than it may be"),
+    (Requirement("view over the nose", "v", "vision", "coaming"), "eyes too low",
+     "his eyes are 12 mm too low for “view over the nose”"),
+    (Requirement("pedals", "s", "seat", "left"), "left foot, length of the limb",
+     "his left foot stays 12 mm short of its pedal, limited by the length of the leg"),
+    (Requirement("pedals", "s", "seat", "left"), "the seat stops too far back",
+     "“pedals” is missed by 12 mm (the seat stops too far back)"),
+    (Requirement("stops", "j", "stops", "joints"), "neck pivot (flexion)",
+     "“stops” is missed by 12 mm (the neck pivot (flexion))"),
+])  # fmt: skip
+def test_each_kind_of_requirement_is_told_in_its_own_words(requirement, reason, said):
+    result = made(trainer_people(1), [requirement], [[-0.012]], reason=np.array([[0 if reason else -1]]))
+    assert f"): {said}. His " in person_sentence(replace(result, reasons=(reason,)), 0)
 
 
 def test_the_page_is_whole_closed_and_the_same_each_time(usual):

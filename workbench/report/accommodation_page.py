@@ -118,7 +118,8 @@ def _criteria(result: Accommodation) -> list[dict[str, Any]]:
     for row in rows:
         said = f"{row['name']}: {percent(row['out'])} left out, {percent(row['alone'])} by it alone"
         row["chart"] = Markup(bar(row["out"], row["alone"], most=most, said=said))
-        row |= {"met": percent(1 - row["out"]), "left": percent(row["out"]), "only": percent(row["alone"])}
+        row |= {"met": percent(1 - row["out"]), "left": percent(row["out"]), "only": percent(row["alone"]),
+                "all": row["people"] == 0}  # fmt: skip
     return rows
 
 
@@ -136,7 +137,7 @@ def _requirements(result: Accommodation, ends: tuple[float, float]) -> list[dict
         said = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
         rows.append({
             "name": name, "criterion": plain(requirement.criterion), "zone": requirement.zone or "",
-            "met": percent(1 - out), "left": percent(out), "only": percent(alone), "all": out <= 0,
+            "met": percent(1 - out), "left": percent(out), "only": percent(alone), "all": bool(met[:, r].all()),
             "people": int((~met[:, r]).sum()), "by_sex": by_sex, "figures": figures,
             "bar": Markup(bar(out, alone, most=most, said=f"{name}: {percent(out)} left out")),
             "strip": Markup(margin_strip(result.spread[r], ends, said=said)),
@@ -190,10 +191,13 @@ def _range(low: float, high: float) -> str:
     return f"{low:,.0f} to {high:,.0f}" if f"{low:.0f}" != f"{high:.0f}" else f"{low:,.0f}"
 
 
-def _gain(result: Accommodation, index: int) -> dict[str, str]:
+def _gain(result: Accommodation, index: int) -> dict[str, Any]:
+    """One change as a sentence, with what a millimetre of it gains at first where that says something."""
     gain = result.gains[index]
-    return {"sentence": gain_sentence(gain), "rate": f"{0.1 * gain.rate:+.2f} % a millimetre".replace("-", "−")
-            if np.isfinite(gain.rate) else ""}  # fmt: skip
+    helps = gain.after > gain.before + 1e-9 or gain.joint_after > gain.joint_before + 1e-9
+    rate = 0.1 * gain.rate  # points a millimetre
+    told = f"{rate:+.2f} points a millimetre" if helps and np.isfinite(rate) and rate >= 0.005 else ""
+    return {"sentence": gain_sentence(gain), "rate": told, "helps": helps}
 
 
 def _person(result: Accommodation, index: int) -> dict[str, Any]:

@@ -93,8 +93,8 @@ def gain_sentence(gain: Gain) -> str:
     own = f"takes “{plain(gain.requirement)}” from {one} to {two} %"
     if one == two:
         own = f"leaves “{plain(gain.requirement)}” at {one} %" + (" and takes" if all_one != all_two else "")
-        return f"{_capital(gain.words)} {own} {joint if all_one != all_two else 'and ' + joint}."
-    return f"{_capital(gain.words)} {own} and {joint}."
+        return f"{_capital(plain(gain.words))} {own} {joint if all_one != all_two else 'and ' + joint}."
+    return f"{_capital(plain(gain.words))} {own} and {joint}."
 
 
 def person_sentence(result: Accommodation, row: int) -> str:
@@ -126,19 +126,27 @@ def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
     found = next((s for s in result.shown if s.row == row and s.requirement == index), None)
     limb = found.limb if found is not None else ""
     code = int(result.reason[row, index])
-    reason = reason_words(result.reasons[code], limb or requirement.target) if code >= 0 else ""
-    target = plain(requirement.target)
+    reason = result.reasons[code] if code >= 0 else ""
+    name = f"“{plain(requirement.name)}”"
     if requirement.check == "reach":
-        zone = f" in zone {requirement.zone}" if requirement.zone else ""
-        by = f", limited by {reason}" if reason else ""
-        return f"{whose + ' ' + limb if limb else 'the reach'} stays {lack} short of {target}{zone}{by}"
-    why = f" ({reason})" if reason else ""
+        who = f"{whose} {limb}" if limb else "the reach"
+        target = plain(requirement.target) + (f" in zone {requirement.zone}" if requirement.zone else "")
+        if reason in result.study.environment.parts:
+            return f"{who} lacks {lack} to {target}: the {plain(reason)} is in the way"
+        by = f", limited by {reason_words(reason, limb or requirement.target)}" if reason else ""
+        return f"{who} stays {lack} short of {target}{by}"
+    why = f" ({reason_words(reason, limb)})" if reason else ""
     if requirement.check in ("clearance", "contact"):
-        subject = f"{whose} {limb} is" if limb else f"“{plain(requirement.name)}” is missed: the body is"
-        return f"{subject} {lack} nearer to the {target} than it may be{why}"
-    if requirement.check == "vision":
-        return f"{whose} eyes are {lack} outside what the view asks for{why}"
-    return f"“{plain(requirement.name)}” is missed by {lack}{why}"
+        if " at " in reason:
+            who, part = reason.split(" at ", 1)
+            return f"{whose} {plain(limb or who)} is {lack} nearer to the {plain(part)} than it may be"
+        return f"{whose} {limb or 'body'} is {lack} nearer to the {plain(requirement.target)} than it may be{why}"
+    if requirement.check == "vision" and reason.startswith("eyes too "):
+        return f"{whose} eyes are {lack} {reason.removeprefix('eyes ')} for {name}"
+    if requirement.check == "seat" and ", " in reason:
+        foot, limit = reason.split(", ", 1)
+        return f"{whose} {foot} stays {lack} short of its pedal, limited by {reason_words(limit, foot)}"
+    return f"{name} is missed by {lack}{why}"
 
 
 def reason_words(reason: str, limb: str = "") -> str:
@@ -147,7 +155,12 @@ def reason_words(reason: str, limb: str = "") -> str:
     if words == "length of the limb":
         legs = any(part in limb for part in ("foot", "leg", "pedal", "heel"))
         return f"the length of the {'leg' if legs else 'arm'}"
-    return words if not words or words.startswith(("the ", "a ", "her ", "his ")) else f"the {words}"
+    if ", " in words:  # a foot, and what limits it
+        foot, limit = words.split(", ", 1)
+        return f"{reason_words(foot)}, {reason_words(limit, foot)}"
+    if " at " in words and " at the " not in words:  # a segment at a part
+        words = words.replace(" at ", " at the ", 1)
+    return words if not words or words.startswith(("the ", "a ", "eyes ")) else f"the {words}"
 
 
 def limiting_words(result: Accommodation, row: int) -> str:
@@ -171,7 +184,9 @@ def limiting_words(result: Accommodation, row: int) -> str:
 
 def millimetres_short(metres: float) -> str:
     """ "41", or "0.3" of what is under a millimetre."""
-    return f"{1000 * metres:,.0f}" if metres >= 0.00095 else f"{1000 * max(metres, MET):.3g}"
+    if metres >= 0.00095:
+        return f"{1000 * metres:,.0f}"
+    return f"{1000 * metres:.1f}" if metres >= 0.00005 else f"{1000 * max(metres, MET):.1g}"
 
 
 def _capital(text: str) -> str:
