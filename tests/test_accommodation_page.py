@@ -146,13 +146,13 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
     (FLAPS, "instrument_panel", "the reach lacks 12 mm to flaps in zone 2: the instrument panel is in the way"),
     (FLAPS, "right elbow (flexion)", "the reach stays 12 mm short of flaps in zone 2, limited by the right elbow "
      "(flexion)"),
-    (KNEE, "right lower leg (knee cap) at instrument_panel", "his right lower leg (knee cap) is 12 mm nearer to the "
+    (KNEE, "right lower leg (knee cap) at instrument_panel", "her right lower leg (knee cap) is 12 mm nearer to the "
      "instrument panel than it may be"),
-    (KNEE, "", "his body is 12 mm nearer to the instrument panel than it may be"),
+    (KNEE, "", "her body is 12 mm nearer to the instrument panel than it may be"),
     (Requirement("view over the nose", "v", "vision", "coaming"), "eyes too low",
-     "his eyes are 12 mm too low for “view over the nose”"),
+     "her eyes are 12 mm too low for “view over the nose”"),
     (Requirement("pedals", "s", "seat", "left"), "left foot, length of the limb",
-     "his left foot stays 12 mm short of its pedal, limited by the length of the leg"),
+     "her left foot stays 12 mm short of its pedal, limited by the length of the leg"),
     (Requirement("pedals", "s", "seat", "left"), "the seat stops too far back",
      "“pedals” is missed by 12 mm (the seat stops too far back)"),
     (Requirement("stops", "j", "stops", "joints"), "neck pivot (flexion)",
@@ -160,7 +160,7 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
 ])  # fmt: skip
 def test_each_kind_of_requirement_is_told_in_its_own_words(requirement, reason, said):
     result = made(trainer_people(1), [requirement], [[-0.012]], reason=np.array([[0 if reason else -1]]))
-    assert f"): {said}. His " in person_sentence(replace(result, reasons=(reason,)), 0)
+    assert f"): {said}. Her " in person_sentence(replace(result, reasons=(reason,)), 0)
 
 
 def test_the_page_is_whole_closed_and_the_same_each_time(usual):
