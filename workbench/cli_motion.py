@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
@@ -24,6 +24,10 @@ motion_app = App(name="motion", help="Motion files: look through them, write the
 
 Start = Annotated[float | None, Parameter(help="first time wanted [s]")]
 End = Annotated[float | None, Parameter(help="last time wanted [s]")]
+Unit = Annotated[str | None, Parameter(help="one unit of a BVH file, such as '1 cm'")]
+Scale = Annotated[
+    Literal["body", "subject"], Parameter(help="subject: the body takes the lengths of limbs that the file tells")
+]
 
 
 @motion_app.command
@@ -32,6 +36,8 @@ def show(
     *,
     body: str = "bubbleman",
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    unit: Unit = None,
+    scale: Scale = "body",
     start: Start = None,
     end: End = None,
     every: int = 1,
@@ -52,7 +58,7 @@ def show(
     """
     from workbench.report.movement import movement_sentences
 
-    who, poses, notes = _read(motion, body, (up, start, end, every))
+    who, poses, notes = _read(motion, body, ((up, unit, scale), (start, end, every)))
     time = poses.clock
     ranges = _ranges(who, poses)
     told = movement_sentences(who, poses)
@@ -79,6 +85,8 @@ def convert(
     out: Annotated[Path, Parameter(name=["--out", "-o"])],
     body: str = "bubbleman",
     up: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
+    unit: Unit = None,
+    scale: Scale = "body",
     start: Start = None,
     end: End = None,
     every: int = 1,
@@ -115,7 +123,7 @@ def convert(
         raise UsageError(f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}")
     if (out.suffix.lower() == ".laban") != (tempo is not None):
         raise UsageError(f"{out}: a .laban file is written in beats and needs its --tempo; no other file has one")
-    who, poses, notes = _read(motion, body, (up, start, end, every))
+    who, poses, notes = _read(motion, body, ((up, unit, scale), (start, end, every)))
     poses = _timed(poses, rate, speed)
     write_file(out, _written(who, poses, out.suffix.lower(), tempo))
     for note in notes:
@@ -125,19 +133,36 @@ def convert(
 
 
 def _read(
-    motion: Path, body: str, how: tuple[str | None, float | None, float | None, int]
+    motion: Path, body: str, how: tuple[tuple[str | None, str | None, str], tuple[float | None, float | None, int]]
 ) -> tuple[Body, Poses, tuple[str, ...]]:
     import math
 
     from workbench.files.bodies import load_body
     from workbench.files.motions.lines import Pick
     from workbench.study.motions import MotionOptions, load_motion
+    from workbench.study.subject import subject_body
 
-    up, start, end, every = how
+    (up, unit, scale), (start, end, every) = how
     keep = Pick(-math.inf if start is None else start, math.inf if end is None else end, every)
     who = load_body(body)
-    poses, notes = load_motion(who, motion, options=MotionOptions(up=up, keep=keep))
-    return who, poses, notes
+    options = MotionOptions(up=up, metres=None if unit is None else _metres(unit), keep=keep)
+    sized: tuple[str, ...] = ()
+    if scale == "subject":
+        who, sized = subject_body(who, motion, options=options)
+    poses, notes = load_motion(who, motion, options=options)
+    return who, poses, sized + notes
+
+
+def _metres(unit: str) -> float:
+    from workbench.files.schema import to_metres
+
+    try:
+        metres = to_metres(unit)
+    except ValueError as error:
+        raise UsageError(f"unit {unit!r}: {error}") from None
+    if not metres > 0:
+        raise UsageError(f"unit {unit!r}: more than 0 is needed")
+    return metres
 
 
 def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:

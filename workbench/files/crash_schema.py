@@ -19,8 +19,9 @@ Seconds = Annotated[float, Field(ge=-1e6, le=1e6)]
 class MotionSource(FileModel):
     """A motion file beside the study, and how it is read: frames from `start` to `end` [s], every n-th; `map`: bones by
     segment or usual marker names by the file's; `up`: its upward axis; `unit`: one unit of a BVH file; `gaps` [s]: the
-    longest that is bridged; `move` and `yaw`: where it is put; `simulation`: the one that made it, whose pulse, belts
-    and airbags then hold for it."""
+    longest that is bridged; `move` and `yaw`: where it is put; `scale: subject`: the body takes the lengths that the
+    file tells (of `motion` only); `simulation`: the one that made it, whose pulse, belts and airbags then hold for
+    it."""
 
     file: Name
     start: Seconds | None = None
@@ -32,6 +33,7 @@ class MotionSource(FileModel):
     gaps: Annotated[float, Field(ge=0, le=10)] = 0.1
     move: Vector = (0.0, 0.0, 0.0)
     yaw: Degrees = 0.0
+    scale: Literal["body", "subject"] = "body"
     name: str = ""
     simulation: str | None = None
 

@@ -104,6 +104,8 @@ def _motion(document: Document, source: MotionSource, work: tuple[str, Path, lis
         faults.append(fail(document, (key, "file"), f"no such file {source.file!r} in {path.parent}"))
     if source.start is not None and source.end is not None and source.start >= source.end:
         faults.append(fail(document, (key, "end"), f"end {source.end:g} s must be after start {source.start:g} s"))
+    if key == "against" and source.scale != "body":
+        faults.append(fail(document, (key, "scale"), "one body makes both motions: its scale belongs to 'motion'"))
     return found
 
 

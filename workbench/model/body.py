@@ -143,6 +143,14 @@ class Body:
         return np.repeat(np.arange(len(self.segments)), np.diff(self.start))
 
     @property
+    def zero_origins(self) -> Floats:
+        """(N, 3) [m] where each segment's origin is in the zero pose, the stage's at 0."""
+        at = np.zeros((len(self.segments), 3))
+        for n in range(1, len(self.segments)):
+            at[n] = at[self.parent[n]] + self.joint_in_parent[n - 1] - self.joint_in_child[n - 1]
+        return at
+
+    @property
     def adjacent(self) -> Bools:
         """(N, N) True where two segments are the same or share a joint."""
         grid = np.eye(len(self.segments), dtype=np.bool_)

@@ -25,10 +25,7 @@ def marker_places(body: Body, sites: Mapping[str, Site]) -> tuple[Floats, Floats
 
 def _stature(body: Body) -> float:
     """Rough height [m] of a body in the zero pose, from the ankles to the top of the head."""
-    at = np.zeros((len(body.segments), 3))
-    for n in range(1, len(body.segments)):
-        at[n] = at[body.parent[n]] + body.joint_in_parent[n - 1] - body.joint_in_child[n - 1]
-    z = at[body.sphere_segment, 2] + body.centre[:, 2]
+    z = body.zero_origins[body.sphere_segment, 2] + body.centre[:, 2]
     return float((z + body.radius).max() - (z - body.radius).min())
 
 

@@ -30,6 +30,7 @@ from workbench.study.meetings import environment_meetings, own_meetings
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.provenance import hashes, versions
 from workbench.study.simulation import bearing, seated_environment
+from workbench.study.subject import subject_body
 
 __all__ = ["crash_ready", "crash_study"]
 
@@ -68,8 +69,10 @@ def _found(study: CrashStudy) -> CrashResult:
 
 def crash_ready(plan: CrashPlan) -> CrashStudy:
     """The study of a plan, its motions read. InputError for a motion that cannot be read or is a single frame."""
-    file = plan.file
-    motion, notes = load_motion(plan.body, plan.motion[0], options=_options(plan.motion[1]))
+    file, how = plan.file, _options(plan.motion[1])
+    body, sized = subject_body(plan.body, plan.motion[0], options=how) if plan.motion[1].scale == "subject" else \
+        (plan.body, ())  # fmt: skip
+    motion, notes = load_motion(body, plan.motion[0], options=how)
     if len(motion) < 2:
         raise InputError(f"{plan.motion[0]}: one frame is a posture; a motion needs two or more")
     study = CrashStudy(
@@ -80,7 +83,7 @@ def crash_ready(plan: CrashPlan) -> CrashStudy:
         environment=plan.environment,
         cabin=plan.environment,
         person=file.person,
-        body=plan.body,
+        body=body,
         motion=motion,
         against=None,
         against_name="",
@@ -92,11 +95,11 @@ def crash_ready(plan: CrashPlan) -> CrashStudy:
         inputs=plan.inputs,
         film=file.film,
         motion_name=plan.motion[1].name,
-        warnings=(*notes, *plan.environment.warnings),
+        warnings=(*sized, *notes, *plan.environment.warnings),
     )
     if plan.against is None:
         return _restrained(study, plan.restraints, file)
-    against, more = load_motion(plan.body, plan.against[0], options=_options(plan.against[1]))
+    against, more = load_motion(body, plan.against[0], options=_options(plan.against[1]))
     name = plan.against[1].name or plan.against[0].stem
     other = _restrained(replace(study, motion=against, warnings=more), plan.other_restraints, file)
     known = tuple(note for note in more if note not in study.warnings)
