@@ -52,7 +52,7 @@ def test_a_skeleton_with_its_unit_tells_every_length(tmp_path):
     assert made.zero_origins[BODY.segment("H"), 2] == pytest.approx(TALL.zero_origins[BODY.segment("H"), 2], abs=0.006)
     assert "scaled to the subject: upper arms -5 %, lower arms -10 %, upper legs +10 %, lower legs +8 %" in notes[0]
     assert "1755 mm tall before" in notes[0]
-    with pytest.raises(InputError, match="the file's unit of length is needed"):
+    with pytest.raises(InputError, match="needs the file's unit of length"):
         subject_body(BODY, path, options=MotionOptions(names=options.names))
 
 

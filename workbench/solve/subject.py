@@ -51,7 +51,8 @@ def factors_from_bones(body: Body, bones: Bones, names: Mapping[str, str] | None
     length = float(np.linalg.norm(at["LUA"] + at["RUA"] - at["LUL"] - at["RUL"])) * 0.5 * metres
     joint = _joints(body)
     ours = 0.5 * float(np.linalg.norm(joint["LS"] + joint["RS"] - joint["LH"] - joint["RH"]))
-    return factors | dict.fromkeys(TRUNK, length / ours)
+    pelvis = float(joint["W"][2] - 0.5 * (joint["LH"][2] + joint["RH"][2]))  # keeps its height
+    return factors | dict.fromkeys(TRUNK, (length - pelvis) / (ours - pelvis))
 
 
 def factors_from_markers(body: Body, markers: Markers, names: Mapping[str, str] | None) -> dict[str, float]:
