@@ -26,7 +26,7 @@ from workbench.study.sitters import SEAT_BACK, SEAT_FORWARD, Sitters, seated, wi
 from workbench.study.sitting_gaps import gap_of, gap_toward, gap_words
 from workbench.study.views import view_margin, view_words
 
-__all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "met_by"]
+__all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by"]
 
 MOST_SPARE = 0.2
 """A control that is reached with this much to spare [m], or more, is told to have this."""
@@ -53,6 +53,12 @@ def met_by(study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[B
     sitters = seated(study, bodies, rows)
     if any(one.requirement.check in ("clearance", "contact", "stops") for one in asked):
         sitters = with_hands(study, sitters)
+    return judged(study, asked, sitters)
+
+
+def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Tried:
+    """How people who sit come out in all requirements."""
+    bodies = sitters.bodies
     margin, toward = np.full((len(bodies), len(asked)), np.nan), np.full((len(bodies), len(asked), 3), np.nan)
     words = [[""] * len(asked) for _ in bodies]
     tried = Tried(margin, words, toward, np.stack([sitters.seat.forward, sitters.seat.up], axis=1))

@@ -1,0 +1,94 @@
+"""A whole population in the trainer: bodies the first time and at hand, seats, hands, reaches and clearances.
+
+Prints CPU seconds of each stage, wall seconds of the whole, and the share that fits. Where the public files of ANSUR II
+lie under a folder that is given, its 6,068 people are used, else as many drawn from the population that comes along.
+
+    python benchmarks/accommodation.py [people] [folder with the ANSUR II CSV files]
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import workbench as wb
+from workbench.study import tried
+from workbench.study.accommodation import ready
+from workbench.study.crew import CHUNK, crew_of
+from workbench.study.requirements import asked_of
+from workbench.study.sitters import seated, with_hands
+
+PEOPLE = 6068
+
+
+class Clock:
+    """CPU and wall seconds by stage."""
+
+    def __init__(self) -> None:
+        self.cpu: dict[str, float] = {}
+
+    def time(self, stage: str, work: Callable[[], Any]) -> Any:
+        """Do some work and count what it takes."""
+        begun = os.times()
+        found = work()
+        ended = os.times()
+        used = sum(ended[k] - begun[k] for k in range(4))
+        self.cpu[stage] = self.cpu.get(stage, 0.0) + used
+        return found
+
+
+def people_of(count: int, folder: Path | None) -> Any:
+    """The people: rows of the public files, spread evenly, or drawn."""
+    files = sorted(folder.rglob("ANSUR*.csv")) if folder else []
+    if not files:
+        return wb.draw_people(wb.load_population_model("ansur2"), count, seed=1, men=4082 / PEOPLE)
+    people = wb.read_ansur(*files)
+    return people.rows(np.arange(min(count, len(people))) * len(people) // min(count, len(people)))
+
+
+def main() -> None:
+    """Time everything once; kernels are compiled before."""
+    count = int(sys.argv[1]) if len(sys.argv) > 1 else PEOPLE
+    folder = Path(sys.argv[2]) if len(sys.argv) > 2 else None
+    study = replace(ready(wb.load_accommodation("trainer_accommodation")), people=people_of(count, folder))
+    asked = asked_of(study)
+    clock = Clock()
+    with tempfile.TemporaryDirectory() as cache:
+        os.environ["WORKBENCH_CACHE"] = cache
+        warm = crew_of(study.body, study.people.rows(np.arange(2)), (), say=lambda text: None)
+        tried.met_by(study, asked, warm.bodies(0), range(2))
+        begun = time.perf_counter()
+        clock.time("bodies, first time", lambda: crew_of(study.body, study.people, (), say=lambda text: None))
+        first = time.perf_counter() - begun
+        begun = time.perf_counter()
+        crew = clock.time("bodies at hand", lambda: crew_of(study.body, study.people, (), say=lambda text: None))
+        met = [staged(clock, study, asked, crew, chunk) for chunk in range(len(crew))]
+        wall = time.perf_counter() - begun
+    served = np.concatenate(met)
+    print(f"{len(study.people)} people, {len(asked)} requirements, chunks of {CHUNK}, {os.cpu_count()} cores")
+    for stage, used in clock.cpu.items():
+        print(f"  {stage:20} {used:8.2f} s of CPU, {1000 * used / len(study.people):8.3f} ms a person")
+    print(f"  first time {first:.1f} s more, then {wall:.1f} s of wall clock; {100 * served.mean():.1f} % fit")
+
+
+def staged(clock: Clock, study: Any, asked: Any, crew: Any, chunk: int) -> Any:
+    """One chunk in stages; who meets everything."""
+    rows, bodies = crew.index(chunk).tolist(), clock.time("bodies at hand", lambda: crew.bodies(chunk))
+    found: dict[str, Any] = {}
+    clock.time("seats", lambda: found.update(sitters=seated(study, bodies, rows)))
+    clock.time("hands", lambda: found.update(sitters=with_hands(study, found["sitters"])))
+    clock.time("reaches and gaps", lambda: found.update(out=tried.judged(study, asked, found["sitters"])))
+    margin = found["out"].margin
+    return np.all(np.isnan(margin) | (margin >= -1e-6), axis=1)
+
+
+if __name__ == "__main__":
+    main()
