@@ -23,7 +23,8 @@ from workbench.study.crew import Crew
 from workbench.study.crew_files import Kept, read_kept, write_kept
 from workbench.study.provenance import versions
 from workbench.study.requirements import Asked
-from workbench.study.tried import Tried, met_by
+from workbench.study.sitters import seated
+from workbench.study.tried import Tried, judged, met_by, sitting
 
 __all__ = [
     "Chunk",
@@ -95,7 +96,19 @@ def _here(
     study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
 ) -> Iterator[tuple[int, Kept]]:
     for chunk in chunks:
-        yield chunk, chunk_result(study, asked, crew.bodies(chunk), crew.index(chunk).tolist())
+        yield chunk, packed(_tried(study, asked, crew, chunk))
+
+
+def _tried(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunk: int) -> Tried:
+    """One chunk; who has been seated already, for a study with the same seat, pedals and view, stays so."""
+    controls = {control.name: control.at for control in study.environment.controls}
+    held = [(limb, controls[name]) for limb, name in study.aims.controls.items()]
+    points = study.environment.points
+    view = [points[name] for name in (study.aims.eyes, study.aims.heels) if name]
+    key = repr((chunk, study.environment.seat(study.seat), held, view, study.aims.driving))
+    if key not in crew.sitting:
+        crew.sitting[key] = seated(study, crew.bodies(chunk), crew.index(chunk).tolist())
+    return judged(study, asked, sitting(study, asked, crew.sitting[key]))
 
 
 def forget_chunks(keep: Path) -> None:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -46,6 +46,7 @@ class Crew:
 
     def __init__(self, task: Task, people: Population, wears: Sequence[Encumbrance], fits: Sequence[Fit]) -> None:
         self.task, self.people, self.wears, self.fits = task, people, wears, fits
+        self.sitting: dict[str, Any] = {}  # chunks that sit already, by all that this depends on
 
     def __len__(self) -> int:
         return len(self.fits)

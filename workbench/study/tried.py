@@ -26,7 +26,7 @@ from workbench.study.sitters import SEAT_BACK, SEAT_FORWARD, Sitters, seated, wi
 from workbench.study.sitting_gaps import gap_of, gap_toward, gap_words
 from workbench.study.views import view_margin, view_words
 
-__all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by"]
+__all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by", "sitting"]
 
 MOST_SPARE = 0.2
 """A control that is reached with this much to spare [m], or more, is told to have this."""
@@ -50,10 +50,14 @@ class Tried:
 
 def met_by(study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]) -> Tried:
     """How B people, these rows of the study's people, come out in all requirements."""
-    sitters = seated(study, bodies, rows)
+    return judged(study, asked, sitting(study, asked, seated(study, bodies, rows)))
+
+
+def sitting(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Sitters:
+    """People who sit, with their hands on their controls where anything that is asked is about that."""
     if any(one.requirement.check in ("clearance", "contact", "stops") for one in asked):
-        sitters = with_hands(study, sitters)
-    return judged(study, asked, sitters)
+        return with_hands(study, sitters)
+    return sitters
 
 
 def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Tried:
