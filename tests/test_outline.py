@@ -239,8 +239,9 @@ def test_chains_are_followed_from_their_beginnings_and_rings_closed() -> None:
 
 def test_an_end_meets_another_chain_s_arc_only_along_its_angle() -> None:
     points, disk = np.array([[5.0, 0.0], [-5.0, 0.0], [5.4, 0.0], [5.6, 0.0]]), np.array([[0.0, 0.0, 5.0, 1.0, 0.0]])
-    met = ends_met(points, np.zeros(4, dtype=np.int64), disk, np.array([[-1.0, 1.0]]), np.array([1]), 0.5)
-    assert met.tolist() == [True, False, True, False]
+    met = ends_met(points, np.zeros(4, dtype=np.int64), disk, np.array([[-1.0, 1.0]]), np.array([1]),
+                   np.array([True, False]), 0.5)  # fmt: skip
+    assert met[:, 0].tolist() == [True, False, True, False] and not met[:, 1].any()
 
 
 def test_the_kernels_run_with_the_compiler_off() -> None:
@@ -251,7 +252,7 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
         "a, k = rim_arcs(parallel_rims(b, s, s // 3, np.eye(5) > 0, np.full(30, 0.4)));"
         "o, c = arc_chains(np.arange(len(k)) - 1);"
         "e = np.column_stack([b[:, [0, 1, 3]], np.ones(30), b[:, 0]]);"
-        "m = ends_met(b[:, :2], s, e[k[:, 0]], a, k[:, 0], 0.1);"
+        "m = ends_met(b[:, :2], s, e[k[:, 0]], a, k[:, 0], np.arange(len(e)) % 2 == 0, 0.1);"
         "print(np.round(a, 9).tolist(), k.tolist(), o.tolist(), c.tolist(), m.tolist())"
     )
     compiled, plain = printed_with_and_without_the_compiler(code)

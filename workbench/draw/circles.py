@@ -13,7 +13,7 @@ from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.hiding import Surroundings, surroundings
 from workbench.draw.outline import ghost_paths
 from workbench.draw.scene import Scene
-from workbench.draw.svg import environment_paths, page, section_paths
+from workbench.draw.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.visibility import Disks, depth_share, projected_disks
 from workbench.kernels.hiding import hidden_arcs
 from workbench.model.arrays import Floats, Ints
@@ -109,12 +109,11 @@ def _ellipses(flat: Disks, camera: Camera) -> _Rims:
 def _shapes(rims: _Rims, exact: bool) -> list[str]:
     """The beginning of one element a rim."""
     if not exact:
-        return [f'<circle cx="{x}" cy="{y}" r="{r}"' for x, y, r in np.round(rims.disk, 1).tolist()]
-    table = np.column_stack([rims.disk, rims.disk[:, 2] * rims.squeeze[:, 0], np.degrees(rims.squeeze[:, 1])])
-    return [
-        f'<ellipse cx="{x}" cy="{y}" rx="{a}" ry="{b}" transform="rotate({turn} {x} {y})"'
-        for x, y, a, b, turn in np.round(table, 1).tolist()
-    ]
+        return number_rows('<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}"', rims.disk)
+    x, y, longer = rims.disk.T
+    turn = np.degrees(rims.squeeze[:, 1])
+    pattern = '<ellipse cx="{:.1f}" cy="{:.1f}" rx="{:.1f}" ry="{:.1f}" transform="rotate({:.1f} {:.1f} {:.1f})"'
+    return number_rows(pattern, np.column_stack([x, y, longer, longer * rims.squeeze[:, 0], turn, x, y]))
 
 
 def _looks(scene: Scene, flat: Disks, rims: _Rims) -> list[str]:

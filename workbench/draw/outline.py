@@ -20,7 +20,7 @@ from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.ghosts import ghost_strengths
 from workbench.draw.hiding import arcs_behind, surroundings
 from workbench.draw.scene import Scene
-from workbench.draw.svg import environment_paths, page, section_paths
+from workbench.draw.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.visibility import projected_disks
 from workbench.kernels.arcs import arc_chains, ends_met
 from workbench.model.arrays import Bools, Floats, Ints
@@ -67,7 +67,7 @@ def ghost_paths(scene: Scene, camera: Camera) -> list[str]:
         parts += [f'<g class="ghost" stroke-opacity="{strength:.2f}">', *body_paths(alone, outline_arcs(alone, camera))]
         parts.append("</g>")
     flat = projected_disks(scene, camera)
-    disks = [f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{r:.1f}"/>' for x, y, r in flat.disk[flat.order].tolist()]
+    disks = number_rows('<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}"/>', flat.disk[flat.order])
     return [*parts, f'<g class="cover" fill="{hexadecimal(PAPER)}">', *disks, "</g>"]
 
 
@@ -125,11 +125,8 @@ def _bridges(arcs: Arcs, begin: Floats, end: Floats, short: Ints, long: Bools, c
     """
     rims = np.column_stack([arcs.disk, arcs.squeeze])
     points, own, chain = np.concatenate([begin, end]), np.tile(short, 2), np.repeat(np.arange(len(count)), count)
-    met = [
-        ends_met(points, own, rims[among], arcs.angle[among], chain[among], _MEET).reshape(2, -1)
-        for among in (np.ones(len(chain), dtype=np.bool_), long[chain])
-    ]
-    both: Bools = met[0].all(axis=0) & met[1].any(axis=0)
+    met = ends_met(points, own, rims, arcs.angle, chain, long, _MEET).reshape(2, -1, 2)
+    both: Bools = met[:, :, 0].all(axis=0) & met[:, :, 1].any(axis=0)
     return both
 
 
@@ -156,14 +153,8 @@ def _chain_texts(arcs: Arcs, start: Ints, closed: Bools, wanted: Bools) -> list[
 
 def _commands(arcs: Arcs, which: Ints, to: Floats) -> list[str]:
     """SVG's arc command for each piece of the arcs `which` (M,) that ends at `to` (M, 2)."""
+    longer = arcs.disk[which, 2]
     if not arcs.tilt.any():
-        return [
-            f"A{radius:.1f} {radius:.1f} 0 0 1 {x:.2f} {y:.2f}"
-            for radius, (x, y) in zip(arcs.disk[which, 2].tolist(), to.tolist(), strict=True)
-        ]
-    longer, shorter = arcs.disk[which, 2], arcs.disk[which, 2] * arcs.squeeze[which, 0]
-    turn = np.degrees(arcs.squeeze[which, 1])
-    return [
-        f"A{a:.2f} {b:.2f} {angle:.1f} 0 1 {x:.2f} {y:.2f}"
-        for a, b, angle, x, y in np.column_stack([longer, shorter, turn, to]).tolist()
-    ]
+        return number_rows("A{:.1f} {:.1f} 0 0 1 {:.2f} {:.2f}", np.column_stack([longer, longer, to]))
+    shorter, turn = longer * arcs.squeeze[which, 0], np.degrees(arcs.squeeze[which, 1])
+    return number_rows("A{:.2f} {:.2f} {:.1f} 0 1 {:.2f} {:.2f}", np.column_stack([longer, shorter, turn, to]))

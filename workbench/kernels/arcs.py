@@ -269,13 +269,14 @@ def arc_chains(following: Ints) -> tuple[Ints, Ints]:
 
 
 @njit(cache=True)
-def ends_met(points: Floats, own: Ints, disk: Floats, angle: Floats, chain: Ints, room: float) -> Bools:
-    """Points (M, 2), ends of chains `own` (M,), that lie within `room` of an arc of another chain.
+def ends_met(points: Floats, own: Ints, disk: Floats, angle: Floats, chain: Ints, long: Bools, room: float) -> Bools:
+    """Whether points (M, 2), ends of chains `own` (M,), lie within `room` of an arc of another chain: (M, 2) any, long.
 
     The arcs are of ellipses: disk (A, 5) x, y, longer half axis, the shorter as a share of it, direction of the longer;
-    angle (A, 2) from and to, chain (A,). Of an ellipse distances are measured as if it were stretched to a circle.
+    angle (A, 2) from and to, chain (A,); long (C,): of all chains. Of an ellipse distances are measured as if it were
+    stretched to a circle.
     """
-    met, box = np.zeros(len(points), dtype=np.bool_), np.empty((len(chain), 4))
+    met, box = np.zeros((len(points), 2), dtype=np.bool_), np.empty((len(chain), 4))
     for arc in range(len(chain)):
         for k in range(2):
             box[arc, k], box[arc, 2 + k] = disk[arc, k] - disk[arc, 2] - room, disk[arc, k] + disk[arc, 2] + room
@@ -288,8 +289,10 @@ def ends_met(points: Floats, own: Ints, disk: Floats, angle: Floats, chain: Ints
         for n in range(start[cell], start[cell + 1]):
             arc = listed[n]
             if chain[arc] != own[end] and _on_arc(points[end, 0], points[end, 1], disk[arc], angle[arc], room):
-                met[end] = True
-                break
+                met[end, 0] = True
+                if long[chain[arc]]:
+                    met[end, 1] = True
+                    break
     return met
 
 
