@@ -120,8 +120,13 @@ def _sorted(count: int, spans: Floats) -> Ints:
 
 
 @njit(cache=True)
-def _cut_rim(i: int, count: int, spans: Floats, others: Ints, kinds: Ints, arcs: Floats, keys: Ints) -> int:
-    """The arcs of rim i that its intervals leave, in order round it; their number. See `rim_arcs` for the columns."""
+def _cut_rim(
+    i: int, count: int, spans: Floats, others: Ints, kinds: Ints, gaps: Floats, edges: Ints, arcs: Floats, keys: Ints
+) -> int:
+    """The arcs of rim i that its intervals leave, in order round it; their number. See `rim_arcs` for the columns.
+
+    gaps, edges (2 n, 2): room for what n - 1 intervals leave, twice.
+    """
     origin, free = spans[0, 0], True
     for k in range(count - 1, -1, -1):
         if kinds[k] & _HIDES:
@@ -131,8 +136,8 @@ def _cut_rim(i: int, count: int, spans: Floats, others: Ints, kinds: Ints, arcs:
         spans[k, 0] = wrapped(spans[k, 0] - origin)
         spans[k, 1] = spans[k, 0] + width
     order = _sorted(count, spans)
-    seen, seen_edge = np.empty((count + 1, 2)), np.empty((count + 1, 2), dtype=np.int64)
-    outer, outer_edge = np.empty((count + 1, 2)), np.empty((count + 1, 2), dtype=np.int64)
+    half = len(gaps) // 2
+    seen, seen_edge, outer, outer_edge = gaps[:half], edges[:half], gaps[half:], edges[half:]
     outers = _gaps(order, kinds, _HIDES | _NEXT, spans, outer, outer_edge)
     seens = _gaps(order, kinds, _HIDES, spans, seen, seen_edge) if not free else 1
     found, o = 0, 0
@@ -195,6 +200,7 @@ def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
     stamp, found, pairs = np.full(count, -1), np.empty(count, np.int64), np.empty((count, 4))
     room = 2 * count + 1
     spans, others, kinds = np.empty((room, 2)), np.empty(room, np.int64), np.empty(room, np.int64)
+    gaps, edges = np.empty((2 * room + 2, 2)), np.empty((2 * room + 2, 2), np.int64)
     some_arcs, some_keys = np.empty((2 * count + 2, 2)), np.empty((2 * count + 2, 4), np.int64)
     for i in range(count):
         number = candidates(i, rims.box, start, listed, cells, frame, stamp, found)
@@ -213,7 +219,7 @@ def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
         if high > low:
             spanned = _add(spanned, low, high, i, _HIDES, spans, others, kinds)
         if spanned:
-            number = _cut_rim(i, spanned, spans, others, kinds, some_arcs, some_keys)
+            number = _cut_rim(i, spanned, spans, others, kinds, gaps, edges, some_arcs, some_keys)
         else:
             number = _put(0, i, 0.0, _TURN, i, i, 1, some_arcs, some_keys)
         for arc in range(min(number, len(arcs) - total)):

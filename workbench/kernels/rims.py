@@ -44,10 +44,11 @@ _FEW = 6
 class Rims(NamedTuple):
     """What the kernels know of S rims.
 
-    balls (S, 15): parallel view x, y, depth (larger is nearer), radius; perspective x, y, distance along the view,
-    radius, d, t, then three unit vectors: the axis, and two across it from which the angle is measured. near (S,):
-    larger is nearer. box (S, 4): least and greatest x, y of a rim, in any unit. segment, body (S,); joined (N, N);
-    step (S,): towards spheres of segments that are joined to its own, in the unit of depth. lens: 1 perspective.
+    balls: in a parallel view (S, 4) x, y, depth (larger is nearer), radius; in perspective (S, 15) x, y, distance
+    along the view, radius, d, t, then three unit vectors: the axis, and two across it from which the angle is
+    measured. near (S,): larger is nearer. box (S, 4): least and greatest x, y of a rim, in any unit. segment, body
+    (S,); joined (N, N); step (S,): towards spheres of segments that are joined to its own, in the unit of depth.
+    lens: 1 perspective.
     """
 
     balls: Floats
@@ -62,8 +63,7 @@ class Rims(NamedTuple):
 
 def parallel_rims(balls: Floats, segment: Ints, body: Ints, joined: Bools, step: Floats) -> Rims:
     """Rims of spheres `balls` (S, 4): x, y, depth, radius in one unit."""
-    packed = np.zeros((len(balls), 15))
-    packed[:, :4] = balls
+    packed = np.ascontiguousarray(balls)
     box = np.column_stack([balls[:, :2] - balls[:, 3:], balls[:, :2] + balls[:, 3:]])
     return Rims(packed, np.ascontiguousarray(balls[:, 2]), box, segment, body, joined, step, 0)
 
