@@ -8,6 +8,7 @@ grip as forearm-grip length is measured, on the surface of the palm.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -18,7 +19,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb"]
+__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "landmarks", "limb", "solids"]
 
 HANDS, FEET = ("left hand", "right hand"), ("left foot", "right foot")
 GRIPS = {"hand": ("push", "pinch", "grasp"), "foot": ("ball", "heel")}
@@ -71,48 +72,77 @@ def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Li
         more = ("N", "H") if zone == 3 else ()
     free = tuple(body.joint(joint) for joint in joints)
     moving = tuple(sorted({joint + 1 for joint in free} | {body.segment(segment) for segment in more}))
-    tip, pointing = _landmark(body, end, grip)
+    tip, pointing = _landmark([body], end, grip)
     solid = np.isin(body.sphere_segment, moving)
     if kind == "hand":
-        solid &= ~_fingers(body, end)
-    return Limb(f"{name}, {grip}", base, end, free, tip, pointing, moving, solid)
+        solid &= ~(_beyond_knuckle([body], body.centre[None], end)[0] & (body.sphere_segment == end))
+    return Limb(f"{name}, {grip}", base, end, free, tip[0], pointing[0], moving, solid)
 
 
-def _fingers(body: Body, hand: int) -> Bools:
-    """(S,) the spheres of a hand that lie farther out than the index knuckle."""
-    knuckle, _ = _sphere(body, hand, "index knuckle")
-    beyond = (body.centre - knuckle) @ body.directions[hand, DIRECTIONS.index("top")] > 1e-6
-    fingers: Bools = beyond & (body.sphere_segment == hand)
-    return fingers
+def solids(bodies: Sequence[Body], centre: Floats, limb: Limb) -> Bools:
+    """(B, S) the spheres that may meet obstacles, of bodies of a family whose sphere centres are (B, S, 3): those of
+    the limb, but of a hand that reaches not those farther out than the index knuckle."""
+    body = bodies[0]
+    found = np.repeat(limb.solid[None], len(bodies), axis=0)
+    if len(bodies) == 1 or limb.name.split()[1].rstrip(",") != "hand":
+        return found
+    hand = body.sphere_segment == limb.end
+    found[:, hand] = ~_beyond_knuckle(bodies, centre, limb.end)[:, hand]
+    return found
 
 
-def _landmark(body: Body, segment: int, grip: str) -> tuple[Floats, Floats]:
-    """The point of a hand or foot that arrives, and the way it points, by grip."""
-    top, front, down = (body.directions[segment, DIRECTIONS.index(d)] for d in ("top", "front", "bottom"))
+def _beyond_knuckle(bodies: Sequence[Body], centre: Floats, hand: int) -> Bools:
+    """(B, S) the spheres that lie farther out than the index knuckle of a hand."""
+    top = np.stack([body.directions[hand, DIRECTIONS.index("top")] for body in bodies])
+    knuckle = centre[:, _row(bodies[0], hand, "index knuckle")]
+    beyond: Bools = np.einsum("bsi,bi->bs", centre - knuckle[:, None], top) > 1e-6
+    return beyond
+
+
+def landmarks(bodies: Sequence[Body], limb: Limb) -> tuple[Floats, Floats]:
+    """(B, 3) the points that arrive and the ways they point, of the limb of bodies of a family."""
+    tip, pointing = _landmark(bodies, limb.end, limb.name.split(", ")[1])
+    return np.ascontiguousarray(tip), np.ascontiguousarray(pointing)
+
+
+def _landmark(bodies: Sequence[Body], segment: int, grip: str) -> tuple[Floats, Floats]:
+    """(B, 3) the point of a hand or foot that arrives, and the way it points, by grip."""
+    turn = np.stack([body.directions[segment] for body in bodies])
+    top, front, down = (turn[:, DIRECTIONS.index(d)] for d in ("top", "front", "bottom"))
     if grip == "push":
-        centre, radius = _sphere(body, segment, "index fingertip")
+        centre, radius = _sphere(bodies, segment, "index fingertip")
         return centre + radius * top, top
     if grip == "pinch":
-        thumb, radius = _sphere(body, segment, "thumb tip")
-        index, _ = _sphere(body, segment, "index fingertip")
+        thumb, radius = _sphere(bodies, segment, "thumb tip")
+        index, _ = _sphere(bodies, segment, "index fingertip")
         between = 0.5 * (thumb + index)
-        return between + ((thumb - between) @ top + radius) * top, top
+        return between + (_along(thumb - between, top) + radius) * top, top
     if grip == "grasp":
-        palm, radius = _sphere(body, segment, "palm")
-        knuckle, _ = _sphere(body, segment, "index knuckle")
+        palm, radius = _sphere(bodies, segment, "palm")
+        knuckle, _ = _sphere(bodies, segment, "index knuckle")
         between = 0.5 * (palm + knuckle)
-        return between + ((palm - between) @ front + radius) * front, front
-    centre, radius = _sphere(body, segment, "ball of foot" if grip == "ball" else "heel")
+        return between + (_along(palm - between, front) + radius) * front, front
+    centre, radius = _sphere(bodies, segment, "ball of foot" if grip == "ball" else "heel")
     return centre + radius * down, down
 
 
-def _sphere(body: Body, segment: int, name: str) -> tuple[Floats, float]:
-    """Centre (3,) and radius of a named sphere of a segment."""
+def _along(arm: Floats, way: Floats) -> Floats:
+    along: Floats = np.sum(arm * way, axis=1, keepdims=True)
+    return along
+
+
+def _sphere(bodies: Sequence[Body], segment: int, name: str) -> tuple[Floats, Floats]:
+    """Centre (B, 3) and radius (B, 1) of a named sphere of a segment."""
+    row = _row(bodies[0], segment, name)
+    return np.stack([body.centre[row] for body in bodies]), np.stack([body.radius[row : row + 1] for body in bodies])
+
+
+def _row(body: Body, segment: int, name: str) -> int:
+    """Number of a named sphere of a segment; InputError where there is none."""
     names = body.sphere_names[body.spheres(segment)]
     if name not in names:
         known = [known for known in names if known]
         raise InputError(
             f"body {body.name}: {body.segment_names[segment]} has no sphere {name!r}; {one_of(name, known)}"
         )
-    row = int(body.start[segment]) + names.index(name)
-    return np.array(body.centre[row]), float(body.radius[row])
+    return int(body.start[segment]) + names.index(name)

@@ -1,29 +1,64 @@
-"""Reaches of many people at once: one limb of B bodies of a family, each to its T targets."""
+"""Reaches of many people at once: one limb of B bodies of a family, each to its T targets.
+
+People are taken in the order of how far they must stretch for a target, so that each can follow the one before: his
+solution and its multipliers are a start that mostly needs three steps. The first of every PIECE of them starts from
+the comfort modes, as a single reach does.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.people_reach import PeopleReach
 from workbench.model.poses import Poses
-from workbench.model.reach import Reach
-from workbench.solve.forward import place
+from workbench.model.posing import angles_of
+from workbench.solve.chains import AGAIN, PIECE, Found, Task, cold, posed, rows_of, solved, tips_of
+from workbench.solve.family import Family, family_of, frames, packed_links
 from workbench.solve.limbs import HANDS, Limb, limb
-from workbench.solve.reach import reach
+from workbench.solve.linkage import joints_between
+from workbench.solve.obstacles import Room, cleared
+from workbench.solve.reach import REACHED, goals_of, stopped_by
 
 __all__ = ["reach_people"]
 
 NEAR = 1e-3
 """How near [m] to the farthest reached point the spare ends."""
 STEPS = 40
+MOST_PEOPLE = 512
+"""People packed at a time."""
+FRESH = 1
+"""From how many seeds a reach begins again that neither comes clear of obstacles nor has anybody alike who does."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The rows of the kernels: order (B T,) target by target, in each by how far people must stretch; follow (B T,):
+    the row whose solution each starts from, -1 where none; shoulder (B, 3) [m]."""
+
+    order: Ints
+    follow: Ints
+    shoulder: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Ask:
+    """What is asked of everybody: limb, grip, zone; environment and the parts that move; spare [m]; threads."""
+
+    limb: tuple[str, str | None, int]
+    environment: Environment | None
+    moves: Sequence[str]
+    spare: float
+    rotations: bool
+    threads: int | None
 
 
 def reach_people(
@@ -52,42 +87,23 @@ def reach_people(
     """
     goals = _targets(bodies, poses, targets)
     moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
-    rows, spares = [], np.zeros(goals.shape[:2])
-    for b, body in enumerate(bodies):
-        who = body, _one(poses, b), limb(body, name, grip=grip, zone=zone)
-        rows.append(_reach(who, goals[b], environment, (moves, moved_by[b])))
-        spares[b] = _spare(who, rows[b], spare)
-    return _gathered(bodies[0], rows, spares, rotations)
-
-
-def _gathered(body: Body, rows: Sequence[Reach], spares: Floats, rotations: bool) -> PeopleReach:
-    return PeopleReach(
-        body=body,
-        limb=rows[0].limb,
-        target=np.stack([row.target for row in rows]),
-        reached=np.stack([row.reached for row in rows]),
-        miss=np.stack([row.miss for row in rows]),
-        overlap=np.stack([row.overlap for row in rows]),
-        discomfort=np.stack([row.discomfort for row in rows]),
-        joint=np.stack([row.joint for row in rows]),
-        axis=np.stack([row.axis for row in rows]),
-        side=np.stack([row.side for row in rows]),
-        part=np.stack([row.part for row in rows]),
-        spare=spares,
-        parts=rows[0].parts,
-        rotations=np.stack([row.poses.rotations for row in rows]) if rotations else None,
-    )
+    if moved_by.shape != (len(bodies), 3):
+        raise UsageError(f"a shift (B, 3) for {len(bodies)} bodies is needed, got {moved_by.shape}")
+    ask = _Ask((name, grip, zone), environment, moves, spare, rotations, threads)
+    family_of(tuple({id(body.stops): body for body in bodies}.values()))
+    answers = []
+    for first in range(0, len(bodies), MOST_PEOPLE):
+        some = slice(first, first + MOST_PEOPLE)
+        own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
+        answers.append(_some_people(family_of(tuple(bodies[some])), own, goals[some], moved_by[some], ask))
+    return answers[0] if len(answers) == 1 else _joined(answers)
 
 
 def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats:
-    """Targets (B, T, 3); UsageError where the numbers of rows do not fit or bodies are not of one family."""
+    """Targets (B, T, 3); UsageError where the numbers of rows do not fit."""
     goals = np.asarray(targets, dtype=np.float64)
-    if len(poses) != len(bodies):
-        raise UsageError(f"{len(bodies)} bodies need as many poses, got {len(poses)}")
-    for body in bodies:
-        same = body.joints == bodies[0].joints and np.array_equal(body.stops.limits, bodies[0].stops.limits)
-        if not same:
-            raise UsageError(f"bodies of one family have the same joints and stops: {bodies[0].name} and {body.name}")
+    if len(poses) != len(bodies) or not len(bodies):
+        raise UsageError(f"{len(bodies)} bodies need as many poses, and one at least, got {len(poses)}")
     if goals.ndim == 2:
         goals = np.broadcast_to(goals, (len(bodies), *goals.shape))
     if goals.ndim != 3 or goals.shape[0] != len(bodies) or goals.shape[2] != 3 or not np.all(np.isfinite(goals)):
@@ -95,61 +111,113 @@ def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats
     return goals
 
 
-def _one(poses: Poses, row: int) -> Poses:
-    return Poses(poses.rotations[row : row + 1], poses.reference, poses.world_from_reference[row : row + 1])
+def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask: _Ask) -> PeopleReach:
+    name, grip, zone = ask.limb
+    chain = limb(family.bodies[0], name, grip=grip, zone=zone)
+    rows = _rows(family, poses, chain, goals)
+    people, count = goals.shape[:2]
+    who = rows.order % people
+    joints = joints_between(family.bodies[0], chain.base, chain.end)
+    base, link = frames(family, poses, chain.base), packed_links(family, chain)
+    goal = goals_of(goals.transpose(1, 0, 2).reshape(-1, 3)[rows.order])
+    task = Task(family, chain, link, joints, who, poses.rotations[who], base[who], goal)
+    start = cold(task, angles_of(family.bodies[0], poses)[who][:, joints])
+    free = solved(task, start, AGAIN, follow=rows.follow, threads=ask.threads)
+    found = free
+    if ask.environment is not None:
+        moving = np.isin(ask.environment.parts, list(ask.moves)).astype(np.int64)
+        room = Room(ask.environment, moving, shift, FRESH, rows.order // people, ask.threads)
+        found = cleared(task, free, room)
+    reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
+    spare = _spare(task, found, reached, rows.shoulder[who], ask)
+    return _answer((task, found, reached), spare, rows.order, (people, count), ask)
 
 
-def _reach(
-    who: tuple[Body, Poses, Limb],
-    goals: Floats,
-    environment: Environment | None,
-    seat: tuple[Sequence[str], Floats],
-) -> Reach:
-    body, pose, chain = who
-    return reach(body, pose, goals, limb=chain, environment=environment and _moved(environment, *seat))
+def _rows(family: Family, poses: Poses, chain: Limb, goals: Floats) -> _Rows:
+    body = family.bodies[0]
+    joint = body.joint(body.segments[chain.end][0] + ("S" if chain.name.split(",")[0] in HANDS else "H"))
+    world = frames(family, poses, joint + 1)
+    shoulder = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
+    beyond = range(joint + 1, chain.end)
+    length = sum(np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in beyond)
+    stretch = np.linalg.norm(goals - shoulder[:, None], axis=2) / np.maximum(length, 1e-6)[:, None]
+    people, count = goals.shape[:2]
+    order = (np.argsort(stretch, axis=0, kind="stable") + people * np.arange(count)).T.ravel()
+    place = np.arange(people * count)
+    follow = np.where((place % people == 0) | (place % PIECE == 0), -1, place - 1)
+    return _Rows(order, follow, shoulder)
 
 
-def _moved(environment: Environment, parts: Sequence[str], by: Floats) -> Environment:
-    """The environment with these parts shifted."""
-    chosen = np.isin(np.arange(len(environment.parts)), [environment.part(name) for name in parts])
-    if not chosen.any() or not by.any():
-        return environment
-    polygon = chosen[environment.polygon_part]
-    vertex = np.zeros(len(environment.vertices), dtype=np.bool_)
-    vertex[environment.triangles[np.repeat(polygon, np.diff(environment.triangle_start))].ravel()] = True
-    return replace(
-        environment,
-        vertices=environment.vertices + np.where(vertex[:, None], by, 0.0),
-        offset=environment.offset + np.where(polygon, environment.normal @ by, 0.0),
-        circle_centre=environment.circle_centre + np.where(polygon[:, None], by, 0.0),
-    )
-
-
-def _spare(who: tuple[Body, Poses, Limb], found: Reach, most: float) -> Floats:
-    """(T,) [m] how much farther out the limb reaches: from the far end inward by as much as is missed."""
-    body, pose, chain = who
-    spare = np.zeros(len(found))
-    rows = np.flatnonzero(found.reached) if most > 0 else np.zeros(0, np.int64)
+def _spare(task: Task, found: Found, reached: Bools, shoulder: Floats, ask: _Ask) -> Floats:
+    """(P,) [m] how much farther out the limb reaches: from the far end inward by as much as is missed, each time from
+    the solution before."""
+    spare = np.zeros(len(task))
+    rows = np.flatnonzero(reached) if ask.spare > 0 else np.zeros(0, np.int64)
     if not len(rows):
         return spare
-    origin = _first_joint(who)
-    way = found.target[rows] - origin
+    way = task.goal[rows, :3] - shoulder[rows]
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
-    spare[rows] = most
+    spare[rows], start, follow = ask.spare, found.angles[rows], np.arange(len(rows)) - 1
+    follow[np.arange(len(rows)) % PIECE == 0] = -1
     for _ in range(STEPS):
+        some = rows_of(task, rows)
+        some = replace(some, goal=goals_of(some.goal[:, :3] + spare[rows, None] * way))
+        farther = solved(some, start, 1, follow=follow, threads=ask.threads)
+        on = farther.numbers[:, 0] > NEAR
+        spare[rows[on]] = np.maximum(spare[rows[on]] - farther.numbers[on, 0], 0.0)
+        on &= spare[rows] > 0.0
+        rows, way, start = rows[on], way[on], farther.angles[on]
         if not len(rows):
             break
-        farther = reach(body, pose, found.target[rows] + spare[rows, None] * way, limb=chain)
-        on = farther.miss > NEAR
-        rows, way = rows[on], way[on]
-        spare[rows] = np.maximum(spare[rows] - farther.miss[on], 0.0)
+        follow = np.full(len(rows), -1)
     return spare
 
 
-def _first_joint(who: tuple[Body, Poses, Limb]) -> Floats:
-    """(3,) [m] the shoulder of an arm, the hip of a leg, in the pose."""
-    body, pose, chain = who
-    joint = body.joint(body.segments[chain.end][0] + ("S" if chain.name.split(",")[0] in HANDS else "H"))
-    world = place(body, pose, window=[body.segments[joint + 1]]).world_from_segment[0, joint + 1]
-    point: Floats = world[:, :3] @ body.joint_in_child[joint] + world[:, 3]
-    return point
+def _answer(
+    solution: tuple[Task, Found, Bools], spare: Floats, order: Ints, shape: tuple[int, int], ask: _Ask
+) -> PeopleReach:
+    """The rows back in their places (B, T)."""
+    task, found, reached = solution
+    people, count = shape
+    back = np.empty(len(order), dtype=np.int64)
+    back[order] = np.arange(len(order))
+    place = back.reshape(count, people).T
+    off = found.angles[:, task.link.free_joint, task.link.free_axis] - task.link.mode
+    gap = np.linalg.norm(tips_of(task, found.angles)[:, :3] - task.goal[:, :3], axis=1)
+    joint, axis, side = (values.astype(np.int64)[place] for values in stopped_by(task, found, reached))
+    return PeopleReach(
+        body=task.body,
+        limb=task.limb.name,
+        target=task.goal[place, :3],
+        reached=reached[place],
+        miss=gap[place],
+        overlap=found.overlap[place],
+        discomfort=np.sum(task.link.weight * off * off, axis=1)[place],
+        joint=joint,
+        axis=axis,
+        side=side,
+        part=np.where(reached, -1, found.part)[place],
+        spare=spare[place],
+        parts=ask.environment.parts if ask.environment is not None else (),
+        rotations=posed(task, found.angles)[place] if ask.rotations else None,
+    )
+
+
+def _joined(answers: Sequence[PeopleReach]) -> PeopleReach:
+    def whole(name: str) -> Any:
+        return np.concatenate([getattr(answer, name) for answer in answers])
+
+    return replace(
+        answers[0],
+        target=whole("target"),
+        reached=whole("reached"),
+        miss=whole("miss"),
+        overlap=whole("overlap"),
+        discomfort=whole("discomfort"),
+        joint=whole("joint"),
+        axis=whole("axis"),
+        side=whole("side"),
+        part=whole("part"),
+        spare=whole("spare"),
+        rotations=whole("rotations") if answers[0].rotations is not None else None,
+    )
