@@ -15,7 +15,7 @@ from workbench.kernels.polygon import point_polygon
 from workbench.kernels.tree import wider
 from workbench.kernels.wide import DEEP, EIGHT, box_gaps
 
-__all__ = ["Limbs", "limb_contacts"]
+__all__ = ["Limbs", "least_heights", "limb_contacts"]
 
 
 class Limbs(NamedTuple):
@@ -217,3 +217,22 @@ def limb_contacts(limbs, who, held, base, angles, index, shift, reach, out, begi
             x, y, z = (shift[b, 0], shift[b, 1], shift[b, 2]) if moved else (0.0, 0.0, 0.0)
             depth = allowed[limbs.segment[s], owner[f]]
             _plane(limbs, b, (x, y, z), world, centres, index[6], found, p, i, depth, clear, planes)
+
+
+@njit(cache=True, nogil=True)
+def least_heights(limbs, who, held, base, ways, out, begin, end):  # type: ignore[no-untyped-def]
+    """Place the segments of rows begin..end, row p of body who[p], and fill out (P, W) with the least height of their
+    spheres along each way. ways: vectors (W, 3) and which segments count (W, N)."""
+    way, counts = ways
+    joints, spheres, segments = held.shape[1], limbs.centre.shape[2], limbs.skin.shown.shape[0]
+    rotations, world = np.zeros((1, joints, 4)), np.zeros((1, segments, 3, 4))
+    local, centres, angles = np.zeros((3, spheres)), np.zeros((1, spheres, 3)), np.zeros((1, 1, 3))
+    for p in range(begin, end):
+        b = who[p]
+        _placed(limbs, b, held, base, angles, p, (rotations, world, local, centres))
+        for w in range(len(way)):
+            out[p, w] = np.inf
+            for s in range(spheres):
+                if counts[w, limbs.segment[s]]:
+                    high = way[w, 0] * centres[0, s, 0] + way[w, 1] * centres[0, s, 1] + way[w, 2] * centres[0, s, 2]
+                    out[p, w] = min(out[p, w], high - limbs.radius[b, s])

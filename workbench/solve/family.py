@@ -85,9 +85,9 @@ def _link(body: Body, limb: Limb) -> Linkage:
     return linkage(body, (limb.base, limb.end), limb.free, (limb.tip, limb.pointing))
 
 
-def frames(family: Family, poses: Poses, segment: int) -> Floats:
-    """(B, 3, 4) where a segment of each body stands in its row of the poses."""
-    body = family.bodies[0]
+def frames(family: Family, poses: Poses, segment: int, who: Ints | None = None) -> Floats:
+    """(P, 3, 4) where a segment stands in each row of the poses, row p being body who[p]'s, or that of body p."""
+    body, rows = family.bodies[0], np.arange(len(poses)) % len(family) if who is None else who
     came = {to: (at, joint, upward) for to, at, joint, upward in walk(body, poses.reference)}
     path = []
     while segment != poses.reference:
@@ -98,7 +98,7 @@ def frames(family: Family, poses: Poses, segment: int) -> Floats:
         one, other = (family.in_child, family.in_parent) if upward else (family.in_parent, family.in_child)
         rotation = matrices(poses.rotations[:, joint])
         after = turn @ (rotation.transpose(0, 2, 1) if upward else rotation)
-        at = at + np.einsum("bij,bj->bi", turn, one[:, joint]) - np.einsum("bij,bj->bi", after, other[:, joint])
+        at = at + np.einsum("bij,bj->bi", turn, one[rows, joint]) - np.einsum("bij,bj->bi", after, other[rows, joint])
         turn = after
     return np.ascontiguousarray(np.concatenate([turn, at[:, :, None]], axis=2))
 

@@ -22,7 +22,6 @@ from workbench.solve.threads import in_pieces
 
 __all__ = ["Room", "cleared"]
 
-ROUNDS, WALK = 8, 24
 DEEPEST, MOST_PLANES = 16, 48
 CLEAR = 2e-4
 """How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
@@ -34,13 +33,16 @@ PIECE = 64
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for each body. fresh: from
-    how many seeds to begin again; alike (P,): rows of the same number are of people alike, who may lead one another."""
+    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for each body.
+
+    effort: rounds, seeds to begin again from, steps of the way back from obstacles. alike (P,): rows of the same number
+    are of people alike, who may lead one another.
+    """
 
     environment: Environment
     moving: Ints
     shift: Floats
-    fresh: int
+    effort: tuple[int, int, int] = (8, 6, 24)
     alike: Ints | None = None
     threads: int | None = None
 
@@ -68,7 +70,7 @@ def cleared(task: Task, found: Found, room: Room) -> Found:
         return best
     seeds, order = _seeds(task, room)
     free = (slice(None), task.link.free_joint, task.link.free_axis)
-    for attempt in range(min(room.fresh, order.shape[1])):
+    for attempt in range(min(room.effort[1], order.shape[1])):
         start = found.angles[left].copy()
         start[free] = seeds[order[left, attempt]][free]
         best = _from(task, best, left, start, room)
@@ -113,8 +115,8 @@ def _walked(task: Task, ways: tuple[Floats, Floats], room: Room) -> Found:
     one, two = begin[free], end[free]
     begin[...] = end
     clear, good, overlap = np.ones(len(one), np.bool_), one.copy(), np.zeros(len(one))
-    for step in range(WALK + 1):
-        begin[free] = one + (two - one) * (step / WALK)
+    for step in range(room.effort[2] + 1):
+        begin[free] = one + (two - one) * (step / room.effort[2])
         entered = _touched(task, begin, room, CLEAR).overlap
         if step == 0:
             overlap = entered
@@ -148,7 +150,7 @@ def _rounds(task: Task, found: Found, room: Room, walls: Walls | None = None) ->
     """Planes from what is touched, and solve again from there, until nothing is touched or the rounds are over."""
     best, current, history = found, found, list[tuple[Ints, _Touched]]()
     left = np.arange(len(task))
-    for turn in range(ROUNDS + 1):
+    for turn in range(room.effort[0] + 1):
         touched = _touched(rows_of(task, left), current.angles, room, CLEAR)
         part = _holding(current, walls)
         deepest = np.where(touched.many > 0, touched.part[:, 0], -1)
@@ -156,7 +158,7 @@ def _rounds(task: Task, found: Found, room: Room, walls: Walls | None = None) ->
         current = Found(current.angles, current.numbers, touched.overlap, part)
         best = current if turn == 0 else _better(best, current, left)
         hit = np.flatnonzero(touched.overlap > 0)
-        if not len(hit) or turn == ROUNDS:
+        if not len(hit) or turn == room.effort[0]:
             return best
         some = _Touched(touched.overlap[hit], touched.planes[hit], touched.part[hit], touched.many[hit])
         left = left[hit]

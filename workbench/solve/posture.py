@@ -23,7 +23,7 @@ from workbench.solve.limbs import Limb, limb
 from workbench.solve.reach import reach
 from workbench.solve.seating import seat_attitude, seat_body, seat_planes
 
-__all__ = ["Pedals", "SeatedPosture", "eye_points", "feet_on", "seat_posture"]
+__all__ = ["Pedals", "SeatedPosture", "eye_points", "feet_on", "pointed_foot", "positions", "seat_posture"]
 
 STEP = 0.01
 """Spacing [m] of the seat positions that are tried."""
@@ -69,7 +69,7 @@ def seat_posture(body: Body, poses: Poses, seat: Seat, *, eye: float | None, ped
 
     eye: the height [m] that the eyes are to reach, any where None. The seat stays within its travel.
     """
-    forward = _positions(seat.travel_forward)
+    forward = positions(seat.travel_forward)
     up = np.full(len(forward), min(max(0.0, seat.travel_up[0]), seat.travel_up[1]))
     every = Poses(np.repeat(poses.rotations, len(forward), axis=0), poses.reference,
                   np.repeat(poses.world_from_reference, len(forward), axis=0))  # fmt: skip
@@ -101,7 +101,7 @@ def feet_on(body: Body, poses: Poses, seat: Seat, travel: tuple[Floats, Floats],
     return SeatedPosture(seated, travel[0], travel[1], eye, miss, limit, total)
 
 
-def _positions(travel: tuple[float, float]) -> Floats:
+def positions(travel: tuple[float, float]) -> Floats:
     """Positions from the rear to the front of a travel, its ends and zero among them."""
     low, high = travel
     grid = np.arange(np.ceil(low / STEP), np.floor(high / STEP) + 1) * STEP
@@ -132,7 +132,7 @@ def _foot(
         return _kept(poses, free.poses), free.miss, tuple(free.limit(p) for p in range(len(poses))), free.discomfort
     rise = float(np.clip((at[2] - floor) / np.linalg.norm(sole), -0.95, 0.95))
     along = np.sqrt(1.0 - rise * rise) * ahead + rise * np.array([0.0, 0.0, 1.0])
-    pointed = _pointed(body, name)
+    pointed = pointed_foot(body, name)
     heeled = reach(body, poses, targets, limb=pointed, direction=along)
     both = heeled.reached
     merged = np.where(both[:, None, None], heeled.poses.rotations, free.poses.rotations)
@@ -144,7 +144,7 @@ def _foot(
 
 
 @lru_cache(maxsize=64)
-def _pointed(body: Body, name: str) -> Limb:
+def pointed_foot(body: Body, name: str) -> Limb:
     """The foot that arrives by its ball, pointing from the heel to the ball."""
     ball, heel = limb(body, name, grip="ball"), limb(body, name, grip="heel")
     sole = ball.tip - heel.tip

@@ -20,14 +20,12 @@ from workbench.solve.limbs import Limb
 from workbench.solve.linkage import joints_between
 from workbench.solve.obstacles import Room, cleared
 
-__all__ = ["REACHED", "goals_of", "reach", "stopped_by"]
+__all__ = ["REACHED", "TURN_LEVER", "goals_of", "reach", "stopped_by"]
 
 REACHED = 1e-4
 """A target is reached where the tip is this near to it [m]."""
 TURN_LEVER = 0.2
 """What a radian between wanted and actual direction counts [m]."""
-FRESH = 6
-"""From how many other postures a reach begins again that does not come clear of obstacles."""
 SLACK = 0.03
 """A stop that gives less than this [m/rad] is not what limits a reach."""
 
@@ -59,7 +57,7 @@ def reach(
     found = solved(task, angles, tries)
     if environment is not None:
         still = np.zeros(len(environment.parts), dtype=np.int64)
-        found = cleared(task, found, Room(environment, still, np.zeros((1, 3)), FRESH))
+        found = cleared(task, found, Room(environment, still, np.zeros((1, 3))))
     return _answer(task, found, environment)
 
 

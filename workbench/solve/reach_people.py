@@ -35,8 +35,8 @@ NEAR = 1e-3
 STEPS = 40
 MOST_PEOPLE = 512
 """People packed at a time."""
-FRESH = 1
-"""From how many seeds a reach begins again that neither comes clear of obstacles nor has anybody alike who does."""
+EFFORT = 3, 1, 6
+"""Rounds against obstacles, seeds, steps of the way back: fewer than of a single reach, as people lead one another."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask
     found = free
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moves)).astype(np.int64)
-        room = Room(ask.environment, moving, shift, FRESH, rows.order // people, ask.threads)
+        room = Room(ask.environment, moving, shift, EFFORT, rows.order // people, ask.threads)
         found = cleared(task, free, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     spare = _spare(task, found, reached, rows.shoulder[who], ask)
