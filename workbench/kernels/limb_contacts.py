@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from workbench.kernels.field import deepest, record_gap, square_bound
 from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
+from workbench.kernels.heads import near_heads
+from workbench.kernels.lanes import first_bit
 from workbench.kernels.polygon import point_polygon
 from workbench.kernels.tree import wider
-from workbench.kernels.wide import DEEP, EIGHT, box_gaps
+from workbench.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 
 __all__ = ["Limbs", "least_heights", "limb_contacts"]
 
@@ -117,7 +119,8 @@ def _sphere(x, y, z, r, s, n, g, index, clear, found, p, count, space):  # type:
     faces, shells, field, owner, allowed = index[0], index[1], index[2], index[3], index[4]
     stack, gaps = space
     square, sure = square_bound(x, y, z, field, g)
-    limit = wider((r + clear) * (r + clear))
+    near = max(r + clear - index[7][n, g], 0.0)
+    limit = wider(near * near)
     if sure and square > limit:
         return count
     deep = -1
@@ -130,14 +133,16 @@ def _sphere(x, y, z, r, s, n, g, index, clear, found, p, count, space):  # type:
                 _, u, v, w = point_polygon(x, y, z, faces, deep, np.inf)
                 count = _keep(found, p, count, (excess, float(s), float(deep), u, v, w, 1.0))
     stack[0], size = field.root[g], 1
+    point = point_lanes(x, y, z)
     while size > 0:
         size -= 1
         m = stack[size]
-        box_gaps(x, y, z, field.box, m, gaps)
-        for k in range(field.many[m]):
-            if gaps[DEEP + k] > limit:
-                continue
-            c = np.int64(field.child[m, k])
+        bits = near_boxes(point, field.box, m, field.many[m], limit, gaps)
+        if bits != 0:
+            bits &= near_heads(x, y, z, field.head, m, limit, gaps)
+        while bits != 0:
+            c = np.int64(field.child[m, first_bit(bits)])
+            bits &= bits - np.uint64(1)
             if c >= 0:
                 stack[size] = c
                 size += 1
@@ -185,16 +190,16 @@ def limb_contacts(limbs, who, held, base, angles, index, shift, reach, out, begi
 
     held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4); angles (P, K, 3). index: faces,
     shells, Field, owner (F,) the part of each polygon, allowed (N, parts) [m], moving (parts,): 1 in the second group,
-    normals (F, 3). shift (B, 3) [m]: of the second group of parts, if the field has two. reach [m]: how near what
-    counts is, how far it is to be kept off. out: found (P, Q, 7), planes (P, Q, 8), many (P,), part (P, Q), overlap
-    (P,) [m] beyond what is allowed.
+    normals (F, 3), least (N, groups) [m] that is allowed anywhere in a group. shift (B, 3) [m]: of the second group of
+    parts, if the field has two. reach [m]: how near what counts is, how far it is to be kept off. out: found
+    (P, Q, 7), planes (P, Q, 8), many (P,), part (P, Q), overlap (P,) [m] beyond what is allowed.
     """
     found, planes, many, part, overlap = out
     near, clear = reach
     joints, spheres, segments = held.shape[1], limbs.centre.shape[2], limbs.skin.shown.shape[0]
     rotations, world = np.zeros((1, joints, 4)), np.zeros((1, segments, 3, 4))
     local, centres = np.zeros((3, spheres)), np.zeros((1, spheres, 3))
-    space = (np.empty(DEEP, np.int64), np.empty(DEEP + EIGHT))
+    space = (np.empty(DEEP, np.int64), np.empty(DEEP + EIGHT, np.float32))
     field, owner, allowed = index[2], index[3], index[4]
     for p in range(begin, end):
         b, count = who[p], 0

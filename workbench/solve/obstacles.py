@@ -202,10 +202,11 @@ def _touched(task: Task, angles: Floats, room: Room, near: float) -> _Touched:
     shown = ~environment.hidden
     groups = [np.flatnonzero(shown & (room.moving == 0)), np.flatnonzero(shown & (room.moving > 0))]
     chosen = tuple(tuple(group.tolist()) for group in groups if len(group) or group is groups[0])
-    limbs = packed_limbs(task.family, task.limb)
+    limbs, allowed = packed_limbs(task.family, task.limb), allowed_depth(task.body, environment)
+    least = np.stack([allowed[:, list(group)].min(axis=1, initial=np.inf) for group in chosen], axis=1)
     index = (
         packed_faces(environment), packed_shells(environment), field_of(environment, chosen),
-        environment.polygon_part, allowed_depth(task.body, environment), room.moving, environment.normal,
+        environment.polygon_part, allowed, room.moving, environment.normal, least,
     )  # fmt: skip
     out = (
         np.zeros((count, DEEPEST, 7)), np.zeros((count, DEEPEST, 8)), np.zeros(count, np.int64),

@@ -1,0 +1,67 @@
+"""The population reach map: points spread over a part, shares of people, settled points as if asked about."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.conftest import box_part, environment_of
+from workbench.shape.scale import scale
+from workbench.solve.limbs import limb
+from workbench.study.reach_map import part_points, reach_map
+
+
+@pytest.fixture(scope="module")
+def board():
+    """A board of 0.8 x 0.8 m, 0.6 m ahead of the hips."""
+    return environment_of(box_part("board", [0.6, -0.4, 0.0], [0.602, 0.4, 0.8]))
+
+
+@pytest.fixture(scope="module")
+def people(bubbleman):
+    bodies = [scale(bubbleman, {"stature": stature}) for stature in (1.55, 1.72, 1.88)]
+    return bodies, wb.join_poses([wb.pose(body, {}, reference="LT") for body in bodies])
+
+
+def test_points_lie_on_the_part_and_are_spread_by_area(board):
+    point, normal = part_points(board, "board", 400)
+    assert point.shape == normal.shape == (400, 3)
+    low, high = board.bounds
+    assert np.all(point >= low - 1e-9) and np.all(point <= high + 1e-9)
+    assert np.abs(np.min(np.abs(np.concatenate([point - low, point - high], axis=1)), axis=1)).max() < 1e-9
+    face = point[np.abs(normal[:, 0]) > 0.5]
+    quarters = [np.sum((face[:, 1] > 0) == left) for left in (True, False)]
+    assert quarters[0] == pytest.approx(quarters[1], rel=0.15)
+
+
+def test_the_map_is_what_each_reaches_point_by_point(board, people):
+    bodies, poses = people
+    found = reach_map(bodies, poses, board, "board", points=60, zone=1, weights=[1, 2, 1])
+    oracle = np.zeros((3, 60), dtype=bool)
+    for b, body in enumerate(bodies):
+        own = wb.Poses(poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1])
+        for name in ("left hand", "right hand"):
+            oracle[b] |= wb.reach(body, own, found.point, limb=limb(body, name, zone=1)).reached
+    np.testing.assert_allclose(found.share, np.array([0.25, 0.5, 0.25]) @ oracle, atol=1e-12)
+    assert 0 < found.share.mean() < 1
+
+
+def test_a_mirrored_hand_has_the_mirrored_map(board, people):
+    bodies, poses = people
+    left, right = (reach_map(bodies, poses, board, "board", points=40, zone=1, hand=h) for h in ("left", "right"))
+    mirrored = np.linalg.norm(left.point[:, None] * [1, -1, 1] - right.point[None], axis=2).min(axis=1) < 0.04
+    assert mirrored.any()
+    assert left.share[left.point[:, 1] > 0.1].mean() > right.share[right.point[:, 1] > 0.1].mean()
+
+
+def test_what_a_map_cannot_mean_is_refused(board, people):
+    bodies, poses = people
+    with pytest.raises(wb.InputError, match="board"):
+        reach_map(bodies, poses, board, "bord")
+    with pytest.raises(wb.UsageError, match="left or right"):
+        reach_map(bodies, poses, board, "board", hand="third")
+    with pytest.raises(wb.UsageError, match="weights"):
+        reach_map(bodies, poses, board, "board", points=5, weights=[1, 1])
+    with pytest.raises(wb.UsageError, match="one point"):
+        reach_map(bodies, poses, board, "board", points=0)
