@@ -70,6 +70,7 @@ if TYPE_CHECKING:
     from workbench.solve.sweep import sweep as sweep
     from workbench.study.compare import compare as compare
     from workbench.study.persons import person_body as person_body
+    from workbench.study.reach_map import reach_map as reach_map
     from workbench.study.run import run as run
 
 __version__ = "0.1.0"
@@ -119,6 +120,7 @@ _HOME: dict[str, str] = {
     "seat_people": "solve.seat_people",
     "Reach": "model.reach",
     "stops": "solve.stops",
+    "reach_map": "study.reach_map",
     "run": "study.run",
     "compare": "study.compare",
     "Comparison": "model.comparison",
@@ -179,6 +181,7 @@ __all__ = [
     "place",
     "pose",
     "reach",
+    "reach_map",
     "reach_people",
     "read_ansur",
     "relation",
