@@ -74,7 +74,7 @@ def test_forces_come_into_words_tables_and_the_page(fall, tmp_path, capsys):
     table = list(csv.DictReader((tmp_path / "out/forces.csv").read_text().splitlines()))
     assert float(table[2]["LF floor [N]"]) == pytest.approx(4000, abs=1)
     page = (tmp_path / "out/report.html").read_text()
-    assert "Forces over time" in page and "Forces are those of the laws that the study states" in page
+    assert "Forces over time" in page and "Forces are those of the laws that are stated" in page
     capsys.readouterr()
 
 
@@ -119,6 +119,16 @@ def test_a_belt_goes_along_with_the_body(fall):
     moved = (ends[1] - ends[0]).mean(axis=0)
     assert moved[1:-1] == pytest.approx(np.tile([0, 0, -0.14], (5, 1)), abs=1e-9)
     assert moved[[0, -1]] == pytest.approx(0, abs=1e-9)
+
+
+def test_a_belts_tension_is_that_of_its_way_and_its_law(fall):
+    result = crash_study(load_crash(fall(STRAP + "forces: [{parts: ['*'], stiffness: 100}]\n")))
+    assert {f.part for f in result.forces} == {"strap", "floor"}  # no law makes a force of where a belt once was
+    tension = next(f for f in result.forces if f.part == "strap")
+    placed = place(BODY, result.study.motion).world_from_segment[:, BODY.segment("LT")]
+    front, side = (placed[:, :, :3] @ np.array(p.at) + placed[:, :, 3] for p in result.study.belts[0].points[1:3])
+    way = np.linalg.norm(front - [-0.5, 0, 3.0], axis=1) + np.linalg.norm(side - [-0.5, 0, 0.9], axis=1)
+    assert tension.segment == "" and tension.force == pytest.approx(50e3 * np.maximum(way - way[0], 0), abs=1e-6)
 
 
 def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surface(fall):

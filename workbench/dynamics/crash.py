@@ -20,7 +20,7 @@ from workbench.model.arrays import Floats
 from workbench.model.force import force_at
 from workbench.model.poses import Placed, Poses
 from workbench.model.pulse import STANDARD_GRAVITY, level_at
-from workbench.model.quaternions import from_matrices, matrices
+from workbench.model.quaternions import conjugate, from_matrices, matrices, multiply
 from workbench.model.simulation import Simulated, Simulation
 from workbench.solve.forward import place
 
@@ -63,6 +63,8 @@ class _Crash:
         self.data: Any = mujoco.MjData(self.model)
         self.root = root_segment(body)
         self.joints = np.arange(self.root, len(body.joints))
+        above = start.world_from_segment[:, max(self.root - 1, 0), :, :3]
+        self.stage = conjugate(from_matrices(above))
         self.body_id = {n: n - self.root + 1 for n in range(self.root, len(body.segments))}
         self.data.qpos[:] = self._coordinates(simulation.poses, start)
         self.model.qpos_spring[:] = self.data.qpos
@@ -205,6 +207,8 @@ class _Crash:
         turns = states[:, 7:].reshape(len(states), -1, 4)
         rotations[:, self.joints] = turns / np.linalg.norm(turns, axis=-1, keepdims=True)
         root = states[:, 3:7] / np.linalg.norm(states[:, 3:7], axis=-1, keepdims=True)
+        if self.root:  # what the root hangs from, the stage, keeps its attitude
+            rotations[:, self.root - 1] = multiply(np.tile(self.stage, (len(states), 1)), root)
         world = np.concatenate([matrices(root), states[:, :3, None]], axis=-1)
         return Poses(rotations, self.root, world, time)
 

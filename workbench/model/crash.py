@@ -183,7 +183,7 @@ class CrashVerdict:
 
 @dataclass(frozen=True, eq=False)
 class ForceCurve:
-    """The force of a part on a segment at each frame, by its law: force (P,) [N]."""
+    """The force of a part on a segment at each frame, by its law: force (P,) [N]. segment "": the tension of a belt."""
 
     segment: str
     part: str

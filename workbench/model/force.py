@@ -9,7 +9,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 
-__all__ = ["ForceLaw", "force_at", "force_history"]
+__all__ = ["ForceLaw", "force_at", "force_history", "tension_history"]
 
 
 @dataclass(frozen=True)
@@ -53,3 +53,10 @@ def force_history(law: ForceLaw, depth: Floats) -> Floats:
         deepest = max(deepest, now) if now > 0 else 0.0
         force[p] = force_at(law, now, deepest)
     return force
+
+
+def tension_history(law: ForceLaw, longer: Floats) -> Floats:
+    """(P,) [N] over elongations (P,) [m] in the order of time. Webbing that was stretched stays as it has become: it
+    pulls again along the same way back."""
+    deepest = np.maximum.accumulate(np.maximum(longer, 0.0))
+    return np.array([force_at(law, now, most) for now, most in zip(longer.tolist(), deepest.tolist(), strict=True)])

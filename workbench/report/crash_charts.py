@@ -14,7 +14,7 @@ from workbench.report.crash_words import milliseconds
 __all__ = ["clearance_curves", "curves", "timeline"]
 
 WIDTH = 1100
-_LEFT, _RIGHT, _ROW = 330, 20, 22
+_LEFT, _RIGHT, _ROW = 330, 32, 22
 _COLOURS = ("#1f5fa8", "#b3261e", "#1f7a4d", "#8a5a00", "#6b3fa0", "#00798c")
 _FONT = "font-family=\"system-ui, 'DejaVu Sans', sans-serif\""
 _SOFT = f'font-size="12" fill="#5c6b7a" {_FONT}'

@@ -88,7 +88,7 @@ def crash_csv_tables(result: CrashResult, rows: CrashResultFile) -> dict[str, Co
                                   "acceleration_m_s2") for axis in "xyz")], _signal_rows(result)),
     }  # fmt: skip
     if result.forces:
-        head = ["time_ms", *(f"{f.segment} {f.part} [N]" for f in result.forces)]
+        head = ["time_ms", *(f"{f.segment or 'tension'} {f.part} [N]" for f in result.forces)]
         tables["forces.csv"] = csv_parts(head, _force_rows(result))
     if rows.agreement:
         tables["agreement.csv"] = csv_text(["name", "rms_mm", "peak_mm", "peak_ms"],

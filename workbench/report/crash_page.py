@@ -40,7 +40,7 @@ def crash_page(
         story=story,
         more=more,
         strips=[(Markup(strip), caption) for strip, caption in crash_strips(result.study, _moments(result))],
-        forces=bool(result.study.forces),
+        forces=bool(result.forces),
         force_curves=Markup(_force_curves(result)),
         film=film,
         film_caption=FILM_CAPTION,
@@ -79,5 +79,6 @@ def _force_curves(result: CrashResult) -> str:
     """The strongest forces over time [kN]; "" where there is none."""
     names = dict(zip(result.study.body.segments, result.study.body.segment_names, strict=True))
     strong = sorted(result.forces, key=lambda f: -float(f.force.max()))[:_MOST_FORCES]
-    lines = [(f"{names[f.segment]}: {f.part.replace('_', ' ')}", f.force / 1000) for f in strong]
+    told = [f"{names[f.segment]}: {f.part}" if f.segment else f"tension of the {f.part}" for f in strong]
+    lines = [(name.replace("_", " "), f.force / 1000) for name, f in zip(told, strong, strict=True)]
     return curves(result.study.motion.clock, lines, unit="kN", title="Forces over time") if lines else ""

@@ -12,12 +12,16 @@ from workbench.files.meshes.parts import RawPart
 from workbench.files.restraints import surface_point
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.crash import CrashStudy, ForceCurve
 from workbench.model.environment import Allowance, Environment
+from workbench.model.force import tension_history
 from workbench.model.joined import joined
 from workbench.model.poses import Placed
-from workbench.model.simulation import Belt
+from workbench.model.simulation import Belt, BeltPoint
+from workbench.model.spool import pieces
+from workbench.solve.forward import place
 
-__all__ = ["with_belts"]
+__all__ = ["belt_tensions", "with_belts"]
 
 _LIFT = 0.004
 """[m] A ribbon lies so far off the spheres."""
@@ -34,6 +38,32 @@ def with_belts(environment: Environment, belts: Iterable[Belt], placed: Placed, 
     assert not faults  # only solids have any
     allowed = tuple(Allowance(k, ("all",), belt.allow) for k, belt in enumerate(worn))
     return joined(environment, replace(ribbons, allowances=allowed, warnings=()))
+
+
+def belt_tensions(study: CrashStudy) -> tuple[ForceCurve, ...]:
+    """The tension of each belt over the frames by its law: how much longer its way is than at the first frame, beyond
+    the slack."""
+    if not study.belts:
+        return ()
+    ways: list[list[Floats]] = [[] for _ in study.belts]
+    for rows in pieces(len(study.motion)):
+        world = place(study.body, study.motion.rows(rows)).world_from_segment
+        for way, belt in zip(ways, study.belts, strict=True):
+            line = np.stack([_along(point, world) for point in belt.points], axis=1)
+            way.append(np.linalg.norm(np.diff(line, axis=1), axis=2).sum(axis=1))
+    return tuple(_tension(belt, np.concatenate(way)) for belt, way in zip(study.belts, ways, strict=True))
+
+
+def _along(point: BeltPoint, world: Floats) -> Floats:
+    """(P, 3) [m] a point of a belt in every pose."""
+    if point.segment < 0:
+        return np.broadcast_to(np.array(point.at), (len(world), 3))
+    frame = world[:, point.segment]
+    return np.asarray(frame[:, :, :3] @ np.array(point.at) + frame[:, :, 3])
+
+
+def _tension(belt: Belt, length: Floats) -> ForceCurve:
+    return ForceCurve("", belt.name, tension_history(belt.law, length - length[0] - belt.slack))
 
 
 def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:

@@ -18,10 +18,11 @@ from workbench.model.body import Body
 from workbench.model.crash import Agreement, CrashResult, CrashStudy
 from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
+from workbench.model.simulation import ContactRule
 from workbench.model.spool import pieces
 from workbench.solve.episodes import episodes, self_episodes
 from workbench.solve.forward import place
-from workbench.study.belts import with_belts
+from workbench.study.belts import belt_tensions, with_belts
 from workbench.study.crash_forces import force_curves, ruled_pairs, with_forces
 from workbench.study.crash_frames import BLOCK, frames_of, stop_breaches
 from workbench.study.crash_signals import signal_of
@@ -62,7 +63,7 @@ def _found(study: CrashStudy) -> CrashResult:
         verdicts=(),
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
         warnings=(*frames.coarse, *study.warnings),
-        forces=force_curves(study, pairs, frames.gaps),
+        forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),
     )
     return replace(result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria))
 
@@ -120,9 +121,14 @@ def _restrained(study: CrashStudy, restraints: Restraints, file: CrashFile) -> C
         environment=environment,
         belts=restraints.belts,
         pulse=restraints.pulse,
-        forces=rules_of(file.forces, study.body, environment),
+        forces=_without_belts(rules_of(file.forces, study.body, environment), len(cabin.parts)),
         bears=bearing(environment, restraints.names),
     )
+
+
+def _without_belts(rules: tuple[ContactRule, ...], parts: int) -> tuple[ContactRule, ...]:
+    """Laws of contact hold for what stands still: of a belt its tension is told, not the depth in where it was."""
+    return tuple(replace(rule, parts=rule.parts & (np.arange(len(rule.parts)) < parts)) for rule in rules)
 
 
 def _options(source: MotionSource) -> MotionOptions:

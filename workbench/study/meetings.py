@@ -96,7 +96,7 @@ def _meeting(
     x, y, z = (float(v) for v in at.point[where])
     return Meeting(
         segment=study.body.segments[where[1]],
-        who=at.name(where),
+        who=at.name(where) if began[k] or begun.sphere[where] < 0 else begun.name(where),
         other=study.environment.parts[where[2]] if some.part[k] >= 0 else at.other_name(where),
         enter=float(some.enter[k]),
         deepest=float(some.deepest[k]),
