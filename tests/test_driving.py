@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import lru_cache
 
 import numpy as np
@@ -10,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
+from tests.conftest import ROOT
 from workbench.files.encumbrances import load_encumbrance
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import ANGLES, Driver, Package
@@ -223,3 +225,13 @@ def test_many_drivers_sit_as_each_of_them_does_alone(man):
 def test_as_many_drivers_as_bodies_are_needed(man):
     with pytest.raises(wb.UsageError, match="1 bodies need as many poses, drivers and numbers, got 1, 0 and 1"):
         seat_drivers([man[0]], man[1], SEAT, drivers=[], package=package(), feet={})
+
+
+def test_the_code_in_the_docs_runs_and_gives_people_their_angles():
+    text = (ROOT / "docs" / "driving.md").read_text()
+    blocks = re.findall(r"```python\n(.*?)```", text, re.S)
+    assert len(blocks) == 1
+    names = {}
+    exec(blocks[0], names)
+    assert names["mean"][0] == pytest.approx(0.32 + 0.214 * 25)
+    assert names["spread"].shape == (8,)

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from workbench.model.contacts import Clearance as Clearance
     from workbench.model.contacts import Contacts as Contacts
     from workbench.model.contacts import relation as relation
+    from workbench.model.driving import Driver as Driver
+    from workbench.model.driving import Package as Package
     from workbench.model.environment import Environment as Environment
     from workbench.model.episodes import Episodes as Episodes
     from workbench.model.moving import between as between
@@ -54,6 +56,8 @@ if TYPE_CHECKING:
     from workbench.solve.collide import collides as collides
     from workbench.solve.collide import contacts as contacts
     from workbench.solve.collide import self_contacts as self_contacts
+    from workbench.solve.driving import driving_posture as driving_posture
+    from workbench.solve.driving_angles import driving_angles as driving_angles
     from workbench.solve.episodes import body_episodes as body_episodes
     from workbench.solve.episodes import episodes as episodes
     from workbench.solve.episodes import self_episodes as self_episodes
@@ -61,6 +65,8 @@ if TYPE_CHECKING:
     from workbench.solve.forward import rereference as rereference
     from workbench.solve.forward import update as update
     from workbench.solve.limbs import limb as limb
+    from workbench.solve.packaging import eyellipse as eyellipse
+    from workbench.solve.packaging import seat_curve as seat_curve
     from workbench.solve.reach import reach as reach
     from workbench.solve.reach_people import reach_people as reach_people
     from workbench.solve.seat_people import seat_people as seat_people
@@ -90,6 +96,12 @@ _HOME: dict[str, str] = {
     "Clearance": "model.contacts",
     "Contacts": "model.contacts",
     "relation": "model.contacts",
+    "Driver": "model.driving",
+    "Package": "model.driving",
+    "driving_angles": "solve.driving_angles",
+    "driving_posture": "solve.driving",
+    "eyellipse": "solve.packaging",
+    "seat_curve": "solve.packaging",
     "Environment": "model.environment",
     "Episodes": "model.episodes",
     "between": "model.moving",
@@ -143,10 +155,12 @@ __all__ = [
     "Clearance",
     "Comparison",
     "Contacts",
+    "Driver",
     "Environment",
     "Episodes",
     "InputError",
     "MissingPartError",
+    "Package",
     "Placed",
     "Poses",
     "Reach",
@@ -167,7 +181,10 @@ __all__ = [
     "contacts",
     "decompose",
     "draw_people",
+    "driving_angles",
+    "driving_posture",
     "episodes",
+    "eyellipse",
     "fit_segments",
     "join_poses",
     "limb",
@@ -190,6 +207,7 @@ __all__ = [
     "scale",
     "scene_of",
     "sealed",
+    "seat_curve",
     "seat_people",
     "self_contacts",
     "self_episodes",
