@@ -326,6 +326,13 @@ def test_a_reach_map_shows_lines_with_their_shares_over_the_part():
     assert svg == reach_map_svg(found, trainer())
 
 
+def test_a_map_measured_from_behind_is_seen_from_the_sitters_side():
+    found, sitter = panel_map(), trainer().seat("left").srp
+    behind = replace(found, flat=found.flat * [-1, 1])
+    assert reach_map_svg(behind, trainer(), sitter=sitter) == reach_map_svg(found, trainer(), sitter=sitter)
+    assert reach_map_svg(behind, trainer()) != reach_map_svg(found, trainer())
+
+
 @pytest.mark.parametrize("share", [0.0, 1.0])
 def test_a_map_of_one_share_has_one_colour_and_no_line_in_it(share):
     found = panel_map(count=200)

@@ -31,13 +31,16 @@ _FRONT = 0.15  # [m] what stands farther before the part than this is cut away
 _FONT = 'font-family=\'Helvetica,Arial,sans-serif\' font-size="13" font-weight="700" text-anchor="middle"'
 
 
-def reach_map_svg(found: ReachMap, environment: Environment, *, width: int = 1040) -> str:
+def reach_map_svg(
+    found: ReachMap, environment: Environment, *, width: int = 1040, sitter: tuple[float, float, float] | None = None
+) -> str:
     """SVG text, `width` pixels wide, of a part seen along its main normal from the sitter's side.
 
     The shares are spread over a grid by `contours.spread`, 1.3 times the points' spacing wide, and shown only where the
-    part faces the viewer. Lines at LEVELS carry their share; controls near the part are marked by name.
+    part faces the viewer. sitter (3,) [m]: on
+    which side the viewer stands. Lines at LEVELS carry their share; controls near the part are marked by name.
     """
-    camera = _camera(found, environment, width)
+    camera = _camera(found, environment, (width, sitter))
     near = map_controls(found, environment)
     marks = tuple(Mark(c.at, c.name.replace("_", " "), "point") for c in near)
     alone = _seen_alone(found, environment)
@@ -66,8 +69,9 @@ def map_controls(found: ReachMap, environment: Environment) -> list[Control]:
     return chosen
 
 
-def _axes(found: ReachMap) -> tuple[Floats, Floats]:
-    """Unit vectors (3,) to the right and up in the picture: those that `flat` was measured along."""
+def _axes(found: ReachMap, sitter: tuple[float, float, float] | None) -> tuple[Floats, Floats]:
+    """Unit vectors (3,) to the right and up in the picture: those that `flat` was measured along, turned to the
+    sitter's side."""
     points, flat = found.points - found.points.mean(axis=0), found.flat - found.flat.mean(axis=0)
     along = np.linalg.lstsq(points, flat, rcond=None)[0].T
     length = np.linalg.norm(along, axis=1)
@@ -75,12 +79,15 @@ def _axes(found: ReachMap) -> tuple[Floats, Floats]:
         return np.array([0.0, -1.0, 0.0]), np.array([0.0, 0.0, 1.0])
     right = along[0] / length[0]
     up = along[1] - (along[1] @ right) * right
+    if sitter is not None and (sitter - found.points.mean(axis=0)) @ np.cross(right, up) < 0:
+        right = -right
     return right, up / np.linalg.norm(up)
 
 
-def _camera(found: ReachMap, environment: Environment, width: int) -> Camera:
+def _camera(found: ReachMap, environment: Environment, how: tuple[int, tuple[float, float, float] | None]) -> Camera:
     """Looks along the part's normal; the part and the controls near it fill the picture's width."""
-    right, up = _axes(found)
+    width, sitter = how
+    right, up = _axes(found, sitter)
     toward = np.cross(right, up)
     part = environment.part(found.task.part)
     corners = environment.vertices[np.unique(environment.edges[_edges(environment, part)])]

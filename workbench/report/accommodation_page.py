@@ -236,17 +236,17 @@ def _length(camera: Camera, found: Shown) -> float:
 
 def _map(result: Accommodation, found: ReachMap) -> dict[str, Any]:
     """A reach map's picture, its caption, and the shares at the controls near it."""
-    task = found.task
+    task, environment = found.task, result.study.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
     controls = []
-    for control in map_controls(found, result.study.environment):
+    for control in map_controls(found, environment):
         nearest = int(np.argmin(np.linalg.norm(found.points - control.at, axis=1)))
         controls.append({"name": plain(control.name), "share": percent(float(found.share[nearest]))})
     area = [f"{percent(float(np.mean(found.share >= level)))} by {100 * level:.0f} %" for level in LEVELS]
     return {
         "part": plain(task.part),
         "how": f"{hand}, {task.grip}, zone {task.zone}, {len(found.points):,} points",
-        "svg": Markup(reach_map_svg(found, result.study.environment)),
+        "svg": Markup(reach_map_svg(found, environment, sitter=environment.seat(result.study.seat).srp)),
         "controls": controls,
         "areas": f"Reached of its points: {', '.join(area)} of the people or more.",
     }
