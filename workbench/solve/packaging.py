@@ -38,7 +38,6 @@ CLASS_A = (0.127, 0.405)
 """Heights of the seat over the heel [m] that the curves for cars hold for."""
 CLASS_B = (0.405, 0.530)
 BALL_TO_HEEL = 0.203
-SURE = ("sourced", "remembered", "secondary")
 
 
 @dataclass(frozen=True)
