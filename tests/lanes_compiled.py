@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from workbench.kernels.heads import near_heads
 from workbench.kernels.lanes import (
     eight,
     equal,
@@ -21,6 +22,7 @@ from workbench.kernels.lanes import (
     store,
     where_below,
 )
+from workbench.kernels.wide import near_boxes, point_lanes
 
 
 @njit
@@ -41,3 +43,10 @@ def every_lane_function(a, b, out):
 def packed(array, at, bits, base):
     """`pack` called from Python."""
     return pack(array, np.uint64(at), np.uint64(bits), np.float32(base))
+
+
+@njit
+def node_bounds(x, box, head, m, many, limit, gaps):
+    """`near_boxes` and `near_heads` for a point (3,), as a search calls them."""
+    bits = near_boxes(point_lanes(x[0], x[1], x[2]), box, m, many, limit, gaps)
+    return bits & near_heads(x[0], x[1], x[2], head, m, limit, gaps)
