@@ -16,7 +16,7 @@ from workbench.draw.marks import placed_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.svg import environment_paths
 from workbench.model.accommodation import ReachMap
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Control, Environment
 
 __all__ = ["BANDS", "LEVELS", "map_controls", "reach_map_svg"]
@@ -48,12 +48,12 @@ def reach_map_svg(
     drawn = surroundings(scene, camera, "hidden_line")
     lines = environment_paths(drawn.lines) if drawn is not None else []
     shape = _silhouette(found, alone, camera)
-    bands, labels = _bands(found, camera, _boxes(scene, camera))
+    bands, labels = _bands(found, camera, (shape, _boxes(scene, camera)))
     size = f'viewBox="0 0 {camera.width} {camera.height}" width="{camera.width}" height="{camera.height}"'
     clip = "map-" + "".join(letter if letter.isalnum() else "-" for letter in f"{found.task.part}-{found.task.hand}")
     return "\n".join([
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} role="img"><title>{escape(scene.title)}</title>',
-        f'<defs><mask id="{clip}"><g fill="#fff" stroke="#fff">{shape}</g></mask></defs>',
+        f'<defs><mask id="{clip}"><g fill="#fff" stroke="#fff">{_mask(shape, camera)}</g></mask></defs>',
         f'<rect width="{camera.width}" height="{camera.height}" fill="#fff"/>',
         f'<g mask="url(#{clip})"><rect width="{camera.width}" height="{camera.height}" fill="{BANDS[0]}"/>',
         *bands, "</g>", *lines, *labels, *svg_marks(scene, camera), *svg_bar(camera), "</svg>", "",
@@ -120,19 +120,38 @@ def _seen_alone(found: ReachMap, environment: Environment) -> Environment:
     return replace(environment, hidden=hidden)
 
 
-def _silhouette(found: ReachMap, environment: Environment, camera: Camera) -> str:
-    """The part's polygons that face the viewer, as paths for a mask; the whole picture where none does."""
+def _silhouette(found: ReachMap, environment: Environment, camera: Camera) -> list[list[Floats]]:
+    """The loops (K, 2) [pixels] of each of the part's polygons that face the viewer."""
     polygons = environment.polygons(environment.part(found.task.part))
     front = facing(camera, environment.normal[polygons], environment.offset[polygons]) > 1e-6
+    return [
+        [project(camera, environment.vertices[loop])[:, :2] for loop in _loops(environment, int(polygon))]
+        for polygon in np.flatnonzero(front) + polygons.start
+    ]
+
+
+def _mask(shape: list[list[Floats]], camera: Camera) -> str:
+    """A silhouette as paths for a mask; the whole picture where nothing faces the viewer."""
     paths = []
-    for polygon in np.flatnonzero(front) + polygons.start:
-        loops = _loops(environment, int(polygon))
-        text = "".join(
-            "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in project(camera, environment.vertices[loop])[:, :2].tolist())
-            + "Z" for loop in loops
-        )  # fmt: skip
+    for loops in shape:
+        text = "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) + "Z" for loop in loops)
         paths.append(f'<path fill-rule="evenodd" d="{text}"/>')
     return "".join(paths) or f'<rect width="{camera.width}" height="{camera.height}"/>'
+
+
+def _inside(shape: list[list[Floats]], points: Floats) -> Bools:
+    """(Q,) which of the points (Q, 2) [pixels] lie in a silhouette: an odd number of edges to their right."""
+    inside = np.zeros(len(points), dtype=np.bool_)
+    for loops in shape:
+        odd = np.zeros(len(points), dtype=np.bool_)
+        for loop in loops:
+            for (x0, y0), (x1, y1) in zip(loop.tolist(), np.roll(loop, -1, axis=0).tolist(), strict=True):
+                crosses = (y0 > points[:, 1]) != (y1 > points[:, 1])
+                with np.errstate(divide="ignore", invalid="ignore"):
+                    at = x0 + (points[:, 1] - y0) * (x1 - x0) / (y1 - y0)
+                odd ^= crosses & (at > points[:, 0])
+        inside |= odd
+    return inside
 
 
 def _loops(environment: Environment, polygon: int) -> list[list[int]]:
@@ -157,8 +176,11 @@ def _loops(environment: Environment, polygon: int) -> list[list[int]]:
     return loops
 
 
-def _bands(found: ReachMap, camera: Camera, taken: list[tuple[float, ...]]) -> tuple[list[str], list[str]]:
-    """Filled regions of each level with their lines, and the lines' labels clear of `taken` boxes [pixels]."""
+def _bands(
+    found: ReachMap, camera: Camera, room: tuple[list[list[Floats]], list[tuple[float, ...]]]
+) -> tuple[list[str], list[str]]:
+    """Filled regions of each level with their lines, and the lines' labels inside a silhouette, clear of boxes
+    [pixels]."""
     toward = np.cross(camera.right, camera.up)
     kept = found.normals @ toward > 0.05
     kept = kept if kept.any() else np.ones(len(found.points), dtype=np.bool_)
@@ -167,24 +189,21 @@ def _bands(found: ReachMap, camera: Camera, taken: list[tuple[float, ...]]) -> t
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
     width = max(1.3 * spacing(points), _STEP) if len(points) > 1 else _STEP
     field = spread(points, share, places, width=width).reshape(len(rows), len(columns))
-    parts, labels, boxes = [], [], list(taken)
+    parts, labels, boxes = [], [], list(room[1])
     for level, colour in zip(LEVELS, BANDS[1:], strict=True):
         loops = [loop[:, ::-1] * _STEP for loop in level_loops(field, level - 1e-9)]
         text = "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) + "Z" for loop in loops)
         if text:
             parts.append(f'<path fill="{colour}" fill-rule="evenodd" stroke="{_LINE}" stroke-width="1.4" d="{text}"/>')
-            labels += _label(loops, f"{100 * level:.0f} %", points, (boxes, 2.2 * width))
+            labels += _label(loops, f"{100 * level:.0f} %", (room[0], boxes))
     return parts, labels
 
 
-def _label(
-    loops: Sequence[Floats], text: str, points: Floats, room: tuple[list[tuple[float, ...]], float]
-) -> list[str]:
-    """The share written on its line where it runs among the map's points, as far as can be from what is written."""
-    boxes, within = room
+def _label(loops: Sequence[Floats], text: str, room: tuple[list[list[Floats]], list[tuple[float, ...]]]) -> list[str]:
+    """The share written on its line where it runs over the part, as far as can be from what is written already."""
+    shape, boxes = room
     line = np.concatenate(list(loops))
-    apart = np.linalg.norm(line[:, None] - points[None], axis=2)
-    inner = line[(apart < within).sum(axis=1) >= 3]
+    inner = line[_inside(shape, line)] if shape else line
     if not len(inner):
         return []
     box = np.array(boxes).reshape(-1, 4)

@@ -20,6 +20,7 @@ from workbench.study.crew import Crew, crew_of
 from workbench.study.gains import gains_of
 from workbench.study.hardest import hardest_rows, shown_people
 from workbench.study.limiting import bearing_on, limiting_measures
+from workbench.study.people_maps import people_maps
 from workbench.study.provenance import hashes, people_hash, versions
 from workbench.study.reaches import buried_controls
 from workbench.study.requirements import Asked, asked_of
@@ -102,7 +103,7 @@ def accommodation_study(
         spread=spread_of(found.margin, weight),
         hardest=hardest,
         gains=tuple(gains_of(study, asked, crew, found, keep=keep, say=say, workers=workers)),
-        maps=(),
+        maps=tuple(people_maps(study, crew, say=say)),
         provenance={
             "inputs": hashes(study.inputs),
             "people": {"measures": people_hash(study.people)},

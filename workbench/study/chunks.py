@@ -23,7 +23,7 @@ from workbench.study.crew import Crew
 from workbench.study.crew_files import Kept, read_kept, write_kept
 from workbench.study.provenance import versions
 from workbench.study.requirements import Asked
-from workbench.study.sitters import seated
+from workbench.study.sitters import Sitters, seated
 from workbench.study.tried import Tried, judged, met_by, sitting
 
 __all__ = [
@@ -33,6 +33,7 @@ __all__ = [
     "gathered",
     "result_chunks",
     "result_key",
+    "seated_chunk",
     "study_key",
     "time_left",
 ]
@@ -100,7 +101,13 @@ def _here(
 
 
 def _tried(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunk: int) -> Tried:
-    """One chunk; who has been seated already, for a study with the same seat, pedals and view, stays so."""
+    """One chunk."""
+    return judged(study, asked, sitting(study, asked, seated_chunk(study, crew, chunk)))
+
+
+def seated_chunk(study: AccommodationStudy, crew: Crew, chunk: int) -> Sitters:
+    """The people of a chunk in the seat; who has been seated already, for a study with the same seat, pedals and view,
+    stays so."""
     controls = {control.name: control.at for control in study.environment.controls}
     held = [(limb, controls[name]) for limb, name in study.aims.controls.items()]
     points = study.environment.points
@@ -108,7 +115,8 @@ def _tried(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunk:
     key = repr((chunk, study.environment.seat(study.seat), held, view, study.aims.driving))
     if key not in crew.sitting:
         crew.sitting[key] = seated(study, crew.bodies(chunk), crew.index(chunk).tolist())
-    return judged(study, asked, sitting(study, asked, crew.sitting[key]))
+    found: Sitters = crew.sitting[key]
+    return found
 
 
 def forget_chunks(keep: Path) -> None:

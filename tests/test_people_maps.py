@@ -1,0 +1,47 @@
+"""Reach maps of an accommodation study: the sides that face the sitter, the share of the people as each reaches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.model.accommodation import MapTask
+from workbench.solve.reach_people import reach_people
+from workbench.study.accommodation import ready
+from workbench.study.chunks import seated_chunk
+from workbench.study.crew import crew_of
+from workbench.study.people_maps import people_maps
+from workbench.study.run import load
+
+
+@pytest.fixture(scope="module")
+def two():
+    """Two people of the trainer's study, the second counting three times, and a map of few points by either hand."""
+    study = ready(load("trainer_accommodation").what)
+    people = study.people.rows(np.array([0, len(study.people) - 1]))
+    task = MapTask("instrument_panel", "push", 2, "either", 14)
+    study = replace(study, people=replace(people, weight=np.array([1.0, 3.0])), maps=(task,))
+    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
+    return study, crew, next(people_maps(study, crew, say=lambda text: None))
+
+
+def test_points_lie_on_what_faces_the_sitter_about_as_many_as_asked_for(two):
+    _, _, found = two
+    assert 8 <= len(found.points) <= 20
+    assert np.all(found.normals[:, 0] < 0)  # the sitter looks forward, along x
+    away = found.points - found.points.mean(axis=0)
+    flat = found.flat - found.flat.mean(axis=0)
+    assert flat[:, 0] == pytest.approx(-away[:, 1], abs=0.02)  # to the right is -y
+    assert np.corrcoef(flat[:, 1], away[:, 2])[0, 1] > 0.9
+
+
+def test_shares_are_those_of_reaching_for_each_point_one_by_one(two):
+    study, crew, found = two
+    sitters = seated_chunk(study, crew, 0)
+    reached = np.zeros((2, len(found.points)), dtype=bool)
+    for hand in ("left hand", "right hand"):
+        reached |= reach_people(sitters.bodies, sitters.seat.poses, found.points, name=hand, grip="push",
+                                zone=2).reached  # fmt: skip
+    assert found.share == pytest.approx(np.array([0.25, 0.75]) @ reached, abs=1e-12)

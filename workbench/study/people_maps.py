@@ -1,0 +1,71 @@
+"""The reach maps of an accommodation study: everybody where they sit, with the hands that are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
+from workbench.model.arrays import Bools, Floats
+from workbench.solve.limbs import HANDS
+from workbench.solve.seating import seat_planes
+from workbench.study.chunks import seated_chunk
+from workbench.study.crew import Crew
+from workbench.study.reach_map import part_points, who_reaches
+
+__all__ = ["people_maps"]
+
+_SHOULDERS = 0.6
+"""How far [m] over the seat reference point somebody looks at a part from, to tell which of its sides count."""
+
+
+def people_maps(study: AccommodationStudy, crew: Crew, *, say: Callable[[str], None]) -> Iterator[ReachMap]:
+    """The maps a study asks for, over the sides of each part that face the sitter. Obstacles do not count."""
+    weight = study.people.weight
+    for task in study.maps:
+        points, normals = _facing(study, task)
+        names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
+        share = np.zeros(len(points))
+        for chunk in range(len(crew)):
+            say(f"reach map of {task.part}: {100 * chunk // len(crew)} %")
+            sitters = seated_chunk(study, crew, chunk)
+            reached = np.zeros((len(sitters.bodies), len(points)), dtype=np.bool_)
+            for name in names:
+                limb = (name, task.grip, task.zone)
+                reached = who_reaches(sitters.bodies, sitters.seat.poses, points, limb=limb, settled=reached)
+            share += weight[crew.rows(chunk)] @ reached
+        yield ReachMap(task, points, normals, _flat(study, points), np.clip(share / weight.sum(), 0.0, 1.0))
+
+
+def _facing(study: AccommodationStudy, task: MapTask) -> tuple[Floats, Floats]:
+    """About as many points as are asked for on what of a part faces the sitter, all of its sides where nothing does."""
+    viewer = np.array(study.environment.seat(study.seat).srp) + np.array([0.0, 0.0, _SHOULDERS])
+    points, normals = part_points(study.environment, task.part, task.points)
+    share = float(np.mean(_faces(points, normals, viewer)))
+    if share == 0:
+        return points, normals
+    points, normals = part_points(study.environment, task.part, round(task.points / max(share, 0.05)))
+    kept = _faces(points, normals, viewer)
+    return points[kept], normals[kept]
+
+
+def _faces(points: Floats, normals: Floats, viewer: Floats) -> Bools:
+    toward = viewer - points
+    seen: Bools = np.sum(normals * toward, axis=1) > 0.2 * np.linalg.norm(toward, axis=1)
+    return seen
+
+
+def _flat(study: AccommodationStudy, points: Floats) -> Floats:
+    """(M, 2) [m] to the sitter's right and up the part: along its steepest line where it lies, else straight up."""
+    left = seat_planes(study.environment.seat(study.seat))[2]
+    ahead = np.array([left[1], -left[0], 0.0])
+    arm = points - points.mean(axis=0)
+    thin = np.linalg.svd(arm, full_matrices=False)[2][-1]
+    up = np.array([0.0, 0.0, 1.0]) if abs(thin[2]) < 0.8 else ahead
+    right = np.cross(up, thin) if abs(thin @ up) < 0.95 else -left
+    right = right / np.linalg.norm(right)
+    right = right if right @ left < 0 or abs(right @ left) < 0.3 else -right
+    across = np.cross(thin, right)
+    across = across if across @ up > 0 else -across
+    return np.stack([arm @ right, arm @ across], axis=1)
