@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -151,3 +153,11 @@ def test_only_csv_is_written(tmp_path, capsys):
 def test_a_table_of_two_samples_is_no_pulse():
     with pytest.raises(InputError, match="3 samples or more"):
         table_pulse(np.array([0.0, 1.0]), np.array([0.0, 0.0]))
+
+
+def test_without_mujoco_the_missing_part_is_named_and_nothing_is_written(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    path = pit(tmp_path)
+    assert main(["motion", "simulate", str(path), "-o", str(tmp_path / "x.csv")]) == 4
+    assert "pip install 'bubbleman-workbench[dynamics]'" in capsys.readouterr().err
+    assert not (tmp_path / "x.csv").exists()
