@@ -1,4 +1,6 @@
-"""Reach against ikpy on the right arm (pip install ikpy): success, error, CPU time, on targets of legal postures.
+"""Reach against ikpy, pink (Pinocchio) and mink (MuJoCo) on the right arm: success, error, CPU time, on targets of
+legal postures; many people, a reach map and an envelope. Solvers that are not installed are skipped
+(pip install ikpy pin-pink mink mujoco quadprog daqp).
 
 python benchmarks/reach.py [TARGETS]
 """
@@ -6,14 +8,18 @@ python benchmarks/reach.py [TARGETS]
 from __future__ import annotations
 
 import sys
+import tempfile
 import time
 
 import numpy as np
 
 import workbench as wb
 from workbench.model.posing import compose
+from workbench.model.study import ReachTask
 from workbench.solve.limbs import limb
+from workbench.solve.posture import Pedals
 from workbench.solve.stops import stops
+from workbench.study.envelopes import envelope
 
 WARM = 4
 
@@ -54,6 +60,143 @@ def ikpy_chain(body, arm):
     return Chain(links, active_links_mask=mask)
 
 
+HINGE = '<joint name="{0}{1}" type="hinge" axis="{2} {3} {4}" range="{5} {6}" limited="true"/>'
+
+
+def arm_model(body, arm):
+    """The same arm as MuJoCo's XML: seven hinges with their ranges."""
+    place = body.joint_in_parent[body.joint("RC")] - body.joint_in_child[body.joint("RC")]
+    text, ends = "", ""
+    for name in ("RS", "RE", "RW"):
+        j = body.joint(name)
+        x, y, z = place + body.joint_in_parent[j]
+        text += f'<body name="{name}" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>'
+        for axis in (0,) if name == "RE" else (0, 1, 2):
+            high, low = body.stops.limits[j, axis]
+            text += HINGE.format(name, axis, *body.stops.axes[j, axis], -low, high)
+        ends, place = ends + "</body>", -body.joint_in_child[j]
+    x, y, z = place + arm.tip
+    tip = f'<body name="tip" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="0.1" diaginertia="0.01 0.01 0.01"/></body>'
+    site = f'<site name="tip" pos="{x} {y} {z}"/>'
+    return f'<mujoco><compiler angle="radian"/><worldbody>{text}{site}{tip}{ends}</worldbody></mujoco>'
+
+
+def with_mink(body, arm, targets):
+    """Gaps [m] that differential inverse kinematics with joint limits leaves after 200 steps at most."""
+    import mink
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(arm_model(body, arm))
+    limits, gaps = [mink.ConfigurationLimit(model)], []
+    for target in targets:
+        state = mink.Configuration(model, q=np.clip(np.zeros(model.nq), *model.jnt_range.T))
+        task = mink.FrameTask("tip", "site", position_cost=1.0, orientation_cost=0.0)
+        task.set_target(mink.SE3.from_translation(target))
+        gap = np.inf
+        for _ in range(200):
+            speed = mink.solve_ik(state, [task], 0.1, "daqp", damping=1e-6, limits=limits)
+            state.integrate_inplace(speed, 0.1)
+            gap = np.linalg.norm(state.get_transform_frame_to_world("tip", "site").translation() - target)
+            if gap < 1e-5:
+                break
+        gaps.append(gap)
+    return gaps
+
+
+def with_pink(body, arm, targets):
+    """The same with pink."""
+    import pink
+    import pinocchio
+
+    model = _model_of(pinocchio, arm_model(body, arm))
+    gaps = []
+    for target in targets:
+        state = pink.Configuration(model, model.createData(), pinocchio.neutral(model))
+        task = pink.tasks.FrameTask("tip", position_cost=1.0, orientation_cost=0.0)
+        task.set_target(pinocchio.SE3(np.eye(3), target))
+        gap = np.inf
+        for _ in range(200):
+            speed = pink.solve_ik(state, [task], 0.1, solver="daqp", damping=1e-6)
+            state.integrate_inplace(speed, 0.1)
+            gap = np.linalg.norm(state.get_transform_frame_to_world("tip").translation - target)
+            if gap < 1e-5:
+                break
+        gaps.append(gap)
+    return gaps
+
+
+def _model_of(pinocchio, text):
+    """Pinocchio reads this format from files only."""
+    with tempfile.NamedTemporaryFile("w", suffix=".xml") as file:
+        file.write(text)
+        file.flush()
+        return pinocchio.buildModelFromMJCF(file.name)
+
+
+def with_ikpy(body, arm, targets):
+    """Gaps [m] that ikpy leaves."""
+    chain = ikpy_chain(body, arm)
+    start, gaps = np.zeros(len(chain.links)), []
+    for target in targets:
+        solution = chain.inverse_kinematics(target, initial_position=start)
+        gaps.append(np.linalg.norm(chain.forward_kinematics(solution)[:3, 3] - target))
+    return gaps
+
+
+def peers(body, arm, count):
+    """One line for each solver that is installed."""
+    targets = legal_targets(body, arm, count)
+    for name, solve in (("ikpy", with_ikpy), ("pink", with_pink), ("mink", with_mink)):
+        try:
+            solve(body, arm, targets[:1])
+        except ImportError as error:
+            print(f"{name}: not installed ({error})")
+            continue
+        begun = time.process_time()
+        gaps = np.array(solve(body, arm, targets))
+        spent = time.process_time() - begun
+        each = f"median {1000 * np.median(gaps):.4f} mm, {1e6 * spent / len(targets):.0f} us each"
+        print(
+            f"{name}, zone 1: {100 * np.mean(gaps < 1e-4):.1f} % of {len(targets)} to 0.1 mm (boxes for stops), {each}"
+        )
+
+
+def timed(work):
+    """CPU seconds of the second call."""
+    work()
+    begun = time.process_time()
+    work()
+    return time.process_time() - begun
+
+
+def crowd(count):
+    """People of the median body, stretched at random, in the trainer's left seat: reaches, seats, map, envelope."""
+    body, cab = wb.load_body("bubbleman"), wb.load_environment("trainer")
+    rng, seat = np.random.default_rng(2), cab.seat("left")
+    bodies = [wb.scale(body, {"stature": float(s)}) for s in np.clip(rng.normal(1.70, 0.09, count), 1.5, 1.9)]
+    poses = wb.join_poses([wb.pose(one, {"LE": {"flexion": 60}, "RE": {"flexion": 60}}, reference="LT")
+                           for one in bodies])  # fmt: skip
+    pedals = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
+    eye = cab.points["left_design_eye"][2]
+    spent = timed(lambda: wb.seat_people(bodies, poses, seat, eye=eye, pedals=pedals))
+    print(f"seat_people: {1000 * spent / count:.1f} ms a person")
+    seated = wb.seat_people(bodies, poses, seat, eye=eye, pedals=pedals)
+    at = [control.at for control in cab.controls if control.grip == "grasp" and control.zone == 2]
+    how = {"name": "right hand", "grip": "grasp", "zone": 2}
+    free = timed(lambda: wb.reach_people(bodies, seated.poses, at, **how))
+    far = timed(lambda: wb.reach_people(bodies, seated.poses, at, spare=0.2, **how))
+    kept = timed(lambda: wb.reach_people(bodies, seated.poses, at, environment=cab, moves=seat.moves,
+                                         shift=seated.shift, **how))  # fmt: skip
+    each = [1e6 * spent / count / len(at) for spent in (free, far, kept)]
+    print("reach_people: {:.0f} us a reach, {:.0f} with 200 mm to spare, {:.0f} with obstacles".format(*each))
+    some = timed(lambda: wb.reach_map(bodies, seated.poses, cab, "instrument_panel", points=500, zone=2))
+    print(f"reach_map: {1e6 * some / count / 500:.1f} us a point and person, either hand")
+    task = ReachTask(person="one", limb="right hand", grip="grasp", zone=1, obstacles=True)
+    one = wb.Poses(seated.poses.rotations[:1], seated.poses.reference, seated.poses.world_from_reference[:1])
+    spent = timed(lambda: envelope(bodies[0], one, np.array(seat.srp), task=task, environment=cab))
+    print(f"envelope of 15 degrees, obstacles: {spent:.2f} s")
+
+
 def main():
     """Print one line for each solver."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else 500
@@ -76,18 +219,8 @@ def main():
         each = f"{1e6 * spent / count:.0f} us each in a batch, {1e6 * np.median(times):.0f} us median one by one"
         share = 100 * found.reached.mean()
         print(f"reach, zone {zone}: {share:.2f} % of {count} reached, worst margin {margin:.4f} deg, {each}")
-    arm = limb(body, "right hand")
-    targets = legal_targets(body, arm, count)[: max(count // 10, 20)]
-    chain = ikpy_chain(body, arm)
-    start = np.zeros(len(chain.links))
-    begun, gaps = time.process_time(), []
-    for target in targets:
-        solution = chain.inverse_kinematics(target, initial_position=start)
-        gaps.append(np.linalg.norm(chain.forward_kinematics(solution)[:3, 3] - target))
-    spent = time.process_time() - begun
-    each = f"median {1000 * np.median(gaps):.4f} mm, {1e6 * spent / len(targets):.0f} us each"
-    share = 100 * np.mean(np.array(gaps) < 1e-4)
-    print(f"ikpy, zone 1: {share:.2f} % of {len(targets)} to 0.1 mm (boxes for stops), {each}")
+    peers(body, limb(body, "right hand"), max(count // 10, 20))
+    crowd(64)
 
 
 if __name__ == "__main__":
