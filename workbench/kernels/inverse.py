@@ -112,8 +112,6 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
     error, breach, mode, few = np.inf, np.inf, COLD, again
     take_row(angles, p, best)
     tried[:] = 0
-    for i in range(8):
-        numbers[p, i] = 0.0
     if lead >= 0 and numbers[lead, 1] < LEGAL:
         mode, few = (
             (WARM, again) if numbers[lead, 0] < REACHED else (FAR, min(again, 1 if numbers[lead, 0] < WIDE else -1))
@@ -124,6 +122,8 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
                 work.pushed[i] = held[lead, i]
             else:
                 work.press[i - 6] = held[lead, i]
+    for i in range(8):
+        numbers[p, i] = 0.0
     for attempt in range(-1 if mode != COLD else 0, again + 1):
         at = attempt
         if attempt > 0:
@@ -154,7 +154,8 @@ def solve_chains(link, who, problem, planes, settings, out, follow, begin, end):
     (P + 1,). settings: most steps, seeds (M, K, 3) to begin again from with their tips and directions (M, 6), how many
     of them. out: angles (P, K, 3), the start in and the solution out; numbers (P, 8): error, breach, steps, and what
     holds (5); held (P, 6 + R): multipliers of target and stops. follow (P,): the row, in begin..p, from whose solution
-    to begin, -1 for the row's own start; where that one missed, at most the row's own start is tried besides.
+    to begin, -1 for the row's own start, p where out already holds what was found for the row, with another target or
+    other planes. Where the one followed has missed, at most the row's own start is tried besides.
     """
     start = planes[1]
     joints, free, widest = link.axes.shape[0], link.mode.shape[0], 0

@@ -64,17 +64,18 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Angles (P, K, 3), numbers (P, 8) as the kernel gives them, overlap (P,) [m], part (P,) that is entered deepest
-    or holds the limb, -1 where none."""
+    """Angles (P, K, 3), numbers (P, 8) and multipliers held (P, 6 + R) as the kernel gives them, overlap (P,) [m], part
+    (P,) that is entered deepest or holds the limb, -1 where none."""
 
     angles: Floats
     numbers: Floats
+    held: Floats
     overlap: Floats
     part: Ints
 
     def rows(self, rows: Ints | Bools) -> Found:
         """Some of the rows."""
-        return Found(self.angles[rows], self.numbers[rows], self.overlap[rows], self.part[rows])
+        return Found(self.angles[rows], self.numbers[rows], self.held[rows], self.overlap[rows], self.part[rows])
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +106,11 @@ def solved(
     *,
     walls: Walls | None = None,
     follow: Ints | None = None,
+    before: Found | None = None,
     threads: int | None = None,
 ) -> Found:
     """Solve all rows from their start angles (P, K, 3), again from `again` other postures where a row fails; or from
-    the row of the same piece that they follow."""
+    the row of the same piece that they follow; or from what was found before for another target or other walls."""
     count, link = len(task), task.link
     angles, numbers = np.array(start), np.zeros((count, 8))
     planes, first = _NO_PLANES, np.zeros(count + 1, np.int64)
@@ -117,6 +119,9 @@ def solved(
         planes, first = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset), walls.start
     settings = (STEPS, *seeds_of(task.body, task.limb), again)
     held = np.zeros((count, 6 + len(link.rows)))
+    if before is not None:
+        angles, numbers, held = np.array(before.angles), np.array(before.numbers), np.array(before.held)
+        follow = np.arange(count)
     lead, out, problem = (
         np.full(count, -1) if follow is None else follow,
         (angles, numbers, held),
@@ -127,7 +132,7 @@ def solved(
         solve_chains(link, task.who, problem, (planes, first), settings, out, lead, begin, end)
 
     in_pieces(work, count, PIECE, threads=threads)
-    return Found(angles, numbers, np.zeros(count), np.full(count, -1))
+    return Found(angles, numbers, held, np.zeros(count), np.full(count, -1))
 
 
 @lru_cache(maxsize=64)

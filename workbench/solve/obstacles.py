@@ -7,7 +7,7 @@ people alike that are clear, and seeds, always the same ones in the same order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,11 +61,11 @@ class _Touched:
 def cleared(task: Task, found: Found, room: Room) -> Found:
     """The same reaches kept off obstacles."""
     best = _rounds(task, found, room)
-    left = _unsettled(best, found)
+    left = _unsettled(best, found, room)
     if room.alike is not None and len(left):
         rows, leads = _leads(best, left, room.alike)
         best = _from(task, best, rows, best.angles[leads], room)
-        left = _unsettled(best, found)
+        left = _unsettled(best, found, room)
     if not len(left):
         return best
     seeds, order = _seeds(task, room)
@@ -74,14 +74,14 @@ def cleared(task: Task, found: Found, room: Room) -> Found:
         start = found.angles[left].copy()
         start[free] = seeds[order[left, attempt]][free]
         best = _from(task, best, left, start, room)
-        left = _unsettled(best, found)
+        left = _unsettled(best, found, room)
         if not len(left):
             break
-    left = np.flatnonzero(best.overlap > 0)
+    left = left[best.overlap[left] > 0]
     if not len(left):
         return best
     walked = _walked(rows_of(task, left), (seeds[order[left, 0]], best.angles[left]), room)
-    return _better(best, Found(walked.angles, walked.numbers, walked.overlap, best.part[left]), left)
+    return _better(best, replace(walked, part=best.part[left]), left)
 
 
 def _from(task: Task, best: Found, rows: Ints, start: Floats, room: Room) -> Found:
@@ -127,12 +127,16 @@ def _walked(task: Task, ways: tuple[Floats, Floats], room: Room) -> Found:
     begin[free] = good
     numbers = np.zeros((len(one), 8))
     numbers[:, 0] = np.linalg.norm(task.goal[:, 6:] * (task.goal[:, :6] - tips_of(task, begin)), axis=1)
-    return Found(begin, numbers, overlap, np.full(len(one), -1))
+    held = np.zeros((len(one), 6 + len(task.link.rows)))
+    return Found(begin, numbers, held, overlap, np.full(len(one), -1))
 
 
-def _unsettled(best: Found, free: Found) -> Ints:
-    """Rows that enter obstacles, or miss a target that would be reached without them."""
-    return np.flatnonzero((best.overlap > 0) | ((best.numbers[:, 0] > REACHED) & (free.numbers[:, 0] <= REACHED)))
+def _unsettled(best: Found, free: Found, room: Room) -> Ints:
+    """Rows that enter obstacles, or miss a target that would be reached without them; of many people only those who
+    would reach it: the others are told what they miss it by."""
+    reachable = free.numbers[:, 0] <= REACHED
+    asked = reachable if room.alike is not None else np.ones(len(reachable), dtype=np.bool_)
+    return np.flatnonzero(asked & ((best.overlap > 0) | ((best.numbers[:, 0] > REACHED) & reachable)))
 
 
 def _seeds(task: Task, room: Room) -> tuple[Floats, Ints]:
@@ -155,7 +159,7 @@ def _rounds(task: Task, found: Found, room: Room, walls: Walls | None = None) ->
         part = _holding(current, walls)
         deepest = np.where(touched.many > 0, touched.part[:, 0], -1)
         part = np.where(touched.overlap > 0, deepest, part)
-        current = Found(current.angles, current.numbers, touched.overlap, part)
+        current = replace(current, overlap=touched.overlap, part=part)
         best = current if turn == 0 else _better(best, current, left)
         hit = np.flatnonzero(touched.overlap > 0)
         if not len(hit) or turn == room.effort[0]:
@@ -164,7 +168,8 @@ def _rounds(task: Task, found: Found, room: Room, walls: Walls | None = None) ->
         left = left[hit]
         history.append((left, some))
         walls = _walls(history, len(task), left)
-        current = solved(rows_of(task, left), current.angles[hit], 0, walls=walls, threads=room.threads)
+        before = current.rows(hit)
+        current = solved(rows_of(task, left), before.angles, 0, walls=walls, before=before, threads=room.threads)
     return best
 
 
@@ -227,7 +232,8 @@ def _better(best: Found, other: Found, rows: Ints) -> Found:
     less = other.numbers[:, 0] + 2.0 * two < best.numbers[rows, 0] + 2.0 * one - 1e-9
     take = ((two > 0) == (one > 0)) & less | ((two <= 0) & (one > 0))
     chosen = rows[take]
-    angles, numbers, overlap, part = best.angles.copy(), best.numbers.copy(), best.overlap.copy(), best.part.copy()
-    angles[chosen], numbers[chosen] = other.angles[take], other.numbers[take]
+    angles, numbers, held = best.angles.copy(), best.numbers.copy(), best.held.copy()
+    overlap, part = best.overlap.copy(), best.part.copy()
+    angles[chosen], numbers[chosen], held[chosen] = other.angles[take], other.numbers[take], other.held[take]
     overlap[chosen], part[chosen] = other.overlap[take], other.part[take]
-    return Found(angles, numbers, overlap, part)
+    return Found(angles, numbers, held, overlap, part)

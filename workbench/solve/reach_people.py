@@ -157,19 +157,17 @@ def _spare(task: Task, found: Found, reached: Bools, shoulder: Floats, ask: _Ask
         return spare
     way = task.goal[rows, :3] - shoulder[rows]
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
-    spare[rows], start, follow = ask.spare, found.angles[rows], np.arange(len(rows)) - 1
-    follow[np.arange(len(rows)) % PIECE == 0] = -1
+    spare[rows], before = ask.spare, found.rows(rows)
     for _ in range(STEPS):
         some = rows_of(task, rows)
         some = replace(some, goal=goals_of(some.goal[:, :3] + spare[rows, None] * way))
-        farther = solved(some, start, 1, follow=follow, threads=ask.threads)
-        on = farther.numbers[:, 0] > NEAR
-        spare[rows[on]] = np.maximum(spare[rows[on]] - farther.numbers[on, 0], 0.0)
+        before = solved(some, before.angles, 1, before=before, threads=ask.threads)
+        on = before.numbers[:, 0] > NEAR
+        spare[rows[on]] = np.maximum(spare[rows[on]] - before.numbers[on, 0], 0.0)
         on &= spare[rows] > 0.0
-        rows, way, start = rows[on], way[on], farther.angles[on]
+        rows, way, before = rows[on], way[on], before.rows(on)
         if not len(rows):
             break
-        follow = np.full(len(rows), -1)
     return spare
 
 
