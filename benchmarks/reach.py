@@ -76,7 +76,7 @@ def arm_model(body, arm):
             text += HINGE.format(name, axis, *body.stops.axes[j, axis], -low, high)
         ends, place = ends + "</body>", -body.joint_in_child[j]
     x, y, z = place + arm.tip
-    tip = f'<body name="tip" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="0.1" diaginertia="0.01 0.01 0.01"/></body>'
+    tip = f'<body name="end" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="0.1" diaginertia="0.01 0.01 0.01"/></body>'
     site = f'<site name="tip" pos="{x} {y} {z}"/>'
     return f'<mujoco><compiler angle="radian"/><worldbody>{text}{site}{tip}{ends}</worldbody></mujoco>'
 
