@@ -31,6 +31,7 @@ from workbench.report.accommodation_charts import (
 from workbench.report.accommodation_words import (
     accommodation_headline,
     gain_sentence,
+    millimetres_short,
     percent,
     person_sentence,
     plain,
@@ -210,7 +211,7 @@ def _person(result: Accommodation, index: int) -> dict[str, Any]:
 
 def _picture(result: Accommodation, found: Shown) -> dict[str, str]:
     """The body in the cockpit as found, from where the line from tip to target shows longest."""
-    lack = f"{-1000 * result.margin[found.row, found.requirement]:,.0f} mm"
+    lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
     name = plain(result.requirements[found.requirement].name)
     marks: tuple[Mark, ...] = ()
     if found.target is not None:
