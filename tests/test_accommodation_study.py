@@ -204,7 +204,7 @@ def test_the_parquet_file_holds_the_same_table(toy, tmp_path):
     duckdb = pytest.importorskip("duckdb")
     _, result, _ = toy
     write_report(result, tmp_path / "out")
-    found = duckdb.sql(f"select avg(\"view [mm]\"), count(*) from '{tmp_path}/out/people.parquet'").fetchone()
+    found = duckdb.sql(f"select avg(\"view [mm]\"), count(*) from '{tmp_path}/out/people.parquet'").fetchall()[0]
     assert found == (pytest.approx(1000 * result.margin[:, 2].mean(), abs=1e-2), PEOPLE)
 
 
