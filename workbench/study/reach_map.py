@@ -21,7 +21,7 @@ from workbench.model.reach_map import ReachMap
 from workbench.solve.limbs import HANDS
 from workbench.solve.reach_people import reach_people
 
-__all__ = ["flat_points", "part_points", "reach_map", "who_reaches"]
+__all__ = ["part_points", "reach_map", "who_reaches"]
 
 LEVELS = (27, 9, 3, 1)
 """Every which of the points, in their scattered order, is asked about in turn."""
@@ -65,7 +65,7 @@ def reach_map(
         people=len(bodies),
         point=point,
         normal=normal,
-        uv=flat_points(point, normal),
+        uv=_flat(point, normal),
         share=weight @ reached / weight.sum(),
     )
 
@@ -141,7 +141,7 @@ def _scattered(count: int) -> Ints:
     return np.argsort(value, kind="stable")
 
 
-def flat_points(point: Floats, normal: Floats) -> Floats:
+def _flat(point: Floats, normal: Floats) -> Floats:
     """(M, 2) [m] the points to the right and up, as seen against the mean normal, from the first plane's middle."""
     facing = normal.mean(axis=0)
     if np.linalg.norm(facing) < 0.05:  # all around: by the thinnest side of the cloud
