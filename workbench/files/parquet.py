@@ -24,6 +24,8 @@ def parquet_bytes(table: str | bytes) -> bytes:
         source.write_bytes(table.encode() if isinstance(table, str) else table)
         with duckdb.connect() as connection:
             connection.execute("SET threads = 1")
-            rows = connection.read_csv(str(source), header=True, sample_size=-1)
+            rows = connection.read_csv(
+                str(source), header=True, sep=",", quotechar='"', escapechar='"', skiprows=0, sample_size=-1
+            )
             rows.write_parquet(str(sink), compression="zstd")
         return sink.read_bytes()
