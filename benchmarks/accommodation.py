@@ -20,11 +20,11 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
-from workbench.study import tried
-from workbench.study.accommodation import ready
-from workbench.study.crew import CHUNK, crew_of
-from workbench.study.requirements import asked_of
-from workbench.study.sitters import seated, with_hands
+from workbench.study.accommodation import tried
+from workbench.study.accommodation.accommodation import ready
+from workbench.study.accommodation.crew import CHUNK, crew_of
+from workbench.study.accommodation.requirements import asked_of
+from workbench.study.accommodation.sitters import seated, with_hands
 
 PEOPLE = 6068
 

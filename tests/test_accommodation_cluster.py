@@ -12,9 +12,9 @@ import pytest
 import workbench as wb
 from tests.toy_cockpit import write_toy
 from workbench.files.accommodation_studies import load_accommodation
-from workbench.study import crew as crew_module
-from workbench.study.accommodation import accommodation_study
-from workbench.study.cluster import Cluster, cluster_at
+from workbench.study.accommodation import crew as crew_module
+from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.accommodation.cluster import Cluster, cluster_at
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")

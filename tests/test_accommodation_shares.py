@@ -12,10 +12,10 @@ from tests.conftest import SHARED
 from workbench.model.population import Population
 from workbench.people.draw import draw_people
 from workbench.people.share import inside_own_percentiles
-from workbench.study.gains import _least_move
-from workbench.study.hardest import hardest_rows
-from workbench.study.limiting import limiting_measures
-from workbench.study.shares import (
+from workbench.study.accommodation.gains import _least_move
+from workbench.study.accommodation.hardest import hardest_rows
+from workbench.study.accommodation.limiting import limiting_measures
+from workbench.study.accommodation.shares import (
     group_shares,
     left_out_alone,
     mix_weights,

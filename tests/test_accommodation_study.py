@@ -29,13 +29,13 @@ from workbench.solve.limbs import limb
 from workbench.solve.people_gaps import Gap, people_gaps
 from workbench.solve.people_placed import place_people
 from workbench.solve.reach import reach
-from workbench.study import crew as crew_module
-from workbench.study import crew_files
-from workbench.study.accommodation import accommodation_study, ready
-from workbench.study.crew import crew_of
-from workbench.study.crew_files import Kept, read_kept, write_kept
-from workbench.study.crew_fit import Task, fit_chunk, fit_chunks
-from workbench.study.sitters import seated
+from workbench.study.accommodation import crew as crew_module
+from workbench.study.accommodation import crew_files
+from workbench.study.accommodation.accommodation import accommodation_study, ready
+from workbench.study.accommodation.crew import crew_of
+from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
+from workbench.study.accommodation.crew_fit import Task, fit_chunk, fit_chunks
+from workbench.study.accommodation.sitters import seated
 
 PEOPLE = 8
 
@@ -209,7 +209,7 @@ def test_the_parquet_file_holds_the_same_table(toy, tmp_path):
 
 
 def command(path, out, *, chunk=2):
-    code = f"import workbench.study.crew as crew; crew.CHUNK = {chunk}; from workbench.cli import main; "
+    code = f"import workbench.study.accommodation.crew as crew; crew.CHUNK = {chunk}; from workbench.cli import main; "
     code += f"raise SystemExit(main(['run', {str(path)!r}, '--out', {str(out)!r}]))"
     return [sys.executable, "-c", code]
 

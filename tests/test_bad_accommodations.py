@@ -15,10 +15,10 @@ from workbench.errors import MissingPartError
 from workbench.files.accommodation_studies import load_accommodation
 from workbench.model.accommodation import Requirement
 from workbench.model.study import Criterion
-from workbench.study.accommodation import _hopeless
-from workbench.study.cluster import cluster_at
+from workbench.study.accommodation.accommodation import _hopeless
+from workbench.study.accommodation.cluster import cluster_at
+from workbench.study.accommodation.requirements import Asked
 from workbench.study.reaches import buried_controls
-from workbench.study.requirements import Asked
 
 CRITERIA = STUDY[STUDY.index("criteria:") :]
 CASES = [

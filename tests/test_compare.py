@@ -25,7 +25,7 @@ from workbench.people.share import share_of
 from workbench.report.compare_page import comparison_tables, write_comparison
 from workbench.report.compare_words import change_sentence, comparison_headline
 from workbench.report.folder import write_report
-from workbench.study.compare import compare, judged
+from workbench.study.accommodation.compare import compare, judged
 
 
 def paired(both, gained, lost, neither, **options):

@@ -22,7 +22,7 @@ from workbench.report.movement import movement_sentences, spells
 from workbench.report.turning import Turning
 from workbench.solve.forward import place
 from workbench.solve.tracks import poses_from_track
-from workbench.study.crash import crash_study
+from workbench.study.crash.crash import crash_study
 
 BODY = load_body("bubbleman")
 PLATE = "o plate\nv -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nv -2 -2 -1\nv 2 -2 -1\nv 2 2 -1\nv -2 2 -1\n" \

@@ -16,8 +16,8 @@ from workbench.files.motions.tables import angle_table_text
 from workbench.model.poses import Poses
 from workbench.report.crash_words import pulse_words
 from workbench.solve.forward import place
-from workbench.study.belts import with_belts
-from workbench.study.crash import crash_ready, crash_study
+from workbench.study.crash.belts import with_belts
+from workbench.study.crash.crash import crash_ready, crash_study
 
 STUDY = """study: fall
 kind: crash

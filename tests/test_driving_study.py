@@ -11,11 +11,11 @@ import workbench as wb
 from workbench.files.accommodation_studies import load_accommodation
 from workbench.files.studies import load_study
 from workbench.solve.packaging import eyellipse, seat_curve
-from workbench.study.accommodation import ready
+from workbench.study.accommodation.accommodation import ready
+from workbench.study.accommodation.crew import crew_of
+from workbench.study.accommodation.drivers import driver_of, drivers_among
+from workbench.study.accommodation.sitters import seated
 from workbench.study.clearance import clearance_study
-from workbench.study.crew import crew_of
-from workbench.study.drivers import driver_of, drivers_among
-from workbench.study.sitters import seated
 
 STUDY = """
 study: two_drive

@@ -33,7 +33,7 @@ HOMES = {
     "imageio_ffmpeg": {"draw/film_mp4.py"},
     "manifold3d": {"shape"},
     "mujoco": {"dynamics/mjcf.py"},
-    "distributed": {"study/cluster.py"},
+    "distributed": {"study/accommodation/cluster.py"},
     "duckdb": {"files/parquet.py"},
 }
 

@@ -24,10 +24,10 @@ from workbench.model.laban import (
 )
 from workbench.model.poses import Poses
 from workbench.solve.forward import place
-from workbench.solve.laban import score_poses
-from workbench.solve.laban_paths import Ways, smooth
-from workbench.solve.laban_reading import read_motion_score
-from workbench.solve.laban_strokes import strokes
+from workbench.solve.laban.laban import score_poses
+from workbench.solve.laban.paths import Ways, smooth
+from workbench.solve.laban.reading import read_motion_score
+from workbench.solve.laban.strokes import strokes
 from workbench.solve.stops import stops
 
 BODY = load_body("bubbleman")

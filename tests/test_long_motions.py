@@ -22,13 +22,14 @@ from workbench.model.posing import motion_of
 from workbench.report import crash_data, movement
 from workbench.report.crash_data import crash_csv_tables, crash_result_file
 from workbench.solve import episodes as solve_episodes
-from workbench.study import crash, crash_frames, motions
-from workbench.study.crash import crash_study
+from workbench.study import motions
+from workbench.study.crash import crash, frames
+from workbench.study.crash.crash import crash_study
 from workbench.study.motions import load_motion
 
 __all__ = ["drop"]
 
-CUT = [bvh, opensim, tables, model_poses, movement, crash, crash_data, crash_frames, motions]
+CUT = [bvh, opensim, tables, model_poses, movement, crash, crash_data, frames, motions]
 
 
 def bouncing(frames=700):
@@ -51,7 +52,7 @@ def small_pieces(monkeypatch):
 
         for module in CUT:
             monkeypatch.setattr(module, "pieces", pieces)
-        monkeypatch.setattr(crash_frames, "BLOCK", size)
+        monkeypatch.setattr(frames, "BLOCK", size)
         monkeypatch.setattr(crash, "BLOCK", size)
         monkeypatch.setattr(spool, "IN_MEMORY", 1024)
         monkeypatch.setattr(solve_episodes, "MOST_PACKED", solve_episodes.PIECE)

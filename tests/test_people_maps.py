@@ -9,10 +9,10 @@ import pytest
 
 from workbench.model.accommodation import MapTask
 from workbench.solve.reach_people import reach_people
-from workbench.study.accommodation import ready
-from workbench.study.chunks import seated_chunk
-from workbench.study.crew import crew_of
-from workbench.study.people_maps import people_maps
+from workbench.study.accommodation.accommodation import ready
+from workbench.study.accommodation.chunks import seated_chunk
+from workbench.study.accommodation.crew import crew_of
+from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.run import load
 
 

@@ -21,7 +21,7 @@ from workbench.solve.marker_names import marker_site
 from workbench.solve.marker_places import marker_places
 from workbench.solve.retarget import body_lengths
 from workbench.solve.subject import factors_from_markers, factors_from_track
-from workbench.study.crash import crash_ready
+from workbench.study.crash.crash import crash_ready
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.subject import subject_body
 

@@ -74,7 +74,7 @@ if TYPE_CHECKING:
     from workbench.solve.sweep import body_sweep as body_sweep
     from workbench.solve.sweep import self_sweep as self_sweep
     from workbench.solve.sweep import sweep as sweep
-    from workbench.study.compare import compare as compare
+    from workbench.study.accommodation.compare import compare as compare
     from workbench.study.persons import person_body as person_body
     from workbench.study.reach_map import reach_map as reach_map
     from workbench.study.run import run as run

@@ -103,7 +103,7 @@ def run(
     from workbench.files.results import check_folder
     from workbench.model.accommodation import Accommodation
     from workbench.report.folder import report_headline, report_lines, write_report
-    from workbench.study.chunks import forget_chunks
+    from workbench.study.accommodation.chunks import forget_chunks
     from workbench.study.run import filmed, load
     from workbench.study.run import run as run_study
 

@@ -36,7 +36,7 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
     from workbench.files.comparison_results import MARK
     from workbench.files.results import check_folder
     from workbench.report.compare_page import write_comparison
-    from workbench.study.compare import compare as compared
+    from workbench.study.accommodation.compare import compare as compared
 
     with Progress() as say:
         if out is not None:
@@ -67,7 +67,7 @@ def _judged(source: str, say: Callable[[str], None]) -> Given:
     from workbench.errors import InputError
     from workbench.files.accommodation_results import load_accommodation_result
     from workbench.model.accommodation import Accommodation
-    from workbench.study.compare import judged, judged_file
+    from workbench.study.accommodation.compare import judged, judged_file
     from workbench.study.run import load, run
 
     path = Path(source)

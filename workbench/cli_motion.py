@@ -214,7 +214,7 @@ def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Cont
     from workbench.files.motions.tables import angle_table_text
     from workbench.model.spool import pieces
     from workbench.solve.forward import place
-    from workbench.solve.laban_reading import read_motion_score
+    from workbench.solve.laban.reading import read_motion_score
 
     if ending == ".csv":
         return angle_table_text(body, poses)

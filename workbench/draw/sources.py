@@ -26,7 +26,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Person, Study
 from workbench.solve.forward import place
-from workbench.study.crash import crash_ready
+from workbench.study.crash.crash import crash_ready
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.run import load

@@ -25,7 +25,7 @@ from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
 from workbench.report.crash_words import milliseconds
 from workbench.solve.forward import place
-from workbench.study.belts import with_belts
+from workbench.study.crash.belts import with_belts
 
 __all__ = ["FILM_CAPTION", "crash_film", "crash_strips"]
 

@@ -17,7 +17,7 @@ from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.poses import Poses, stacked
 from workbench.model.posing import attitude_matrix
 from workbench.model.spool import pieces
-from workbench.solve.laban import score_poses
+from workbench.solve.laban.laban import score_poses
 from workbench.solve.markers import bridged, poses_from_markers
 from workbench.solve.retarget import retarget
 from workbench.solve.tracks import poses_from_track

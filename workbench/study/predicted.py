@@ -16,7 +16,7 @@ from workbench.solve.forward import place
 from workbench.solve.limbs import limb
 from workbench.solve.posture import Pedals, SeatedPosture, feet_on, seat_posture
 from workbench.solve.reach import reach
-from workbench.study.drivers import driver_of, feet_of, package_of
+from workbench.study.accommodation.drivers import driver_of, feet_of, package_of
 from workbench.study.placement import adjusted_environment
 
 __all__ = ["predicted"]

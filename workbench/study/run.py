@@ -18,10 +18,10 @@ from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
 from workbench.model.study import Study
-from workbench.study.accommodation import accommodation_study
+from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.clearance import clearance_study
-from workbench.study.cluster import cluster_at
-from workbench.study.crash import crash_study
+from workbench.study.crash.crash import crash_study
 
 __all__ = ["KINDS", "Loaded", "filmed", "load", "run"]
 

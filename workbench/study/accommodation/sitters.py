@@ -21,7 +21,7 @@ from workbench.solve.limbs import FEET, HANDS
 from workbench.solve.posture import Pedals
 from workbench.solve.reach_people import reach_people
 from workbench.solve.seat_people import SeatedPeople, seat_people
-from workbench.study.drivers import drivers_among, feet_of, package_of
+from workbench.study.accommodation.drivers import drivers_among, feet_of, package_of
 
 __all__ = ["SEAT_BACK", "SEAT_FORWARD", "Sitters", "seated", "with_hands", "without_seat"]
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from workbench.model.accommodation import AccommodationStudy, Change
 from workbench.model.environment import Environment
 from workbench.shape.parts import moved
-from workbench.study.requirements import Asked
+from workbench.study.accommodation.requirements import Asked
 
 __all__ = ["borne_by", "changed", "moved_parts"]
 

@@ -13,7 +13,7 @@ from workbench.model.laban import PARTS, Movement, Score, Sign, nearest_sign
 from workbench.model.poses import Poses
 from workbench.model.quaternions import conjugate, from_matrices, multiply, rotate, shortest
 from workbench.solve.forward import place
-from workbench.solve.laban_strokes import Stroke, strokes
+from workbench.solve.laban.strokes import Stroke, strokes
 
 __all__ = ["read_motion_score"]
 

@@ -18,8 +18,8 @@ from workbench.model.laban import SUBPARTS, Movement, Score, nearest_sign, sign_
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
 from workbench.solve.forward import place
-from workbench.solve.laban_limbs import Limb, Spine
-from workbench.solve.laban_paths import smooth
+from workbench.solve.laban.limbs import Limb, Spine
+from workbench.solve.laban.paths import smooth
 from workbench.solve.stops import nearest_legal
 
 __all__ = ["score_poses"]

@@ -15,7 +15,7 @@ from workbench.model.spool import Spool, pieces
 from workbench.solve.collide import allowed_depth, clearance
 from workbench.solve.forward import place
 from workbench.solve.stops import stops
-from workbench.study.crash_forces import ruled_pairs
+from workbench.study.crash.forces import ruled_pairs
 
 __all__ = ["BLOCK", "Excursion", "Frames", "frames_of", "stop_breaches"]
 

@@ -15,12 +15,12 @@ import numpy as np
 from workbench.model.accommodation import MET, AccommodationStudy, Change, Gain
 from workbench.model.arrays import Bools, Floats
 from workbench.solve.seating import seat_planes
-from workbench.study.changes import borne_by, changed
-from workbench.study.chunks import Chunk, Workers, gathered, result_chunks
-from workbench.study.crew import Crew
-from workbench.study.requirements import Asked
-from workbench.study.shares import share_single
-from workbench.study.views import TOO_LOW
+from workbench.study.accommodation.changes import borne_by, changed
+from workbench.study.accommodation.chunks import Chunk, Workers, gathered, result_chunks
+from workbench.study.accommodation.crew import Crew
+from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.shares import share_single
+from workbench.study.accommodation.views import TOO_LOW
 
 __all__ = ["MOST_GAINS", "found_changes", "gains_of"]
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.crash import CrashCriterion, CrashResult, CrashVerdict
-from workbench.study.crash_frames import Excursion
-from workbench.study.crash_signals import figure_of
+from workbench.study.crash.frames import Excursion
+from workbench.study.crash.signals import figure_of
 
 __all__ = ["crash_verdict"]
 

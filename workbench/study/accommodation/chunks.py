@@ -19,12 +19,12 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.solve.index_cache import content_key
-from workbench.study.crew import Crew
-from workbench.study.crew_files import Kept, read_kept, write_kept
+from workbench.study.accommodation.crew import Crew
+from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
+from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.sitters import Sitters, seated
+from workbench.study.accommodation.tried import Tried, judged, met_by, sitting
 from workbench.study.provenance import versions
-from workbench.study.requirements import Asked
-from workbench.study.sitters import Sitters, seated
-from workbench.study.tried import Tried, judged, met_by, sitting
 
 __all__ = [
     "Chunk",

@@ -135,7 +135,7 @@ class _Child:
 
     def __init__(self, task: Task) -> None:
         settings = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-        command = [sys.executable, "-c", "from workbench.study.crew_fit import main; main()"]
+        command = [sys.executable, "-c", "from workbench.study.accommodation.crew_fit import main; main()"]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=settings)
         self.task = task
 

@@ -21,10 +21,10 @@ from workbench.solve.people_placed import PeoplePlaced, place_people
 from workbench.solve.reach_people import reach_people
 from workbench.solve.seating import seat_planes
 from workbench.solve.stops import stops
-from workbench.study.requirements import Asked
-from workbench.study.sitters import SEAT_BACK, SEAT_FORWARD, Sitters, seated, with_hands, without_seat
-from workbench.study.sitting_gaps import gap_of, gap_toward, gap_words
-from workbench.study.views import view_margin, view_words
+from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.sitters import SEAT_BACK, SEAT_FORWARD, Sitters, seated, with_hands, without_seat
+from workbench.study.accommodation.sitting_gaps import gap_of, gap_toward, gap_words
+from workbench.study.accommodation.views import view_margin, view_words
 
 __all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by", "sitting"]
 

@@ -14,17 +14,17 @@ from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
 from workbench.shape.scale import morph_to
-from workbench.study.chunks import Chunk, gathered, result_chunks
-from workbench.study.cluster import Cluster
-from workbench.study.crew import Crew, crew_of
-from workbench.study.gains import gains_of
-from workbench.study.hardest import hardest_rows, shown_people
-from workbench.study.limiting import bearing_on, limiting_measures
-from workbench.study.people_maps import people_maps
+from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
+from workbench.study.accommodation.cluster import Cluster
+from workbench.study.accommodation.crew import Crew, crew_of
+from workbench.study.accommodation.gains import gains_of
+from workbench.study.accommodation.hardest import hardest_rows, shown_people
+from workbench.study.accommodation.limiting import bearing_on, limiting_measures
+from workbench.study.accommodation.people_maps import people_maps
+from workbench.study.accommodation.requirements import Asked, asked_of
+from workbench.study.accommodation.shares import group_shares, left_out_alone, share_single, share_without, spread_of
 from workbench.study.provenance import hashes, people_hash, versions
 from workbench.study.reaches import buried_controls
-from workbench.study.requirements import Asked, asked_of
-from workbench.study.shares import group_shares, left_out_alone, share_single, share_without, spread_of
 
 __all__ = ["accommodation_study", "ready"]
 

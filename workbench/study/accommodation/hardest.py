@@ -17,10 +17,10 @@ from workbench.solve.limbs import FEET, HANDS, limb
 from workbench.solve.people_gaps import people_gaps
 from workbench.solve.people_placed import place_people
 from workbench.solve.reach import reach
-from workbench.study.crew import Crew
-from workbench.study.requirements import Asked
-from workbench.study.sitters import Sitters, seated, with_hands, without_seat
-from workbench.study.sitting_gaps import foot_on, gap_of
+from workbench.study.accommodation.crew import Crew
+from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat
+from workbench.study.accommodation.sitting_gaps import foot_on, gap_of
 
 __all__ = ["hardest_rows", "shown_people"]
 

@@ -22,12 +22,12 @@ from workbench.model.simulation import ContactRule
 from workbench.model.spool import pieces
 from workbench.solve.episodes import episodes, self_episodes
 from workbench.solve.forward import place
-from workbench.study.belts import belt_tensions, with_belts
-from workbench.study.crash_forces import force_curves, ruled_pairs, with_forces
-from workbench.study.crash_frames import BLOCK, frames_of, stop_breaches
-from workbench.study.crash_signals import signal_of
-from workbench.study.crash_verdicts import crash_verdict
-from workbench.study.meetings import environment_meetings, own_meetings
+from workbench.study.crash.belts import belt_tensions, with_belts
+from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces
+from workbench.study.crash.frames import BLOCK, frames_of, stop_breaches
+from workbench.study.crash.meetings import environment_meetings, own_meetings
+from workbench.study.crash.signals import signal_of
+from workbench.study.crash.verdicts import crash_verdict
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.provenance import hashes, versions
 from workbench.study.simulation import bearing, seated_environment

@@ -11,7 +11,7 @@ from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.model.quaternions import multiply, rotate, shortest, swing_twist
 from workbench.solve.ellipse import nearest_on_cone
-from workbench.solve.laban_paths import Path, Ways
+from workbench.solve.laban.paths import Path, Ways
 from workbench.solve.stops import nearest_legal, stop_limits
 
 __all__ = ["Limb", "Spine"]

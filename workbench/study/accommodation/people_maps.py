@@ -10,8 +10,8 @@ from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.solve.limbs import HANDS
 from workbench.solve.seating import seat_planes
-from workbench.study.chunks import seated_chunk
-from workbench.study.crew import Crew
+from workbench.study.accommodation.chunks import seated_chunk
+from workbench.study.accommodation.crew import Crew
 from workbench.study.reach_map import part_points, who_reaches
 
 __all__ = ["people_maps"]

@@ -24,8 +24,8 @@ from workbench.shape.morph import morph
 from workbench.shape.wear import wear
 from workbench.solve.index_cache import cache_folder, content_key
 from workbench.solve.threads import cores
-from workbench.study.crew_files import Kept, read_kept, write_kept
-from workbench.study.crew_fit import FIELDS, Fit, Task, fit_chunks
+from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
+from workbench.study.accommodation.crew_fit import FIELDS, Fit, Task, fit_chunks
 
 __all__ = ["CHUNK", "FITTED", "Crew", "Fitters", "chunk_key", "crew_of", "templates"]
 

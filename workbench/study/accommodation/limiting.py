@@ -18,9 +18,9 @@ from workbench.model.body import Body
 from workbench.model.population import SEXES, Population
 from workbench.people.conditional import improbability
 from workbench.people.scores import Scores, scores_of
-from workbench.study.requirements import Asked
-from workbench.study.sitters import SEAT_FORWARD
-from workbench.study.views import TOO_HIGH
+from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.sitters import SEAT_FORWARD
+from workbench.study.accommodation.views import TOO_HIGH
 
 __all__ = ["BEARING", "bearing_on", "limiting_measures"]
 

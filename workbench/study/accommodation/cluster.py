@@ -17,11 +17,11 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
 from workbench.model.population import Population
 from workbench.solve.threads import cores
-from workbench.study.chunks import chunk_result
-from workbench.study.crew import Crew
-from workbench.study.crew_files import Kept
-from workbench.study.crew_fit import Fit, Task, fit_chunk, fit_chunks, single_threaded
-from workbench.study.requirements import Asked
+from workbench.study.accommodation.chunks import chunk_result
+from workbench.study.accommodation.crew import Crew
+from workbench.study.accommodation.crew_files import Kept
+from workbench.study.accommodation.crew_fit import Fit, Task, fit_chunk, fit_chunks, single_threaded
+from workbench.study.accommodation.requirements import Asked
 
 __all__ = ["Cluster", "cluster_at"]
 

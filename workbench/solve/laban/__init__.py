@@ -1,0 +1,1 @@
+"""Labanotation: scores of directions, levels and beats as motions, and back."""

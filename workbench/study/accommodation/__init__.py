@@ -1,0 +1,1 @@
+"""Accommodation studies: a whole population through one workplace, in chunks; gains, comparison."""

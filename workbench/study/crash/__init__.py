@@ -1,0 +1,1 @@
+"""Crash studies: contacts of a motion in continuous time, signals, verdicts."""
