@@ -42,7 +42,7 @@ def test_the_map_is_what_each_reaches_point_by_point(board, people):
     for b, body in enumerate(bodies):
         own = wb.Poses(poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1])
         for name in ("left hand", "right hand"):
-            oracle[b] |= wb.reach(body, own, found.point, limb=limb(body, name, zone=1)).reached
+            oracle[b] |= wb.reach(body, own, found.points, limb=limb(body, name, zone=1)).reached
     np.testing.assert_allclose(found.share, np.array([0.25, 0.5, 0.25]) @ oracle, atol=1e-12)
     assert 0 < found.share.mean() < 1
 
@@ -50,9 +50,9 @@ def test_the_map_is_what_each_reaches_point_by_point(board, people):
 def test_a_mirrored_hand_has_the_mirrored_map(board, people):
     bodies, poses = people
     left, right = (reach_map(bodies, poses, board, "board", points=40, zone=1, hand=h) for h in ("left", "right"))
-    mirrored = np.linalg.norm(left.point[:, None] * [1, -1, 1] - right.point[None], axis=2).min(axis=1) < 0.04
+    mirrored = np.linalg.norm(left.points[:, None] * [1, -1, 1] - right.points[None], axis=2).min(axis=1) < 0.04
     assert mirrored.any()
-    assert left.share[left.point[:, 1] > 0.1].mean() > right.share[right.point[:, 1] > 0.1].mean()
+    assert left.share[left.points[:, 1] > 0.1].mean() > right.share[right.points[:, 1] > 0.1].mean()
 
 
 def test_what_a_map_cannot_mean_is_refused(board, people):

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError
+from workbench.model.accommodation import MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.model.reach_map import ReachMap
 from workbench.solve.limbs import HANDS
 from workbench.solve.reach_people import reach_people
 
@@ -57,17 +57,8 @@ def reach_map(
     reached = np.zeros((len(bodies), len(point)), dtype=np.bool_)
     for name in names:
         reached |= who_reaches(bodies, poses, point, limb=(name, grip, zone), settled=reached, threads=threads)
-    return ReachMap(
-        part=part,
-        limb="either hand" if hand is None else names[0],
-        grip=grip,
-        zone=zone,
-        people=len(bodies),
-        point=point,
-        normal=normal,
-        uv=_flat(point, normal),
-        share=weight @ reached / weight.sum(),
-    )
+    task = MapTask(part, grip, zone, hand or "either", points)
+    return ReachMap(task, point, normal, _flat(point, normal), weight @ reached / weight.sum())
 
 
 def who_reaches(
