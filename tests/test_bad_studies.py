@@ -85,7 +85,7 @@ def test_the_unchanged_study_loads(tmp_path):
         (
             "bert: {posture: bent}",
             "bert: {posture: band}",
-            "cases[1].people.bert.posture: no posture 'band'; valid: predicted, hanging, bent",
+            "cases[1].people.bert.posture: no posture 'band'; valid: predicted, driving_statistical, hanging, bent",
         ),
         (
             "SHOULDER: {flexion: 80}",
@@ -283,7 +283,7 @@ def test_a_misspelt_first_key_does_not_make_a_study_an_environment(tmp_path):
 
 def test_a_yaml_file_of_no_known_kind_is_told_the_kinds(tmp_path):
     (tmp_path / "x.yaml").write_text("a: 1\n")
-    with pytest.raises(InputError, match=r"one of the keys study, body, .*, rules must say"):
+    with pytest.raises(InputError, match=r"one of the keys study, body, .*, simulation must say"):
         check_file(tmp_path / "x.yaml")
 
 

@@ -20,10 +20,12 @@ from workbench.draw.marking import MARKS, marked
 from workbench.draw.render import render
 from workbench.draw.sources import source_of
 from workbench.errors import InputError, MissingPartError, UsageError
-from workbench.files.catalogue import names
+from workbench.files.catalogue import find, names
 
 SMALL = "64x48"
-SOURCES = [*names("bodies"), *names("environments", "environment.yaml"), *names("studies")]
+# a study of a whole population has nobody in particular to draw
+CASES = [name for name in names("studies") if "\nkind: accommodation" not in find("studies", name).read_text()]
+SOURCES = [*names("bodies"), *names("environments", "environment.yaml"), *CASES]
 LIVE = [(name, style) for name, display in DISPLAYS.items() for style in display.styles if name != "pyvista"]
 
 
@@ -47,7 +49,7 @@ def test_every_display_draws_everything_in_the_catalogue(tmp_path, source, displ
         with pytest.raises(UsageError, match="shows bodies only"):
             made(tmp_path, source, "x.png", display=display, style=style, size=SMALL)
         return
-    recorded = source in names("studies") and source_of(source).moving  # a strip of four moments
+    recorded = source in CASES and source_of(source).moving  # a strip of four moments
     width, height = (4 * 72 - 8, 48 + 26) if recorded else (64, 48)
     if DISPLAYS[display].kind == "raster":
         image = Image.open(io.BytesIO(made(tmp_path, source, "x.png", display=display, style=style, size=SMALL)))
@@ -162,6 +164,7 @@ def test_a_result_is_drawn_with_its_findings_and_refused_when_its_study_has_chan
         (["trainer_clearance", "-o", "x.png", "--case", "crusing"], 2, "has no case 'crusing'"),
         (["bubbleman", "-o", "x.png", "--marks", "everything"], 2, "no marks 'everything'; valid: axes"),
         (["bubbleman", "-o", "x.png", "--pose", "std"], 3, "no posture 'std'"),
+        (["trainer_accommodation", "-o", "x.png"], 3, "is about many people and has no case to draw"),
     ],
 )
 def test_what_does_not_go_together_is_one_clear_message_and_no_file(
