@@ -19,9 +19,13 @@ from workbench.draw.circles import circles
 from workbench.draw.disks import disks
 from workbench.draw.film import film_frames, stamped, write_film
 from workbench.draw.ghosts import ghost_strengths
+from workbench.draw.looks import look_for
 from workbench.draw.motion import every_pose, frame_times, scene_at, timed
+from workbench.draw.render import camera_of_all
 from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.sources import source_of
 from workbench.draw.strip import strip_image, strip_svg
+from workbench.draw.visibility import cut_depth, projected_disks
 from workbench.errors import InputError, MissingPartError, UsageError
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
@@ -234,3 +238,12 @@ def test_a_gif_of_a_scene_can_be_read_back(one_arm, swing, tmp_path):
     frames = film_frames(scene, front(64), times, lambda s, c: disks(s, c, supersample=1))
     write_film(tmp_path / "arm.gif", frames, len(times), fps=5)
     assert told(io.BytesIO((tmp_path / "arm.gif").read_bytes())) == (5, (64, 64))
+
+
+def test_the_environment_is_opened_by_one_plane_in_all_frames_of_a_film(tmp_path):
+    source = source_of("trainer_crash")
+    look = look_for(tmp_path / "x.gif", view="left", size="64x48")
+    every = every_pose(source.scene)
+    camera = camera_of_all(source, look)
+    cuts = {cut_depth(projected_disks(scene_at(source.scene, k), camera), camera) for k in (0, 80, 110, 199)}
+    assert len(cuts) == 1 and cuts == {cut_depth(projected_disks(every, camera), camera)}

@@ -44,7 +44,9 @@ class Camera:
 
     right, up, toward (3,): unit vectors to the picture's right, its top, and from the scene to the viewer; a
     right-handed frame. scale: pixels a metre at the centre's depth. distance [m]: from the centre to the eye;
-    infinite: a parallel view. cut [m]: a depth; what is nearer than this plane across the view is cut away.
+    infinite: a parallel view. cut [m]: a depth; what is nearer than this plane across the view is cut away. opened [m]:
+    a depth; an environment is opened at the foremost body, but no farther back than there, so that the pictures of a
+    film are opened alike.
     """
 
     name: str
@@ -57,6 +59,7 @@ class Camera:
     height: int
     distance: float = math.inf
     cut: float = math.inf
+    opened: float = -math.inf
 
     def __post_init__(self) -> None:
         for field in ("right", "up", "toward", "centre"):

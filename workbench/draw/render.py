@@ -30,6 +30,7 @@ from workbench.draw.scene import Mark, Scene
 from workbench.draw.sources import Source
 from workbench.draw.strip import strip_image, strip_svg
 from workbench.draw.views import fitted_view, framed_views
+from workbench.draw.visibility import foremost, projected_disks
 from workbench.draw.window import window_image
 from workbench.errors import UsageError, one_of
 from workbench.files.exports.gltf import Figure, glb_bytes
@@ -39,7 +40,7 @@ from workbench.model.arrays import Floats
 from workbench.model.poses import Placed
 from workbench.shape.solid import body_solid
 
-__all__ = ["camera_of", "drawing", "picture", "render"]
+__all__ = ["camera_of", "camera_of_all", "drawing", "picture", "render"]
 
 TURN = 6.0  # [s] a film of what does not move goes round it once in this time
 Progress = Callable[[int, int], None]
@@ -125,10 +126,17 @@ def _panels(source: Source, look: Look) -> list[tuple[Scene, Camera]]:
     count = max(len(source.names), 1)
     scenes = [scene_at(source.scene, k, trail=look.trail) for k in range(count)]
     own = look.view.startswith("eye")
-    camera = camera_of(every_pose(source.scene) if count > 1 and not own else scenes[0], look, source.people)
+    camera = camera_of(scenes[0], look, source.people) if own or count == 1 else camera_of_all(source, look)
     scenes = _cut(scenes, camera, look, [remarked(source, scene) for scene in scenes])
     key = [scenes[0], *(replace(scene, key=()) for scene in scenes[1:])]
     return [(scene, camera_of(scene, look, source.people) if own else camera) for scene in key]
+
+
+def camera_of_all(source: Source, look: Look) -> Camera:
+    """A camera that holds all poses and opens the environment in front of them all."""
+    every = every_pose(source.scene)
+    camera = camera_of(every, look, source.people)
+    return replace(camera, opened=foremost(projected_disks(every, camera)))
 
 
 def _cut(scenes: list[Scene], camera: Camera, look: Look, marks: list[tuple[Mark, ...]]) -> list[Scene]:
@@ -174,7 +182,7 @@ def _moving(source: Source, look: Look, times: Floats) -> Iterator[Image.Image]:
     """The pictures of a source in its poses at `times` (F,) [s]; ghosts of `look.trail` are a quarter of a second of
     film apart."""
     own = look.view.startswith("eye")
-    camera = camera_of(source.scene if own else every_pose(source.scene), look, source.people)
+    camera = camera_of(source.scene, look, source.people) if own else camera_of_all(source, look)
     environment = source.scene.environment if look.cut is None else opened(source.scene, camera, look.cut)
 
     def painter(scene: Scene, camera: Camera) -> Image.Image:

@@ -21,7 +21,16 @@ from workbench.kernels.raster import fill_triangles, sphere_depths
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["Disks", "Layers", "cut_depth", "depth_share", "projected_disks", "triangle_polygons", "visible_layers"]
+__all__ = [
+    "Disks",
+    "Layers",
+    "cut_depth",
+    "depth_share",
+    "foremost",
+    "projected_disks",
+    "triangle_polygons",
+    "visible_layers",
+]
 
 _BEHIND = 1e-4  # [m] where the faces of two touching parts coincide, the one that looks at the viewer wins
 _SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is still shown
@@ -93,7 +102,12 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
 
 def cut_depth(disks: Disks, camera: Camera) -> float:
     """The depth [m] of the plane that cuts the environment: at the foremost body, or where the camera has it."""
-    return min(float(disks.front[disks.order[-1]]) + _SLACK if len(disks.order) else np.inf, camera.nearest)
+    return min(max(foremost(disks), camera.opened) + _SLACK, camera.nearest)
+
+
+def foremost(disks: Disks) -> float:
+    """The depth [m] of the foremost point of all bodies, infinite where there is none."""
+    return float(disks.front[disks.order[-1]]) if len(disks.order) else np.inf
 
 
 def triangle_polygons(environment: Environment) -> Ints:
