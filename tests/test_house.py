@@ -129,3 +129,10 @@ def test_no_file_speaks_of_the_place_it_was_made_in():
     here = [p for p in ROOT.rglob("*") if p.suffix in {".py", ".md", ".yaml", ".toml", ".cff", ".j2"}
             and not {".git", "out", ".venv", "__pycache__"} & set(p.relative_to(ROOT).parts)]  # fmt: skip
     assert not [(p.name, w) for p in here for w in words if w in p.read_text()]
+
+
+def test_every_public_name_is_where_the_package_looks_for_it():
+    import workbench
+
+    for name in workbench.__all__:
+        assert getattr(workbench, name) is not None, name

@@ -134,7 +134,7 @@ _HOME: dict[str, str] = {
     "stops": "solve.stops",
     "reach_map": "study.reach_map",
     "run": "study.run",
-    "compare": "study.compare",
+    "compare": "study.accommodation.compare",
     "Comparison": "model.comparison",
     "person_body": "study.persons",
     "scale": "shape.scale",
