@@ -25,12 +25,12 @@ from workbench.files.accommodation_studies import load_accommodation
 from workbench.files.kinds import json_schemas
 from workbench.report.folder import write_report
 from workbench.shape.parts import moved
+from workbench.solve import index_cache
 from workbench.solve.limbs import limb
 from workbench.solve.people_gaps import Gap, people_gaps
 from workbench.solve.people_placed import place_people
 from workbench.solve.reach import reach
 from workbench.study.accommodation import crew as crew_module
-from workbench.study.accommodation import crew_files
 from workbench.study.accommodation.accommodation import accommodation_study, ready
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
@@ -237,7 +237,7 @@ def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(toy, tmp_path):
 
 def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, monkeypatch):
     monkeypatch.setattr(crew_module, "CHUNK", 2)
-    real, written = crew_files.tempfile.NamedTemporaryFile, []
+    real, written = index_cache.tempfile.NamedTemporaryFile, []
 
     def full(*args, **options):
         if len(written) == 2:
@@ -245,7 +245,7 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
         written.append(1)
         return real(*args, **options)
 
-    monkeypatch.setattr(crew_files.tempfile, "NamedTemporaryFile", full)
+    monkeypatch.setattr(index_cache.tempfile, "NamedTemporaryFile", full)
     with pytest.raises(wb.InputError, match=r"cannot be written \(No space left on device\)"):
         accommodation_study(load_accommodation(toy[0]), keep=tmp_path / "keep")
     assert len(list((tmp_path / "keep").iterdir())) == 2

@@ -19,7 +19,7 @@ from workbench.kernels.projection import pixel_points, view_points
 from workbench.model.arrays import Floats, frozen
 
 __all__ = [
-    "VIEWS", "Camera", "facing", "fitted", "in_view", "look_at", "metric", "pixels_per_metre", "project",
+    "VIEWS", "Camera", "facing", "fitted", "in_view", "look_at", "metric", "project",
     "projective", "standard_view", "to_picture", "turned",
 ]  # fmt: skip
 
@@ -236,11 +236,6 @@ def project(camera: Camera, points: ArrayLike) -> Floats:
     for points nearer than `camera.closest`.
     """
     return to_picture(camera, in_view(camera, points))
-
-
-def pixels_per_metre(camera: Camera, depth: Floats) -> Floats:
-    """Scale of what lies across the view at `depth` (...,) [m]: with a parallel camera the same everywhere."""
-    return camera.scale / (1.0 - np.asarray(depth, dtype=np.float64) * camera.bend)
 
 
 def projective(camera: Camera, depth: Floats) -> Floats:

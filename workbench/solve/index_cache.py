@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cache_folder", "content_key", "kept"]
+__all__ = ["cache_folder", "content_key", "kept", "write_whole"]
 
 VERSION = b"workbench index 2"
 """Another one where the meaning of the arrays changes: older files are then not believed."""
@@ -87,16 +87,23 @@ def _write(path: Path, key: bytes, arrays: Arrays) -> None:
     np.savez(packed, **arrays)  # type: ignore[arg-type]
     contents = packed.getvalue()
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix="new-", delete=False) as part:
-            try:
-                part.write(hashlib.blake2b(key + contents).digest() + contents)
-                part.close()
-                Path(part.name).replace(path)
-            except OSError:
-                Path(part.name).unlink(missing_ok=True)
+        write_whole(path, hashlib.blake2b(key + contents).digest() + contents)
         files = sorted(path.parent.glob("*.index"), key=lambda file: file.stat().st_mtime)
         for old in files[:-MOST_FILES]:
             old.unlink(missing_ok=True)
     except OSError:
         return
+
+
+def write_whole(path: Path, contents: bytes) -> None:
+    """Write a file in one step, its folder with it; OSError where the disk does not let us, and then nothing is left of
+    it and what was there before stays."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix="new-", delete=False) as part:
+        try:
+            part.write(contents)
+            part.close()
+            Path(part.name).replace(path)
+        except OSError:
+            Path(part.name).unlink(missing_ok=True)
+            raise

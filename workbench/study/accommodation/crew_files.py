@@ -10,7 +10,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
+from workbench.solve.index_cache import write_whole
 
 __all__ = ["Kept", "read_kept", "write_kept"]
 
@@ -60,15 +60,7 @@ def write_kept(path: Path, key: bytes, kept: Kept) -> None:
     arrays = {name: np.ascontiguousarray(values) for name, values in kept.arrays.items()}
     body = _packed(arrays, kept.texts)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.NamedTemporaryFile(dir=path.parent, prefix="new-", delete=False) as part:
-            try:
-                part.write(hashlib.blake2b(key + body).digest() + body)
-                part.close()
-                Path(part.name).replace(path)
-            except OSError:
-                Path(part.name).unlink(missing_ok=True)
-                raise
+        write_whole(path, hashlib.blake2b(key + body).digest() + body)
     except OSError as error:
         raise InputError(f"{path.parent}: cannot be written ({error.strerror})") from None
 
