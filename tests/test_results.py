@@ -21,6 +21,7 @@ from tests.one_arm_cab import ENVIRONMENT, STUDY, changed, write_cab
 from workbench.files.kinds import json_schemas
 from workbench.files.results import ResultFile, dump_json
 from workbench.report.folder import write_report
+from workbench.report.tables import csv_text
 from workbench.report.words import without_polygons
 
 # Bert stands in the wall, Anna's elbow is past its stop, and there is less room than is asked for.
@@ -61,7 +62,7 @@ def table(folder, name):
 def cell(value):
     """A value as a spreadsheet gets it: no formulas."""
     text = "" if value is None else str(value)
-    return "'" + text if isinstance(value, str) and text[:1] in "=+-@" else text
+    return "'" + text if isinstance(value, str) and text.startswith(("=", "+", "-", "@")) else text
 
 
 class Page(HTMLParser):
@@ -176,6 +177,10 @@ def test_no_cell_of_a_table_is_a_formula(folder):
     for path in folder.glob("*.csv"):
         for row in csv.reader(io.StringIO(path.read_text())):
             assert not [c for c in row if re.match(r"[=+@]|-(?![\d.e-]+$)", c)]
+
+
+def test_an_empty_cell_stays_empty():
+    assert csv_text(["a", "b", "c"], [["", "=1", "-2"], [None, -2, "x"]]) == "a,b,c\n,'=1,'-2\n,-2,x\n"
 
 
 def test_the_page_is_balanced_html_with_one_title(page):

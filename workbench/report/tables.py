@@ -65,7 +65,7 @@ def csv_parts(header: Sequence[str], rows: Iterable[Sequence[object]]) -> Iterat
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(header)
     for number, row in enumerate(rows, start=1):
-        writer.writerow(["'" + c if isinstance(c, str) and c[:1] in "=+-@" else c for c in row])
+        writer.writerow(["'" + c if isinstance(c, str) and c.startswith(("=", "+", "-", "@")) else c for c in row])
         if not number % _ROWS:
             yield out.getvalue()
             out.seek(0)
