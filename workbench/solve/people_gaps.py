@@ -35,11 +35,13 @@ class Gap:
 @dataclass(frozen=True, eq=False)
 class PeopleGaps:
     """B people, Q gaps. room (B, Q) [m]: the signed distance of the nearest pair, plus what it may overlap where that
-    is asked for; infinite where nothing is there. sphere, polygon (B, Q): of that pair, -1 where none."""
+    is asked for; infinite where nothing is there. sphere, polygon (B, Q): of that pair, -1 where none; point (B, Q, 3)
+    [m]: of the polygon, nearest to the sphere's centre, NaN where none."""
 
     room: Floats
     sphere: Ints
     polygon: Ints
+    point: Floats
 
 
 def people_gaps(
@@ -60,7 +62,7 @@ def people_gaps(
     count = len(placed.centres)
     by = np.zeros((count, 3)) if shift is None else np.ascontiguousarray(shift, dtype=np.float64)
     shape = (count, len(gaps))
-    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
+    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), np.full((*shape, 3), np.nan)
     asked = _asked(body, environment, gaps, np.isin(environment.parts, list(moves)))
     index = packed_faces(environment), packed_shells(environment)
 

@@ -6,12 +6,24 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
-__all__ = ["cores", "in_pieces"]
+from workbench.errors import UsageError
+
+__all__ = ["THREADS", "cores", "in_pieces"]
+
+THREADS = "WORKBENCH_THREADS"
+"""The environment's word on how many cores may be used at most."""
 
 
 def cores() -> int:
-    """How many cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """How many cores this process may use, no more than WORKBENCH_THREADS where that is set; UsageError where it is no
+    number."""
+    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    asked = os.environ.get(THREADS, "")
+    if not asked:
+        return there
+    if not asked.isdecimal() or int(asked) < 1:
+        raise UsageError(f"{THREADS} is a number of cores, 1 or more, got {asked!r}")
+    return min(there, int(asked))
 
 
 def in_pieces(work: Callable[[int, int], None], count: int, size: int, *, threads: int | None = None) -> None:

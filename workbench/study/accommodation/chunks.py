@@ -7,8 +7,8 @@ are the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Generator, Sequence
+from contextlib import closing, suppress
 from pathlib import Path
 from time import monotonic
 from typing import Protocol
@@ -19,8 +19,10 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.solve.index_cache import content_key
+from workbench.solve.limbs import FEET
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
+from workbench.study.accommodation.forks import shared
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated
 from workbench.study.accommodation.tried import Tried, judged, met_by, sitting
@@ -33,6 +35,7 @@ __all__ = [
     "gathered",
     "result_chunks",
     "result_key",
+    "seat_key",
     "seated_chunk",
     "study_key",
     "time_left",
@@ -57,7 +60,7 @@ class Workers(Protocol):
 
     def tried(
         self, study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
-    ) -> Iterator[tuple[int, Kept]]:
+    ) -> Generator[tuple[int, Kept]]:
         """The chunks of these numbers as they get ready, in any order."""
 
 
@@ -83,40 +86,59 @@ def result_chunks(
     begun, people = monotonic(), sum(crew.rows(chunk).stop - crew.rows(chunk).start for chunk in missing)
     done = 0
     say(f"person 0 of {people}")
-    ready = workers.tried(study, asked, crew, missing) if workers is not None else _here(study, asked, crew, missing)
-    for chunk, kept in ready:
-        if paths:
-            write_kept(paths[chunk], keys[chunk], kept)
-        found[chunk] = kept
-        done += crew.rows(chunk).stop - crew.rows(chunk).start
-        say(f"person {done} of {people}{time_left(begun, done, people - done)}")
+    source = workers.tried(study, asked, crew, missing) if workers is not None else _here(study, asked, crew, missing)
+    try:
+        with closing(source) as ready:
+            for chunk, kept in ready:
+                if paths:
+                    write_kept(paths[chunk], keys[chunk], kept)
+                found[chunk] = kept
+                done += crew.rows(chunk).stop - crew.rows(chunk).start
+                say(f"person {done} of {people}{time_left(begun, done, people - done)}")
+    except KeyboardInterrupt:
+        kept_words = "what was done is kept, and the same command goes on from there" if paths else "nothing is kept"
+        raise KeyboardInterrupt(f"stopped after {done} of {people} people: {kept_words}") from None
     return [Chunk(found[chunk]) for chunk in range(len(crew))]
 
 
 def _here(
     study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
-) -> Iterator[tuple[int, Kept]]:
-    for chunk in chunks:
-        yield chunk, packed(_tried(study, asked, crew, chunk))
+) -> Generator[tuple[int, Kept]]:
+    """The chunks by processes of this machine, which also hand back where people sit: what is tried next needs it."""
 
+    def work(chunk: int) -> tuple[Kept, Sitters | None]:
+        known = seat_key(study, chunk) in crew.sitting
+        sitters = seated_chunk(study, crew, chunk)
+        kept = packed(judged(study, asked, sitting(study, asked, sitters)))
+        return kept, None if known else Sitters((), sitters.seat, sitters.held)
 
-def _tried(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunk: int) -> Tried:
-    """One chunk."""
-    return judged(study, asked, sitting(study, asked, seated_chunk(study, crew, chunk)))
+    if len(chunks) > 1:  # one person here first: forks then know the kernels and what obstacles are indexed by
+        row = int(crew.index(chunks[0])[0])
+        met_by(study, asked, [crew.body(row)], [row])
+    with closing(shared(work, chunks)) as ready:
+        for chunk, (kept, sitters) in ready:
+            if sitters is not None:
+                crew.sitting[seat_key(study, chunk)] = Sitters(crew.bodies(chunk), sitters.seat, sitters.held)
+            yield chunk, kept
 
 
 def seated_chunk(study: AccommodationStudy, crew: Crew, chunk: int) -> Sitters:
     """The people of a chunk in the seat; who has been seated already, for a study with the same seat, pedals and view,
     stays so."""
-    controls = {control.name: control.at for control in study.environment.controls}
-    held = [(limb, controls[name]) for limb, name in study.aims.controls.items()]
-    points = study.environment.points
-    view = [points[name] for name in (study.aims.eyes, study.aims.heels) if name]
-    key = repr((chunk, study.environment.seat(study.seat), held, view, study.aims.driving))
+    key = seat_key(study, chunk)
     if key not in crew.sitting:
         crew.sitting[key] = seated(study, crew.bodies(chunk), crew.index(chunk).tolist())
     found: Sitters = crew.sitting[key]
     return found
+
+
+def seat_key(study: AccommodationStudy, chunk: int) -> str:
+    """All that it depends on where the people of a chunk sit, as text."""
+    controls = {control.name: control.at for control in study.environment.controls}
+    held = [(limb, controls[name]) for limb, name in study.aims.controls.items() if limb in FEET]
+    points = study.environment.points
+    view = [points[name] for name in (study.aims.eyes, study.aims.heels) if name]
+    return repr((chunk, study.environment.seat(study.seat), held, view, study.aims.driving))
 
 
 def forget_chunks(keep: Path) -> None:
@@ -145,9 +167,10 @@ def chunk_result(
 
 def packed(tried: Tried) -> Kept:
     """What became of some people as arrays: words become numbers of a list."""
-    words = list(dict.fromkeys(word for row in tried.words for word in row if word))
+    said = tried.words.ravel().tolist()
+    words = [word for word in dict.fromkeys(said) if word]
     number = {word: k for k, word in enumerate(words)} | {"": -1}
-    reason = np.array([[number[word] for word in row] for row in tried.words], dtype=np.int64)
+    reason = np.array([number[word] for word in said], dtype=np.int64)
     arrays = {"margin": tried.margin, "toward": tried.toward, "seat": tried.seat,
               "reason": reason.reshape(tried.margin.shape)}  # fmt: skip
     return Kept(arrays, {"words": words})

@@ -6,7 +6,7 @@ before is with the one who asked.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -42,7 +42,7 @@ class Cluster:
 
     def tried(
         self, study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
-    ) -> Iterator[tuple[int, Kept]]:
+    ) -> Generator[tuple[int, Kept]]:
         """The chunks of these numbers as they get ready."""
         common = (study, tuple(asked), crew.task, tuple(crew.wears))
         pieces = [(crew.index(chunk).tolist(), _plain(crew.fits[chunk])) for chunk in chunks]

@@ -43,7 +43,7 @@ def read_kept(path: Path, key: bytes) -> Kept | None:
                 told.update(block)
         if digest != told.digest():
             return None
-        whole = np.memmap(path, dtype=np.uint8, mode="r")
+        whole = np.asarray(np.memmap(path, dtype=np.uint8, mode="r"))  # slices of a map cost as much as a small solve
         size = int.from_bytes(whole[_DIGEST : _DIGEST + 8].tobytes(), "little")
         head = json.loads(whole[_DIGEST + 8 : _DIGEST + 8 + size].tobytes())
         arrays = {}

@@ -10,17 +10,17 @@ from workbench.model.accommodation import MET, AccommodationStudy, Shown
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed
+from workbench.model.poses import Placed, Poses
 from workbench.shape.parts import moved
 from workbench.solve.forward import place
-from workbench.solve.limbs import FEET, HANDS, limb
+from workbench.solve.limbs import FEET, HANDS, Limb, limb
 from workbench.solve.people_gaps import people_gaps
 from workbench.solve.people_placed import place_people
-from workbench.solve.reach import reach
+from workbench.solve.reach_people import reach_people
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat
-from workbench.study.accommodation.sitting_gaps import foot_on, gap_of
+from workbench.study.accommodation.sitting_gaps import gap_of
 
 __all__ = ["hardest_rows", "shown_people"]
 
@@ -47,27 +47,27 @@ def shown_people(
     for row in rows:
         body = crew.body(row)
         r = int(np.nanargmin(margin[row]))
-        sitters = with_hands(study, seated(study, [body], [row]))
+        sitters = seated(study, [body], [row])
         seat = study.environment.seat(study.seat)
         environment = moved(study.environment, seat.moves, sitters.seat.shift[0])
         yield _shown(study, (asked[r], r), (row, body, environment, sitters))
 
 
 def _shown(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]) -> Shown:
-    (one, r), (row, body, environment, sitters) = what, who
+    (one, r), (row, body, environment, resting) = what, who
     if one.control is not None:
         return _reaching(study, what, who)
+    sitters = with_hands(study, resting)
     placed = place(body, sitters.held)
     if one.requirement.check in ("clearance", "contact"):
         gaps = [gap_of(body, study.environment, one.criterion)]
         moves, shift = study.environment.seat(study.seat).moves, sitters.seat.shift
         people = place_people([body], sitters.held)
         found = people_gaps(body, people, study.environment, gaps=gaps, moves=moves, shift=shift)
-        sphere, polygon = int(found.sphere[0, 0]), int(found.polygon[0, 0])
+        sphere = int(found.sphere[0, 0])
         if sphere >= 0:
-            centre = people.centres[0, sphere]
-            point = foot_on(study.environment, polygon, centre, (moves, shift[0]))
             segment = body.segment_names[int(body.sphere_segment[sphere])]
+            point, centre = found.point[0, 0], people.centres[0, sphere]
             return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(centre))
     if one.requirement.check == "vision" and study.aims.eyes is not None:
         eye = sitters.seat.eye[0]
@@ -76,29 +76,35 @@ def _shown(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, B
         foot = max(sitters.seat.miss, key=lambda name: float(sitters.seat.miss[name][0]))
         controls = {control.name: control for control in study.environment.controls}
         at = controls[study.aims.controls[foot]].at
-        return Shown(row, r, placed, environment, foot, at, _xyz(_ball(placed, foot)))
+        return Shown(row, r, placed, environment, foot, at, _xyz(_tip(placed, limb(body, foot, grip="ball"))))
     return Shown(row, r, placed, environment)
 
 
 def _reaching(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]) -> Shown:
-    """In the attempt: by whichever hand or foot comes nearest."""
+    """In the attempt: by whichever hand or foot comes nearest. The obstacles stand as in the study, those that go along
+    with the seat aside by its travel: an environment of its own for each person would be indexed anew."""
     (one, r), (row, body, environment, sitters) = what, who
     assert one.control is not None
-    foot = one.control.grip == "foot"
+    foot, seat = one.control.grip == "foot", sitters.seat
     sides = [f"{one.criterion.hand} hand"] if one.criterion.hand else list(FEET if foot else HANDS)
-    room = without_seat(environment, study.seat) if foot else environment
+    room = without_seat(study.environment, study.seat) if foot else study.environment
+    grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)
     tries = []
     for name in sides:
-        chain = limb(body, name, grip="ball" if foot else one.control.grip, zone=1 if foot else one.requirement.zone)
-        found = reach(body, sitters.seat.poses, one.control.at, limb=chain, environment=room)
-        tries.append((float(found.miss[0] + found.overlap[0]), name, found))
+        found = reach_people(
+            [body], seat.poses, [one.control.at], name=name, grip=grip, zone=zone, environment=room,
+            moves=study.environment.seat(study.seat).moves, shift=seat.shift, rotations=True,
+        )  # fmt: skip
+        tries.append((float(found.miss[0, 0] + found.overlap[0, 0]), name, found))
     _, name, best = min(tries, key=lambda entry: entry[:2])
-    return Shown(row, r, place(body, best.poses), environment, name, one.control.at, _xyz(best.tip[0]))
+    assert best.rotations is not None
+    placed = place(body, Poses(best.rotations[:, 0], seat.poses.reference, seat.poses.world_from_reference))
+    tip = _tip(placed, limb(body, name, grip=grip, zone=zone))
+    return Shown(row, r, placed, environment, name, one.control.at, _xyz(tip))
 
 
-def _ball(placed: Placed, foot: str) -> Floats:
-    """(3,) where the ball of a foot is."""
-    chain = limb(placed.body, foot, grip="ball")
+def _tip(placed: Placed, chain: Limb) -> Floats:
+    """(3,) [m] where the end of a limb is."""
     world = placed.world_from_segment[0, chain.end]
     point: Floats = world[:, :3] @ chain.tip + world[:, 3]
     return point

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from workbench.solve.limbs import HANDS
 from workbench.solve.seating import seat_planes
 from workbench.study.accommodation.chunks import seated_chunk
 from workbench.study.accommodation.crew import Crew
+from workbench.study.accommodation.forks import shared
 from workbench.study.reach_map import part_points, who_reaches
 
 __all__ = ["people_maps"]
@@ -26,16 +29,26 @@ def people_maps(study: AccommodationStudy, crew: Crew, *, say: Callable[[str], N
     for task in study.maps:
         points, normals = _facing(study, task)
         names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
-        share = np.zeros(len(points))
-        for chunk in range(len(crew)):
-            say(f"reach map of {task.part}: {100 * chunk // len(crew)} %")
-            sitters = seated_chunk(study, crew, chunk)
-            reached = np.zeros((len(sitters.bodies), len(points)), dtype=np.bool_)
-            for name in names:
-                limb = (name, task.grip, task.zone)
-                reached = who_reaches(sitters.bodies, sitters.seat.poses, points, limb=limb, settled=reached)
-            share += weight[crew.rows(chunk)] @ reached
-        yield ReachMap(task, points, normals, _flat(study, points), np.clip(share / weight.sum(), 0.0, 1.0))
+        limbs = [(name, task.grip, task.zone) for name in names]
+        parts = np.zeros((len(crew), len(points)))
+        with closing(shared(partial(_reached, study, crew, points, limbs), range(len(crew)))) as ready:
+            for done, (chunk, found) in enumerate(ready):
+                parts[chunk] = found
+                say(f"reach map of {task.part}: {100 * (done + 1) // len(crew)} %")
+        share = parts.sum(axis=0) / weight.sum()
+        yield ReachMap(task, points, normals, _flat(study, points), np.clip(share, 0.0, 1.0))
+
+
+def _reached(
+    study: AccommodationStudy, crew: Crew, points: Floats, limbs: Sequence[tuple[str, str, int]], chunk: int
+) -> Floats:
+    """(M,) the weight of the people of a chunk who reach each point with any of the limbs."""
+    sitters = seated_chunk(study, crew, chunk)
+    reached = np.zeros((len(sitters.bodies), len(points)), dtype=np.bool_)
+    for limb in limbs:
+        reached = who_reaches(sitters.bodies, sitters.seat.poses, points, limb=limb, settled=reached)
+    found: Floats = study.people.weight[crew.rows(chunk)] @ reached
+    return found
 
 
 def _facing(study: AccommodationStudy, task: MapTask) -> tuple[Floats, Floats]:

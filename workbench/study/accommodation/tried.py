@@ -10,14 +10,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.model.accommodation import MET, AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
+from workbench.solve.family import family_of, frames
 from workbench.solve.people_gaps import people_gaps
-from workbench.solve.people_placed import PeoplePlaced, place_people
+from workbench.solve.people_placed import place_people
 from workbench.solve.reach_people import reach_people
 from workbench.solve.seating import seat_planes
 from workbench.solve.stops import stops
@@ -43,7 +45,7 @@ class Tried:
     there is none; seat (B, 2) [m]: forward and up."""
 
     margin: Floats
-    words: list[list[str]]
+    words: NDArray[np.object_]
     toward: Floats
     seat: Floats
 
@@ -64,7 +66,7 @@ def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) 
     """How people who sit come out in all requirements."""
     bodies = sitters.bodies
     margin, toward = np.full((len(bodies), len(asked)), np.nan), np.full((len(bodies), len(asked), 3), np.nan)
-    words = [[""] * len(asked) for _ in bodies]
+    words = np.full(margin.shape, "", dtype=object)
     tried = Tried(margin, words, toward, np.stack([sitters.seat.forward, sitters.seat.up], axis=1))
     _reaches(study, asked, sitters, tried)
     _gaps(study, asked, sitters, tried)
@@ -72,7 +74,7 @@ def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) 
         if one.requirement.check == "vision":
             margin[:, r] = view_margin(study, one.criterion, sitters.seat.eye)
             for b in np.flatnonzero(margin[:, r] < -MET):
-                words[b][r] = view_words(study, one.criterion, sitters.seat.eye[b])
+                words[b, r] = view_words(study, one.criterion, sitters.seat.eye[b])
         elif one.requirement.check == "seat":
             _seat(sitters, tried, r)
         elif one.requirement.check == "stops":
@@ -84,7 +86,6 @@ def _reaches(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters
     """Controls with the same grip and zone together: by the limb on their side, by the other where that one misses."""
     if all(one.control is None for one in asked):
         return
-    at_rest = place_people(sitters.bodies, sitters.seat.poses)
     groups: dict[tuple[str, int, str], list[int]] = {}
     middle = np.array(study.environment.seat(study.seat).srp)
     leftward = seat_planes(study.environment.seat(study.seat))[2]
@@ -98,22 +99,21 @@ def _reaches(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters
         foot = grip == "foot"
         how = ("ball" if foot else grip, zone, empty if foot else study.environment)
         first, second = ((f"{s} {'foot' if foot else 'hand'}") for s in (side, "left" if side == "right" else "right"))
-        _tried(study, asked, (sitters, at_rest, tried), (first, *how), rows, np.arange(len(sitters.bodies)))
+        _tried(study, asked, (sitters, tried), (first, *how), rows, np.arange(len(sitters.bodies)))
         free = [r for r in rows if asked[r].criterion.hand is None]
         left = np.flatnonzero((tried.margin[:, free] < -MET).any(axis=1)) if free else np.zeros(0, np.int64)
         if len(left):
-            _tried(study, asked, (sitters, at_rest, tried), (second, *how), free, left)
+            _tried(study, asked, (sitters, tried), (second, *how), free, left)
 
 
 def _tried(
-    study: AccommodationStudy, asked: Sequence[Asked], people: tuple[Sitters, PeoplePlaced, Tried],
+    study: AccommodationStudy, asked: Sequence[Asked], people: tuple[Sitters, Tried],
     how: tuple[str, str, int, Environment], rows: list[int], who: Ints,
 ) -> None:  # fmt: skip
     """Let some people reach with one limb for some controls; what is better than before counts."""
-    (sitters, at_rest, tried), (limb, grip, zone, environment) = people, how
-    joint = sitters.bodies[0].joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
-    root = at_rest.joint(sitters.bodies, joint)[who]
+    (sitters, tried), (limb, grip, zone, environment) = people, how
     poses = sitters.seat.poses
+    root = _root(sitters.bodies, poses, limb)[who]
     some = Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who])
     targets = [asked[r].control.at for r in rows]  # type: ignore[union-attr]
     found = reach_people(
@@ -126,11 +126,20 @@ def _tried(
         before = tried.margin[who, r]
         better = np.isnan(before) | ((before < -MET) & (margin[:, t] > before))
         tried.margin[who[better], r] = margin[better, t]
-        for k in np.flatnonzero(better):
-            tried.words[who[k]][r] = found.limit(int(k), t)
+        tried.words[who[better], r] = ""
+        for k in np.flatnonzero(better & ~found.reached[:, t]):
+            tried.words[who[k], r] = found.limit(int(k), t)
         way = root - asked[r].control.at  # type: ignore[union-attr]
         way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
         tried.toward[who[better], r] = way[better]
+
+
+def _root(bodies: Sequence[Body], poses: Poses, limb: str) -> Floats:
+    """(B, 3) [m] the shoulder or hip that a limb begins at, as people sit."""
+    family, joint = family_of(tuple(bodies)), bodies[0].joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
+    world = frames(family, poses, joint + 1)
+    at: Floats = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
+    return at
 
 
 def _gaps(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, tried: Tried) -> None:
@@ -143,12 +152,13 @@ def _gaps(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, t
     placed = place_people(sitters.bodies, sitters.held)
     gaps = [gap_of(body, environment, asked[r].criterion) for r in rows]
     found = people_gaps(body, placed, environment, gaps=gaps, moves=moves, shift=shift)
+    toward = gap_toward(placed, found)
     for q, r in enumerate(rows):
         room = found.room[:, q] - asked[r].criterion.at_least
         tried.margin[:, r] = np.where(np.isfinite(room), room, np.nan)
-        tried.toward[:, r] = gap_toward((placed, found, q), environment, (moves, shift))
+        tried.toward[:, r] = toward[:, q]
         for b in np.flatnonzero(room < -MET):
-            tried.words[b][r] = gap_words(body, environment, (int(found.sphere[b, q]), int(found.polygon[b, q])))
+            tried.words[b, r] = gap_words(body, environment, (int(found.sphere[b, q]), int(found.polygon[b, q])))
 
 
 def _seat(sitters: Sitters, tried: Tried, r: int) -> None:
@@ -161,9 +171,9 @@ def _seat(sitters: Sitters, tried: Tried, r: int) -> None:
     tried.margin[:, r] = np.where(far > SHORT, -far, seat.spare_travel[:, :2].min(axis=1))
     for b in np.flatnonzero(far > SHORT):
         foot = feet[int(worst[b])]
-        tried.words[b][r] = f"{foot}, {seat.limit[foot][b]}"
+        tried.words[b, r] = f"{foot}, {seat.limit[foot][b]}"
     for b in np.flatnonzero((far <= SHORT) & (tried.margin[:, r] < -MET)):
-        tried.words[b][r] = SEAT_BACK if seat.spare_travel[b, 1] < 0 else SEAT_FORWARD
+        tried.words[b, r] = SEAT_BACK if seat.spare_travel[b, 1] < 0 else SEAT_FORWARD
 
 
 def _stops(sitters: Sitters, tried: Tried, what: tuple[int, float]) -> None:
@@ -175,4 +185,4 @@ def _stops(sitters: Sitters, tried: Tried, what: tuple[int, float]) -> None:
     tried.margin[:, r] = TURN_LEVER * (found.margin.min(axis=1) - at_least)
     for b in np.flatnonzero(tried.margin[:, r] < -MET):
         motion = found.motion(int(b), int(joint[b])).replace("_", " ")
-        tried.words[b][r] = f"{body.joint_names[joint[b]]} ({motion})"
+        tried.words[b, r] = f"{body.joint_names[joint[b]]} ({motion})"
