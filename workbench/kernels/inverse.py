@@ -10,9 +10,10 @@ import math
 import numpy as np
 from numba import njit
 
-from workbench.kernels.descent import LAST, REACHED, approach, descend, look, new_work, put_row, take, take_row
+from workbench.kernels.descent import LAST, REACHED, approach, descend, look, put_row, take, take_row
 from workbench.kernels.limits import within
 from workbench.kernels.linkage import move, new_state
+from workbench.kernels.newton import new_work
 
 __all__ = ["breaches", "solve_chains", "tips"]
 

@@ -50,9 +50,9 @@ def _limit(bounds, angles, k, axis, side):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _cone(bounds, angles, k, out):  # type: ignore[no-untyped-def]
+def _cone(bounds, angles, k, held, out):  # type: ignore[no-untyped-def]
     """The swing cone: (s1 / L1)^2 + (s2 / L2)^2 <= 1, its excess divided by its slope to be an angle. Fills a row of
-    room, slope and label."""
+    room, slope, label, and its curvature into held."""
     room, slope, label, r = out
     coupling, free_of = bounds[2], bounds[3]
     s0, s1 = angles[k, 0], angles[k, 1]
@@ -62,6 +62,7 @@ def _cone(bounds, angles, k, out):  # type: ignore[no-untyped-def]
     l0, l1 = max(l0, LEAST), max(l1, LEAST)
     root = math.sqrt((s0 / l0) ** 2 + (s1 / l1) ** 2)
     room[r], label[r, 1], label[r, 2] = FAR, 0, b0
+    held[r, 0], held[r, 1], held[r, 2] = 0.0, 0.0, 0.0
     if root < 0.05:  # near the middle of the cone nothing limits
         return
     g0, g1 = s0 / (l0 * l0 * root), s1 / (l1 * l1 * root)
@@ -69,6 +70,9 @@ def _cone(bounds, angles, k, out):  # type: ignore[no-untyped-def]
     if abs(g1) > abs(g0):
         label[r, 1], label[r, 2] = 1, b1
     room[r] = (1.0 - root) / total
+    bend = 1.0 / (root * total)
+    held[r, 0], held[r, 1] = bend * (1.0 / (l0 * l0) - g0 * g0), -bend * g0 * g1
+    held[r, 2] = bend * (1.0 / (l1 * l1) - g1 * g1)
     if free_of[k, 0] >= 0:
         slope[r, free_of[k, 0]] -= g0 / total
     if free_of[k, 1] >= 0:
@@ -130,7 +134,7 @@ def nearest_side(sides, x, y, z):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _polygon(shape, world, spin, free_joint, out):  # type: ignore[no-untyped-def]
+def _polygon(shape, world, spin, free_joint, held, out):  # type: ignore[no-untyped-def]
     """The limb's direction in its spherical polygon: room is the angle to the nearest boundary point. Fills a row."""
     sides, limb, axes, k, frame = shape
     room, slope, label, r = out
@@ -153,6 +157,9 @@ def _polygon(shape, world, spin, free_joint, out):  # type: ignore[no-untyped-de
     label[r, 1] = 0 if abs(first) >= abs(second) else 1
     label[r, 2] = 0 if (first if abs(first) >= abs(second) else second) < 0.0 else 1
     room[r] = angle if inside else -angle
+    e, v = _out(world, frame, d[0], d[1], d[2]), _out(world, frame, u[0], u[1], u[2])
+    for i in range(3):
+        held[r, i], held[r, 3 + i] = e[i], v[i]
     for i in range(free_joint.shape[0]):
         if frame <= free_joint[i] <= k:
             slope[r, i] = spin[i, 0] * turn[0] + spin[i, 1] * turn[1] + spin[i, 2] * turn[2]
@@ -177,26 +184,27 @@ def _half_turn(angles, free_of, k, out):  # type: ignore[no-untyped-def]
 def _wall(planes, m, chain, out):  # type: ignore[no-untyped-def]
     """A plane: room is the height of the point above it. Fills a row."""
     link, point, normal, offset = planes
-    world, spin, free_joint, at_parent, b = chain
-    room, slope, r = out
+    world, spin, free_joint, pivot = chain
+    room, slope, held, r = out
     k, n0, n1, n2 = link[m], normal[m, 0], normal[m, 1], normal[m, 2]
     x, y, z = _out(world, k, point[m, 0], point[m, 1], point[m, 2])
     x, y, z = x + world[k, 0, 3], y + world[k, 1, 3], z + world[k, 2, 3]
     room[r] = n0 * x + n1 * y + n2 * z - offset[m]
+    held[r, 0], held[r, 1], held[r, 2], held[r, 6] = x, y, z, k
+    held[r, 3], held[r, 4], held[r, 5] = n0, n1, n2
     for i in range(free_joint.shape[0]):
         j = free_joint[i]
         if j >= k:
             continue
-        o = _out(world, j, at_parent[b, j, 0], at_parent[b, j, 1], at_parent[b, j, 2])
-        r0, r1, r2 = x - o[0] - world[j, 0, 3], y - o[1] - world[j, 1, 3], z - o[2] - world[j, 2, 3]
+        r0, r1, r2 = x - pivot[j, 0], y - pivot[j, 1], z - pivot[j, 2]
         slope[r, i] = (
             spin[i, 0] * (r1 * n2 - r2 * n1) + spin[i, 1] * (r2 * n0 - r0 * n2) + spin[i, 2] * (r0 * n1 - r1 * n0)
         )
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def rooms(link, b, planes, span, state):  # type: ignore[no-untyped-def]
-    """Fill the rows of room of a state of body b whose world and spin are there: the stops in the order of link.rows,
+def rooms(link, planes, span, state):  # type: ignore[no-untyped-def]
+    """Fill the rows of room of a state whose world and spin are there: the stops in the order of link.rows,
     then the planes span[0]..span[1]."""
     rows, free_of, coupling = link.rows, link.free_of, link.coupling
     bounds = (link.limits, link.coupled, coupling, free_of)
@@ -218,17 +226,17 @@ def rooms(link, b, planes, span, state):  # type: ignore[no-untyped-def]
             if c >= 0 and free_of[int(coupling[c, 0]), int(coupling[c, 1])] >= 0:
                 slope[r, free_of[int(coupling[c, 0]), int(coupling[c, 1])]] += rate
         elif axis == WHOLE_CONE:
-            _cone(bounds, angles, k, (room, slope, label, r))
+            _cone(bounds, angles, k, state.held, (room, slope, label, r))
         elif axis == WHOLE_POLYGON:
             shape = (link.sides, link.limb, link.axes, k, link.polygon_link)
-            _polygon(shape, world, spin, link.free_joint, (room, slope, label, r))
+            _polygon(shape, world, spin, link.free_joint, state.held, (room, slope, label, r))
         else:
             _half_turn(angles, free_of, k, (room, slope, label, r))
     walls = (planes.link, planes.point, planes.normal, planes.offset)
     for m in range(count):
         r = stops + m
         label[r, 0], label[r, 1], label[r, 2] = -1, m, 0
-        _wall(walls, span[0] + m, (world, spin, link.free_joint, link.at_parent, b), (room, slope, r))
+        _wall(walls, span[0] + m, (world, spin, link.free_joint, state.pivot), (room, slope, state.held, r))
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)

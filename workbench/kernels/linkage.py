@@ -55,17 +55,24 @@ class Linkage(NamedTuple):
 
 class State(NamedTuple):
     """Where a chain is: angles (K, 3); world (K + 1, 3, 4); spin (n, 3): rate of turn for each free angle; slope
-    (n, 6): rate of the tip and of its direction; at (6,): tip and direction; room (R,), slope_of_room (R, n), label
-    (R, 3): the stops (joint, axis, side) and planes; used (1,): how many rows there are."""
+    (n, 6): rate of the tip and of its direction; at (6,): tip and direction; pivot (K, 3): the joints; bend (K, 3, 3):
+    how a joint's rates of turn change with its swing, the first's with the first angle, with the second, and the
+    second's with the second; room (R,), slope_of_room (R, n), label (R, 3): the stops (joint, axis, side) and planes;
+    held (R, 7): of a plane its point, normal and link, of a polygon the limb's direction and the way in, of a cone
+    its curvature (3); used (1,): how
+    many rows there are."""
 
     angles: Floats
     world: Floats
     spin: Floats
     slope: Floats
     at: Floats
+    pivot: Floats
+    bend: Floats
     room: Floats
     slope_of_room: Floats
     label: Ints
+    held: Floats
     used: Ints
 
 
@@ -82,9 +89,12 @@ def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
         np.zeros((free, 3)),
         np.zeros((free, 6)),
         np.zeros(6),
+        np.zeros((joints, 3)),
+        np.zeros((joints, 3, 3)),
         np.zeros(rows),
         np.zeros((rows, free)),
         np.zeros((rows, 3), np.int64),
+        np.zeros((rows, 7)),
         np.zeros(1, np.int64),
     )
 
@@ -148,6 +158,7 @@ def _joint(link, b, k, state):  # type: ignore[no-untyped-def]
         m = 3 * i
         world[k + 1, i, 0], world[k + 1, i, 1], world[k + 1, i, 2] = below[m], below[m + 1], below[m + 2]
         at = above[m] * p0 + above[m + 1] * p1 + above[m + 2] * p2
+        state.pivot[k, i] = w[k, i, 3] + at
         world[k + 1, i, 3] = w[k, i, 3] + at - below[m] * q0 - below[m + 1] * q1 - below[m + 2] * q2
     for axis in range(3):
         d = link.free_of[k, axis]
@@ -166,6 +177,35 @@ def _joint(link, b, k, state):  # type: ignore[no-untyped-def]
             )
         for i in range(3):
             spin[d, i] = frame[3 * i] * x + frame[3 * i + 1] * y + frame[3 * i + 2] * z
+    if link.free_of[k, 0] >= 0 and link.free_of[k, 1] >= 0:
+        _bends(axes, state.bend, k, s, size, above)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cross(a, b):  # type: ignore[no-untyped-def]
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _bends(axes, bend, k, s, size, above):  # type: ignore[no-untyped-def]
+    """Fill bend[k]: the left Jacobian times an axis, a + b s x a + c s x (s x a), differentiated by the components of
+    the swing vector s (3,)."""
+    _, b, c = _sines(size)
+    square, b_slope, c_slope = size * size, -1.0 / 12.0, -1.0 / 60.0
+    if size > 1e-2:
+        b_slope, c_slope = (math.sin(size) / size - 2.0 * b) / square, (b - 3.0 * c) / square
+    for m in range(3):
+        i, j = m // 2, (m + 1) // 2  # the rate of the first is differentiated by the second
+        a, o = (axes[k, i, 0], axes[k, i, 1], axes[k, i, 2]), (axes[k, j, 0], axes[k, j, 1], axes[k, j, 2])
+        u, q = _cross(s, a), _cross(o, a)
+        t, v, w = _cross(s, u), _cross(o, u), _cross(s, q)
+        part = s[0] * o[0] + s[1] * o[1] + s[2] * o[2]
+        p, r = b_slope * part, c_slope * part
+        x = p * u[0] + b * q[0] + r * t[0] + c * (v[0] + w[0])
+        y = p * u[1] + b * q[1] + r * t[1] + c * (v[1] + w[1])
+        z = p * u[2] + b * q[2] + r * t[2] + c * (v[2] + w[2])
+        for n in range(3):
+            bend[k, m, n] = above[3 * n] * x + above[3 * n + 1] * y + above[3 * n + 2] * z
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -187,10 +227,7 @@ def move(link, b, base, p, state):  # type: ignore[no-untyped-def]
     for d in range(link.free_joint.shape[0]):
         k = link.free_joint[d]
         w0, w1, w2 = spin[d, 0], spin[d, 1], spin[d, 2]
-        o0, o1, o2 = link.at_parent[b, k, 0], link.at_parent[b, k, 1], link.at_parent[b, k, 2]
-        r0 = at[0] - (world[k, 0, 0] * o0 + world[k, 0, 1] * o1 + world[k, 0, 2] * o2 + world[k, 0, 3])
-        r1 = at[1] - (world[k, 1, 0] * o0 + world[k, 1, 1] * o1 + world[k, 1, 2] * o2 + world[k, 1, 3])
-        r2 = at[2] - (world[k, 2, 0] * o0 + world[k, 2, 1] * o1 + world[k, 2, 2] * o2 + world[k, 2, 3])
+        r0, r1, r2 = at[0] - state.pivot[k, 0], at[1] - state.pivot[k, 1], at[2] - state.pivot[k, 2]
         slope[d, 0], slope[d, 1], slope[d, 2] = w1 * r2 - w2 * r1, w2 * r0 - w0 * r2, w0 * r1 - w1 * r0
         slope[d, 3] = w1 * at[5] - w2 * at[4]
         slope[d, 4] = w2 * at[3] - w0 * at[5]

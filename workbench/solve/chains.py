@@ -20,6 +20,7 @@ from workbench.solve.threads import in_pieces
 
 __all__ = [
     "AGAIN",
+    "NO_PLANES",
     "PIECE",
     "Found",
     "Task",
@@ -36,7 +37,7 @@ __all__ = [
 STEPS, AGAIN, SEEDS = 90, 12, 128
 PIECE = 128
 """Rows that a thread takes at a time; within them a row may follow the one before."""
-_NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ def solved(
     the row of the same piece that they follow; or from what was found before for another target or other walls."""
     count, link = len(task), task.link
     angles, numbers = np.array(start), np.zeros((count, 8))
-    planes, first = _NO_PLANES, np.zeros(count + 1, np.int64)
+    planes, first = NO_PLANES, np.zeros(count + 1, np.int64)
     if walls is not None:
         at, normal, offset = (np.ascontiguousarray(walls.planes[:, c]) for c in (slice(1, 4), slice(4, 7), 7))
         planes, first = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset), walls.start
@@ -146,7 +147,7 @@ def seeds_of(body: Body, limb: Limb) -> tuple[Floats, Floats]:
     swing = np.linalg.norm(angles[..., :2], axis=-1, keepdims=True)
     angles[..., :2] *= np.minimum(1.0, 3.0 / np.maximum(swing, 1e-9))
     breach = np.zeros(len(angles))
-    breaches(link, _NO_PLANES, angles, breach)
+    breaches(link, NO_PLANES, angles, breach)
     # the legal ones first, then the least wrong: a start need not be legal
     order = np.argsort(breach, kind="stable")[:SEEDS]
     angles, at = np.ascontiguousarray(angles[order]), np.zeros((SEEDS, 6))
@@ -158,7 +159,7 @@ def seeds_of(body: Body, limb: Limb) -> tuple[Floats, Floats]:
 def legal(task: Task, angles: Floats) -> Bools:
     """(P,) whether angles (P, K, 3) are within the stops, but for rounding."""
     breach = np.zeros(len(angles))
-    breaches(task.link, _NO_PLANES, np.array(angles), breach)
+    breaches(task.link, NO_PLANES, np.array(angles), breach)
     return breach < 1e-3
 
 

@@ -26,13 +26,11 @@ from workbench.solve.family import Family, family_of, frames, packed_links
 from workbench.solve.limbs import HANDS, Limb, limb
 from workbench.solve.linkage import joints_between
 from workbench.solve.obstacles import Room, cleared
+from workbench.solve.outward import outward
 from workbench.solve.reach import REACHED, goals_of, stopped_by
 
 __all__ = ["reach_people"]
 
-NEAR = 1e-3
-"""How near [m] to the farthest reached point the spare ends."""
-STEPS = 40
 MOST_PEOPLE = 512
 """People packed at a time."""
 EFFORT = 3, 1, 6
@@ -129,7 +127,7 @@ def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask
         room = Room(ask.environment, moving, shift, EFFORT, rows.order // people, ask.threads)
         found = cleared(task, free, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
-    spare = _spare(task, found, reached, rows.shoulder[who], ask)
+    spare = _spare(task, found, reached, rows, ask)
     return _answer((task, found, reached), spare, rows.order, (people, count), ask)
 
 
@@ -148,26 +146,15 @@ def _rows(family: Family, poses: Poses, chain: Limb, goals: Floats) -> _Rows:
     return _Rows(order, follow, shoulder)
 
 
-def _spare(task: Task, found: Found, reached: Bools, shoulder: Floats, ask: _Ask) -> Floats:
-    """(P,) [m] how much farther out the limb reaches: from the far end inward by as much as is missed, each time from
-    the solution before."""
+def _spare(task: Task, found: Found, reached: Bools, rows: _Rows, ask: _Ask) -> Floats:
+    """(P,) [m] how much farther out the limb reaches than where it does."""
     spare = np.zeros(len(task))
-    rows = np.flatnonzero(reached) if ask.spare > 0 else np.zeros(0, np.int64)
-    if not len(rows):
-        return spare
-    way = task.goal[rows, :3] - shoulder[rows]
-    way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
-    spare[rows], before = ask.spare, found.rows(rows)
-    for _ in range(STEPS):
-        some = rows_of(task, rows)
-        some = replace(some, goal=goals_of(some.goal[:, :3] + spare[rows, None] * way))
-        before = solved(some, before.angles, 1, before=before, threads=ask.threads)
-        on = before.numbers[:, 0] > NEAR
-        spare[rows[on]] = np.maximum(spare[rows[on]] - before.numbers[on, 0], 0.0)
-        on &= spare[rows] > 0.0
-        rows, way, before = rows[on], way[on], before.rows(on)
-        if not len(rows):
-            break
+    at = np.flatnonzero(reached) if ask.spare > 0 else np.zeros(0, np.int64)
+    if len(at):
+        some = rows_of(task, at)
+        ways = some.goal[:, :3] - rows.shoulder[some.who]
+        alike = rows.order[at] // len(rows.shoulder)
+        spare[at] = outward(some, found.rows(at), ways, alike, most=ask.spare, threads=ask.threads)
     return spare
 
 
