@@ -68,7 +68,7 @@ def test_a_planes_curvature_is_that_of_differences(bubbleman, zone):
     expected = arm.second(lambda state: state.room[row])
     arm.state.room[:], arm.state.room[row], arm.work.press[row] = 9.0, INSIDE, 2.0
     np.testing.assert_allclose(-arm.matrix(), 2.0 * expected, atol=1e-5)
-    assert np.abs(expected).max() > 0.2
+    assert np.abs(expected).max() > 0.1
 
 
 def test_a_cones_curvature_is_that_of_differences_along_its_surface(bubbleman):
@@ -85,7 +85,7 @@ def test_a_cones_curvature_is_that_of_differences_along_its_surface(bubbleman):
     arm.state.room[row] = INSIDE
     found = -arm.matrix()[np.ix_(angles, angles)]
     assert along @ found @ along == pytest.approx(along @ expected @ along, abs=1e-5)
-    assert HOLD > 1e3 * abs(along @ found @ along)
+    assert 1e3 * abs(along @ found @ along) < HOLD
 
 
 def _onto_cone(arm, row, angles, room):
