@@ -15,7 +15,7 @@ STEPS = 60
 
 
 def outward(task: Task, found: Found, ways: Floats, alike: Ints, *, most: float, threads: int | None = None) -> Floats:
-    """(P,) [m] how far beyond the targets, which all are reached, limbs get along directions ways (P, 3), at `most` [m].
+    """(P,) [m] how far beyond the targets, which all are reached, limbs get along ways (P, 3), at `most` [m].
 
     alike (P,): rows of the same number are for the same target, sorted by how far people must stretch, so that each
     starts from where the one before has come to.
