@@ -9,12 +9,13 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import SHARED
+from workbench.model.accommodation import IntervalRule
 from workbench.model.population import Population
 from workbench.people.draw import draw_people
-from workbench.people.share import inside_own_percentiles
-from workbench.study.accommodation.gains import _least_move
+from workbench.people.share import bootstrap_share, inside_own_percentiles, share_of
 from workbench.study.accommodation.hardest import hardest_rows
 from workbench.study.accommodation.limiting import limiting_measures
+from workbench.study.accommodation.proposals import shortest
 from workbench.study.accommodation.shares import (
     group_shares,
     left_out_alone,
@@ -96,15 +97,47 @@ def test_margins_are_spread_by_weight_and_what_does_not_apply_is_left_out():
     assert spread[1] == pytest.approx([0.005] * 5)
 
 
-def test_the_least_move_that_brings_95_percent_is_found():
-    margin = np.arange(-20, 80) / 1000  # a fifth is short, by up to 20 mm
-    move, share = _least_move(margin, np.ones(100), (np.ones(100), 0.8))
-    assert (move, share) == (pytest.approx(0.015), 0.95)
+def test_the_shortest_move_that_gains_nearly_what_the_best_does_is_taken():
+    shares = np.array([0.5, 0.6, 0.69, 0.695, 0.7])  # the best gains 0.2 over 0.5, nineteen twentieths of it are 0.19
+    assert shortest(shares, 0.5) == 2
+    assert shortest(np.array([0.5, 0.4]), 0.5) is None  # a move that lowers the share of all is no proposal
 
 
-def test_a_move_across_the_way_gains_nothing():
-    margin = np.array([-0.01, 0.01])
-    assert _least_move(margin, np.zeros(2), (np.ones(2), 0.5))[1] == 0.5
+def test_the_bootstrap_of_four_people_by_hand():
+    """Two of four: redrawn, a binomial of 4 at 1/2: 1, 4, 6, 4, 1 in 16. Between 10 % and 90 % lie 1 to 3 of 4; between
+    5 % and 95 % all, since 0 of 4 is 6.25 %."""
+    served = np.array([True, True, False, False])
+    found = bootstrap_share(served, seed=1, confidence=0.8)
+    assert (found.share, found.low, found.high) == (0.5, 0.25, 0.75)
+    wide = bootstrap_share(served, seed=1, confidence=0.9)
+    assert (wide.low, wide.high) == (0.0, 1.0)
+
+
+def test_the_bootstrap_draws_each_sex_by_itself_where_sexes_are_weighted_to_a_mix():
+    """All men fit and no woman: with the mix held, whoever is drawn again gives the same share."""
+    served = np.array([True] * 3 + [False] * 5)
+    people = people_of([0] * 3 + [1] * 5)
+    rule = IntervalRule("bootstrap", seed=3)
+    shares = {s.group: s for s in group_shares(served, people, {"one in ten a woman": 0.1}, interval=rule)}
+    mixed = shares["one in ten a woman"]
+    assert (mixed.low, mixed.share, mixed.high) == pytest.approx((0.9, 0.9, 0.9))
+    assert shares["everybody"].low < 3 / 8 < shares["everybody"].high
+
+
+def test_a_bootstrap_is_the_same_for_the_same_seed_and_near_wilsons_for_many_people():
+    served = np.arange(2000) % 10 < 8
+    one, two, wilson = bootstrap_share(served, seed=5), bootstrap_share(served, seed=5), share_of(served)
+    assert one == two
+    assert (one.low, one.high) == (pytest.approx(wilson.low, abs=2e-3), pytest.approx(wilson.high, abs=2e-3))
+
+
+def test_a_bootstrap_with_weights_is_that_of_drawing_people_one_by_one():
+    served, weight = np.arange(40) % 3 > 0, 1.0 + np.arange(40) % 2
+    stream = np.random.default_rng(0)
+    rows = stream.integers(0, 40, size=(20_000, 40))
+    shares = (weight * served)[rows].sum(axis=1) / weight[rows].sum(axis=1)
+    found = bootstrap_share(served, weight=weight, seed=2, draws=20_000)
+    assert [found.low, found.high] == pytest.approx(np.quantile(shares, [0.025, 0.975]), abs=0.012)
 
 
 def test_the_hardest_are_of_different_troubles_first():

@@ -283,6 +283,19 @@ def test_a_change_of_the_design_is_confirmed_by_a_run_with_it(toy, tmp_path):
     assert gain.requirement == "reach knob by the right hand" and gain.move == pytest.approx(0.06)
     assert gain.before == result.single[0] and gain.after == nearer.single[0] > gain.before
     assert gain.joint_after == pytest.approx(nearer.served.mean())
+    column = [r.name for r in result.requirements].index(gain.requirement)
+    short = result.margin[:, column] < -1e-6
+    grown = nearer.margin[short, column] - result.margin[short, column]
+    still = nearer.margin[short, column] < -1e-6  # what is to spare is counted along another way
+    assert gain.margin_rate == pytest.approx(np.mean(grown[still]) / 0.06, abs=0.1)
+
+
+def test_what_is_proposed_lets_more_people_meet_everything(tmp_path):
+    result = accommodation_study(load_accommodation(write_toy(tmp_path, knob=850, people=PEOPLE)))
+    assert result.gains and all(gain.joint_after > gain.joint_before for gain in result.gains)
+    knob = next(gain for gain in result.gains if gain.words.startswith("moving knob"))
+    assert knob.words.endswith("aft") and knob.after > knob.before
+    assert 0.5 < knob.margin_rate <= 1.0
 
 
 def test_published_schemas_are_those_of_the_code():

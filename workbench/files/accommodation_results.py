@@ -74,12 +74,14 @@ class HardRow(_Row):
 
 
 class GainRow(_Row):
-    """What a change of the design gains, shares 0 to 1; rate_per_mm: the share of this requirement by a millimetre."""
+    """What a change of the design gains, shares 0 to 1; rate_per_mm: the share of this requirement by a millimetre;
+    margin_rate: millimetres of margin by a millimetre, mean of those who do not meet it, null where not known."""
 
     words: str
     requirement: str
     move_mm: float
     rate_per_mm: float
+    margin_rate: float | None
     before: float
     after: float
     joint_before: float

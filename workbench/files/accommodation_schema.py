@@ -13,6 +13,7 @@ __all__ = [
     "AccommodationFile",
     "ChangeFile",
     "DemandFile",
+    "IntervalFile",
     "MapFile",
     "PopulationSourceFile",
     "SittingFile",
@@ -162,8 +163,26 @@ class ChangeFile(FileModel):
         return self
 
 
+class IntervalFile(FileModel):
+    """How the intervals of shares are found: Wilson's score interval, or that of the bootstrap with its seed and number
+    of draws."""
+
+    method: Literal["wilson", "bootstrap"] = "wilson"
+    seed: Annotated[int, Field(ge=0, le=2**63)] | None = None
+    draws: Annotated[int, Field(ge=100, le=1_000_000)] = 10_000
+
+    @model_validator(mode="after")
+    def _has_its_seed(self) -> IntervalFile:
+        if self.method == "bootstrap" and self.seed is None:
+            raise ValueError("a bootstrap needs a 'seed'")
+        if self.method == "wilson" and self.model_fields_set & {"seed", "draws"}:
+            raise ValueError("'seed' and 'draws' belong to method: bootstrap")
+        return self
+
+
 class AccommodationFile(FileModel):
-    """An accommodation study. mixes: the share of women, by name, that the people are weighted to."""
+    """An accommodation study. mixes: the share of women, by name, that the people are weighted to; confidence and
+    interval: of the shares, as in {method: bootstrap, seed: 1}."""
 
     study: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
     kind: Literal["accommodation"]
@@ -180,5 +199,6 @@ class AccommodationFile(FileModel):
     criteria: Annotated[list[DemandFile], Field(min_length=1)]
     mixes: dict[Name, Share] = {}
     confidence: Annotated[float, Field(gt=0, lt=1)] = 0.95
+    interval: IntervalFile = IntervalFile()
     maps: list[MapFile] = []
     changes: list[ChangeFile] = []

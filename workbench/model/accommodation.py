@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,8 +17,8 @@ from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.study import Aims, Criterion
 
-__all__ = ["MET", "Accommodation", "AccommodationStudy", "Change", "Gain", "GroupShare", "MapTask", "ReachMap",
-           "Requirement", "Shown"]  # fmt: skip
+__all__ = ["MET", "Accommodation", "AccommodationStudy", "Change", "Gain", "GroupShare", "IntervalRule", "MapTask",
+           "ReachMap", "Requirement", "Shown"]  # fmt: skip
 
 MET = 1e-6
 """A margin [m] down to which a requirement counts as met: below what any length here is known to."""
@@ -48,15 +49,24 @@ class Change:
     travel_up: tuple[float, float] = (0.0, 0.0)
 
 
+@dataclass(frozen=True)
+class IntervalRule:
+    """How a share's interval is found: method "wilson" or "bootstrap", with its seed and number of draws."""
+
+    method: str = "wilson"
+    seed: int = 0
+    draws: int = 10_000
+
+
 @dataclass(frozen=True, eq=False)
 class AccommodationStudy:
     """An accommodation study ready to run: one seat, one population, many criteria.
 
     body: the family's body that every person is made from, at the level of detail that is checked; people: one row a
     person; aims: what a sitter's posture is predicted from; like: the named posture of trunk and head; mixes: by name,
-    the share of women that the people are weighted to; confidence of the intervals, 0 to 1; changes: those whose gain
-    is asked for, looked for by the study itself where there are none; pose (P = 1): the posture `like` of the body,
-    None where the study is not to be run.
+    the share of women that the people are weighted to; confidence (0 to 1) and interval: of the shares; changes: those
+    whose gain is asked for, looked for by the study itself where there are none; pose (P = 1): the posture `like` of
+    the body, None where the study is not to be run.
     """
 
     name: str
@@ -79,6 +89,7 @@ class AccommodationStudy:
     warnings: tuple[str, ...] = ()
     changes: tuple[Change, ...] = ()
     pose: Poses | None = None
+    interval: IntervalRule = IntervalRule()
 
 
 @dataclass(frozen=True)
@@ -112,8 +123,9 @@ class GroupShare:
 class Gain:
     """What a change of the design would gain, found from the margins and confirmed by a run with the change made.
 
-    words: "moving flaps 32 mm aft"; requirement: the one it is for; move [m]; rate: share gained by a metre at the
-    design as it is; before, after: the share that meets the requirement without and with the change (run again);
+    words: "moving flaps 32 mm aft"; requirement: the one it is for; move [m]; rate: share gained by a metre, and
+    margin_rate: metres by which the margin grows with a metre, mean of those who do not meet the requirement, both at
+    the design as it is; before, after: the share that meets the requirement without and with the change (run again);
     joint_before, joint_after: the share that meets all.
     """
 
@@ -125,6 +137,7 @@ class Gain:
     after: float
     joint_before: float
     joint_after: float
+    margin_rate: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)

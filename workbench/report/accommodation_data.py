@@ -21,7 +21,7 @@ from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
-from workbench.report.accommodation_words import accommodation_headline, gain_sentence
+from workbench.report.accommodation_words import accommodation_headline, gain_sentence, no_gain_words
 from workbench.report.tables import csv_text
 
 __all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables",
@@ -33,7 +33,7 @@ def accommodation_lines(result: Accommodation) -> list[str]:
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
     lines = [f"{100 * result.single[r]:5.1f} %  {result.requirements[r].name}"
              f" (alone leaves out {100 * result.alone[r]:.1f} %)" for r in order]  # fmt: skip
-    lines += [gain_sentence(gain) for gain in result.gains]
+    lines += [gain_sentence(gain) for gain in result.gains] or no_gain_words(result)
     return lines + [f"{100 * row.share:5.1f} %  {row.group} ({100 * row.low:.1f} to {100 * row.high:.1f} %)"
                     for row in result.shares]  # fmt: skip
 
@@ -58,6 +58,7 @@ def accommodation_file(result: Accommodation) -> AccommodationResultFile:
         requirements=[_requirement(result, r) for r in range(len(result.requirements))],
         hardest=[_hard(result, row) for row in result.hardest],
         gains=[GainRow(words=g.words, requirement=g.requirement, move_mm=_mm(g.move), rate_per_mm=_share(g.rate / 1000),
+                       margin_rate=None if math.isnan(g.margin_rate) else round(g.margin_rate, 4) + 0.0,
                        before=_share(g.before), after=_share(g.after), joint_before=_share(g.joint_before),
                        joint_after=_share(g.joint_after)) for g in result.gains],
         maps=[MapRow(part=m.task.part, grip=m.task.grip, zone=m.task.zone, hand=m.task.hand, points_mm=_rows(m.points),
@@ -126,9 +127,10 @@ def accommodation_tables(result: Accommodation, rows: AccommodationResultFile) -
              for q in rows.requirements),
         ),
         "gains.csv": csv_text(
-            ["change", "requirement", "move_mm", "share_per_mm", "before", "after", "joint_before", "joint_after"],
-            ([g.words, g.requirement, g.move_mm, g.rate_per_mm, g.before, g.after, g.joint_before, g.joint_after]
-             for g in rows.gains),
+            ["change", "requirement", "move_mm", "share_per_mm", "margin_per_mm", "before", "after", "joint_before",
+             "joint_after"],
+            ([g.words, g.requirement, g.move_mm, g.rate_per_mm, g.margin_rate, g.before, g.after, g.joint_before,
+              g.joint_after] for g in rows.gains),
         ),
         "people.csv": csv_text(header, body),
     }  # fmt: skip

@@ -32,6 +32,7 @@ from workbench.report.accommodation_words import (
     accommodation_headline,
     gain_sentence,
     millimetres_short,
+    no_gain_words,
     percent,
     person_sentence,
     plain,
@@ -82,6 +83,7 @@ def accommodation_page(
         women=bool((result.study.people.sex == 1).any() and (result.study.people.sex == 0).any()),
         measures=_measures(result),
         gains=[_gain(result, index) for index in range(len(result.gains))],
+        no_gain=no_gain_words(result),
         cases=_NUMBERS[len(result.hardest)] if len(result.hardest) < len(_NUMBERS) else str(len(result.hardest)),
         hardest=[_person(result, index) for index in range(len(result.hardest))],
         maps=[_map(result, found) for found in result.maps],
@@ -193,12 +195,16 @@ def _range(low: float, high: float) -> str:
 
 
 def _gain(result: Accommodation, index: int) -> dict[str, Any]:
-    """One change as a sentence, with what a millimetre of it gains at first where that says something."""
+    """One change as a sentence, with what a millimetre of it gives at first where that says something."""
     gain = result.gains[index]
-    helps = gain.after > gain.before + 1e-9 or gain.joint_after > gain.joint_before + 1e-9
-    rate = 0.1 * gain.rate  # points a millimetre
-    told = f"{rate:+.2f} points a millimetre" if helps and np.isfinite(rate) and rate >= 0.005 else ""
-    return {"sentence": gain_sentence(gain), "rate": told, "helps": helps}
+    joint = gain.joint_after - gain.joint_before
+    helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
+    told = []
+    if helps and gain.margin_rate >= 0.005:
+        told.append(f"gives those who lack it {gain.margin_rate:.2f} mm of margin on average")
+    if helps and np.isfinite(gain.rate) and gain.rate >= 0.05:
+        told.append(f"lets {0.1 * gain.rate:.2f} % more of the people meet it")
+    return {"sentence": gain_sentence(gain), "rate": " and ".join(told), "helps": helps}
 
 
 def _person(result: Accommodation, index: int) -> dict[str, Any]:

@@ -13,6 +13,7 @@ __all__ = [
     "gain_sentence",
     "interval_words",
     "limiting_words", "millimetres_short",
+    "no_gain_words",
     "percent",
     "person_name", "person_sentence",
     "plain",
@@ -95,6 +96,14 @@ def gain_sentence(gain: Gain) -> str:
         own = f"leaves “{plain(gain.requirement)}” at {one} %" + (" and takes" if all_one != all_two else "")
         return f"{_capital(plain(gain.words))} {own} {joint if all_one != all_two else 'and ' + joint}."
     return f"{_capital(plain(gain.words))} {own} and {joint}."
+
+
+def no_gain_words(result: Accommodation) -> list[str]:
+    """That no proposal gains anything, where people are left out and no changes were asked for; else nothing."""
+    if result.gains or result.served.all() or result.study.changes:
+        return []
+    return ["No straight move of a single control, part or end of the seat's travel, up to 100 mm, was found that lets "
+            "more people meet all requirements together."]  # fmt: skip
 
 
 def person_sentence(result: Accommodation, row: int) -> str:

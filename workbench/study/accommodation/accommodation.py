@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.accommodation_studies import AccommodationPlan
-from workbench.model.accommodation import MET, Accommodation, AccommodationStudy
+from workbench.model.accommodation import MET, Accommodation, AccommodationStudy, GroupShare, IntervalRule
 from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
@@ -63,6 +63,7 @@ def ready(plan: AccommodationPlan) -> AccommodationStudy:
         warnings=plan.environment.warnings,
         changes=plan.changes,
         pose=plan.pose,
+        interval=IntervalRule(file.interval.method, file.interval.seed or 0, file.interval.draws),
     )
 
 
@@ -96,7 +97,7 @@ def accommodation_study(
         reasons=reasons,
         seat=found.seat,
         limiting=_limiting(study, asked, found),
-        shares=tuple(group_shares(np.asarray(met.all(axis=1)), study.people, study.mixes, confidence=study.confidence)),
+        shares=_shares(study, np.asarray(met.all(axis=1))),
         single=share_single(met, weight),
         without=share_without(met, weight),
         alone=left_out_alone(met, weight),
@@ -112,6 +113,11 @@ def accommodation_study(
         warnings=(*_told(crew), *_hopeless(asked, met), *buried_controls(study.environment), *study.warnings),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )
+
+
+def _shares(study: AccommodationStudy, served: Bools) -> tuple[GroupShare, ...]:
+    rule = study.interval
+    return tuple(group_shares(served, study.people, study.mixes, confidence=study.confidence, interval=rule))
 
 
 def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk) -> tuple[str, ...]:

@@ -14,13 +14,16 @@ __all__ = ["borne_by", "changed", "moved_parts"]
 
 
 def changed(study: AccommodationStudy, change: Change) -> AccommodationStudy:
-    """The study with a change made. A control takes the part along that it is on, unless another control is on it."""
+    """The study with a change made. A control takes the part along that it is on, unless another control is on it; a
+    part takes all controls along that are on it."""
     environment = study.environment
     if change.control or change.parts:
         environment = moved(environment, moved_parts(environment, change), change.move)
         x, y, z = change.move
         controls = tuple(
-            replace(c, at=(c.at[0] + x, c.at[1] + y, c.at[2] + z)) if c.name == change.control else c
+            replace(c, at=(c.at[0] + x, c.at[1] + y, c.at[2] + z))
+            if c.name == change.control or c.part in change.parts
+            else c
             for c in environment.controls
         )
         return replace(study, environment=replace(environment, controls=controls))

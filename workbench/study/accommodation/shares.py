@@ -6,41 +6,57 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from workbench.model.accommodation import GroupShare
-from workbench.model.arrays import Bools, Floats
+from workbench.model.accommodation import GroupShare, IntervalRule
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.population import SEXES, Population
 from workbench.people.percentile import quantiles
-from workbench.people.share import share_of
+from workbench.people.share import bootstrap_share, share_of
 
 __all__ = ["LEVELS", "group_shares", "left_out_alone", "mix_weights", "share_single", "share_without", "spread_of"]
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
 """The shares of people at which margins are told."""
+WILSON = IntervalRule()
 _WORDS = {"male": "men", "female": "women"}
 
 
 def group_shares(
-    served: Bools, people: Population, mixes: Mapping[str, float], *, confidence: float = 0.95
+    served: Bools,
+    people: Population,
+    mixes: Mapping[str, float],
+    *,
+    confidence: float = 0.95,
+    interval: IntervalRule = WILSON,
 ) -> Iterator[GroupShare]:
     """The share served (P,) of everybody, of each sex, and of everybody weighted to each mix of the sexes.
 
-    Wilson's interval; with weights of Kish's effective count.
+    Wilson's interval, with weights of Kish's effective count; or that of the bootstrap, which draws from each sex as
+    many as there are where the sexes are weighted to a mix.
     """
-    every = np.ones(len(people), dtype=np.bool_)
-    yield _share("everybody", served, people.weight, (every, confidence))
+    how = confidence, interval
+    yield _share("everybody", (served, people.weight), how)
     present = [sex for sex in SEXES if np.any(people.sex == SEXES.index(sex))]
     if len(present) < 2:
         return
     for sex in present:
-        yield _share(_WORDS[sex], served, people.weight, (people.sex == SEXES.index(sex), confidence))
+        rows = people.sex == SEXES.index(sex)
+        yield _share(_WORDS[sex], (served[rows], people.weight[rows]), how)
     for name, women in mixes.items():
         weight = mix_weights(people, women)
-        yield _share(name, served, weight, (weight > 0, confidence))
+        rows = weight > 0
+        yield _share(name, (served[rows], weight[rows]), how, people.sex[rows])
 
 
-def _share(group: str, served: Bools, weight: Floats, how: tuple[Bools, float]) -> GroupShare:
-    rows, confidence = how
-    found = share_of(served[rows], weight=weight[rows], confidence=confidence)
+def _share(
+    group: str, who: tuple[Bools, Floats], how: tuple[float, IntervalRule], strata: Ints | None = None
+) -> GroupShare:
+    (served, weight), (confidence, rule) = who, how
+    if rule.method == "bootstrap":
+        found = bootstrap_share(
+            served, weight=weight, strata=strata, seed=rule.seed, draws=rule.draws, confidence=confidence
+        )
+    else:
+        found = share_of(served, weight=weight, confidence=confidence)
     return GroupShare(group, found.share, found.low, found.high, found.count)
 
 

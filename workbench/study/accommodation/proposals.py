@@ -1,0 +1,152 @@
+"""Changes of a design that would let more people meet everything, looked for in the margins.
+
+Moving a control toward a person's shoulder lets the margin grow as much as the way gets shorter; so do a part that is
+moved away from the sphere it is nearest to, and a seat's end for who sits at it. So the margins say, to first order,
+who would meet what with a change made. What it really gains is what a run with it says (see gains).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from workbench.model.accommodation import MET, AccommodationStudy, Change
+from workbench.model.arrays import Bools, Floats
+from workbench.solve.seating import seat_planes
+from workbench.study.accommodation.changes import moved_parts
+from workbench.study.accommodation.chunks import Chunk
+from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.shares import left_out_alone, share_single
+from workbench.study.accommodation.views import TOO_LOW
+
+__all__ = ["MOST_MOVE", "growth", "met_of", "proposals", "shortest"]
+
+MOST_MOVE = 0.1
+"""The longest move [m] that is looked at."""
+STEP = 1e-3
+ENOUGH = 0.95
+"""The part of what the best move would gain that the shortest one which is proposed must gain."""
+
+
+def proposals(study: AccommodationStudy, asked: Sequence[Asked], found: Chunk) -> Iterator[tuple[Change, int]]:
+    """Changes that let more people meet everything, as far as the margins say, with the number of the requirement each
+    is for: those first that leave out most people by nothing else."""
+    weight, met = study.people.weight, met_of(found.margin)
+    single, alone = share_single(met, weight), left_out_alone(met, weight)
+    tried: set[str] = set()
+    for r in np.lexsort((single, -alone)).tolist():
+        target = asked[r].requirement.target
+        if single[r] >= 1.0 or target in tried:
+            continue
+        seat = asked[r].requirement.check in ("vision", "seat")
+        change = (_travel if seat else _moved)(study, asked, (found, r))
+        if change is not None:
+            tried.add(target)
+            yield change, r
+
+
+def met_of(margin: Floats) -> Bools:
+    """Whether margins [m] are met; what does not apply is."""
+    return np.asarray(np.isnan(margin) | (margin >= -MET))
+
+
+def growth(study: AccommodationStudy, asked: Sequence[Asked], found: Chunk, what: tuple[Change, int]) -> Floats:
+    """(P,) by how much each person's margin of a requirement (a number) grows with a unit of a change's move: for a
+    start, and as long as nothing else gets in the way."""
+    change, r = what
+    if change.control or change.parts:
+        size = float(np.linalg.norm(change.move))
+        if r not in _rows(study, asked, change) or size == 0:
+            return np.zeros(len(found.margin))
+        return np.nan_to_num(found.toward[:, r] @ (np.array(change.move) / size))
+    if asked[r].requirement.check not in ("vision", "seat"):
+        return np.zeros(len(found.margin))
+    seat, column = study.environment.seat(study.seat), 0 if any(change.travel_forward) else 1
+    low, high = change.travel_forward if column == 0 else change.travel_up
+    ends = seat.travel_forward if column == 0 else seat.travel_up
+    at = found.seat[:, column]
+    helped = ((np.abs(at - ends[0]) < STEP) & (low < 0)) | ((np.abs(at - ends[1]) < STEP) & (high > 0))
+    return np.asarray((helped & ~met_of(found.margin[:, r])).astype(np.float64))
+
+
+def _rows(study: AccommodationStudy, asked: Sequence[Asked], change: Change) -> list[int]:
+    """The requirements whose margins a moved control or part changes as `toward` says: reaches of what is moved, and
+    clearances to nothing but what is moved."""
+    parts = set(moved_parts(study.environment, change))
+    rows = []
+    for r, one in enumerate(asked):
+        if one.control is not None:
+            goes = one.control.part in parts if change.parts else one.control.name == change.control
+        else:
+            goes = one.requirement.check == "clearance" and parts >= set(one.criterion.parts)
+        rows += [r] if goes else []
+    return rows
+
+
+def shortest(shares: Floats, now: float) -> int | None:
+    """The first of some shares (M,) that gains ENOUGH of what the best does over that of now; None where none gains."""
+    best = float(shares.max(initial=now))
+    if best <= now + 1e-9:
+        return None
+    return int(np.argmax(shares >= now + ENOUGH * (best - now) - 1e-12))
+
+
+def _moved(study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]) -> Change | None:
+    """A control or parts moved along an axis: the shortest of the moves that gain about as much as the best."""
+    found, r = what
+    one = asked[r]
+    if one.requirement.check not in ("reach", "clearance"):
+        return None
+    control, parts = (one.control.name, ()) if one.control is not None else ("", one.criterion.parts)
+    side = seat_planes(study.environment.seat(study.seat))[2]
+    ahead, up = np.array([side[1], -side[0], 0.0]), np.array([0.0, 0.0, 1.0])
+    ways = {"aft": -ahead, "forward": ahead, "up": up, "down": -up, "to the left": side, "to the right": -side}
+    met, weight = met_of(found.margin), study.people.weight
+    now = _joint(met, weight)
+    moves = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
+    shares = np.empty((len(moves), len(ways)))
+    for k, axis in enumerate(ways.values()):
+        x, y, z = axis.tolist()
+        rows = _rows(study, asked, Change("", control, parts, (x, y, z)))
+        others = np.delete(met, rows, axis=1).all(axis=1)
+        steps = np.nan_to_num(found.toward[:, rows] @ axis)
+        for at, move in enumerate(moves):
+            then = others & met_of(found.margin[:, rows] + move * steps).all(axis=1)
+            shares[at, k] = weight @ then / weight.sum()
+    m = shortest(shares.max(axis=1), now)
+    if m is None:
+        return None
+    word = list(ways)[int(np.argmax(shares[m]))]
+    x, y, z = (moves[m] * ways[word]).tolist()
+    name = control or one.requirement.target
+    return Change(f"moving {name} {1000 * moves[m]:.0f} mm {word}", control, parts, (x, y, z))
+
+
+def _joint(met: Bools, weight: Floats) -> float:
+    return float(weight @ met.all(axis=1) / weight.sum())
+
+
+def _travel(study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]) -> Change | None:
+    """The end of the seat's travel, at which those sit who miss the view or the pedals, moved outward."""
+    found, r = what
+    seat, met, weight = asked[r].requirement.check == "seat", met_of(found.margin), study.people.weight
+    missed = np.flatnonzero(~met[:, r])
+    own = study.environment.seat(study.seat)
+    column, ends = (0, own.travel_forward) if seat else (1, own.travel_up)
+    if seat:  # short legs stop short of pedals: who sits at neither end is helped by neither
+        beyond = np.mean(found.seat[missed, 0] - ends[0] >= ends[1] - found.seat[missed, 0]) >= 0.5
+    else:
+        beyond = np.mean([found.words[k] == TOO_LOW for k in found.reason[missed, r]]) >= 0.5
+    at_end = np.abs(found.seat[:, column] - ends[int(beyond)]) < STEP
+    others = np.delete(met, r, axis=1).all(axis=1)
+    moves = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
+    shares = [weight @ (others & met_of(found.margin[:, r] + move * at_end)) / weight.sum() for move in moves]
+    m = shortest(np.array(shares), _joint(met, weight))
+    if m is None:
+        return None
+    move = float(moves[m])
+    words = ("farther forward" if beyond else "farther back") if seat else ("higher" if beyond else "lower")
+    ends_moved = (0.0, move) if beyond else (-move, 0.0)
+    told = f"letting the seat go {1000 * move:.0f} mm {words}"
+    return Change(told, travel_forward=ends_moved) if seat else Change(told, travel_up=ends_moved)
