@@ -10,10 +10,8 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from workbench.files.studies import load_study
-from workbench.model.study import ReachTask
 from workbench.solve.limbs import limb
 from workbench.solve.posture import eye_points
-from workbench.study.envelopes import envelope, ray_grid
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import predicted
 from workbench.study.reaches import buried_controls
@@ -132,32 +130,6 @@ def test_a_control_inside_a_solid_is_told():
     inside = replace(trainer.controls[0], at=(0.0, 0.28, 0.25), part="")
     told = buried_controls(replace(trainer, controls=(inside,)))
     assert len(told) == 1 and "left_seat_back" in told[0]
-
-
-def test_the_grid_of_rays_is_a_closed_surface_that_faces_out():
-    direction, triangles = ray_grid(15)
-    assert len(direction) == 24 * 11 + 2
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    assert len(np.unique(edges, axis=0)) == len(edges)
-    assert {tuple(e) for e in edges} == {tuple(e[::-1]) for e in edges}
-    a, b, c = (direction[triangles[:, k]] for k in range(3))
-    volume = np.sum(np.cross(a, b) * c) / 6
-    assert volume == pytest.approx(4 / 3 * np.pi, rel=0.03) and np.all(np.sum(np.cross(a, b) * c, axis=1) > 0)
-
-
-@pytest.mark.nightly
-def test_the_mirrored_hand_has_the_mirrored_envelope_and_its_ends_are_reached(bubbleman):
-    poses, origin = wb.pose(bubbleman, {}, reference="LT"), np.array([-0.1, 0.0, -0.1])
-    found = {}
-    for name in ("left hand", "right hand"):
-        found[name] = envelope(bubbleman, poses, origin, task=ReachTask("x", name, "grasp", 1, False))
-    left, right = found.values()
-    assert left.volume == pytest.approx(right.volume, rel=0.02) and left.volume > 0.1
-    arm = limb(bubbleman, "right hand", grip="grasp")
-    ends = origin + right.direction[right.any_reached] * right.outer[right.any_reached, None]
-    assert wb.reach(bubbleman, poses, ends, limb=arm).miss.max() < 1e-3
-    beyond = ends + 0.03 * right.direction[right.any_reached]
-    assert np.mean(wb.reach(bubbleman, poses, beyond, limb=arm).reached) < 0.05
 
 
 def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():

@@ -75,6 +75,8 @@ if TYPE_CHECKING:
     from workbench.solve.sweep import self_sweep as self_sweep
     from workbench.solve.sweep import sweep as sweep
     from workbench.study.accommodation.compare import compare as compare
+    from workbench.study.envelope.envelope import reach_envelope as reach_envelope
+    from workbench.study.envelope.people import people_envelope as people_envelope
     from workbench.study.persons import person_body as person_body
     from workbench.study.reach_map import reach_map as reach_map
     from workbench.study.run import run as run
@@ -135,6 +137,8 @@ _HOME: dict[str, str] = {
     "reach_map": "study.reach_map",
     "run": "study.run",
     "compare": "study.accommodation.compare",
+    "people_envelope": "study.envelope.people",
+    "reach_envelope": "study.envelope.envelope",
     "Comparison": "model.comparison",
     "person_body": "study.persons",
     "scale": "shape.scale",
@@ -194,10 +198,12 @@ __all__ = [
     "load_population_model",
     "load_study",
     "measure",
+    "people_envelope",
     "person_body",
     "place",
     "pose",
     "reach",
+    "reach_envelope",
     "reach_map",
     "reach_people",
     "read_ansur",

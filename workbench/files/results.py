@@ -125,18 +125,45 @@ class ReachRow(_Row):
     sentence: str
 
 
+class EnvelopeRayRow(_Row):
+    """One ray of an envelope: its azimuth, and its elevation about the seat reference point or its height above it.
+
+    outer, inner: its outermost and innermost reached point, null where none is; clear_*: the same clear of obstacles;
+    easy_*, moderate_*: within these grades of discomfort. lost: stretches that obstacles take, from and to, and the
+    obstacle.
+    """
+
+    azimuth_deg: float
+    elevation_deg: float
+    height_mm: float
+    outer_mm: float | None
+    inner_mm: float | None
+    clear_outer_mm: float | None
+    clear_inner_mm: float | None
+    easy_outer_mm: float | None
+    easy_inner_mm: float | None
+    moderate_outer_mm: float | None
+    moderate_inner_mm: float | None
+    lost: list[tuple[float, float, str]]
+
+
 class EnvelopeRow(_Row):
-    """One reach envelope about the seat reference point: azimuth and elevation of each ray, its outermost and innermost
-    reached point (null where none is), the share that obstacles take."""
+    """One reach envelope: rays about the seat reference point, and level rays about the upright axis through it.
+
+    lost_litres_to: what each obstacle takes, by the part that the limb would enter deepest, the most first.
+    """
 
     person: str
     limb: str
     zone: int
+    people: int
     origin_mm: tuple[float, float, float]
     volume_litres: float
     obstacles: bool
     lost_litres: float
-    rays: list[tuple[float, float, float | None, float | None, float]]
+    lost_litres_to: dict[str, float]
+    rays: list[EnvelopeRayRow]
+    levels: list[EnvelopeRayRow]
 
 
 class ResultFile(_Row):

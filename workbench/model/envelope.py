@@ -1,4 +1,4 @@
-"""Envelope: how far a limb reaches about a point, direction by direction."""
+"""Envelope: how far a limb reaches about a point, direction by direction and level by level."""
 
 from __future__ import annotations
 
@@ -7,19 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints, frozen
+from workbench.model.ray_reach import RayReach
 
 __all__ = ["Envelope"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Envelope:
-    """The reach of one limb of one person about an origin (3,) [m], the seat reference point.
+    """The reach of one limb about an origin (3,) [m], the seat reference point: of a person, or of a share of people.
 
-    direction (D, 3): unit rays, a grid of azimuth and elevation with the two poles last; outer, inner (D,) [m]: the
-    farthest and the nearest reached point along each ray (where none is, the point that comes nearest: both the same);
-    any_reached (D,): whether there is one. step: the grid's angle [rad]. vertices (2 D, 3) [m] and triangles (T, 3):
-    outer and inner boundary as one closed surface; volume [m3]. lost [m3]: the part of it that obstacles take,
-    blocked (D,): the share of each ray between its ends that is lost; zero where obstacles are not heeded.
+    about: along D rays of a grid of azimuth and elevation, `step` [rad] wide, level by level from below and the two
+    poles last; triangles (T, 3) between neighbouring rays; cell (D,) [sr]: the solid angle that each ray stands for.
+    levels: along level rays from the upright axis through the origin, `step` apart, at heights (H,) [m] above it,
+    height by height; both empty where they were not asked for. obstacles: whether they were heeded; parts: their names.
+    people: 1, or of how many people each boundary is a percentile.
     """
 
     person: str
@@ -27,31 +28,70 @@ class Envelope:
     zone: int
     origin: Floats
     step: float
-    direction: Floats
-    outer: Floats
-    inner: Floats
-    any_reached: Bools
+    about: RayReach
     triangles: Ints
-    volume: float
+    cell: Floats
+    heights: Floats
+    levels: RayReach
     obstacles: bool
-    lost: float
-    blocked: Floats
+    parts: tuple[str, ...] = ()
+    people: int = 1
 
     def __repr__(self) -> str:
         return f"Envelope({self.person}, {self.limb}, zone {self.zone}: {1000 * self.volume:.0f} litres)"
 
     def __post_init__(self) -> None:
-        rays = len(self.direction)
-        object.__setattr__(self, "origin", frozen(self.origin, np.float64, (3,), "envelope.origin"))
-        object.__setattr__(self, "direction", frozen(self.direction, np.float64, (rays, 3), "envelope.direction"))
-        for name in ("outer", "inner", "blocked"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, (rays,), f"envelope.{name}"))
-        object.__setattr__(self, "any_reached", frozen(self.any_reached, np.bool_, (rays,), "envelope.any_reached"))
-        object.__setattr__(self, "triangles", frozen(self.triangles, np.int64, (None, 3), "envelope.triangles"))
+        put, rays = object.__setattr__, len(self.about)
+        put(self, "origin", frozen(self.origin, np.float64, (3,), "envelope.origin"))
+        put(self, "cell", frozen(self.cell, np.float64, (rays,), "envelope.cell"))
+        put(self, "heights", frozen(self.heights, np.float64, (len(self.heights),), "envelope.heights"))
+        put(self, "triangles", frozen(self.triangles, np.int64, (None, 3), "envelope.triangles"))
 
     @property
-    def vertices(self) -> Floats:
-        """(2 D, 3) [m] the outer points, then the inner points."""
-        ends = np.concatenate([self.outer, self.inner])[:, None]
-        points: Floats = self.origin + np.concatenate([self.direction, self.direction]) * ends
-        return points
+    def volume(self) -> float:
+        """[m3] between the inner and the outer boundary, obstacles aside: each ray for its solid angle."""
+        shell = self.about.outer**3 - self.about.inner**3
+        return float(np.sum(self.cell * np.where(self.about.reached, shell, 0.0)) / 3.0)
+
+    @property
+    def lost(self) -> float:
+        """[m3] of it that obstacles take."""
+        return sum(self.lost_to.values())
+
+    @property
+    def lost_to(self) -> dict[str, float]:
+        """[m3] that each obstacle takes, the most first; by the part that a free limb would enter deepest."""
+        lost = self.about.lost
+        each = self.cell[lost.ray] * (lost.end**3 - lost.begin**3) / 3.0
+        taken = {self.parts[k] if k >= 0 else "": float(each[lost.part == k].sum()) for k in np.unique(lost.part)}
+        return dict(sorted(taken.items(), key=lambda row: (-row[1], row[0])))
+
+    @property
+    def blocked(self) -> Floats:
+        """(D,) the share of each ray's volume between its boundaries that obstacles take."""
+        lost, about = self.about.lost, self.about
+        taken = np.bincount(lost.ray, weights=lost.end**3 - lost.begin**3, minlength=len(about))
+        share: Floats = taken / np.maximum(about.outer**3 - about.inner**3, 1e-12)
+        return np.where(about.reached, np.minimum(share, 1.0), 0.0)
+
+    def surface(self, *, clear: bool = False) -> tuple[Floats, Ints]:
+        """Vertices (V, 3) [m] and triangles (T, 3) of the outer and the inner boundary as one closed surface, obstacles
+        aside or clear of them, facing out of what is reached; it tapers to where rays that meet nothing come nearest.
+        """
+        outer, inner, reached = self.about.bounds(clear=clear)
+        rays = len(outer)
+        points = np.concatenate([outer, inner])[:, None] * np.tile(self.about.direction, (2, 1)) + self.origin
+        open_: Bools = reached & (outer - inner > 1e-9)
+        own = np.where(open_, np.arange(rays) + rays, np.arange(rays))
+        kept = self.triangles[open_[self.triangles].any(axis=1)]
+        faces = np.concatenate([kept, own[kept[:, ::-1]]])
+        return points, _tidy(points, faces)
+
+
+def _tidy(points: Floats, faces: Ints) -> Ints:
+    """Faces with corners at one place made one corner, those without an area gone."""
+    _, first, same = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
+    joined = first[same.ravel()][faces]
+    whole = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
+    result: Ints = joined[whole]
+    return result

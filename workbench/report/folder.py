@@ -20,6 +20,7 @@ from workbench.report.crash_page import crash_page
 from workbench.report.crash_pictures import crash_film
 from workbench.report.crash_words import crash_headline
 from workbench.report.data import result_file
+from workbench.report.envelope_rows import envelope_solids, envelope_tables
 from workbench.report.page import page
 from workbench.report.reach_rows import reach_tables
 from workbench.report.tables import csv_tables
@@ -72,7 +73,8 @@ def _accommodation(result: Accommodation, progress: Say | None) -> tuple[Accommo
 
 def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, Content]]:
     rows = result_file(result)
-    files: dict[str, Content] = {"result.json": dump_json(rows), **csv_tables(rows), **reach_tables(rows)}
+    tables = csv_tables(rows) | reach_tables(rows) | envelope_tables(rows)
+    files: dict[str, Content] = {"result.json": dump_json(rows), **tables, **envelope_solids(result)}
     return rows, files | {"report.html": page(result, rows, progress=progress)}
 
 

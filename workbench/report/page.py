@@ -15,13 +15,14 @@ from markupsafe import Markup
 
 from workbench.draw.circles import circles
 from workbench.draw.disks import disks
+from workbench.draw.envelope_sections import LEGEND
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.sources import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.files.results import ResultFile
 from workbench.model.result import Finding, PersonResult, Result
+from workbench.report.envelope_pictures import envelope_pictures
 from workbench.report.pictures import clearance_drawing
-from workbench.report.reach_rows import section_svg
 from workbench.report.words import finding_sentence, headline, part_count, without_polygons
 from workbench.solve.collide import allowed_depth
 
@@ -52,7 +53,8 @@ def page(result: Result, rows: ResultFile, *, progress: Progress | None = None) 
         matrices=[_matrix(result, person, case) for person in result.people for case in range(len(rows.cases))],
         stops=[_stops(result, index) for index in range(len(result.people))],
         reaches=_reaches(rows),
-        sections=[[Markup(section_svg(e, level=level)) for level in (False, True)] for e in result.envelopes],
+        envelopes=[envelope_pictures(result, e) for e in result.envelopes],
+        legend=LEGEND,
     )
 
 

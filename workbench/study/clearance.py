@@ -18,7 +18,7 @@ from workbench.solve.collide import (
 )
 from workbench.solve.stops import stops
 from workbench.study.criteria import Measured, verdict
-from workbench.study.envelopes import envelopes
+from workbench.study.envelope.envelope import envelopes
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import predicted

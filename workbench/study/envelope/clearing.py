@@ -1,0 +1,124 @@
+"""Postures of limbs kept clear of obstacles: what they enter, and a target tried from a posture that is clear.
+
+What is near a clear posture becomes planes that its spheres must stay behind at once, so that on the way to a target
+near by the limb slides along obstacles instead of passing into them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.kernels.limb_contacts import limb_contacts
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.environment import Environment
+from workbench.solve.chains import PIECE, Found, Task, Walls, rows_of, solved
+from workbench.solve.collide import allowed_depth
+from workbench.solve.family import packed_limbs
+from workbench.solve.fields import field_of, packed_faces, packed_shells
+from workbench.solve.threads import in_pieces
+
+__all__ = ["CLEAR", "REACHED", "Room", "Touched", "cleared_from", "touched"]
+
+DEEPEST, MOST_PLANES = 16, 40
+CLEAR = 2e-4
+"""How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
+AROUND = 0.03
+"""How near [m] an obstacle is minded at once."""
+REACHED = 1e-3
+"""How near [m] a point is to be reached."""
+TURNS = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for each body."""
+
+    environment: Environment
+    moving: Ints
+    shift: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Touched:
+    """Of P postures: overlap (P,) [m] beyond what is allowed; the many (P,) deepest contacts as planes (P, Q, 8) with
+    their parts (P, Q), -1 where there are fewer."""
+
+    overlap: Floats
+    planes: Floats
+    part: Ints
+    many: Ints
+
+
+def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
+    """What limbs at angles (P, K, 3) enter, or come nearer to than `near` [m], beyond what is allowed."""
+    environment, count = room.environment, len(angles)
+    shown = ~environment.hidden
+    groups = [np.flatnonzero(shown & (room.moving == 0)), np.flatnonzero(shown & (room.moving > 0))]
+    chosen = tuple(tuple(group.tolist()) for group in groups if len(group) or group is groups[0])
+    limbs, allowed = packed_limbs(task.family, task.limb), allowed_depth(task.body, environment)
+    least = np.stack([allowed[:, list(group)].min(axis=1, initial=np.inf) for group in chosen], axis=1)
+    index = (
+        packed_faces(environment), packed_shells(environment), field_of(environment, chosen),
+        environment.polygon_part, allowed, room.moving, environment.normal, least,
+    )  # fmt: skip
+    out = (
+        np.zeros((count, DEEPEST, 7)), np.zeros((count, DEEPEST, 8)), np.zeros(count, np.int64),
+        np.full((count, DEEPEST), -1), np.zeros(count),
+    )  # fmt: skip
+
+    def work(begin: int, end: int) -> None:
+        reach = (near, CLEAR)
+        limb_contacts(limbs, task.who, task.held, task.base, angles, index, room.shift, reach, out, begin, end)
+
+    in_pieces(work, count, PIECE)
+    return Touched(out[4], out[1], out[3], out[2])
+
+
+def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:
+    """The targets of a task tried from postures (P, K, 3) that touch nothing, minding what is near to them, and again
+    with what is then touched: what was found, and whether (P,) it arrives and is clear."""
+    near = touched(task, start, room, AROUND)
+    found = solved(task, start, 0, walls=_walls([near], np.arange(len(task))))
+    good = np.zeros(len(task), np.bool_)
+    rows, history, current = np.arange(len(task)), [near], found
+    for turn in range(TURNS):
+        hit = touched(rows_of(task, rows), current.angles, room, CLEAR)
+        arrived = current.numbers[:, 0] < REACHED
+        fine = arrived & (hit.overlap <= 0)
+        found = _put(found, current, rows, fine)
+        good[rows[fine]] = True
+        on = np.flatnonzero(arrived & (hit.overlap > 0))
+        if not len(on) or turn == TURNS - 1:
+            break
+        history = [_some(touches, on) for touches in (*history, hit)]
+        rows = rows[on]
+        before = current.rows(on)
+        current = solved(rows_of(task, rows), before.angles, 0, walls=_walls(history[::-1], rows), before=before)
+    return found, good
+
+
+def _some(touches: Touched, rows: Ints) -> Touched:
+    return Touched(touches.overlap[rows], touches.planes[rows], touches.part[rows], touches.many[rows])
+
+
+def _put(found: Found, other: Found, rows: Ints, fine: Bools) -> Found:
+    """Found with the rows that are fine taken from another."""
+    angles, numbers, held = found.angles.copy(), found.numbers.copy(), found.held.copy()
+    at = rows[fine]
+    angles[at], numbers[at], held[at] = other.angles[fine], other.numbers[fine], other.held[fine]
+    return replace(found, angles=angles, numbers=numbers, held=held)
+
+
+def _walls(history: list[Touched], rows: Ints) -> Walls:
+    """The planes of touches of the same rows, the first list first, MOST_PLANES a row at most."""
+    count = len(rows)
+    many = np.stack([touches.many for touches in history], axis=1)
+    some = np.arange(DEEPEST) < many[:, :, None]
+    planes = np.stack([touches.planes for touches in history], axis=1)
+    parts = np.stack([touches.part for touches in history], axis=1)
+    flat = some.reshape(count, -1)
+    flat &= np.cumsum(flat, axis=1) <= MOST_PLANES
+    start = np.concatenate([[0], np.cumsum(flat.sum(axis=1))]).astype(np.int64)
+    return Walls(planes.reshape(count, -1, 8)[flat], parts.reshape(count, -1)[flat], start)

@@ -1,0 +1,152 @@
+"""Reach envelopes about the seat reference point, as Kennedy measured them (AMRL-TR-77-50, 1978)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
+from workbench.model.envelope import Envelope
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed, Poses
+from workbench.model.ray_reach import GRADES, Losses, RayReach
+from workbench.model.study import Study
+from workbench.solve.chains import Task
+from workbench.solve.limbs import limb
+from workbench.study.envelope.asking import Drawn, asked, drawn
+from workbench.study.envelope.clearing import Room
+from workbench.study.envelope.ends import Ends, ray_ends
+from workbench.study.envelope.losses import eased, losses
+from workbench.study.envelope.rays import Rays, level_rays, point_rays, ray_grid, solid_angles
+from workbench.study.envelope.stations import Stations, cleared_stations, stations
+from workbench.study.placement import seat_point
+
+__all__ = ["MOST_DISCOMFORT", "envelopes", "no_rays", "reach_envelope"]
+
+STEP = 15
+LEVELS = 0.15
+"""Distance [m] of the level sections."""
+TRIES = 8192
+"""Postures drawn, of which those are kept that the stops allow."""
+MOST_DISCOMFORT = (7.0, 28.0)
+"""Greatest discomfort of the GRADES: what it is with each of an arm's seven angles at the end of its comfortable range,
+and twice as far from the mode as that."""
+
+
+def envelopes(study: Study, placed: Mapping[str, Placed], environment: Environment) -> Iterator[Envelope]:
+    """The envelopes that a study asks for, from each person's first case's posture."""
+    for task in study.envelopes:
+        person = next(person for person in study.people if person.name == task.person)
+        world = placed[person.name].world_from_segment[:1, person.poses.reference]
+        poses = Poses(person.poses.rotations[:1], person.poses.reference, world)
+        yield reach_envelope(
+            placed[person.name].body,
+            poses,
+            seat_point(person, environment),
+            name=task.limb,
+            grip=task.grip,
+            zone=task.zone,
+            environment=environment if task.obstacles else None,
+            person=task.person,
+        )
+
+
+def reach_envelope(
+    body: Body,
+    poses: Poses,
+    origin: ArrayLike,
+    *,
+    name: str,
+    grip: str | None = None,
+    zone: int = 1,
+    environment: Environment | None = None,
+    step: int = STEP,
+    levels: bool = True,
+    person: str = "",
+) -> Envelope:
+    """The reach envelope of a limb about an origin (3,) [m], from one pose.
+
+    name, grip, zone: as for `limb`. environment: obstacles, which are heeded where one is given. step [deg]: of the
+    grid, a divisor of 90. levels: whether level sections are told as well. InputError where the body lacks the
+    landmarks of the grip.
+    """
+    chain = limb(body, name, grip=grip, zone=zone)
+    centre = np.asarray(origin, dtype=np.float64)
+    task = asked([body], poses, chain)
+    postures = drawn(task, TRIES)
+    direction, triangles = ray_grid(step)
+    about = _ray_reach(task, point_rays(centre[None], direction, triangles), postures, environment)
+    heights = _heights(about, centre) if levels else np.zeros(0)
+    return Envelope(
+        person=person,
+        limb=chain.name,
+        zone=zone,
+        origin=centre,
+        step=float(np.radians(step)),
+        about=about,
+        triangles=triangles,
+        cell=solid_angles(direction, float(np.radians(step))),
+        heights=heights,
+        levels=_ray_reach(task, level_rays(centre, heights, step), postures, environment),
+        obstacles=environment is not None,
+        parts=environment.parts if environment is not None else (),
+    )
+
+
+def _heights(about: RayReach, origin: Floats) -> Floats:
+    """(H,) [m] the heights of the level sections: whole steps from the origin, as far as anything is reached."""
+    high = (about.outer * about.direction[:, 2])[about.reached]
+    if not len(high):
+        return np.zeros(0)
+    first, last = np.ceil(high.min() / LEVELS), np.floor(high.max() / LEVELS)
+    heights: Floats = LEVELS * np.arange(first, last + 1)
+    return heights
+
+
+def _ray_reach(task: Task, rays: Rays, postures: Drawn, environment: Environment | None) -> RayReach:
+    if not len(rays):
+        return no_rays()
+    ends = ray_ends(task, rays, postures)
+    at = stations(task, rays, ends)
+    none = np.zeros(0, dtype=np.int64)
+    lost, clear = Losses(none, np.zeros(0), np.zeros(0), none), (ends.outer, ends.inner, ends.reached)
+    if environment is not None and len(at):
+        room = Room(environment, np.zeros(len(environment.parts), dtype=np.int64), np.zeros((len(task), 3)))
+        at = cleared_stations(at, room, postures)
+        lost = losses(at, room)
+        clear = _clear(ends, at, lost)
+    grades = [eased(at, most) for most in MOST_DISCOMFORT]
+    return RayReach(
+        rays.origin, rays.direction, ends.outer, ends.inner, ends.reached, *clear,
+        np.array([grade[0] for grade in grades]), np.array([grade[1] for grade in grades]), lost,
+    )  # fmt: skip
+
+
+def no_rays() -> RayReach:
+    """What is reached along no rays at all."""
+    none, whole = np.zeros(0), np.zeros(0, dtype=np.int64)
+    flags, grades = np.zeros(0, dtype=np.bool_), np.zeros((len(GRADES), 0))
+    return RayReach(
+        np.zeros((0, 3)), np.zeros((0, 3)), none, none, flags, none, none, flags, grades, grades,
+        Losses(whole, none, none, whole),
+    )  # fmt: skip
+
+
+def _clear(ends: Ends, at: Stations, lost: Losses) -> tuple[Floats, Floats, Bools]:
+    """Outer and inner radius (R,) [m] of what is clear of obstacles, and whether anything is (R,); else as without."""
+    outer, inner = ends.outer.copy(), ends.inner.copy()
+    good = np.flatnonzero(at.clear)
+    clear = np.zeros(len(outer), dtype=np.bool_)
+    clear[at.ray[good]] = True
+    for bound, way, edges in ((outer, 1, lost.begin), (inner, -1, lost.end)):
+        ray, first = np.unique(at.ray[good[::-way]], return_index=True)
+        for k, station in zip(ray.tolist(), good[::-way][first].tolist(), strict=True):
+            if at.place[station] == (at.count[k] - 1 if way > 0 else 0):
+                continue
+            gap = way * (edges - at.radius[station])
+            next_to = (lost.ray == k) & (gap >= 0) & (gap <= abs(at.radius[station + way] - at.radius[station]))
+            bound[k] = at.radius[station] + way * float(gap[next_to].min(initial=np.inf) if next_to.any() else 0.0)
+    return outer, inner, clear

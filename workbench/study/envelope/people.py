@@ -1,0 +1,98 @@
+"""The reach envelope of a share of people: ray by ray a percentile of how far they reach, as Kennedy's tables are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import UsageError
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.envelope import Envelope
+from workbench.model.poses import Poses
+from workbench.model.ray_reach import GRADES, Losses, RayReach
+from workbench.solve.limbs import limb
+from workbench.study.envelope.asking import asked, drawn
+from workbench.study.envelope.ends import ray_ends
+from workbench.study.envelope.envelope import no_rays
+from workbench.study.envelope.rays import point_rays, ray_grid, solid_angles
+
+__all__ = ["people_envelope"]
+
+TRIES = 2048
+MOST = 64
+"""People at a time."""
+
+
+def people_envelope(
+    bodies: Sequence[Body],
+    poses: Poses,
+    origins: ArrayLike,
+    *,
+    name: str,
+    percentile: float = 5.0,
+    grip: str | None = None,
+    zone: int = 1,
+    step: int = 15,
+) -> Envelope:
+    """The envelope of B people of a family, one row of poses each, about their seat reference points (B, 3) [m] or one
+    (3,) for all, obstacles aside.
+
+    percentile p (0 to 50): of every ray the outer boundary is the p-th percentile of the people's outer radii, the
+    inner one the (100 - p)-th of their inner radii, both of somebody among them (the inverse of the distribution
+    function); who reaches nothing along the ray counts as reaching nowhere. So 100 - p % of the people reach at least
+    as far on any one ray; on all rays together fewer do, as nobody is at the same percentile everywhere. The origin is
+    the mean of theirs. UsageError where numbers of rows do not fit, or for another percentile.
+    """
+    points = np.broadcast_to(np.asarray(origins, dtype=np.float64), (len(bodies), 3))
+    if len(poses) != len(bodies) or not len(bodies):
+        raise UsageError(f"{len(bodies)} bodies need as many poses, and one at least, got {len(poses)}")
+    if not 0.0 <= percentile <= 50.0:
+        raise UsageError(f"a percentile of an envelope is 0 to 50, got {percentile}")
+    direction, triangles = ray_grid(step)
+    chain = limb(bodies[0], name, grip=grip, zone=zone)
+    outer, inner = np.zeros((len(bodies), len(direction))), np.full((len(bodies), len(direction)), np.inf)
+    for first in range(0, len(bodies), MOST):
+        some = slice(first, first + MOST)
+        own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
+        task = asked(bodies[some], own, chain)
+        ends = ray_ends(task, point_rays(points[some], direction, triangles), drawn(task, TRIES))
+        outer[some] = np.where(ends.reached, ends.outer, 0.0).reshape(len(task), -1)
+        inner[some] = np.where(ends.reached, ends.inner, np.inf).reshape(len(task), -1)
+    far = np.percentile(outer, percentile, axis=0, method="inverted_cdf")
+    near = np.percentile(inner, 100.0 - percentile, axis=0, method="inverted_cdf")
+    return _shared(percentile, zone, step, (chain.name, points, far, near))
+
+
+def _shared(percentile: float, zone: int, step: int, found: tuple[str, Floats, Floats, Floats]) -> Envelope:
+    """The envelope with these percentiles of radii."""
+    name, points, far, near = found
+    reached, middle = far > near, points.mean(axis=0)
+    direction, triangles = ray_grid(step)
+    return Envelope(
+        person=f"{percentile:g}th percentile of {len(points)} people",
+        limb=name,
+        zone=zone,
+        origin=middle,
+        step=float(np.radians(step)),
+        about=_rays(middle, direction, (np.where(reached, far, 0.0), np.where(reached, near, 0.0))),
+        triangles=triangles,
+        cell=solid_angles(direction, float(np.radians(step))),
+        heights=np.zeros(0),
+        levels=no_rays(),
+        obstacles=False,
+        people=len(points),
+    )
+
+
+def _rays(origin: Floats, direction: Floats, ends: tuple[Floats, Floats]) -> RayReach:
+    """Rays of a share of people: how far, with nothing said of ease and obstacles."""
+    outer, inner = ends
+    reached, none = outer > inner, np.zeros(0, dtype=np.int64)
+    unknown = np.full((len(GRADES), len(direction)), np.nan)
+    return RayReach(
+        np.tile(origin, (len(direction), 1)), direction, outer, inner, reached, outer, inner, reached, unknown,
+        unknown, Losses(none, np.zeros(0), np.zeros(0), none),
+    )  # fmt: skip
