@@ -95,7 +95,7 @@ def _people(result: Accommodation) -> PeopleRow:
         served=result.served.tolist(),
         limiting=list(result.limiting),
         seat_mm=_rows(result.seat),
-        margin_mm=[[_number(value) for value in row] for row in result.margin.tolist()],
+        margin_mm=_cells(result.margin),
         reason=result.reason.tolist(),
     )
 
@@ -147,13 +147,11 @@ def people_table(result: Accommodation) -> tuple[list[str], Iterable[list[object
     sizes = np.round(people.measures * factor, 1).tolist()
 
     def rows() -> Iterable[list[object]]:
-        labels = _labels(result)
-        for p in range(len(people)):
-            said = [result.reasons[k] if k >= 0 else "" for k in result.reason[p].tolist()]
-            margins = [_number(value) for value in result.margin[p].tolist()]
-            yield [labels[p], SEXES[int(people.sex[p])], float(people.weight[p]), "yes" if result.served[p] else "no",
-                   result.limiting[p], *(_mm(v) for v in result.seat[p].tolist()), *margins, *said,
-                   *sizes[p]]  # fmt: skip
+        words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()  # -1: the last, nothing
+        served, seat, margins = result.served.tolist(), _cells(result.seat), _cells(result.margin)
+        for p, label in enumerate(_labels(result)):
+            yield [label, SEXES[int(people.sex[p])], float(people.weight[p]), "yes" if served[p] else "no",
+                   result.limiting[p], *seat[p], *margins[p], *words[p], *sizes[p]]  # fmt: skip
 
     return header, rows()
 
@@ -166,6 +164,14 @@ def _labels(result: Accommodation) -> list[str]:
 def _rows(values: Floats) -> list[Any]:
     """Lengths [m] as rows of millimetres."""
     return [tuple(_mm(value) for value in row) for row in values.tolist()]
+
+
+def _cells(metres: Floats) -> list[list[float | None]]:
+    """A table of lengths [m] in millimetres, None for NaN: many at once."""
+    cells = (np.round(1000 * metres, 3) + 0.0).astype(object)
+    cells[np.isnan(metres)] = None
+    found: list[list[float | None]] = cells.tolist()
+    return found
 
 
 def _number(metres: float) -> float | None:

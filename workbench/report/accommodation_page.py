@@ -227,8 +227,8 @@ def _picture(result: Accommodation, found: Shown) -> dict[str, str]:
     scene = Scene((SceneBody(found.placed, 0, "warm"),), found.environment, marks, name, "as found at the worst")
     views = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(views, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
-    out = io.BytesIO()
-    disks(scene, camera).save(out, "PNG", optimize=True)
+    out = io.BytesIO()  # to look for the smallest file takes longer than to draw it, and saves a tenth
+    disks(scene, camera).save(out, "PNG")
     text = "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
     return {"png": text, "view": _FROM[view], "alt": f"{name}: {lack} are lacking, seen {_FROM[view]}"}
 
