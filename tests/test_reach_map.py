@@ -9,7 +9,8 @@ import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench.shape.scale import scale
 from workbench.solve.limbs import limb
-from workbench.study.reach_map import part_points, reach_map
+from workbench.solve.reach_people import reach_people
+from workbench.study.reach_map import from_coarse_to_fine, part_points, reach_map, who_reaches
 
 
 @pytest.fixture(scope="module")
@@ -65,3 +66,29 @@ def test_what_a_map_cannot_mean_is_refused(board, people):
         reach_map(bodies, poses, board, "board", points=5, weights=[1, 1])
     with pytest.raises(wb.UsageError, match="one point"):
         reach_map(bodies, poses, board, "board", points=0)
+
+
+def test_points_come_from_coarse_to_fine_and_it_is_known_how_coarse():
+    points = np.stack([np.linspace(0.0, 1.0, 9), np.zeros(9), np.zeros(9)], axis=1)
+    order, far = from_coarse_to_fine(points)
+    assert order[:3].tolist() == [0, 8, 4]  # one end, the other, the middle
+    assert far[:3] == pytest.approx([1.0, 0.5, 0.25]) and far[-1] == 0.0
+    assert sorted(order.tolist()) == list(range(9))
+
+
+@pytest.mark.parametrize("count", [400, pytest.param(2000, marks=pytest.mark.nightly)])
+def test_points_that_are_not_asked_about_are_as_if_they_had_been(board, people, count):
+    bodies, poses = people
+    points = part_points(board, "board", count)[0]
+    asked = []
+
+    def counted(*given, **options):
+        asked.append(len(given[2]))
+        return reach_people(*given, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("workbench.study.reach_map.reach_people", counted)
+        found = who_reaches(bodies, poses, points, limb=("right hand", "push", 1))
+    every = reach_people(bodies, poses, points, name="right hand", grip="push", zone=1).reached
+    assert np.mean(found != every) <= 0.002
+    assert sum(asked) < 0.8 * count and 0.1 < every.mean() < 0.9

@@ -1,13 +1,17 @@
 """The population reach map: for points all over a part's surface, the weighted share of people who reach them.
 
-Nobody solves for every point. A miss is a distance: within it of a point that is missed nothing is reached, so points
-there are settled at once, and exactly. The points left are taken coarse to fine, so that the first ones settle most.
+Nobody solves for every point. Points are taken from coarse to fine, each the one farthest from all before. The first
+are asked about until none is farther than COARSE from one of them; of the others only those that are not surrounded by
+points which are all reached, or all missed: the edge of what somebody reaches is found to the last point, and only a
+patch smaller than COARSE far from that edge could be overlooked. People are taken in the order of how far they must
+stretch, so that those asked together have their edges near to one another.
+
 Obstacles do not count: the map says how far arms are long enough and joints free enough.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,13 +22,21 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
+from workbench.solve.family import family_of, frames
 from workbench.solve.limbs import HANDS
 from workbench.solve.reach_people import reach_people
 
-__all__ = ["part_points", "reach_map", "who_reaches"]
+__all__ = ["from_coarse_to_fine", "groups", "part_points", "reach_map", "who_reaches"]
 
-LEVELS = (27, 9, 3, 1)
-"""Every which of the points, in their scattered order, is asked about in turn."""
+COARSE = 0.04
+"""How far [m] a point may be from one that everybody is asked about."""
+FINER = 3
+"""How many times more points each turn knows of than the one before."""
+AROUND = 2.0
+"""A point is surrounded by those known that are nearer than so many times the distance that no point is farther than
+from one of them."""
+GROUP = 128
+"""People asked together."""
 
 
 def reach_map(
@@ -72,33 +84,70 @@ def who_reaches(
 ) -> Bools:
     """(B, M) who reaches which of the points (M, 3) [m] with a limb (name, grip, zone); what is settled (B, M) already
     is not asked again, and told as reached."""
-    people, count = len(bodies), len(points)
-    reached = np.zeros((people, count), dtype=np.bool_) if settled is None else settled.copy()
-    known, order = reached.copy(), _scattered(count)
-    name, grip, zone = limb
-    for at in np.array_split(np.arange(people), max(1, people // 64)):
+    reached = np.zeros((len(bodies), len(points)), dtype=np.bool_) if settled is None else settled.copy()
+    order, far = from_coarse_to_fine(points)
+    for at in groups(bodies, poses, points, limb[0]):
         own = Poses(poses.rotations[at], poses.reference, poses.world_from_reference[at])
-        some = [bodies[b] for b in at]
-        for k, level in enumerate(LEVELS):
-            new = np.setdiff1d(order[::level], order[:: LEVELS[k - 1]] if k else order[:0])
-            open_ = new[~known[np.ix_(at, new)].all(axis=0)]
-            if not len(open_):
-                continue
-            found = reach_people(some, own, points[open_], name=name, grip=grip, zone=zone, threads=threads)
-            reached[np.ix_(at, open_)] |= found.reached
-            known[np.ix_(at, open_)] = True
-            _settle(points, open_, found.miss, (at, known))
+        some = [bodies[b] for b in at.tolist()]
+
+        def ask(rows: Ints, some: list[Body] = some, own: Poses = own) -> Bools:
+            return reach_people(
+                some, own, points[rows], name=limb[0], grip=limb[1], zone=limb[2], threads=threads
+            ).reached
+
+        reached[at] = _asked(points, (order, far), reached[at], ask)
     return reached
 
 
-def _settle(points: Floats, asked: Ints, miss: Floats, what: tuple[Ints, Bools]) -> None:
-    """Mark as known what lies within the miss of a point asked about: it is not reached."""
-    at, known = what
-    for k, m in enumerate(asked):
-        if not np.any(miss[:, k] > 1e-3):
-            continue
-        gap = np.linalg.norm(points - points[m], axis=1)
-        known[at] |= gap[None] < miss[:, k, None] - 1e-3
+def groups(bodies: Sequence[Body], poses: Poses, points: Floats, name: str) -> list[Ints]:
+    """The numbers of B people in groups of GROUP or fewer who stretch about as far for the points with a limb."""
+    order = np.argsort(_stretches(bodies, poses, points, name), kind="stable")
+    return np.array_split(order, max(1, -(-len(bodies) // GROUP)))
+
+
+def _stretches(bodies: Sequence[Body], poses: Poses, points: Floats, name: str) -> Floats:
+    """(B,) [m] how far the middle of the points (M, 3) is from the shoulder or hip of a limb, beyond its length."""
+    family, foot = family_of(tuple(bodies)), name.endswith("foot")
+    first, end = (bodies[0].joint(name[0].upper() + joint) for joint in (("H", "A") if foot else ("S", "W")))
+    world = frames(family, poses, first + 1)
+    root = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, first]) + world[:, :, 3]
+    links = range(first + 1, end + 1)
+    length = sum(np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in links)
+    beyond: Floats = np.linalg.norm(points.mean(axis=0) - root, axis=1) - length
+    return beyond
+
+
+def _asked(points: Floats, order: tuple[Ints, Floats], settled: Bools, ask: Callable[[Ints], Bools]) -> Bools:
+    """(B, M) who reaches which points: `ask` says it of some points (K,) for everybody (B, K)."""
+    rows, far = order
+    known = settled.astype(np.int8)  # 1 reached, -1 missed, 0 not known
+    done, count = 0, int(np.argmax(far <= COARSE)) + 1 if far[-1] <= COARSE else len(rows)
+    while done < len(rows):
+        old, new = rows[:done], rows[done:count]
+        if done:
+            near = np.linalg.norm(points[old, None] - points[None, new], axis=2) < AROUND * far[done - 1]
+            votes = [(known[:, old] == kind).astype(np.float32) @ near.astype(np.float32) for kind in (1, -1)]
+            guess = np.where(votes[1] == 0, 1, np.where(votes[0] == 0, -1, 0)).astype(np.int8)
+            known[:, new] = np.where(known[:, new] == 0, guess, known[:, new])
+        open_ = new[(known[:, new] == 0).any(axis=0)]
+        if len(open_):
+            found = np.where(ask(open_), 1, -1).astype(np.int8)
+            known[:, open_] = np.where(settled[:, open_], 1, found)
+        done, count = count, min(FINER * count, len(rows))
+    return np.asarray(known == 1)
+
+
+def from_coarse_to_fine(points: Floats) -> tuple[Ints, Floats]:
+    """The points (M, 3) in an order in which each is the farthest from all before (Gonzalez 1985), from the first; and
+    (M,) [m] how far any point is at most from those up to it."""
+    order, far = np.zeros(len(points), dtype=np.int64), np.zeros(len(points))
+    gap = np.full(len(points), np.inf)
+    for k in range(len(points)):
+        order[k] = int(np.argmax(gap)) if k else 0
+        gap = np.minimum(gap, np.sum((points - points[order[k]]) ** 2, axis=1))
+        gap[order[k]] = -1.0  # points at one place all get their turn
+        far[k] = np.sqrt(max(gap.max(), 0.0))
+    return order, far
 
 
 def part_points(environment: Environment, part: str, count: int) -> tuple[Floats, Floats]:
@@ -123,13 +172,6 @@ def part_points(environment: Environment, part: str, count: int) -> tuple[Floats
     u, v = np.where(out, 1.0 - u, u), np.where(out, 1.0 - v, v)
     point = corner[triangle, 0] + u[:, None] * one[triangle] + v[:, None] * two[triangle]
     return point, environment.normal[polygon[triangle]]
-
-
-def _scattered(count: int) -> Ints:
-    """The points in an order in which every beginning is spread over all of them: by van der Corput's numbers."""
-    bits = max(1, int(np.ceil(np.log2(max(count, 2)))))
-    value = sum(((np.arange(count) >> k) & 1) << (bits - 1 - k) for k in range(bits))
-    return np.argsort(value, kind="stable")
 
 
 def _flat(point: Floats, normal: Floats) -> Floats:

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
-from functools import partial
 
 import numpy as np
 
 from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
+from workbench.model.poses import Poses
 from workbench.solve.limbs import HANDS
 from workbench.solve.seating import seat_planes
-from workbench.study.accommodation.chunks import seated_chunk
+from workbench.study.accommodation.chunks import seat_key, seated_chunk
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.forks import shared
-from workbench.study.reach_map import part_points, who_reaches
+from workbench.study.accommodation.sitters import Sitters
+from workbench.study.reach_map import groups, part_points, who_reaches
 
 __all__ = ["people_maps"]
 
@@ -30,24 +32,50 @@ def people_maps(study: AccommodationStudy, crew: Crew, *, say: Callable[[str], N
         points, normals = _facing(study, task)
         names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
         limbs = [(name, task.grip, task.zone) for name in names]
-        parts = np.zeros((len(crew), len(points)))
-        with closing(shared(partial(_reached, study, crew, points, limbs), range(len(crew)))) as ready:
-            for done, (chunk, found) in enumerate(ready):
-                parts[chunk] = found
-                say(f"reach map of {task.part}: {100 * (done + 1) // len(crew)} %")
+        bodies, poses = _everybody(study, crew)
+        some = groups(bodies, poses, points, names[0])
+
+        def work(number: int) -> Floats:
+            return _reached(study, (bodies, poses), points, (limbs, some[number]))  # noqa: B023
+
+        parts = np.zeros((len(some), len(points)))
+        with closing(shared(work, range(len(some)))) as ready:
+            for done, (number, found) in enumerate(ready):
+                parts[number] = found
+                say(f"reach map of {task.part}: {100 * (done + 1) // len(some)} %")
         share = parts.sum(axis=0) / weight.sum()
         yield ReachMap(task, points, normals, _flat(study, points), np.clip(share, 0.0, 1.0))
 
 
+def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[list[Body], Poses]:
+    """Everybody in the seat; who has not been seated yet is, by all processes."""
+    keys = [seat_key(study, chunk) for chunk in range(len(crew))]
+    missing = [chunk for chunk, key in enumerate(keys) if key not in crew.sitting]
+
+    def work(chunk: int) -> Sitters:
+        found = seated_chunk(study, crew, chunk)
+        return Sitters((), found.seat, found.held)
+
+    with closing(shared(work, missing)) as ready:
+        for chunk, found in ready:
+            crew.sitting[keys[chunk]] = Sitters(crew.bodies(chunk), found.seat, found.held)
+    sitters = [crew.sitting[key] for key in keys]
+    poses = [one.seat.poses for one in sitters]
+    rotations, world = (np.concatenate([getattr(p, n) for p in poses]) for n in ("rotations", "world_from_reference"))
+    return [body for one in sitters for body in one.bodies], Poses(rotations, poses[0].reference, world)
+
+
 def _reached(
-    study: AccommodationStudy, crew: Crew, points: Floats, limbs: Sequence[tuple[str, str, int]], chunk: int
-) -> Floats:
-    """(M,) the weight of the people of a chunk who reach each point with any of the limbs."""
-    sitters = seated_chunk(study, crew, chunk)
-    reached = np.zeros((len(sitters.bodies), len(points)), dtype=np.bool_)
+    study: AccommodationStudy, people: tuple[list[Body], Poses], points: Floats,
+    what: tuple[Sequence[tuple[str, str, int]], Ints],
+) -> Floats:  # fmt: skip
+    """(M,) the weight of those of some people (numbers) who reach each point with any of the limbs."""
+    (bodies, poses), (limbs, rows) = people, what
+    own = Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
+    reached = np.zeros((len(rows), len(points)), dtype=np.bool_)
     for limb in limbs:
-        reached = who_reaches(sitters.bodies, sitters.seat.poses, points, limb=limb, settled=reached)
-    found: Floats = study.people.weight[crew.rows(chunk)] @ reached
+        reached = who_reaches([bodies[b] for b in rows.tolist()], own, points, limb=limb, settled=reached)
+    found: Floats = study.people.weight[rows] @ reached
     return found
 
 
