@@ -28,7 +28,7 @@ def place_crew(rotations, chain, skin, segment, family, world, centres, begin, e
     steps, count = len(chain.to), centre.shape[1]
     came, to = np.empty((steps, 3)), np.empty((steps, 3))
     own, out, across = np.empty((3, count)), np.empty((3, count)), np.empty((3, count))
-    local, joint = np.empty((3, count)), np.zeros((count, 3))
+    joint = np.zeros((count, 3))
     for b in range(begin, end):
         for m in range(steps):
             j = chain.joint[m]
@@ -55,7 +55,7 @@ def place_crew(rotations, chain, skin, segment, family, world, centres, begin, e
         whole = Skin(own, out, across, skin.start, skin.twist_joint, skin.joint_axis, twist_axis[b], twist_share[b],
                      skin.shown, skin.blend_joint, blend_share[b], joint, skin.blended, skin.blend_start, skin.distal,
                      skin.twist_shared)  # fmt: skip
-        place_spheres(rotations[b : b + 1], world[b : b + 1], whole, local, centres[b : b + 1])
+        place_spheres(rotations[b : b + 1], world[b : b + 1], whole, centres[b : b + 1])
 
 
 @njit(cache=True, nogil=True, forceinline=True)

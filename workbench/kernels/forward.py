@@ -8,6 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.quads import FOUR, first_of, four, load_four, mul_add, store_triples
 from workbench.kernels.rotation import product, quaternion_matrix, twist_angle
 
 __all__ = ["Chain", "Skin", "chain_transforms", "place_spheres"]
@@ -56,7 +57,7 @@ class Skin(NamedTuple):
     twist_shared: NDArray[np.int64]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
 def chain_transforms(rotations, chain, first, world):  # type: ignore[no-untyped-def]
     """Fill world (P, N, 3, 4) for the steps `first` onward; what earlier steps reached must be filled already."""
     for p in range(world.shape[0]):
@@ -103,39 +104,95 @@ def _across(q, axis, shared, distal):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _sine_cosine(x):  # type: ignore[no-untyped-def]
-    """Sine and cosine for |x| <= pi / 2 by Taylor's series, below 2e-16 in error: nothing but products and sums, so
-    that four spheres go at once."""
-    y = x * x
-    sine = 1.0 - y * (1 / 420) * (1.0 - y * (1 / 506))
-    sine = 1.0 - y * (1 / 210) * (1.0 - y * (1 / 272) * (1.0 - y * (1 / 342) * sine))
-    sine = 1.0 - y * (1 / 72) * (1.0 - y * (1 / 110) * (1.0 - y * (1 / 156) * sine))
-    sine = x * (1.0 - y * (1 / 6) * (1.0 - y * (1 / 20) * (1.0 - y * (1 / 42) * sine)))
-    cosine = 1.0 - y * (1 / 380) * (1.0 - y * (1 / 462))
-    cosine = 1.0 - y * (1 / 182) * (1.0 - y * (1 / 240) * (1.0 - y * (1 / 306) * cosine))
-    cosine = 1.0 - y * (1 / 56) * (1.0 - y * (1 / 90) * (1.0 - y * (1 / 132) * cosine))
-    cosine = 1.0 - y * (1 / 2) * (1.0 - y * (1 / 12) * (1.0 - y * (1 / 30) * cosine))
-    return sine, cosine
+def _turn(x):  # type: ignore[no-untyped-def]
+    """sin 4x and cos 4x - 1 for |x| <= pi / 4, of four numbers: Taylor's series of sin x and cos x, whose rest is less
+    than 1e-16, and the formulae for twice an angle."""
+    one, y = four(1.0), x * x
+    s = mul_add(y, four(-1 / 1307674368000), four(1 / 6227020800))
+    s = mul_add(y, mul_add(y, s, four(-1 / 39916800)), four(1 / 362880))
+    s = mul_add(y, mul_add(y, s, four(-1 / 5040)), four(1 / 120))
+    s = mul_add(y, mul_add(y, s, four(-1 / 6)), one) * x
+    c = mul_add(y, four(1 / 20922789888000), four(-1 / 87178291200))
+    c = mul_add(y, mul_add(y, c, four(1 / 479001600)), four(-1 / 3628800))
+    c = mul_add(y, mul_add(y, c, four(1 / 40320)), four(-1 / 720))
+    c = mul_add(y, mul_add(y, mul_add(y, c, four(1 / 24)), four(-1 / 2)), one)
+    twice, less = four(2.0) * s * c, four(-2.0) * s * s
+    return four(2.0) * twice * (one + less), four(-2.0) * twice * twice
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _twist(q, skin, n, local):  # type: ignore[no-untyped-def]
-    """Write the centres of segment n, each turned by its share of the twist of quaternion q, into local (3, S)."""
-    axis, line = skin.joint_axis[skin.twist_joint[n]], skin.twist_axis[n]
-    half = 0.5 * twist_angle(q[0], q[1], q[2], q[3], axis[0], axis[1], axis[2])
-    if axis[0] * line[0] + axis[1] * line[1] + axis[2] * line[2] < 0.0:
-        half = -half
-    for s in range(np.uint64(skin.start[n]), np.uint64(skin.start[n + 1])):
-        sine, cosine = _sine_cosine(skin.twist_share[s] * half)
-        turn, less = 2.0 * sine * cosine, -2.0 * sine * sine
-        local[0, s] = skin.centre[0, s] + less * skin.out[0, s] + turn * skin.across[0, s]
-        local[1, s] = skin.centre[1, s] + less * skin.out[1, s] + turn * skin.across[1, s]
-        local[2, s] = skin.centre[2, s] + less * skin.out[2, s] + turn * skin.across[2, s]
+def _quarter(rotations, p, skin, n):  # type: ignore[no-untyped-def]
+    """A quarter of the twist [rad] that segment n shares in pose p, about its own line; zero where it shares none."""
+    j = skin.twist_joint[n]
+    if j < 0:
+        return 0.0
+    axis, line = skin.joint_axis[j], skin.twist_axis[n]
+    q = rotations[p, j]
+    angle = 0.25 * twist_angle(q[0], q[1], q[2], q[3], axis[0], axis[1], axis[2])
+    return -angle if axis[0] * line[0] + axis[1] * line[1] + axis[2] * line[2] < 0.0 else angle
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _blend(rotations, p, skin, n, local):  # type: ignore[no-untyped-def]
-    """Move the blended spheres of segment n in local (3, S) by their shares."""
+def _frame(world, p, n):  # type: ignore[no-untyped-def]
+    """The twelve entries of a segment's transform, each four times."""
+    w = world[p, n]
+    return (four(w[0, 0]), four(w[0, 1]), four(w[0, 2]), four(w[0, 3]),
+            four(w[1, 0]), four(w[1, 1]), four(w[1, 2]), four(w[1, 3]),
+            four(w[2, 0]), four(w[2, 1]), four(w[2, 2]), four(w[2, 3]))  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _carried(f, x, y, z):  # type: ignore[no-untyped-def]
+    """Four points of a segment in the world."""
+    return (
+        mul_add(f[0], x, mul_add(f[1], y, mul_add(f[2], z, f[3]))),
+        mul_add(f[4], x, mul_add(f[5], y, mul_add(f[6], z, f[7]))),
+        mul_add(f[8], x, mul_add(f[9], y, mul_add(f[10], z, f[11]))),
+    )
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _turned(c, out, across, turn, less):  # type: ignore[no-untyped-def]
+    """One coordinate of four centres turned about their line."""
+    return mul_add(less, out, mul_add(turn, across, c))
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _four_spheres(skin, s, quarter, f, centres, at):  # type: ignore[no-untyped-def]
+    """Place the spheres s..s + 3, which stand at place `at` of all numbers of centres, turned by their shares."""
+    u, v = s + np.uint64(skin.centre.shape[1]), s + np.uint64(2 * skin.centre.shape[1])
+    x, y, z = load_four(skin.centre, s), load_four(skin.centre, u), load_four(skin.centre, v)
+    if quarter != 0.0:
+        turn, less = _turn(load_four(skin.twist_share, s) * four(quarter))
+        x = _turned(x, load_four(skin.out, s), load_four(skin.across, s), turn, less)
+        y = _turned(y, load_four(skin.out, u), load_four(skin.across, u), turn, less)
+        z = _turned(z, load_four(skin.out, v), load_four(skin.across, v), turn, less)
+    x, y, z = _carried(f, x, y, z)
+    store_triples(centres, at, x, y, z)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _one_sphere(skin, s, quarter, f, share, m):  # type: ignore[no-untyped-def]
+    """One sphere's place, as `_four_spheres` would have it four times; moved by its share of the rotation m first."""
+    x, y, z = four(skin.centre[0, s]), four(skin.centre[1, s]), four(skin.centre[2, s])
+    if quarter != 0.0:
+        turn, less = _turn(four(skin.twist_share[s] * quarter))
+        x = _turned(x, four(skin.out[0, s]), four(skin.across[0, s]), turn, less)
+        y = _turned(y, four(skin.out[1, s]), four(skin.across[1, s]), turn, less)
+        z = _turned(z, four(skin.out[2, s]), four(skin.across[2, s]), turn, less)
+    if share != 0.0:
+        b = skin.blend_point[s]
+        u, v, w = first_of(x) - b[0], first_of(y) - b[1], first_of(z) - b[2]
+        x = x + four(share * (m[0] * u + m[1] * v + m[2] * w - u))
+        y = y + four(share * (m[3] * u + m[4] * v + m[5] * w - v))
+        z = z + four(share * (m[6] * u + m[7] * v + m[8] * w - w))
+    x, y, z = _carried(f, x, y, z)
+    return first_of(x), first_of(y), first_of(z)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _blended_spheres(rotations, p, skin, n, quarter, f, centres):  # type: ignore[no-untyped-def]
+    """Place the blended spheres of segment n, moved by their shares of the rotations of their joints."""
     last = -1
     m = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for i in range(skin.blend_start[n], skin.blend_start[n + 1]):
@@ -144,44 +201,28 @@ def _blend(rotations, p, skin, n, local):  # type: ignore[no-untyped-def]
         if b != last:
             m = _across(rotations[p, b], skin.joint_axis[b], skin.twist_shared[b], skin.distal[s])
             last = b
-        x, y, z, share = local[0, s], local[1, s], local[2, s], skin.blend_share[s]
-        u, v, w = x - skin.blend_point[s, 0], y - skin.blend_point[s, 1], z - skin.blend_point[s, 2]
-        local[0, s] = x + share * (m[0] * u + m[1] * v + m[2] * w - u)
-        local[1, s] = y + share * (m[3] * u + m[4] * v + m[5] * w - v)
-        local[2, s] = z + share * (m[6] * u + m[7] * v + m[8] * w - w)
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _carry(world, p, n, local, first, last, centres):  # type: ignore[no-untyped-def]
-    """Carry the spheres first..last of local (3, S) into the world by the frame of segment n."""
-    a, b, c, d = world[p, n, 0, 0], world[p, n, 0, 1], world[p, n, 0, 2], world[p, n, 0, 3]
-    e, f, g, h = world[p, n, 1, 0], world[p, n, 1, 1], world[p, n, 1, 2], world[p, n, 1, 3]
-    i, j, k, m = world[p, n, 2, 0], world[p, n, 2, 1], world[p, n, 2, 2], world[p, n, 2, 3]
-    for s in range(np.uint64(first), np.uint64(last)):
-        x, y, z = local[0, s], local[1, s], local[2, s]
-        centres[p, s, 0] = a * x + b * y + c * z + d
-        centres[p, s, 1] = e * x + f * y + g * z + h
-        centres[p, s, 2] = i * x + j * y + k * z + m
+        x, y, z = _one_sphere(skin, s, quarter, f, skin.blend_share[s], m)
+        centres[p, s, 0], centres[p, s, 1], centres[p, s, 2] = x, y, z
 
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
-def place_spheres(rotations, world, skin, local, centres):  # type: ignore[no-untyped-def]
+def place_spheres(rotations, world, skin, centres):  # type: ignore[no-untyped-def]
     """Fill centres (P, S, 3) for the shown segments: local centres, twisted by their share and blended, into the
-    world. local (3, S): working space."""
+    world.
+
+    Four spheres go at a time; those left over go with some that are done again, to the same digits.
+    """
+    spheres, still = centres.shape[1], (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for p in range(world.shape[0]):
         for n in range(world.shape[1]):
-            if skin.shown[n] == 0:
-                continue
             first, last = skin.start[n], skin.start[n + 1]
-            j, moves = skin.twist_joint[n], skin.blend_start[n + 1] > skin.blend_start[n]
-            if j < 0 and not moves:
-                _carry(world, p, n, skin.centre, first, last, centres)
+            if skin.shown[n] == 0 or first == last:
                 continue
-            if j >= 0:
-                _twist(rotations[p, j], skin, n, local)
-            else:
-                for s in range(first, last):
-                    local[0, s], local[1, s], local[2, s] = skin.centre[0, s], skin.centre[1, s], skin.centre[2, s]
-            if moves:
-                _blend(rotations, p, skin, n, local)
-            _carry(world, p, n, local, first, last, centres)
+            quarter, f = _quarter(rotations, p, skin, n), _frame(world, p, n)
+            for s in range(first, last if last - first < FOUR else first):
+                x, y, z = _one_sphere(skin, s, quarter, f, 0.0, still)
+                centres[p, s, 0], centres[p, s, 1], centres[p, s, 2] = x, y, z
+            for s in range(first, last if last - first >= FOUR else first, FOUR):
+                s = min(s, last - FOUR)
+                _four_spheres(skin, np.uint64(s), quarter, f, centres, np.uint64(3 * (p * spheres + s)))
+            _blended_spheres(rotations, p, skin, n, quarter, f, centres)

@@ -44,19 +44,17 @@ def to_host(values):  # type: ignore[no-untyped-def]
 
 
 @cuda.jit
-def place_kernel(placed, walk, space):  # type: ignore[no-untyped-def]
+def place_kernel(placed, walk):  # type: ignore[no-untyped-def]
     """Forward kinematics of every pose.
 
     placed: rotations (P, J, 4), centres (P, S, 3), world (P, N, 3, 4), where the reference segment's transform stands
-    already; walk: Chain, Skin; space: one array (3, S, T), working space of the T threads.
+    already; walk: Chain, Skin.
     """
     rotations, centres, world = placed
     chain, skin = walk
-    thread = cuda.grid(1)
-    local = space[0][:, :, thread]
-    for p in range(thread, world.shape[0], cuda.gridsize(1)):
+    for p in range(cuda.grid(1), world.shape[0], cuda.gridsize(1)):
         chain_transforms(rotations[p : p + 1], chain, 0, world[p : p + 1])
-        place_spheres(rotations[p : p + 1], world[p : p + 1], skin, local, centres[p : p + 1])
+        place_spheres(rotations[p : p + 1], world[p : p + 1], skin, centres[p : p + 1])
 
 
 @cuda.jit

@@ -18,8 +18,8 @@ from numba.extending import lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
 
-__all__ = ["LANES", "eight", "equal", "first_bit", "greatest", "how_many", "larger", "least", "load", "not_above",
-           "pack", "root", "smaller", "store", "where_below"]  # fmt: skip
+__all__ = ["LANES", "LaneType", "compiles", "eight", "equal", "first_bit", "greatest", "how_many", "larger", "least",
+           "load", "not_above", "pack", "root", "smaller", "store", "where_below"]  # fmt: skip
 
 LANES = 8
 
@@ -106,7 +106,11 @@ def pack(array, at, bits, base):  # type: ignore[no-untyped-def]
     return at + how_many(bits)
 
 
-class _EightType(types.Type):  # type: ignore[misc]
+class LaneType(types.Type):  # type: ignore[misc]
+    """Several numbers as one value."""
+
+
+class _EightType(LaneType):
     def __init__(self) -> None:
         super().__init__(name="Eight")
 
@@ -123,12 +127,13 @@ class _EightModel(models.PrimitiveModel):  # type: ignore[misc]
         super().__init__(manager, of, _VECTOR)
 
 
-def _compiles(function: Any, given: tuple[Any, ...], result: Any, build: Build) -> None:
+def compiles(function: Any, given: tuple[Any, ...], result: Any, build: Build) -> None:
     """Have calls of a function with arguments of the types `given` compiled by build(builder, *arguments)."""
 
     def generic(_: Any, args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
         del kws
-        if len(args) != len(given) or [a == _EIGHT for a in args] != [g == _EIGHT for g in given]:
+        lanes = [[t if isinstance(t, LaneType) else None for t in some] for some in (args, given)]
+        if len(args) != len(given) or lanes[0] != lanes[1]:
             return None
         return signature(result, *(a if g is types.Array else g for a, g in zip(args, given, strict=True)))
 
@@ -137,7 +142,7 @@ def _compiles(function: Any, given: tuple[Any, ...], result: Any, build: Build) 
                   for kind, value in zip(sig.args, args, strict=True)]  # fmt: skip
         return build(builder, *values)
 
-    template = type(f"Eight_{function.__name__}", (AbstractTemplate,), {"key": function, "generic": generic})
+    template = type(f"Lanes_{function.__name__}", (AbstractTemplate,), {"key": function, "generic": generic})
     infer_global(function, types.Function(template))
     lower_builtin(function, *given)(lower)
 
@@ -182,19 +187,19 @@ def _stored(builder: Any, array: Any, at: Any, value: Any) -> Any:
 
 _TWO = (_EIGHT, _EIGHT)
 _NO_NAN = ("nnan", "nsz")
-_compiles(load, (types.Array, types.uint64), _EIGHT, lambda b, array, at: b.load(_at(b, array, at), align=4))
-_compiles(store, (types.Array, types.uint64, _EIGHT), types.none, _stored)
-_compiles(eight, (types.float32,), _EIGHT, _spread)
-_compiles(operator.add, _TWO, _EIGHT, lambda b, x, y: b.fadd(x, y))
-_compiles(operator.sub, _TWO, _EIGHT, lambda b, x, y: b.fsub(x, y))
-_compiles(operator.mul, _TWO, _EIGHT, lambda b, x, y: b.fmul(x, y))
-_compiles(smaller, _TWO, _EIGHT, lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))
-_compiles(larger, _TWO, _EIGHT, lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y))
-_compiles(root, (_EIGHT,), _EIGHT, _call("llvm.sqrt.v8f32", _VECTOR))
-_compiles(where_below, _TWO * 2, _EIGHT, lambda b, x, y, u, v: b.select(b.fcmp_ordered("<", x, y), u, v))
-_compiles(not_above, _TWO, types.uint64, _bits("<="))
-_compiles(equal, _TWO, types.uint64, _bits("=="))
-_compiles(least, (_EIGHT,), types.float32, _call("llvm.vector.reduce.fmin.v8f32", ir.FloatType(), fast=_NO_NAN))
-_compiles(greatest, (_EIGHT,), types.float32, _call("llvm.vector.reduce.fmax.v8f32", ir.FloatType(), fast=_NO_NAN))
-_compiles(how_many, (types.uint64,), types.uint64, lambda b, bits: b.ctpop(bits))
-_compiles(first_bit, (types.uint64,), types.uint64, _first)
+compiles(load, (types.Array, types.uint64), _EIGHT, lambda b, array, at: b.load(_at(b, array, at), align=4))
+compiles(store, (types.Array, types.uint64, _EIGHT), types.none, _stored)
+compiles(eight, (types.float32,), _EIGHT, _spread)
+compiles(operator.add, _TWO, _EIGHT, lambda b, x, y: b.fadd(x, y))
+compiles(operator.sub, _TWO, _EIGHT, lambda b, x, y: b.fsub(x, y))
+compiles(operator.mul, _TWO, _EIGHT, lambda b, x, y: b.fmul(x, y))
+compiles(smaller, _TWO, _EIGHT, lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))
+compiles(larger, _TWO, _EIGHT, lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y))
+compiles(root, (_EIGHT,), _EIGHT, _call("llvm.sqrt.v8f32", _VECTOR))
+compiles(where_below, _TWO * 2, _EIGHT, lambda b, x, y, u, v: b.select(b.fcmp_ordered("<", x, y), u, v))
+compiles(not_above, _TWO, types.uint64, _bits("<="))
+compiles(equal, _TWO, types.uint64, _bits("=="))
+compiles(least, (_EIGHT,), types.float32, _call("llvm.vector.reduce.fmin.v8f32", ir.FloatType(), fast=_NO_NAN))
+compiles(greatest, (_EIGHT,), types.float32, _call("llvm.vector.reduce.fmax.v8f32", ir.FloatType(), fast=_NO_NAN))
+compiles(how_many, (types.uint64,), types.uint64, lambda b, bits: b.ctpop(bits))
+compiles(first_bit, (types.uint64,), types.uint64, _first)

@@ -75,7 +75,7 @@ def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _placed(limbs, b, held, base, angles, p, space):  # type: ignore[no-untyped-def]
     """Place the limb of body b at angles[p]: frames and spheres into space."""
-    rotations, world, local, centres = space
+    rotations, world, centres = space
     for j in range(rotations.shape[1]):
         for i in range(4):
             rotations[0, j, i] = held[p, j, i]
@@ -93,7 +93,7 @@ def _placed(limbs, b, held, base, angles, p, space):  # type: ignore[no-untyped-
         limbs.twist_share[b], s.shown, s.blend_joint, limbs.blend_share[b], limbs.blend_point[b], s.blended,
         s.blend_start, s.distal, s.twist_shared,
     )  # fmt: skip
-    place_spheres(rotations, world, skin, local, centres)
+    place_spheres(rotations, world, skin, centres)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
@@ -198,12 +198,12 @@ def limb_contacts(limbs, who, held, base, angles, index, shift, reach, out, begi
     near, clear = reach
     joints, spheres, segments = held.shape[1], limbs.centre.shape[2], limbs.skin.shown.shape[0]
     rotations, world = np.zeros((1, joints, 4)), np.zeros((1, segments, 3, 4))
-    local, centres = np.zeros((3, spheres)), np.zeros((1, spheres, 3))
+    centres = np.zeros((1, spheres, 3))
     space = (np.empty(DEEP, np.int64), np.empty(DEEP + EIGHT, np.float32))
     field, owner, allowed = index[2], index[3], index[4]
     for p in range(begin, end):
         b, count = who[p], 0
-        _placed(limbs, b, held, base, angles, p, (rotations, world, local, centres))
+        _placed(limbs, b, held, base, angles, p, (rotations, world, centres))
         for g in range(field.root.shape[0]):
             if field.root[g] < 0:
                 continue
@@ -231,10 +231,10 @@ def least_heights(limbs, who, held, base, ways, out, begin, end):  # type: ignor
     way, counts = ways
     joints, spheres, segments = held.shape[1], limbs.centre.shape[2], limbs.skin.shown.shape[0]
     rotations, world = np.zeros((1, joints, 4)), np.zeros((1, segments, 3, 4))
-    local, centres, angles = np.zeros((3, spheres)), np.zeros((1, spheres, 3)), np.zeros((1, 1, 3))
+    centres, angles = np.zeros((1, spheres, 3)), np.zeros((1, 1, 3))
     for p in range(begin, end):
         b = who[p]
-        _placed(limbs, b, held, base, angles, p, (rotations, world, local, centres))
+        _placed(limbs, b, held, base, angles, p, (rotations, world, centres))
         for w in range(len(way)):
             out[p, w] = np.inf
             for s in range(spheres):

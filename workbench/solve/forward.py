@@ -35,8 +35,7 @@ def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, refe
     shown = logical_window(body, window, root)
     world = _empty((len(poses), len(body.segments), 3, 4), shown)
     world[:, root] = poses.world_from_reference
-    chain_transforms(poses.rotations, packed_chain(body, root, shown), 0, world)
-    return _with_spheres(body, poses, (world, shown))
+    return _followed(body, poses, (world, shown), (packed_chain(body, root, shown), 0))
 
 
 def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
@@ -50,8 +49,8 @@ def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
     chain = packed_chain(body, poses.reference, placed.window)
     steps = np.flatnonzero(chain.joint == joint)
     world = placed.world_from_segment.copy()
-    chain_transforms(poses.rotations, chain, int(steps[0]) if len(steps) else len(chain.joint), world)
-    return _with_spheres(body, poses, (world, placed.window))
+    first = int(steps[0]) if len(steps) else len(chain.joint)
+    return _followed(body, poses, (world, placed.window), (chain, first))
 
 
 def rereference(placed: Placed, segment: str) -> Placed:
@@ -70,6 +69,13 @@ def rereference(placed: Placed, segment: str) -> Placed:
 
 def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:
     """The steps of the walk from the reference segment to all that is shown (N,), for the kernels."""
+    return _chain(body, reference, shown.tobytes())
+
+
+@lru_cache(maxsize=64)
+def _chain(body: Body, reference: int, window: bytes) -> Chain:
+    """The steps, made once for a body, reference segment and window."""
+    shown = np.frombuffer(window, dtype=np.bool_)
     steps = [step for step in walk(body, reference) if shown[step[0]]]
     to, came, joint, upward = (np.array(column, dtype=np.int64) for column in zip(*steps, strict=True)) if steps else (
         np.zeros(0, np.int64),) * 4  # fmt: skip
@@ -117,14 +123,17 @@ def _empty(shape: tuple[int, ...], shown: Bools) -> Floats:
     return np.empty(shape) if shown.all() else np.full(shape, np.nan)
 
 
-def _with_spheres(body: Body, poses: Poses, placed: tuple[Floats, Bools]) -> Placed:
+def _followed(body: Body, poses: Poses, placed: tuple[Floats, Bools], walk: tuple[Chain, int]) -> Placed:
+    """The body placed: the transforms of a walk from one of its steps on, and all spheres."""
     world, shown = placed
+    chain, step = walk
     skin = packed_skin(body, shown)
     centres = _empty((len(poses), len(body.sphere_names), 3), shown)
 
     def work(begin: int, end: int) -> None:
         some = slice(begin, end)
-        place_spheres(poses.rotations[some], world[some], skin, np.empty(skin.centre.shape), centres[some])
+        chain_transforms(poses.rotations[some], chain, step, world[some])
+        place_spheres(poses.rotations[some], world[some], skin, centres[some])
 
     in_pieces(work, len(poses), PIECE)
     world.flags.writeable = centres.flags.writeable = False

@@ -68,9 +68,7 @@ def posed_collides_on_device(poses: tuple[Floats, Floats, int], walk: Walk, inde
         world[:, reference] = root[begin:end]
         turned, frames = gpu.to_device((rotations[begin:end], world))
         centres = gpu.to_device(np.empty((end - begin, spheres, 3)))
-        blocks = max(1, min(_blocks(gpu, end - begin), (MEMORY >> 2) // (24 * spheres * int(gpu.THREADS))))
-        space = gpu.to_device((np.empty((3, spheres, blocks * gpu.THREADS)),))
-        gpu.place_kernel[blocks, gpu.THREADS]((turned, centres, frames), steps, space)
+        gpu.place_kernel[_blocks(gpu, end - begin), gpu.THREADS]((turned, centres, frames), steps)
         hit[begin:end] = _collided(gpu, ((centres, frames), scene, limits), allowed.size)
     return hit
 

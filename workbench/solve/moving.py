@@ -138,7 +138,7 @@ def _placed_between(mover: Mover, when: tuple[Ints, Floats], shown: Bools) -> Fl
     chain_transforms(turned[:, :joints], mover.chain, 0, world)
     centres = np.empty((len(pair), len(body.radius), 3))
     skin = mover.skin._replace(shown=shown.astype(np.int64))
-    place_spheres(turned[:, :joints], world, skin, np.empty(skin.centre.shape), centres)
+    place_spheres(turned[:, :joints], world, skin, centres)
     return centres
 
 

@@ -1,0 +1,106 @@
+"""Four numbers of double precision at a time, as `lanes` takes eight of single precision, and sums of products.
+
+Compiled, four numbers are one register, and +, - and * work on all of them. Not compiled they are an array (4,), and
+the functions below say what is meant. `mul_add` rounds once where the machine can: the same for one number and for
+four, so that what is left over of a loop by fours has the very digits that a loop by ones gives.
+"""
+
+from __future__ import annotations
+
+import operator
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import models, register_model
+
+from workbench.kernels.lanes import LaneType, compiles
+
+__all__ = ["FOUR", "first_of", "four", "load_four", "mul_add", "store_triples"]
+
+FOUR = 4
+
+
+def load_four(array, at):  # type: ignore[no-untyped-def]
+    """The four numbers of an array, all its numbers in order, that begin at place `at`."""
+    return array.reshape(-1)[at : at + FOUR].copy()
+
+
+def store_triples(array, at, x, y, z):  # type: ignore[no-untyped-def]
+    """Write x, y, z of the first, then of the second and so on into an array, all its numbers in order, from place
+    `at` on: twelve numbers."""
+    array.reshape(-1)[at : at + 3 * FOUR] = np.stack([x, y, z], axis=1).reshape(-1)
+
+
+def four(value):  # type: ignore[no-untyped-def]
+    """The same number four times."""
+    return np.full(FOUR, value, dtype=np.float64)
+
+
+def first_of(a):  # type: ignore[no-untyped-def]
+    """The first of four numbers."""
+    return a[0]
+
+
+def mul_add(a, b, c):  # type: ignore[no-untyped-def]
+    """a b + c, of one number or of four."""
+    return a * b + c
+
+
+class _FourType(LaneType):
+    def __init__(self) -> None:
+        super().__init__(name="Four")
+
+
+_KIND = _FourType()
+_VECTOR = ir.VectorType(ir.DoubleType(), FOUR)
+_INDEX = ir.IntType(32)
+
+
+@register_model(_FourType)
+class _FourModel(models.PrimitiveModel):  # type: ignore[misc]
+    def __init__(self, manager: Any, of: Any) -> None:
+        super().__init__(manager, of, _VECTOR)
+
+
+def _at(builder: Any, array: Any, at: Any, many: int) -> Any:
+    return builder.bitcast(builder.gep(array.data, [at]), ir.VectorType(ir.DoubleType(), many).as_pointer())
+
+
+def _mixed(builder: Any, one: Any, other: Any, places: list[int]) -> Any:
+    return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(_INDEX, len(places)), places))
+
+
+def _spread(builder: Any, value: Any) -> Any:
+    one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, ir.Constant(_INDEX, 0))
+    return _mixed(builder, one, ir.Constant(_VECTOR, ir.Undefined), [0] * FOUR)
+
+
+def _triples(builder: Any, array: Any, at: Any, *axes: Any) -> Any:
+    x, y, z = axes
+    xy = _mixed(builder, x, y, [0, 4, 1, 5, 2, 6, 3, 7])
+    zz = _mixed(builder, z, z, [0, 1, 2, 3, 0, 1, 2, 3])
+    all_three = _mixed(builder, xy, zz, [0, 1, 8, 2, 3, 9, 4, 5, 10, 6, 7, 11])
+    builder.store(all_three, _at(builder, array, at, 3 * FOUR), align=8)
+    return ir.Constant(ir.IntType(8).as_pointer(), None)
+
+
+def _fused(builder: Any, *values: Any) -> Any:
+    kind = values[0].type
+    name = "llvm.fmuladd.v4f64" if kind == _VECTOR else "llvm.fmuladd.f64"
+    made = builder.module.globals.get(name)
+    made = made or ir.Function(builder.module, ir.FunctionType(kind, [kind] * 3), name)
+    return builder.call(made, values)
+
+
+_TWO = (_KIND, _KIND)
+compiles(load_four, (types.Array, types.uint64), _KIND, lambda b, a, at: b.load(_at(b, a, at, FOUR), align=8))
+compiles(store_triples, (types.Array, types.uint64, _KIND, _KIND, _KIND), types.none, _triples)
+compiles(four, (types.float64,), _KIND, _spread)
+compiles(first_of, (_KIND,), types.float64, lambda b, x: b.extract_element(x, ir.Constant(_INDEX, 0)))
+compiles(operator.add, _TWO, _KIND, lambda b, x, y: b.fadd(x, y))
+compiles(operator.sub, _TWO, _KIND, lambda b, x, y: b.fsub(x, y))
+compiles(operator.mul, _TWO, _KIND, lambda b, x, y: b.fmul(x, y))
+compiles(mul_add, (_KIND, _KIND, _KIND), _KIND, _fused)
+compiles(mul_add, (types.float64,) * 3, types.float64, _fused)
