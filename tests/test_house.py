@@ -17,7 +17,7 @@ LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "file
           {"report", "viewer"}, {"cli_progress"}, COMMANDS, {"cli"}]  # fmt: skip
 HOMES = {
     "numba": {"kernels"},
-    "llvmlite": {"kernels/lanes.py"},
+    "llvmlite": {"kernels/lanes.py", "kernels/quads.py"},
     "trimesh": {"files/meshes/scene.py"},
     "collada": {"files/meshes/dae.py"},
     "ezc3d": {"files/motions/markers.py"},
