@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numba import njit
 
+from workbench.kernels.order import NONE, ONE
 from workbench.kernels.rims import (
     COINCIDE,
     Rims,
@@ -32,7 +33,11 @@ __all__ = ["arc_chains", "ends_met", "rim_arcs"]
 _TURN = 4.0  # intervals are in ways of rims.diamond; only what is drawn is turned into angles
 _NOTHING = 1e-12  # a gap no wider than rounding
 _INSIDE = 1e-9
-_HIDES, _NEXT = 1, 2  # of an interval: it hides the rim; it ends where the rim of the same body's other sphere goes on
+_HIDES, _NEXT = (
+    np.int64(1),
+    np.int64(2),
+)  # of an interval: it hides the rim; it ends where the rim of the same body's other sphere goes on
+_OPEN = np.int64(-1)  # of an arc's end: no other arc goes on there
 
 
 @njit(cache=True)
@@ -74,7 +79,7 @@ def _pair_spans(j: int, count: int, one: bool, pair: Floats, spans: Floats, othe
     whole = pair[2] == pair[3]  # then the rim ends on j's, which may go on
     if pair[2] < 1.0:
         first, end = diamond_span(pair[0], pair[1], pair[2])
-        count = _add(count, first, end, j, _HIDES | (_NEXT if one and whole else 0), spans, others, kinds)
+        count = _add(count, first, end, j, _HIDES | (_NEXT if one and whole else NONE), spans, others, kinds)
     if one and not whole:
         first, end = diamond_span(pair[0], pair[1], pair[3]) if pair[3] > -1.0 else (0.0, 4.1)  # surely all round
         count = _add(count, first, end, j, _NEXT, spans, others, kinds)
@@ -140,7 +145,7 @@ def _cut_rim(
     seen, seen_edge, outer, outer_edge = gaps[:half], edges[:half], gaps[half:], edges[half:]
     outers = _gaps(order, kinds, _HIDES | _NEXT, spans, outer, outer_edge)
     seens = _gaps(order, kinds, _HIDES, spans, seen, seen_edge) if not free else 1
-    found, o = 0, 0
+    found, o = NONE, 0
     for v in range(seens):
         here, stop, start_key, end_key = 0.0, _TURN, i, i
         if not free:
@@ -148,19 +153,19 @@ def _cut_rim(
             start_key, end_key = _key(seen_edge[v, 0], others, kinds), _key(seen_edge[v, 1], others, kinds)
         while o < outers and outer[o, 1] <= stop + _NOTHING:
             if outer[o, 0] > here + _NOTHING:
-                found = _put(found, i, here + origin, outer[o, 0] + origin, start_key, -1, 0, arcs, keys)
+                found = _put(found, i, here + origin, outer[o, 0] + origin, start_key, _OPEN, NONE, arcs, keys)
             first, last = _key(outer_edge[o, 0], others, kinds), _key(outer_edge[o, 1], others, kinds)
-            found = _put(found, i, outer[o, 0] + origin, outer[o, 1] + origin, first, last, 1, arcs, keys)
-            here, start_key = outer[o, 1], -1
+            found = _put(found, i, outer[o, 0] + origin, outer[o, 1] + origin, first, last, ONE, arcs, keys)
+            here, start_key = outer[o, 1], _OPEN
             o += 1
         if stop > here + _NOTHING:
-            found = _put(found, i, here + origin, stop + origin, start_key, end_key, 0, arcs, keys)
+            found = _put(found, i, here + origin, stop + origin, start_key, end_key, NONE, arcs, keys)
     return found
 
 
 @njit(cache=True)
 def _key(k: int, others: Ints, kinds: Ints) -> int:
-    return others[k] if kinds[k] & _NEXT else -1
+    return others[k] if kinds[k] & _NEXT else _OPEN
 
 
 @njit(cache=True)
@@ -205,7 +210,7 @@ def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
     for i in range(count):
         number = candidates(i, rims.box, start, listed, cells, frame, stamp, found)
         twins[i] = _drawn_twin(i, rims, found, number)
-        number, spanned = _overlaps(i, rims, found, number, pairs), 0
+        number, spanned = _overlaps(i, rims, found, number, pairs), NONE
         if number < 0:
             continue
         low, high = covered_by_few(pairs, number)
@@ -221,7 +226,7 @@ def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
         if spanned:
             number = _cut_rim(i, spanned, spans, others, kinds, gaps, edges, some_arcs, some_keys)
         else:
-            number = _put(0, i, 0.0, _TURN, i, i, 1, some_arcs, some_keys)
+            number = _put(NONE, i, 0.0, _TURN, i, i, ONE, some_arcs, some_keys)
         for arc in range(min(number, len(arcs) - total)):
             for end in range(2):
                 arcs[total + arc, end] = some_arcs[arc, end]

@@ -71,8 +71,11 @@ def segment_clearance(centres, radius, start, shown, faces, shells, checked, out
 @njit(cache=True)
 def _grow(rows, numbers):  # type: ignore[no-untyped-def]
     wide, long = np.empty((2 * rows.shape[0], rows.shape[1]), np.int64), np.empty((2 * len(numbers), numbers.shape[1]))
-    wide[: rows.shape[0]] = rows
-    long[: len(numbers)] = numbers
+    for n in range(len(rows)):
+        for i in range(rows.shape[1]):
+            wide[n, i] = rows[n, i]
+        for i in range(numbers.shape[1]):
+            long[n, i] = numbers[n, i]
     return wide, long
 
 

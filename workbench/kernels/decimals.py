@@ -6,6 +6,7 @@ import math
 
 from numba import njit
 
+from workbench.kernels.order import NONE
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["write_rows"]
@@ -46,7 +47,7 @@ def write_rows(values: Floats, places: Ints, words: Ints, word_start: Ints, out:
     words: the bytes of K + 1 words, each from word_start (K + 2,); start (M + 1,) receives where rows begin. Values
     are finite, with at most 12 digits before the point; out holds 20 bytes a value more than the words.
     """
-    at = 0
+    at = NONE
     for row in range(len(values)):
         start[row] = at
         for k in range(values.shape[1] + 1):

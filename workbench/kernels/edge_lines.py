@@ -57,7 +57,9 @@ def edge_pieces(
         count = math.ceil(math.sqrt(dx * dx + dy * dy) / step) + 2
         if found + count + 1 > len(pieces):
             larger = np.empty((2 * len(pieces) + count, 6))
-            larger[:found] = pieces[:found]
+            for piece in range(found):
+                for part in range(6):
+                    larger[piece, part] = pieces[piece, part]
             pieces = larger
         before, first, length = -1, 0.0, 0
         for k in range(count):

@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from workbench.kernels.quads import FOUR, first_of, four, load_four, mul_add, store_triples
+from workbench.kernels.quads import FOUR, first_of, four, load_four, store_triples
 from workbench.kernels.rotation import product, quaternion_matrix, twist_angle
 
 __all__ = ["Chain", "Skin", "chain_transforms", "place_spheres"]
@@ -108,14 +108,14 @@ def _turn(x):  # type: ignore[no-untyped-def]
     """sin 4x and cos 4x - 1 for |x| <= pi / 4, of four numbers: Taylor's series of sin x and cos x, whose rest is less
     than 1e-16, and the formulae for twice an angle."""
     one, y = four(1.0), x * x
-    s = mul_add(y, four(-1 / 1307674368000), four(1 / 6227020800))
-    s = mul_add(y, mul_add(y, s, four(-1 / 39916800)), four(1 / 362880))
-    s = mul_add(y, mul_add(y, s, four(-1 / 5040)), four(1 / 120))
-    s = mul_add(y, mul_add(y, s, four(-1 / 6)), one) * x
-    c = mul_add(y, four(1 / 20922789888000), four(-1 / 87178291200))
-    c = mul_add(y, mul_add(y, c, four(1 / 479001600)), four(-1 / 3628800))
-    c = mul_add(y, mul_add(y, c, four(1 / 40320)), four(-1 / 720))
-    c = mul_add(y, mul_add(y, mul_add(y, c, four(1 / 24)), four(-1 / 2)), one)
+    s = four(-1 / 1307674368000) * y + four(1 / 6227020800)
+    s = (s * y + four(-1 / 39916800)) * y + four(1 / 362880)
+    s = (s * y + four(-1 / 5040)) * y + four(1 / 120)
+    s = ((s * y + four(-1 / 6)) * y + one) * x
+    c = four(1 / 20922789888000) * y + four(-1 / 87178291200)
+    c = (c * y + four(1 / 479001600)) * y + four(-1 / 3628800)
+    c = (c * y + four(1 / 40320)) * y + four(-1 / 720)
+    c = ((c * y + four(1 / 24)) * y + four(-1 / 2)) * y + one
     twice, less = four(2.0) * s * c, four(-2.0) * s * s
     return four(2.0) * twice * (one + less), four(-2.0) * twice * twice
 
@@ -145,16 +145,16 @@ def _frame(world, p, n):  # type: ignore[no-untyped-def]
 def _carried(f, x, y, z):  # type: ignore[no-untyped-def]
     """Four points of a segment in the world."""
     return (
-        mul_add(f[0], x, mul_add(f[1], y, mul_add(f[2], z, f[3]))),
-        mul_add(f[4], x, mul_add(f[5], y, mul_add(f[6], z, f[7]))),
-        mul_add(f[8], x, mul_add(f[9], y, mul_add(f[10], z, f[11]))),
+        f[0] * x + f[1] * y + f[2] * z + f[3],
+        f[4] * x + f[5] * y + f[6] * z + f[7],
+        f[8] * x + f[9] * y + f[10] * z + f[11],
     )
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _turned(c, out, across, turn, less):  # type: ignore[no-untyped-def]
     """One coordinate of four centres turned about their line."""
-    return mul_add(less, out, mul_add(turn, across, c))
+    return c + less * out + turn * across
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)

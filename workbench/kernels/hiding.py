@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from workbench.kernels.order import NONE, ONE, stable_order
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["Hiders", "hidden_arcs", "hidden_lines", "hiding_planes", "lines_among_balls"]
@@ -82,7 +83,7 @@ def _clip_spans(spans: Floats, count: int, low: float, high: float, room: Floats
 @njit(cache=True)
 def _arc_spans(rim: Floats, planes: Floats, origin: float, width: float, spans: Floats, room: Floats) -> int:
     """Where one triangle hides an ellipse, as angles from `origin` to at most `width`; their number."""
-    count = 1
+    count = ONE
     spans[0, 0], spans[0, 1] = 0.0, width
     for k in range(4):
         a, b, c, d = planes[k, 0], planes[k, 1], planes[k, 2], planes[k, 3]
@@ -108,14 +109,19 @@ def _grown(values: Floats, count: int) -> Floats:
     if count < len(values):
         return values
     larger = np.empty((2 * len(values), values.shape[1]))
-    larger[: len(values)] = values
+    for row in range(len(values)):
+        for column in range(values.shape[1]):
+            larger[row, column] = values[row, column]
     return larger
 
 
 @njit(cache=True)
 def _put_pieces(which: int, spans: Floats, count: int, low: float, high: float, pieces: Floats, found: int) -> int:
     """Merge `count` hidden spans and append the pieces of low to high: which, from, to, 1 hidden or 0. No growth."""
-    order = np.argsort(spans[:count, 0])
+    keys, order, spare = np.empty(count), np.empty(count, np.int64), np.empty(count, np.int64)
+    for row in range(count):
+        keys[row] = spans[row, 0]
+    stable_order(keys, count, order, spare)
     here = low
     k = 0
     while k < count:
@@ -175,14 +181,14 @@ def _arc_pieces(
     total = len(planes)
     seen, near = np.full(total, -1), np.empty(total, np.int64)
     spans, room = np.empty((_MOST, 2)), np.empty((_MOST, 2))
-    hidden, pieces, found = np.empty((64, 2)), np.empty((4 * len(rims) + 64, 4)), 0
+    hidden, pieces, found = np.empty((64, 2)), np.empty((4 * len(rims) + 64, 4)), NONE
     box, slope = np.empty(4), np.zeros(3)
     for i in range(len(rims)):
         wide = math.hypot(rims[i, 1, 0], rims[i, 2, 0])
         high = math.hypot(rims[i, 1, 1], rims[i, 2, 1])
         box[0], box[1], box[2], box[3] = (rims[i, 0, 0] - wide, rims[i, 0, 1] - high, rims[i, 0, 0] + wide,
                                           rims[i, 0, 1] + high)  # fmt: skip
-        count, width = 0, angle[i, 1] - angle[i, 0]
+        count, width = NONE, angle[i, 1] - angle[i, 0]
         for k in range(_near(box, slope, cell, columns, rows, start, inside, seen, i, near)):
             for s in range(_arc_spans(rims[i], planes[near[k]], angle[i, 0], width, spans, room)):
                 hidden = _grown(hidden, count)
@@ -200,7 +206,7 @@ def _line_pieces(
 ) -> Floats:
     total = len(planes)
     seen, near = np.full(total, -1), np.empty(total, np.int64)
-    hidden, pieces, found = np.empty((64, 2)), np.empty((4 * len(ends) + 64, 4)), 0
+    hidden, pieces, found = np.empty((64, 2)), np.empty((4 * len(ends) + 64, 4)), NONE
     box, slope = np.empty(4), np.ones(3)
     for i in range(len(ends)):
         p, q = ends[i, 0], ends[i, 1]
@@ -208,7 +214,7 @@ def _line_pieces(
             p, q = ends[i, 1], ends[i, 0]
         box[0], box[1], box[2], box[3] = min(p[0], q[0]), p[1], max(p[0], q[0]), q[1]
         slope[0], slope[1] = p[0], q[0]
-        count = 0
+        count = NONE
         for k in range(_near(box, slope, cell, columns, rows, start, inside, seen, i, near)):
             first, last = 0.0, 1.0
             for side in range(4):
@@ -290,7 +296,7 @@ def _shadow(p: Floats, d: Floats, ball: Floats, distance: float) -> tuple[float,
 @njit(cache=True)
 def _ball_spans(p: Floats, d: Floats, balls: Floats, distance: float, over: Floats, behind: Floats) -> tuple[int, int]:
     """Fill where a line is over the outlines of balls, and where it is behind or inside them; their numbers."""
-    overs, hidden = 0, 0
+    overs, hidden = NONE, NONE
     a = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     flat = math.isinf(distance)
     left, right = min(p[0], p[0] + d[0]), max(p[0], p[0] + d[0])
@@ -322,24 +328,25 @@ def lines_among_balls(ends: Floats, balls: Floats, distance: float) -> Floats:
     where a ball is behind. View coordinates; see _shadow."""
     over, behind = np.empty((len(balls) + 1, 2)), np.empty((2 * len(balls) + 1, 2))
     spans, parts = np.empty((len(balls) + 1, 2)), np.empty((4 * len(balls) + 4, 4))
-    small, pieces, found = np.empty((4 * len(balls) + 4, 4)), np.empty((4 * len(ends) + 64, 4)), 0
+    small, pieces, found = np.empty((4 * len(balls) + 4, 4)), np.empty((4 * len(ends) + 64, 4)), NONE
     for i in range(len(ends)):
         p, d = ends[i, 0], ends[i, 1] - ends[i, 0]
         overs, hidden = _ball_spans(p, d, balls, distance, over, behind)
-        for k in range(_put_pieces(i, behind, hidden, 0.0, 1.0, parts, 0)):
+        for k in range(_put_pieces(i, behind, hidden, 0.0, 1.0, parts, NONE)):
             if parts[k, 3] == 1.0:
                 continue
-            count = 0
+            count = NONE
             for s in range(overs):
                 low, high = max(over[s, 0], parts[k, 1]), min(over[s, 1], parts[k, 2])
                 if high > low:
                     spans[count, 0], spans[count, 1] = low, high
                     count += 1
-            made = _put_pieces(i, spans, count, parts[k, 1], parts[k, 2], small, 0)
+            made = _put_pieces(i, spans, count, parts[k, 1], parts[k, 2], small, NONE)
             while found + made > len(pieces):
                 pieces = _grown(pieces, len(pieces))
             for s in range(made):
-                pieces[found] = small[s]
+                for part in range(4):
+                    pieces[found, part] = small[s, part]
                 found += 1
     return pieces[:found]
 

@@ -18,6 +18,15 @@ def _apart(a, b):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
+def _grown(rows, numbers):  # type: ignore[no-untyped-def]
+    """Room for twice as many rows and numbers."""
+    more, longer = np.empty((2 * len(rows), 3), np.int64), np.empty(2 * len(rows))
+    for n in range(len(rows)):
+        more[n, 0], more[n, 1], more[n, 2], longer[n] = rows[n, 0], rows[n, 1], rows[n, 2], numbers[n]
+    return more, longer
+
+
+@njit(cache=True)
 def sphere_contacts(one, other, pairs, margin):  # type: ignore[no-untyped-def]
     """All sphere pairs of the segment pairs (M, 2) nearer than margin [m].
 
@@ -47,8 +56,7 @@ def sphere_contacts(one, other, pairs, margin):  # type: ignore[no-untyped-def]
                     if not gap < margin:
                         continue
                     if used == len(rows):
-                        rows = np.concatenate((rows, np.empty_like(rows)))
-                        numbers = np.concatenate((numbers, np.empty_like(numbers)))
+                        rows, numbers = _grown(rows, numbers)
                     rows[used, 0] = p
                     rows[used, 1], rows[used, 2] = (u, v) if small else (v, u)
                     numbers[used] = gap

@@ -1,8 +1,8 @@
-"""Four numbers of double precision at a time, as `lanes` takes eight of single precision, and sums of products.
+"""Four numbers of double precision at a time, as `lanes` takes eight of single precision.
 
 Compiled, four numbers are one register, and +, - and * work on all of them. Not compiled they are an array (4,), and
-the functions below say what is meant. `mul_add` rounds once where the machine can: the same for one number and for
-four, so that what is left over of a loop by fours has the very digits that a loop by ones gives.
+the functions below say what is meant. Products and sums are rounded one by one, as everywhere: so the digits are those
+of a loop by ones, on every machine.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numba.extending import models, register_model
 
 from workbench.kernels.lanes import LaneType, compiles
 
-__all__ = ["FOUR", "first_of", "four", "load_four", "mul_add", "store_triples"]
+__all__ = ["FOUR", "first_of", "four", "load_four", "store_triples"]
 
 FOUR = 4
 
@@ -41,11 +41,6 @@ def four(value):  # type: ignore[no-untyped-def]
 def first_of(a):  # type: ignore[no-untyped-def]
     """The first of four numbers."""
     return a[0]
-
-
-def mul_add(a, b, c):  # type: ignore[no-untyped-def]
-    """a b + c, of one number or of four."""
-    return a * b + c
 
 
 class _FourType(LaneType):
@@ -86,14 +81,6 @@ def _triples(builder: Any, array: Any, at: Any, *axes: Any) -> Any:
     return ir.Constant(ir.IntType(8).as_pointer(), None)
 
 
-def _fused(builder: Any, *values: Any) -> Any:
-    kind = values[0].type
-    name = "llvm.fmuladd.v4f64" if kind == _VECTOR else "llvm.fmuladd.f64"
-    made = builder.module.globals.get(name)
-    made = made or ir.Function(builder.module, ir.FunctionType(kind, [kind] * 3), name)
-    return builder.call(made, values)
-
-
 _TWO = (_KIND, _KIND)
 compiles(load_four, (types.Array, types.uint64), _KIND, lambda b, a, at: b.load(_at(b, a, at, FOUR), align=8))
 compiles(store_triples, (types.Array, types.uint64, _KIND, _KIND, _KIND), types.none, _triples)
@@ -102,5 +89,3 @@ compiles(first_of, (_KIND,), types.float64, lambda b, x: b.extract_element(x, ir
 compiles(operator.add, _TWO, _KIND, lambda b, x, y: b.fadd(x, y))
 compiles(operator.sub, _TWO, _KIND, lambda b, x, y: b.fsub(x, y))
 compiles(operator.mul, _TWO, _KIND, lambda b, x, y: b.fmul(x, y))
-compiles(mul_add, (_KIND, _KIND, _KIND), _KIND, _fused)
-compiles(mul_add, (types.float64,) * 3, types.float64, _fused)

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from workbench.kernels.order import stable_order
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [
@@ -135,9 +136,10 @@ def grid_of(box: Floats, near: Floats) -> tuple[Ints, Ints, Ints, Floats]:
 
     box (S, 4); nearest rims come first in each cell. frame: least x, y and cells a unit; infinite ends lie outside.
     """
-    low, high, wide, found = np.full(2, np.inf), np.full(2, -np.inf), 0.0, 0
+    low, high, wide, found = np.empty(2), np.empty(2), 0.0, 0
+    low[0], low[1], high[0], high[1] = np.inf, np.inf, -np.inf, -np.inf
     for i in range(len(box)):
-        if np.isfinite(box[i]).all():
+        if math.isfinite(box[i, 0] + box[i, 1] + box[i, 2] + box[i, 3]):
             for k in range(2):
                 low[k], high[k] = min(low[k], box[i, k]), max(high[k], box[i, 2 + k])
             wide, found = wide + box[i, 2] - box[i, 0], found + 1
@@ -146,14 +148,21 @@ def grid_of(box: Floats, near: Floats) -> tuple[Ints, Ints, Ints, Floats]:
         for k in range(2):
             cells[k] = min(max(int((high[k] - low[k]) * found / wide), 1), 2048)
             frame[k], frame[2 + k] = low[k], cells[k] / max(high[k] - low[k], 1e-300)
-    order, start = np.argsort(-near), np.zeros(cells[0] * cells[1] + 1, np.int64)
+    order, farness = np.empty(len(near), np.int64), np.empty(len(near))
+    for i in range(len(near)):
+        farness[i] = -near[i]
+    stable_order(farness, len(near), order, np.empty(len(near), np.int64))
+    start = np.zeros(cells[0] * cells[1] + 1, np.int64)
     for i in order:
         a, b, c, d = cells_of(box[i], cells, frame)
         for row in range(b, d):
             for column in range(a, c):
                 start[row * cells[0] + column + 1] += 1
-    start = np.cumsum(start)
-    at, rims = start[:-1].copy(), np.empty(start[-1], np.int64)
+    at = np.empty(len(start) - 1, np.int64)
+    for cell in range(len(at)):
+        at[cell] = start[cell]
+        start[cell + 1] += start[cell]
+    rims = np.empty(start[-1], np.int64)
     for i in order:
         a, b, c, d = cells_of(box[i], cells, frame)
         for row in range(b, d):

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.order import stable_order
 from workbench.kernels.polygon import point_polygon
 
 __all__ = ["box_gap", "build_tree", "nearest_polygon", "wider"]
@@ -28,13 +29,14 @@ def _build(low, high, groups):  # type: ignore[no-untyped-def]
     count, parts = low.shape[0], groups.shape[0] - 1
     room = 2 * count + parts
     node_low, node_high = np.empty((room, 3)), np.empty((room, 3))
-    child = np.full(room, -1, np.int64)
-    first, last = np.zeros(room, np.int64), np.zeros(room, np.int64)
-    item, root = np.arange(count), np.full(parts, -1, np.int64)
-    middle = 0.5 * (low + high)
-    used = 0
-    todo = np.empty(room, np.int64)
+    child, todo, root = np.empty(room, np.int64), np.empty(room, np.int64), np.empty(parts, np.int64)
+    first, last, used = np.empty(room, np.int64), np.empty(room, np.int64), 0
+    item, part, keys = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    order, spare = np.empty(count, np.int64), np.empty(count, np.int64)
+    for s in range(count):
+        item[s] = s
     for k in range(parts):
+        root[k] = -1
         if groups[k] == groups[k + 1]:
             continue
         root[k], first[used], last[used] = used, groups[k], groups[k + 1]
@@ -43,7 +45,7 @@ def _build(low, high, groups):  # type: ignore[no-untyped-def]
         while waiting > 0:
             waiting -= 1
             m = todo[waiting]
-            a, b = first[m], last[m]
+            a, b, child[m] = first[m], last[m], -1
             for i in range(3):
                 node_low[m, i], node_high[m, i] = np.inf, -np.inf
                 for s in range(a, b):
@@ -51,9 +53,16 @@ def _build(low, high, groups):  # type: ignore[no-untyped-def]
                     node_high[m, i] = max(node_high[m, i], high[item[s], i])
             if b - a <= LEAF:
                 continue
-            axis = np.argmax(node_high[m] - node_low[m])
-            part = item[a:b].copy()
-            item[a:b] = part[np.argsort(middle[part, axis], kind="mergesort")]
+            axis = 0
+            for i in range(1, 3):
+                if node_high[m, i] - node_low[m, i] > node_high[m, axis] - node_low[m, axis]:
+                    axis = i
+            for s in range(b - a):
+                part[s] = item[a + s]
+                keys[s] = 0.5 * (low[part[s], axis] + high[part[s], axis])
+            stable_order(keys, b - a, order, spare)
+            for s in range(b - a):
+                item[a + s] = part[order[s]]
             half = (a + b) // 2
             child[m] = used
             first[used], last[used], first[used + 1], last[used + 1] = a, half, half, b

@@ -1,0 +1,43 @@
+"""Sorting for compiled loops: numba makes NumPy's sorts anew for each kernel that calls one, seconds of compiling each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from workbench.model.arrays import Floats, Ints
+
+__all__ = ["NONE", "ONE", "stable_order"]
+
+NONE, ONE = np.int64(0), np.int64(1)
+"""Whole numbers to begin a count with: from a bare 0 numba compiles what is called with it for that very 0 as well."""
+_RUN = 16
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def stable_order(keys: Floats, count: int, order: Ints, spare: Ints) -> None:
+    """Fill order[:count] with the places of keys[:count] (no NaN) from the least on, equal ones as they stand: runs
+    sorted by insertion, then merged. spare: room for as many."""
+    for begin in range(0, count, _RUN):
+        for k in range(begin, min(begin + _RUN, count)):
+            place, key = k, keys[k]
+            while place > begin and keys[order[place - 1]] > key:
+                order[place] = order[place - 1]
+                place -= 1
+            order[place] = k
+    width = _RUN
+    while width < count:
+        for begin in range(0, count, 2 * width):
+            half, end = min(begin + width, count), min(begin + 2 * width, count)
+            for k in range(begin, half):
+                spare[k] = order[k]
+            a, b, at = begin, half, begin
+            while a < half:
+                if b < end and keys[order[b]] < keys[spare[a]]:
+                    order[at] = order[b]
+                    b += 1
+                else:
+                    order[at] = spare[a]
+                    a += 1
+                at += 1
+        width *= 2
