@@ -33,10 +33,8 @@ __all__ = ["arc_chains", "ends_met", "rim_arcs"]
 _TURN = 4.0  # intervals are in ways of rims.diamond; only what is drawn is turned into angles
 _NOTHING = 1e-12  # a gap no wider than rounding
 _INSIDE = 1e-9
-_HIDES, _NEXT = (
-    np.int64(1),
-    np.int64(2),
-)  # of an interval: it hides the rim; it ends where the rim of the same body's other sphere goes on
+# of an interval: it hides the rim; it ends where the rim of the same body's other sphere goes on
+_HIDES, _NEXT = np.int64(1), np.int64(2)
 _OPEN = np.int64(-1)  # of an arc's end: no other arc goes on there
 
 

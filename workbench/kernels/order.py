@@ -1,4 +1,4 @@
-"""Sorting for compiled loops: numba makes NumPy's sorts anew for each kernel that calls one, seconds of compiling each."""
+"""Sorting for compiled loops: numba compiles NumPy's sorts anew for each kernel that calls one, seconds each."""
 
 from __future__ import annotations
 
