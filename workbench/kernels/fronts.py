@@ -7,7 +7,9 @@ product a sphere, where pairs would take one for each two. The pair to begin wit
 the nearest of the other set and back.
 
 All this goes by eight lanes in single precision, with coordinates from a sphere nearby and a margin for rounding
-(SPARE); what is left is worked out in double precision and decides.
+(SPARE). What of the two fronts is the nearest then, and whatever is as near within the margin, is worked out in double
+precision and decides: one pair, mostly. No loop here ends before its last turn, so that the processor seldom foresees
+a branch wrongly, and the time goes into arithmetic.
 """
 
 from __future__ import annotations
@@ -19,7 +21,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from workbench.kernels.groups import cluster_hub
 from workbench.kernels.lanes import (
     eight,
     equal,
@@ -44,64 +45,46 @@ NODE = np.uint64(32)
 """Numbers of eight balls: x of all, y, z, radii."""
 SPARE = 2e-5
 """Margin as a part of the greatest coordinate: a height takes six roundings of 6e-8, a gap eight, n is off by one."""
-HEAVY = np.uint64(8)
-"""Blocks against blocks from which on their own balls are compared before the spheres in them."""
 _L, _ONE = np.uint64(8), np.uint64(1)
+_NOBODY = np.float32(-1e30)
 
 
 class Blocks(NamedTuple):
-    """A body's spheres in blocks of eight, one for each cluster, and the balls of these in blocks of eight again.
+    """A body's spheres in blocks of eight: those of segment n stand in order in the blocks first[n]:first[n + 1], and
+    sphere s of segment n at the place 8 first[n] + s - start[n].
 
-    Blocks group[n]:group[n + 1] of balls are those of segment n; cluster (8 G,): whose ball each lane holds, -1 where
-    none. Place 8 c + k is lane k of the block of ball c; member (64 G,): the sphere there; spot (S,): where in `ball`
-    the x of a sphere stands. hub (32 G,), ball (256 G,): blocks of NODE numbers, so far with radii alone.
+    ball (32 B,): blocks of NODE numbers, so far with radii alone; what no sphere has is FAR away.
     """
 
-    group: NDArray[np.int64]
-    cluster: NDArray[np.int64]
-    member: NDArray[np.int64]
-    spot: NDArray[np.int64]
-    hub: NDArray[np.float32]
+    start: NDArray[np.int64]
+    first: NDArray[np.int64]
     ball: NDArray[np.float32]
 
 
 class Room(NamedTuple):
-    """Working space for one body: hub, ball as in `Blocks`, in the world; up (8 G,), high (64 G,): heights of balls
-    and of spheres; some, near: blocks and places picked out; kept: bits of balls."""
+    """Working space for one body: ball as in `Blocks`, in the world; high (8 B,): how far spheres reach; front
+    (8 B + 8,): places picked out; near (32 B + 32,): the blocks of what was picked out."""
 
-    hub: NDArray[np.float32]
     ball: NDArray[np.float32]
-    up: NDArray[np.float32]
     high: NDArray[np.float32]
-    some: NDArray[np.float32]
+    front: NDArray[np.float32]
     near: NDArray[np.float32]
-    kept: NDArray[np.uint64]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def place_blocks(centres, world, p, crowd, blocks, hub, ball, o0, o1, o2):  # type: ignore[no-untyped-def]
-    """Fill hub and ball with what stands where in pose p, seen from a point; returns the greatest coordinate [m]."""
+@njit(cache=True, error_model="numpy", _nrt=False)
+def place_blocks(centres, p, shown, blocks, ball, o0, o1, o2):  # type: ignore[no-untyped-def]
+    """Fill ball with what stands where in pose p, seen from a point; returns the greatest coordinate [m]."""
     most = 0.0
-    for n in range(len(crowd.start) - 1):
-        if crowd.shown[n] == 0:
+    for n in range(len(shown)):
+        if shown[n] == 0:
             continue
-        for i in range(blocks.group[n] * 8, blocks.group[n + 1] * 8):
-            c = blocks.cluster[i]
-            if c < 0:
-                continue
-            x, y, z = cluster_hub(centres, world, p, crowd, n, c)
-            x, y, z = x - o0, y - o1, z - o2
-            e = (np.uint64(i) // _L) * NODE + np.uint64(i) % _L
-            hub[e], hub[e + _L], hub[e + _L + _L] = x, y, z
-            most = max(most, max(max(abs(x), abs(y)), abs(z)) + crowd.reach[c])
-        first, last = crowd.first[crowd.start[n]], crowd.first[crowd.start[n + 1]]
-        for s in range(np.uint64(first), np.uint64(last)):
-            e = np.uint64(blocks.spot[s])
-            ball[e], ball[e + _L], ball[e + _L + _L] = (
-                centres[p, s, 0] - o0,
-                centres[p, s, 1] - o1,
-                centres[p, s, 2] - o2,
-            )
+        e = np.uint64(blocks.first[n]) * NODE
+        for s in range(np.uint64(blocks.start[n]), np.uint64(blocks.start[n + 1])):
+            x, y, z = centres[p, s, 0] - o0, centres[p, s, 1] - o1, centres[p, s, 2] - o2
+            ball[e], ball[e + _L], ball[e + _L + _L] = x, y, z
+            most = max(most, max(max(abs(x), abs(y)), abs(z)))
+            e += _ONE
+            e += np.uint64(e % _L == 0) * (NODE - _L)
     return most
 
 
@@ -121,39 +104,35 @@ def _gaps(x, y, z, array, block):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _heights(x, y, z, array, block):  # type: ignore[no-untyped-def]
-    """How far eight balls reach along a direction, each component eight times."""
-    e = block * NODE
-    return x * load(array, e) + y * load(array, e + _L) + z * load(array, e + _L + _L) + load(array, e + _L + _L + _L)
+def _heights(x, y, z, array, a, b, high):  # type: ignore[no-untyped-def]
+    """How far the balls in the blocks a..b reach along a direction, each component eight times, into high; the
+    greatest."""
+    top = eight(-FAR)
+    for g in range(np.uint64(a), np.uint64(b)):
+        e = g * NODE
+        reach = x * load(array, e) + y * load(array, e + _L) + z * load(array, e + _L + _L)
+        reach = reach + load(array, e + _L + _L + _L)
+        store(high, (g - np.uint64(a)) * _L, reach)
+        top = larger(top, reach)
+    return greatest(top)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _meet(x, y, z, reach, array, block):  # type: ignore[no-untyped-def]
-    """Bits of those of eight balls that come within `reach`, if that is not negative, of a point; all eight times."""
-    e = block * NODE
-    u, v, w = load(array, e) - x, load(array, e + _L) - y, load(array, e + _L + _L) - z
-    r = larger(load(array, e + _L + _L + _L) + reach, eight(np.float32(0.0)))
-    return not_above(u * u + v * v + w * w, r * r)
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _near_place(x, y, z, room, a, b):  # type: ignore[no-untyped-def]
-    """The place of a sphere about as near to a point as any in the blocks a..b of balls."""
+def _near_place(x, y, z, array, a, b, spare):  # type: ignore[no-untyped-def]
+    """The place of a sphere about as near to a point as any in the blocks a..b."""
     x8, y8, z8 = eight(x), eight(y), eight(z)
     low, at = eight(FAR), eight(np.float32(a))
     for g in range(a, b):
-        gap = _gaps(x8, y8, z8, room.hub, np.uint64(g))
+        gap = _gaps(x8, y8, z8, array, np.uint64(g))
         at = where_below(gap, low, eight(np.float32(g)), at)
         low = smaller(gap, low)
     k = first_bit(equal(low, eight(least(low)))) % _L
-    store(room.high, np.uint64(0), at)
-    block = np.uint64(np.int64(room.high[k])) * _L + k
-    gap = _gaps(x8, y8, z8, room.ball, block)
-    return block * _L + first_bit(equal(gap, eight(least(gap)))) % _L
+    store(spare, np.uint64(0), at)
+    return np.uint64(np.int64(spare[k])) * _L + k
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def first_pairs(pairs, blocks1, blocks2, room1, room2, place1, place2):  # type: ignore[no-untyped-def]
+def first_pairs(pairs, first1, first2, ball1, ball2, spare, place1, place2):  # type: ignore[no-untyped-def]
     """For each segment pair (M, 2) the places (M,) of two spheres that are nearly the nearest: from what stands in
     place1 to the nearest of the other segment, and back.
 
@@ -161,52 +140,71 @@ def first_pairs(pairs, blocks1, blocks2, room1, room2, place1, place2):  # type:
     """
     for m in range(len(pairs)):
         b = pairs[m, 1]
-        x, y, z, _ = _ball(room1.ball, place1[m])
-        place2[m] = _near_place(x, y, z, room2, blocks2.group[b], blocks2.group[b + 1])
+        x, y, z, _ = _ball(ball1, place1[m])
+        place2[m] = _near_place(x, y, z, ball2, first2[b], first2[b + 1], spare)
     for m in range(len(pairs)):
         a = pairs[m, 0]
-        x, y, z, _ = _ball(room2.ball, place2[m])
-        place1[m] = _near_place(x, y, z, room1, blocks1.group[a], blocks1.group[a + 1])
+        x, y, z, _ = _ball(ball2, place2[m])
+        place1[m] = _near_place(x, y, z, ball1, first1[a], first1[a + 1], spare)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _reach_of_balls(x, y, z, room, a, b):  # type: ignore[no-untyped-def]
-    """Heights of the balls in the blocks a..b, into room.up; the greatest."""
-    top = eight(-FAR)
-    for g in range(a, b):
-        high = _heights(x, y, z, room.hub, np.uint64(g))
-        store(room.up, np.uint64(g - a) * _L, high)
-        top = larger(top, high)
-    return greatest(top)
+def _picked(limit, high, a, b, front):  # type: ignore[no-untyped-def]
+    """The places of what reaches to a height in the blocks a..b, into front; how many."""
+    used, lowest = np.uint64(0), eight(limit)
+    for g in range(np.uint64(a), np.uint64(b)):
+        bits = not_above(lowest, load(high, (g - np.uint64(a)) * _L))
+        used = pack(front, used, bits, np.float32(np.int64(g * _L)))
+    return used
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _front(x, y, z, limit, room, a, b):  # type: ignore[no-untyped-def]
-    """Blocks of spheres whose balls reach to a height, into room.some, and the heights of their spheres, into
-    room.high; the greatest of these and how many blocks."""
-    top, used, lowest = eight(-FAR), np.uint64(0), eight(limit)
-    for g in range(a, b):
-        used = pack(room.some, used, not_above(lowest, load(room.up, np.uint64(g - a) * _L)), np.float32(g * 8))
+def _gathered(ball, front, used, near):  # type: ignore[no-untyped-def]
+    """Bring the balls at the places in front together into blocks of near; how many blocks."""
+    blocks = max((used + _L - _ONE) // _L, _ONE)
+    last = blocks * NODE - NODE
+    for k in range(np.uint64(4)):
+        store(near, last + k * _L, eight(FAR if k < 3 else _NOBODY))
     for q in range(used):
-        high = _heights(x, y, z, room.ball, np.uint64(np.int64(room.some[q])))
-        store(room.high, q * _L, high)
-        top = larger(top, high)
-    return greatest(top), used
+        x, y, z, r = _ball(ball, np.uint64(np.int64(front[q])))
+        e = (q // _L) * NODE + q % _L
+        near[e], near[e + _L], near[e + _L + _L], near[e + _L + _L + _L] = x, y, z, r
+    return blocks
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _fronts(way, within, groups, room1, room2):  # type: ignore[no-untyped-def]
-    """How far the spheres of both that may be of a pair within a distance reach toward each other, and in how many
-    blocks they stand; fills some and high of both. groups: first and last block of balls of both."""
-    a, b, c, d = groups
-    x, y, z = eight(way[0]), eight(way[1]), eight(way[2])
-    none = eight(np.float32(0.0))
-    u, v, w = none - x, none - y, none - z
-    top1 = _reach_of_balls(x, y, z, room1, a, b)
-    _reach_of_balls(u, v, w, room2, c, d)
-    top2, used2 = _front(u, v, w, -within - top1, room2, c, d)
-    top1, used1 = _front(x, y, z, -within - top2, room1, a, b)
-    return top1, used1, top2, used2
+def _direction(ball1, ball2, begun):  # type: ignore[no-untyped-def]
+    """About the unit vector from the one to the other of two balls, and their distance less the radii."""
+    (x, y, z, r), (u, v, w, t) = _ball(ball1, begun[0]), _ball(ball2, begun[1])
+    x, y, z = u - x, v - y, w - z
+    far = math.sqrt(x * x + y * y + z * z)
+    per = np.float32(1.0) / max(far, np.float32(1e-12))  # shorter than a unit where the centres are one: all the safer
+    return x * per, y * per, z * per, far - (r + t)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _fronts(ball1, ball2, room1, room2, ends, begun, spare):  # type: ignore[no-untyped-def]
+    """Fill front of both with the places that may be of a pair nearer than that begun with; how many of each."""
+    a, b, c, d = ends
+    x, y, z, gap = _direction(ball1, ball2, begun)
+    x8, y8, z8, none = eight(x), eight(y), eight(z), eight(np.float32(0.0))
+    top1 = _heights(x8, y8, z8, ball1, a, b, room1.high)
+    top2 = _heights(none - x8, none - y8, none - z8, ball2, c, d, room2.high)
+    used1 = _picked(-(gap + spare) - top2, room1.high, a, b, room1.front)
+    used2 = _picked(-(gap + spare) - top1, room2.high, c, d, room2.front)
+    return used1, used2
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _least_gap(ball1, front, used, near, blocks):  # type: ignore[no-untyped-def]
+    """The least distance of the balls at the places in front from those in the blocks of near, in single precision."""
+    low = eight(FAR)
+    for q in range(used):
+        x, y, z, r = _ball(ball1, np.uint64(np.int64(front[q])))
+        x8, y8, z8, r8 = eight(x), eight(y), eight(z), eight(r)
+        for j in range(blocks):
+            low = smaller(low, _gaps(x8, y8, z8, near, j) - r8)
+    return least(low)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -221,82 +219,27 @@ def _better(c1, c2, p, radius1, radius2, s, t, best):  # type: ignore[no-untyped
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _scan(one, other, p, f, few, begun, spare, rooms, best):  # type: ignore[no-untyped-def]
-    """Improve best (I, sphere, sphere) by the sphere at place f with those in the first `few` blocks of room2.near.
+def foremost_pair(one, other, p, pair, rooms, begun, spare):  # type: ignore[no-untyped-def]
+    """Least I of two segments with its spheres, of equal ones the lowest: (I, sphere, sphere).
 
-    begun: the places of the pair to begin with, which need not be looked at again.
+    one, other: (centres (P, S, 3), radius (S,), Blocks); rooms of both; begun: places of two spheres nearly nearest;
+    spare [m]: margin for rounding.
     """
-    (c1, radius1, blocks1), (c2, radius2, blocks2), (room1, room2) = one, other, rooms
-    x, y, z, r = _ball(room1.ball, f)
-    x8, y8, z8, reach = eight(x), eight(y), eight(z), eight(r + np.float32(best[0] + spare))
-    own = np.uint64(f == begun[0]) << (begun[1] % _L)
-    s = np.uint64(blocks1.member[f])
-    for j in range(few):
-        block = np.uint64(np.int64(room2.near[j]))
-        bits = _meet(x8, y8, z8, reach, room2.ball, block) & ~(own * np.uint64(block == begun[1] // _L))
-        while bits != 0:
-            t = np.uint64(blocks2.member[block * _L + first_bit(bits)])
-            bits &= bits - _ONE
-            best = _better(c1, c2, p, radius1, radius2, s, t, best)
-            reach = eight(r + np.float32(best[0] + spare))
+    (c1, radius1, blocks1), (c2, radius2, blocks2), (room1, room2), (a, b) = one, other, rooms, pair
+    ends = blocks1.first[a], blocks1.first[a + 1], blocks2.first[b], blocks2.first[b + 1]
+    used1, used2 = _fronts(room1.ball, room2.ball, room1, room2, ends, begun, spare)
+    blocks = _gathered(room2.ball, room2.front, used2, room2.near)
+    within = _least_gap(room1.ball, room1.front, used1, room2.near, blocks) + spare
+    s0, t0 = blocks1.start[a] - 8 * ends[0], blocks2.start[b] - 8 * ends[2]
+    best = np.inf, np.uint64(0), np.uint64(0)
+    for q in range(used1):
+        f = np.int64(room1.front[q])
+        x, y, z, r = _ball(room1.ball, np.uint64(f))
+        x8, y8, z8, most = eight(x), eight(y), eight(z), eight(within + r)
+        for j in range(blocks):
+            bits = not_above(_gaps(x8, y8, z8, room2.near, j), most)
+            while bits != 0:
+                t = np.int64(room2.front[j * _L + first_bit(bits)])
+                bits &= bits - _ONE
+                best = _better(c1, c2, p, radius1, radius2, np.uint64(f + s0), np.uint64(t + t0), best)
     return best
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _search_few(one, other, p, counts, heights, begun, spare, rooms, best):  # type: ignore[no-untyped-def]
-    """Every sphere of the one's front against all blocks of the other's."""
-    room1 = rooms[0]
-    count, lowest = np.uint64(0), eight(heights[0])
-    for q in range(counts[0]):
-        bits = not_above(lowest, load(room1.high, q * _L))
-        count = pack(room1.near, count, bits, room1.some[q] * np.float32(8.0))
-    for q in range(count):
-        f = np.uint64(np.int64(room1.near[q]))
-        best = _scan(one, other, p, f, counts[1], begun, spare, rooms, best)
-    return best
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _search_many(one, other, p, counts, heights, begun, spare, rooms, best):  # type: ignore[no-untyped-def]
-    """As `_search_few`, the balls of the blocks compared first."""
-    room1, room2 = rooms
-    first, last = heights[1], heights[2]
-    for g in range(first, last):
-        room2.kept[g - first] = np.uint64(0)
-    for q in range(counts[1]):
-        block = np.uint64(np.int64(room2.near[q]))
-        room2.kept[block // _L - np.uint64(first)] |= _ONE << (block % _L)
-    for q in range(counts[0]):
-        block = np.uint64(np.int64(room1.some[q]))
-        bits = not_above(eight(heights[0]), load(room1.high, q * _L))
-        count = pack(room1.near, np.uint64(0), bits, np.float32(block * _L))
-        x, y, z, r = _ball(room1.hub, block)
-        x8, y8, z8, reach = eight(x), eight(y), eight(z), eight(r + np.float32(best[0] + spare))
-        few = np.uint64(0)
-        for g in range(first, last):
-            bits = _meet(x8, y8, z8, reach, room2.hub, np.uint64(g)) & room2.kept[g - first]
-            few = pack(room2.near, few, bits, np.float32(g * 8))
-        for o in range(count):
-            f = np.uint64(np.int64(room1.near[o]))
-            best = _scan(one, other, p, f, few, begun, spare, rooms, best)
-    return best
-
-
-@njit(cache=True, error_model="numpy", _nrt=False)
-def foremost_pair(one, other, p, groups, way, begun, spare, rooms, best):  # type: ignore[no-untyped-def]
-    """Least I of two segments with its spheres, of equal ones the lowest; best (I, sphere, sphere): to begin with.
-
-    one, other: (centres (P, S, 3), radius (S,), Blocks); groups: first and last block of balls of both; way (3,): unit
-    vector, about from the one's sphere of best to the other's; begun: their places; spare [m]: margin for rounding.
-    """
-    room1, room2 = rooms
-    within = np.float32(best[0] + spare)
-    top1, used1, top2, used2 = _fronts(way, within, groups, room1, room2)
-    count, lowest = np.uint64(0), eight(-within - top1)
-    for q in range(used2):
-        room2.near[count] = room2.some[q]
-        count += np.uint64(not_above(lowest, load(room2.high, q * _L)) != 0)
-    counts, heights = (used1, count), (-within - top2, groups[2], groups[3])
-    if used1 * count > HEAVY:
-        return _search_many(one, other, p, counts, heights, begun, spare, rooms, best)
-    return _search_few(one, other, p, counts, heights, begun, spare, rooms, best)

@@ -65,23 +65,6 @@ def sphere_contacts(one, other, pairs, margin):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _begin(one, other, p, pairs, out, places, way):  # type: ignore[no-untyped-def]
-    """Write I and spheres of the pairs at the places, and the ways (M, 3) from the one's sphere to the other's."""
-    c1, _, crowd1, blocks1 = one
-    c2, _, crowd2, blocks2 = other
-    distance, sphere, target = out[0], out[1], out[2]
-    for m in range(len(pairs)):
-        a, b = pairs[m, 0], pairs[m, 1]
-        u, v = np.uint64(blocks1.member[places[0][m]]), np.uint64(blocks2.member[places[1][m]])
-        x, y, z = c2[p, v, 0] - c1[p, u, 0], c2[p, v, 1] - c1[p, u, 1], c2[p, v, 2] - c1[p, u, 2]
-        far = math.sqrt(x * x + y * y + z * z)
-        distance[p, a, b] = far - (crowd1.radius[u] + crowd2.radius[v])
-        sphere[p, a, b], target[p, a, b] = u, v
-        per = 1.0 / max(far, 1e-12)  # shorter than a unit where the centres are one: the bound holds all the more
-        way[m, 0], way[m, 1], way[m, 2] = x * per, y * per, z * per
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _witness(one, other, p, a, b, out):  # type: ignore[no-untyped-def]
     """Write where the nearest spheres of segments a and b face each other: the point on the other's sphere, and the
     side of the one's segment, of its table of directions, that is nearest to the way to the other's centre."""
@@ -120,31 +103,27 @@ def pair_clearance(one, other, alike, pairs, directions, out, space, begin, end)
 
     one, other: (centres (P, S, 3), world (P, N, 3, 4), Crowd, Blocks), alike where they are the same; directions
     (N, 6, 3); out: distance (P, N, N'), the one's and the other's sphere (P, N, N'), point (P, N, N', 3), facing
-    (P, N, N'); space: Room of both (the same where alike), places (2, M), way (M, 3). The search begins at what was
+    (P, N, N'); space: Room of both (with the same ball where alike), places (2, M). The search begins at what was
     nearest in the pose before, which no answer shows.
     """
-    c1, world1, crowd1, blocks1 = one
-    c2, world2, crowd2, blocks2 = other
-    room1, room2, places, way = space
+    (c1, world1, crowd1, blocks1), (c2, _, crowd2, blocks2) = one, other
+    room1, room2, places = space
     ends = (c1, crowd1.radius, blocks1), (c2, crowd2.radius, blocks2)
     for m in range(len(pairs)):
-        places[0][m] = blocks1.group[pairs[m, 0]] * 64
+        places[0][m] = blocks1.first[pairs[m, 0]] * 8
     for p in range(begin, end):
         _nothing(p, crowd1.shown, crowd2.shown, out)
         if len(pairs) == 0:
             continue
-        s = blocks1.member[places[0][0]]
+        s = blocks1.start[pairs[0, 0]]
         x, y, z = c1[p, s, 0], c1[p, s, 1], c1[p, s, 2]
-        most = place_blocks(c1, world1, p, crowd1, blocks1, room1.hub, room1.ball, x, y, z)
+        most = place_blocks(c1, p, crowd1.shown, blocks1, room1.ball, x, y, z)
         if not alike:
-            most = max(most, place_blocks(c2, world2, p, crowd2, blocks2, room2.hub, room2.ball, x, y, z))
-        first_pairs(pairs, blocks1, blocks2, room1, room2, places[0], places[1])
-        _begin(one, other, p, pairs, out, places, way)
+            most = max(most, place_blocks(c2, p, crowd2.shown, blocks2, room2.ball, x, y, z))
+        first_pairs(pairs, blocks1.first, blocks2.first, room1.ball, room2.ball, room1.high, places[0], places[1])
+        spare = np.float32(SPARE * most)
         for m in range(len(pairs)):
-            a, b = pairs[m, 0], pairs[m, 1]
-            groups = blocks1.group[a], blocks1.group[a + 1], blocks2.group[b], blocks2.group[b + 1]
-            best = out[0][p, a, b], np.uint64(out[1][p, a, b]), np.uint64(out[2][p, a, b])
-            begun, along = (places[0][m], places[1][m]), (way[m, 0], way[m, 1], way[m, 2])
-            best = foremost_pair(ends[0], ends[1], p, groups, along, begun, SPARE * most, (room1, room2), best)
+            a, b, begun = pairs[m, 0], pairs[m, 1], (places[0][m], places[1][m])
+            best = foremost_pair(ends[0], ends[1], p, (a, b), (room1, room2), begun, spare)
             out[0][p, a, b], out[1][p, a, b], out[2][p, a, b] = best
             _witness((c1, world1, directions), (c2, crowd2.radius), p, a, b, out)

@@ -105,8 +105,8 @@ def paired_clearance(one: Placed, other: Placed, pairs: Ints, *, threads: int | 
     def work(begin: int, end: int) -> None:
         first, second = _rooms(ends[0][3]), _rooms(ends[1][3])
         if alike:
-            second = second._replace(hub=first.hub, ball=first.ball)
-        space = first, second, np.empty((2, len(some)), dtype=np.uint64), np.empty((len(some), 3), dtype=np.float32)
+            second = second._replace(ball=first.ball)
+        space = first, second, np.empty((2, len(some)), dtype=np.uint64)
         pair_clearance(*ends, alike, some, one.body.directions, out, space, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
@@ -114,9 +114,9 @@ def paired_clearance(one: Placed, other: Placed, pairs: Ints, *, threads: int | 
 
 
 def _rooms(blocks: Blocks) -> Room:
-    balls = len(blocks.cluster)
-    up, high, some, near = (np.empty(n, dtype=np.float32) for n in (balls, 8 * balls + 8, balls + 8, 8 * balls + 8))
-    return Room(blocks.hub.copy(), blocks.ball.copy(), up, high, some, near, np.empty(balls, dtype=np.uint64))
+    balls = len(blocks.ball)
+    high, front, near = (np.empty(n, dtype=np.float32) for n in (balls // 4, balls // 4 + 8, balls + 32))
+    return Room(blocks.ball.copy(), high, front, near)
 
 
 def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]) -> Floats:

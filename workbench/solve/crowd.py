@@ -54,24 +54,14 @@ def _crowd(body: Body) -> Crowd:
 
 @lru_cache(maxsize=16)
 def blocks_of(body: Body) -> Blocks:
-    """The clusters of a body in blocks of eight lanes."""
-    crowd = _crowd(body)
-    clusters = np.diff(crowd.start)
-    group = np.concatenate([[0], np.cumsum(-(-clusters // LANES))]).astype(np.int64)
-    count = int(group[-1]) * LANES
-    cluster, member = np.full(count, -1), np.zeros((count, LANES), dtype=np.int64)
-    hub, ball = (np.full((n // LANES, 4, LANES), FAR, dtype=np.float32) for n in (count, count * LANES))
-    hub[:, 3] = ball[:, 3] = -FAR * FAR
-    lane = np.repeat(LANES * group[:-1] - crowd.start[:-1], clusters) + np.arange(len(crowd.middle))
-    cluster[lane] = np.arange(len(lane))
-    hub[lane // LANES, 3, lane % LANES] = crowd.reach
-    block = np.repeat(lane, np.diff(crowd.first))
-    column = np.arange(len(block)) - np.repeat(crowd.first[:-1], np.diff(crowd.first))
-    member[block, column] = crowd.member
-    ball[block, 3, column] = crowd.radius[crowd.member]
-    spot = np.empty(len(block), dtype=np.int64)
-    spot[crowd.member] = 4 * LANES * block + column
-    return Blocks(group, cluster, member.reshape(-1), spot, hub.reshape(-1), ball.reshape(-1))
+    """The spheres of a body in blocks of eight lanes."""
+    first = np.concatenate([[0], np.cumsum(-(-np.diff(body.start) // LANES))]).astype(np.int64)
+    ball = np.full((int(first[-1]), 4, LANES), FAR, dtype=np.float32)
+    ball[:, 3] = -FAR * FAR
+    segment = body.sphere_segment
+    place = np.arange(len(segment)) + (LANES * first[:-1] - body.start[:-1])[segment]
+    ball[place // LANES, 3, place % LANES] = body.radius
+    return Blocks(body.start, first, ball.reshape(-1))
 
 
 def _moves(body: Body, rows: Ints) -> Bools:
