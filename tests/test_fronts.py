@@ -14,7 +14,7 @@ from tests.test_blend import random_blend
 from workbench.kernels import lanes
 from workbench.model.blend import enclosing_spheres
 from workbench.solve.collide import self_clearance
-from workbench.solve.crowd import blocks_of, crowd_of
+from workbench.solve.crowd import blocks_of
 
 
 def crowded(body, seed, *, most=200, grid=0.0):
@@ -26,13 +26,19 @@ def crowded(body, seed, *, most=200, grid=0.0):
     centre = rng.normal(size=(len(owner), 3)) * 0.1
     centre = np.round(centre / grid) * grid if grid else centre
     radius = rng.choice([0.01, 0.02], len(owner)) if grid else rng.uniform(0.001, 0.06, len(owner))
-    made = replace(
-        body, centre=centre, radius=radius, start=np.concatenate([[0], np.cumsum(counts)]),
-        sphere_names=("",) * len(owner), sphere_direction=np.full(len(owner), -1), twist_share=np.zeros(len(owner)),
-        blend_joint=np.full(len(owner), -1), blend_share=np.zeros(len(owner)),
-    )  # fmt: skip
+    start = np.concatenate([[0], np.cumsum(counts)])
+    made = replace(body, **(spheres(len(owner)) | {"centre": centre, "radius": radius, "start": start}))
     middle, reach = enclosing_spheres(made)
     return replace(made, enclosing_centre=middle, enclosing_radius=reach)
+
+
+def spheres(count):
+    """What so many spheres need beside their start: all alike, still and without names."""
+    return {
+        "centre": np.zeros((count, 3)), "radius": np.ones(count), "sphere_names": ("",) * count,
+        "sphere_direction": np.full(count, -1), "twist_share": np.zeros(count), "blend_joint": np.full(count, -1),
+        "blend_share": np.zeros(count),
+    }  # fmt: skip
 
 
 def all_pairs(one, other, p, a, b):
@@ -108,19 +114,18 @@ def test_the_one_answers_what_the_other_does_in_batches_of_any_size(one_arm, ran
 
 
 @given(st.integers(0, 10**6))
-def test_every_sphere_has_its_place_in_the_blocks(one_arm, random_arm, seed):
+def test_every_sphere_has_its_place_in_the_blocks(one_arm, seed):
     body = crowded(one_arm, seed, most=40)
-    blocks, crowd = blocks_of(body), crowd_of(wb.place(body, random_arm(1, 0)))
-    balls = blocks.ball.reshape(-1, 4, 8)
-    taken = balls[:, 3] > 0
-    assert sorted(blocks.member.reshape(-1, 8)[taken].tolist()) == list(range(len(body.radius)))
-    assert np.array_equal(balls[:, 3][taken], body.radius[blocks.member.reshape(-1, 8)[taken]].astype(np.float32))
-    assert np.array_equal(blocks.spot % 8, np.argwhere(taken)[np.argsort(blocks.member.reshape(-1, 8)[taken]), 1])
-    assert sorted(blocks.cluster[blocks.cluster >= 0].tolist()) == list(range(len(crowd.middle)))
-    for n in range(len(body.segments)):
-        some = blocks.member.reshape(-1, 8)[8 * blocks.group[n] : 8 * blocks.group[n + 1]]
-        mine = taken[8 * blocks.group[n] : 8 * blocks.group[n + 1]]
-        assert sorted(some[mine].tolist()) == list(range(body.start[n], body.start[n + 1]))
+    blocks = blocks_of(body)
+    radius = blocks.ball.reshape(-1, 4, 8)[:, 3].reshape(-1)
+    place = 8 * blocks.first[body.sphere_segment] + np.arange(len(body.radius)) - body.start[body.sphere_segment]
+    assert np.array_equal(radius[place], body.radius.astype(np.float32))
+    assert np.sum(radius > 0) == len(body.radius)
+
+
+def test_nine_spheres_take_two_blocks_and_eight_take_one(one_arm):
+    body = replace(crowded(one_arm, 1, most=2), start=np.array([0, 0, 8, 17, 17]), **spheres(17))
+    assert blocks_of(body).first.tolist() == [0, 0, 1, 3, 3]
 
 
 numbers = st.lists(st.floats(-1e6, 1e6, width=32), min_size=8, max_size=8)

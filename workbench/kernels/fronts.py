@@ -44,7 +44,8 @@ FAR = np.float32(1e15)
 NODE = np.uint64(32)
 """Numbers of eight balls: x of all, y, z, radii."""
 SPARE = 2e-5
-"""Margin as a part of the greatest coordinate: a height takes six roundings of 6e-8, a gap eight, n is off by one."""
+"""Margin as a part of the greatest coordinate and radius together: two heights are off by less than 100 roundings of
+6e-8, the distance of two balls by less than 35: for two of these a quarter of it is enough."""
 _L, _ONE = np.uint64(8), np.uint64(1)
 _NOBODY = np.float32(-1e30)
 
@@ -196,15 +197,24 @@ def _fronts(ball1, ball2, room1, room2, ends, begun, spare):  # type: ignore[no-
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _least_gap(ball1, front, used, near, blocks):  # type: ignore[no-untyped-def]
-    """The least distance of the balls at the places in front from those in the blocks of near, in single precision."""
-    low = eight(FAR)
+def _nearest(ball1, front, used, near, blocks, spare, room):  # type: ignore[no-untyped-def]
+    """Of the balls at the places in front and those in the blocks of near, in single precision: the least distance and
+    a quarter of `spare`, which of the front and which of near it is between, and 1 where no others are as near within that."""
+    low, next_low, at = eight(FAR), eight(FAR), eight(np.float32(0.0))
     for q in range(used):
         x, y, z, r = _ball(ball1, np.uint64(np.int64(front[q])))
         x8, y8, z8, r8 = eight(x), eight(y), eight(z), eight(r)
         for j in range(blocks):
-            low = smaller(low, _gaps(x8, y8, z8, near, j) - r8)
-    return least(low)
+            gap = _gaps(x8, y8, z8, near, j) - r8
+            at = where_below(gap, low, eight(np.float32(np.int64(q * blocks + j))), at)
+            next_low = smaller(next_low, larger(low, gap))
+            low = smaller(low, gap)
+    within = least(low) + np.float32(0.25) * spare
+    bits = not_above(low, eight(within))
+    alone = np.uint64(bits & (bits - _ONE) == 0) & np.uint64(not_above(next_low, eight(within)) == 0)
+    store(room, np.uint64(0), at)
+    turn, k = np.uint64(np.int64(room[first_bit(bits) % _L])), first_bit(bits) % _L
+    return within, turn // blocks, (turn % blocks) * _L + k, alone
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -215,6 +225,23 @@ def _better(c1, c2, p, radius1, radius2, s, t, best):  # type: ignore[no-untyped
     gap = math.sqrt(x * x + y * y + z * z) - (radius1[s] + radius2[t])
     if gap < least_so_far or (gap == least_so_far and (s < u or (s == u and t < v))):
         return gap, s, t
+    return best
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _several(one, other, p, counts, begins, within, fronts, balls, best):  # type: ignore[no-untyped-def]
+    """The best of all pairs of the fronts within a distance, in double precision."""
+    (c1, radius1), (c2, radius2), (front1, front2), (ball1, near) = one, other, fronts, balls
+    for q in range(counts[0]):
+        f = np.int64(front1[q])
+        x, y, z, r = _ball(ball1, np.uint64(f))
+        x8, y8, z8, most = eight(x), eight(y), eight(z), eight(within + r)
+        for j in range(counts[1]):
+            bits = not_above(_gaps(x8, y8, z8, near, j), most)
+            while bits != 0:
+                t = np.int64(front2[j * _L + first_bit(bits)])
+                bits &= bits - _ONE
+                best = _better(c1, c2, p, radius1, radius2, np.uint64(f + begins[0]), np.uint64(t + begins[1]), best)
     return best
 
 
@@ -229,17 +256,11 @@ def foremost_pair(one, other, p, pair, rooms, begun, spare):  # type: ignore[no-
     ends = blocks1.first[a], blocks1.first[a + 1], blocks2.first[b], blocks2.first[b + 1]
     used1, used2 = _fronts(room1.ball, room2.ball, room1, room2, ends, begun, spare)
     blocks = _gathered(room2.ball, room2.front, used2, room2.near)
-    within = _least_gap(room1.ball, room1.front, used1, room2.near, blocks) + spare
+    within, q, k, alone = _nearest(room1.ball, room1.front, used1, room2.near, blocks, spare, room1.high)
     s0, t0 = blocks1.start[a] - 8 * ends[0], blocks2.start[b] - 8 * ends[2]
-    best = np.inf, np.uint64(0), np.uint64(0)
-    for q in range(used1):
-        f = np.int64(room1.front[q])
-        x, y, z, r = _ball(room1.ball, np.uint64(f))
-        x8, y8, z8, most = eight(x), eight(y), eight(z), eight(within + r)
-        for j in range(blocks):
-            bits = not_above(_gaps(x8, y8, z8, room2.near, j), most)
-            while bits != 0:
-                t = np.int64(room2.front[j * _L + first_bit(bits)])
-                bits &= bits - _ONE
-                best = _better(c1, c2, p, radius1, radius2, np.uint64(f + s0), np.uint64(t + t0), best)
+    s, t = np.uint64(np.int64(room1.front[q]) + s0), np.uint64(np.int64(room2.front[k]) + t0)
+    best = _better(c1, c2, p, radius1, radius2, s, t, (np.inf, s, t))
+    if alone == 0:
+        counts, fronts, balls = (used1, blocks), (room1.front, room2.front), (room1.ball, room2.near)
+        best = _several((c1, radius1), (c2, radius2), p, counts, (s0, t0), within, fronts, balls, best)
     return best

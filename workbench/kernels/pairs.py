@@ -81,8 +81,7 @@ def _witness(one, other, p, a, b, out):  # type: ignore[no-untyped-def]
     w, most = world[p, a, 0, 2] * x + world[p, a, 1, 2] * y + world[p, a, 2, 2] * z, -np.inf
     for d in range(directions.shape[1]):
         along = directions[a, d, 0] * r + directions[a, d, 1] * t + directions[a, d, 2] * w
-        if along > most:
-            s, most = d, along
+        s, most = (d if along > most else s), max(along, most)
     facing[p, a, b] = s
 
 
@@ -111,6 +110,10 @@ def pair_clearance(one, other, alike, pairs, directions, out, space, begin, end)
     ends = (c1, crowd1.radius, blocks1), (c2, crowd2.radius, blocks2)
     for m in range(len(pairs)):
         places[0][m] = blocks1.first[pairs[m, 0]] * 8
+    big = 0.0
+    for radius in (crowd1.radius, crowd2.radius):
+        for s in range(len(radius)):
+            big = max(big, radius[s])
     for p in range(begin, end):
         _nothing(p, crowd1.shown, crowd2.shown, out)
         if len(pairs) == 0:
@@ -121,7 +124,7 @@ def pair_clearance(one, other, alike, pairs, directions, out, space, begin, end)
         if not alike:
             most = max(most, place_blocks(c2, p, crowd2.shown, blocks2, room2.ball, x, y, z))
         first_pairs(pairs, blocks1.first, blocks2.first, room1.ball, room2.ball, room1.high, places[0], places[1])
-        spare = np.float32(SPARE * most)
+        spare = np.float32(SPARE * (most + big))
         for m in range(len(pairs)):
             a, b, begun = pairs[m, 0], pairs[m, 1], (places[0][m], places[1][m])
             best = foremost_pair(ends[0], ends[1], p, (a, b), (room1, room2), begun, spare)

@@ -96,8 +96,7 @@ def paired_clearance(one: Placed, other: Placed, pairs: Ints, *, threads: int | 
     Elsewhere infinite, -1, -1, NaN, -1, and NaN for the distance outside the logical windows.
     """
     shape = (len(one), len(one.window), len(other.window))
-    ints = (np.empty(shape, dtype=np.int64) for _ in range(3))
-    out = np.empty(shape), next(ints), next(ints), np.empty((*shape, 3)), next(ints)
+    out = _answers(shape)
     some = pairs[(np.diff(one.body.start)[pairs[:, 0]] > 0) & (np.diff(other.body.start)[pairs[:, 1]] > 0)]
     alike, some = one is other, np.ascontiguousarray(some)
     ends = [(b.centres, b.world_from_segment, crowd_of(b), blocks_of(b.body)) for b in (one, other)]
@@ -110,7 +109,19 @@ def paired_clearance(one: Placed, other: Placed, pairs: Ints, *, threads: int | 
         pair_clearance(*ends, alike, some, one.body.directions, out, space, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
+    memory = out[0].base
+    for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
+        values.flags.writeable = False
     return out
+
+
+def _answers(shape: tuple[int, ...]) -> tuple[Floats, Ints, Ints, Floats, Ints]:
+    """What `paired_clearance` fills, in one piece of memory: the system hands out a large one in larger pages."""
+    count = int(np.prod(shape))
+    memory = np.empty(7 * count)
+    distance, sphere, target, facing = memory[: 4 * count].reshape(4, *shape)
+    whole = (values.view(np.int64) for values in (sphere, target, facing))
+    return distance, next(whole), next(whole), memory[4 * count :].reshape(*shape, 3), next(whole)
 
 
 def _rooms(blocks: Blocks) -> Room:
