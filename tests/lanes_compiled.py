@@ -22,6 +22,17 @@ from workbench.kernels.lanes import (
     store,
     where_below,
 )
+from workbench.kernels.quads import (
+    first_of,
+    four,
+    greatest_of,
+    load_four,
+    load_triples,
+    lower,
+    store_single,
+    store_triples,
+    upper,
+)
 from workbench.kernels.wide import near_boxes, point_lanes
 
 
@@ -37,6 +48,18 @@ def every_lane_function(a, b, out):
         at += 8
     below = not_above(u, v)
     return below, equal(u, v), first_bit(below), how_many(below)
+
+
+@njit
+def every_quad_function(a, b, out, single):
+    """Triples of fours of double precision into out, fours rounded into single; the greatest of a and the first."""
+    u, v = load_four(a, np.uint64(0)), load_four(b, np.uint64(0))
+    store_triples(out, np.uint64(0), u + v, u - v, u * v)
+    store_triples(out, np.uint64(12), lower(u, v), upper(u, v), four(a[2]))
+    x, y, z = load_triples(out, np.uint64(0))
+    store_triples(out, np.uint64(24), z, y, x)
+    store_single(single, np.uint64(1), u)
+    return greatest_of(u), first_of(v)
 
 
 @njit

@@ -36,6 +36,7 @@ from workbench.kernels.lanes import (
     store,
     where_below,
 )
+from workbench.kernels.quads import four, greatest_of, load_triples, lower, store_single, upper
 
 __all__ = ["FAR", "NODE", "Blocks", "Room", "first_pairs", "foremost_pair", "place_blocks"]
 
@@ -46,7 +47,7 @@ NODE = np.uint64(32)
 SPARE = 2e-5
 """Margin as a part of the greatest coordinate and radius together: two heights are off by less than 100 roundings of
 6e-8, the distance of two balls by less than 35: for two of these a quarter of it is enough."""
-_L, _ONE = np.uint64(8), np.uint64(1)
+_L, _H, _ONE = np.uint64(8), np.uint64(4), np.uint64(1)
 _NOBODY = np.float32(-1e30)
 
 
@@ -75,18 +76,27 @@ class Room(NamedTuple):
 @njit(cache=True, error_model="numpy", _nrt=False)
 def place_blocks(centres, p, shown, blocks, ball, o0, o1, o2):  # type: ignore[no-untyped-def]
     """Fill ball with what stands where in pose p, seen from a point; returns the greatest coordinate [m]."""
-    most = 0.0
+    low, high, base = four(0.0), four(0.0), np.uint64(3 * p * centres.shape[1])
+    x4, y4, z4 = four(o0), four(o1), four(o2)
     for n in range(len(shown)):
         if shown[n] == 0:
             continue
-        e = np.uint64(blocks.first[n]) * NODE
-        for s in range(np.uint64(blocks.start[n]), np.uint64(blocks.start[n + 1])):
+        start, end, e = np.uint64(blocks.start[n]), np.uint64(blocks.start[n + 1]), np.uint64(blocks.first[n]) * NODE
+        whole = start + (end - start) // _H * _H
+        for s in range(start, whole, _H):
+            x, y, z = load_triples(centres, base + np.uint64(3) * s)
+            x, y, z = x - x4, y - y4, z - z4
+            at = e + (s - start) // _L * NODE + (s - start) % _L
+            store_single(ball, at, x)
+            store_single(ball, at + _L, y)
+            store_single(ball, at + _L + _L, z)
+            low, high = lower(lower(x, y), lower(z, low)), upper(upper(x, y), upper(z, high))
+        for s in range(whole, end):
             x, y, z = centres[p, s, 0] - o0, centres[p, s, 1] - o1, centres[p, s, 2] - o2
-            ball[e], ball[e + _L], ball[e + _L + _L] = x, y, z
-            most = max(most, max(max(abs(x), abs(y)), abs(z)))
-            e += _ONE
-            e += np.uint64(e % _L == 0) * (NODE - _L)
-    return most
+            at = e + (s - start) // _L * NODE + (s - start) % _L
+            ball[at], ball[at + _L], ball[at + _L + _L] = x, y, z
+            low, high = lower(low, four(min(min(x, y), z))), upper(high, four(max(max(x, y), z)))
+    return greatest_of(upper(high, four(0.0) - low))
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -241,7 +251,8 @@ def _several(one, other, p, counts, begins, within, fronts, balls, best):  # typ
             while bits != 0:
                 t = np.int64(front2[j * _L + first_bit(bits)])
                 bits &= bits - _ONE
-                best = _better(c1, c2, p, radius1, radius2, np.uint64(f + begins[0]), np.uint64(t + begins[1]), best)
+                spheres = np.uint64(f + begins[0]), np.uint64(t + begins[1])
+                best = _better(c1, c2, p, radius1, radius2, spheres[0], spheres[1], best)
     return best
 
 

@@ -17,7 +17,8 @@ from numba.extending import models, register_model
 
 from workbench.kernels.lanes import LaneType, compiles
 
-__all__ = ["FOUR", "first_of", "four", "load_four", "store_triples"]
+__all__ = ["FOUR", "first_of", "four", "greatest_of", "load_four", "load_triples", "lower", "store_single",
+           "store_triples", "upper"]  # fmt: skip
 
 FOUR = 4
 
@@ -25,6 +26,32 @@ FOUR = 4
 def load_four(array, at):  # type: ignore[no-untyped-def]
     """The four numbers of an array, all its numbers in order, that begin at place `at`."""
     return array.reshape(-1)[at : at + FOUR].copy()
+
+
+def load_triples(array, at):  # type: ignore[no-untyped-def]
+    """x, y and z of four points that stand one after the other from place `at` on: twelve numbers."""
+    x, y, z = array.reshape(-1)[at : at + 3 * FOUR].reshape(FOUR, 3).T.copy()
+    return x, y, z
+
+
+def store_single(array, at, values):  # type: ignore[no-untyped-def]
+    """Write four numbers, rounded to single precision, into a flat array of such from place `at` on."""
+    array[at : at + FOUR] = values
+
+
+def greatest_of(a):  # type: ignore[no-untyped-def]
+    """The greatest of four numbers, none of them NaN."""
+    return a.max()
+
+
+def lower(a, b):  # type: ignore[no-untyped-def]
+    """The lesser of each of four numbers."""
+    return np.minimum(a, b)
+
+
+def upper(a, b):  # type: ignore[no-untyped-def]
+    """The greater of each of four numbers."""
+    return np.maximum(a, b)
 
 
 def store_triples(array, at, x, y, z):  # type: ignore[no-untyped-def]
@@ -81,7 +108,35 @@ def _triples(builder: Any, array: Any, at: Any, *axes: Any) -> Any:
     return ir.Constant(ir.IntType(8).as_pointer(), None)
 
 
+def _points(builder: Any, array: Any, at: Any) -> Any:
+    whole = builder.load(_at(builder, array, at, 3 * FOUR), align=8)
+    axes = [_mixed(builder, whole, whole, list(range(axis, 3 * FOUR, 3))) for axis in range(3)]
+    made = ir.Constant(ir.ArrayType(_VECTOR, 3), ir.Undefined)
+    for axis in range(3):
+        made = builder.insert_value(made, axes[axis], axis)
+    return made
+
+
+def _rounded(builder: Any, array: Any, at: Any, value: Any) -> Any:
+    kind = ir.VectorType(ir.FloatType(), FOUR)
+    place = builder.bitcast(builder.gep(array.data, [at]), kind.as_pointer())
+    builder.store(builder.fptrunc(value, kind), place, align=4)
+    return ir.Constant(ir.IntType(8).as_pointer(), None)
+
+
+def _greatest(builder: Any, value: Any) -> Any:
+    for places in ([2, 3, 0, 1], [1, 0, 3, 2]):
+        other = _mixed(builder, value, value, places)
+        value = builder.select(builder.fcmp_ordered(">", value, other), value, other)
+    return builder.extract_element(value, ir.Constant(_INDEX, 0))
+
+
 _TWO = (_KIND, _KIND)
+compiles(greatest_of, (_KIND,), types.float64, _greatest)
+compiles(load_triples, (types.Array, types.uint64), types.UniTuple(_KIND, 3), _points)
+compiles(store_single, (types.Array, types.uint64, _KIND), types.none, _rounded)
+compiles(lower, _TWO, _KIND, lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))
+compiles(upper, _TWO, _KIND, lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y))
 compiles(load_four, (types.Array, types.uint64), _KIND, lambda b, a, at: b.load(_at(b, a, at, FOUR), align=8))
 compiles(store_triples, (types.Array, types.uint64, _KIND, _KIND, _KIND), types.none, _triples)
 compiles(four, (types.float64,), _KIND, _spread)
