@@ -49,6 +49,7 @@ SPARE = 2e-5
 6e-8, the distance of two balls by less than 35: for two of these a quarter of it is enough."""
 _L, _H, _ONE = np.uint64(8), np.uint64(4), np.uint64(1)
 _NOBODY = np.float32(-1e30)
+_EXACT = np.uint64(1 << 24)  # whole numbers below are exact in single precision
 
 
 class Blocks(NamedTuple):
@@ -208,8 +209,9 @@ def _fronts(ball1, ball2, room1, room2, ends, begun, spare):  # type: ignore[no-
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _nearest(ball1, front, used, near, blocks, spare, room):  # type: ignore[no-untyped-def]
-    """Of the balls at the places in front and those in the blocks of near, in single precision: the least distance and
-    a quarter of `spare`, which of the front and which of near it is between, and 1 where no others are as near within that."""
+    """The nearest of two fronts in single precision: the least distance and a quarter of `spare`, which of the one front
+    and which of `near` it is between, and 1 where no others are as near within that. used: how many the one front has.
+    """
     low, next_low, at = eight(FAR), eight(FAR), eight(np.float32(0.0))
     for q in range(used):
         x, y, z, r = _ball(ball1, np.uint64(np.int64(front[q])))
@@ -223,7 +225,8 @@ def _nearest(ball1, front, used, near, blocks, spare, room):  # type: ignore[no-
     bits = not_above(low, eight(within))
     alone = np.uint64(bits & (bits - _ONE) == 0) & np.uint64(not_above(next_low, eight(within)) == 0)
     store(room, np.uint64(0), at)
-    turn, k = np.uint64(np.int64(room[first_bit(bits) % _L])), first_bit(bits) % _L
+    alone &= np.uint64(used * blocks < _EXACT)
+    turn, k = min(np.uint64(np.int64(room[first_bit(bits) % _L])), used * blocks - _ONE), first_bit(bits) % _L
     return within, turn // blocks, (turn % blocks) * _L + k, alone
 
 
