@@ -209,8 +209,8 @@ def _fronts(ball1, ball2, room1, room2, ends, begun, spare):  # type: ignore[no-
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _nearest(ball1, front, used, near, blocks, spare, room):  # type: ignore[no-untyped-def]
-    """The nearest of two fronts in single precision: the least distance and a quarter of `spare`, which of the one front
-    and which of `near` it is between, and 1 where no others are as near within that. used: how many the one front has.
+    """The nearest of two fronts in single precision: the least distance and a quarter of `spare`, which of the one
+    front and which of `near` it is between, and 1 where no others are as near within that. used: of the one front.
     """
     low, next_low, at = eight(FAR), eight(FAR), eight(np.float32(0.0))
     for q in range(used):
