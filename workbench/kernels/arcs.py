@@ -34,8 +34,8 @@ _TURN = 4.0  # intervals are in ways of rims.diamond; only what is drawn is turn
 _NOTHING = 1e-12  # a gap no wider than rounding
 _INSIDE = 1e-9
 # of an interval: it hides the rim; it ends where the rim of the same body's other sphere goes on
-_HIDES, _NEXT = np.int64(1), np.int64(2)
-_OPEN = np.int64(-1)  # of an arc's end: no other arc goes on there
+_HIDES, _NEXT = ONE, ONE + ONE
+_OPEN = NONE - ONE  # of an arc's end: no other arc goes on there
 
 
 @njit(cache=True)

@@ -190,7 +190,7 @@ def _direction(ball1, ball2, begun):  # type: ignore[no-untyped-def]
     (x, y, z, r), (u, v, w, t) = _ball(ball1, begun[0]), _ball(ball2, begun[1])
     x, y, z = u - x, v - y, w - z
     far = math.sqrt(x * x + y * y + z * z)
-    per = np.float32(1.0) / max(far, np.float32(1e-12))  # shorter than a unit where the centres are one: all the safer
+    per = np.float32(1.0) / np.float32(max(far, 1e-12))  # shorter than a unit where the centres are one: all the safer
     return x * per, y * per, z * per, far - (r + t)
 
 

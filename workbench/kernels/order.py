@@ -9,7 +9,8 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["NONE", "ONE", "stable_order"]
 
-NONE, ONE = np.int64(0), np.int64(1)
+NONE: int = np.int64(0)  # type: ignore[assignment]
+ONE: int = np.int64(1)  # type: ignore[assignment]
 """Whole numbers to begin a count with: from a bare 0 numba compiles what is called with it for that very 0 as well."""
 _RUN = 16
 

@@ -138,19 +138,19 @@ def grid_of(box: Floats, near: Floats) -> tuple[Ints, Ints, Ints, Floats]:
     """
     low, high, wide, found = np.empty(2), np.empty(2), 0.0, 0
     low[0], low[1], high[0], high[1] = np.inf, np.inf, -np.inf, -np.inf
-    for i in range(len(box)):
-        if math.isfinite(box[i, 0] + box[i, 1] + box[i, 2] + box[i, 3]):
+    for n in range(len(box)):
+        if math.isfinite(box[n, 0] + box[n, 1] + box[n, 2] + box[n, 3]):
             for k in range(2):
-                low[k], high[k] = min(low[k], box[i, k]), max(high[k], box[i, 2 + k])
-            wide, found = wide + box[i, 2] - box[i, 0], found + 1
+                low[k], high[k] = min(low[k], box[n, k]), max(high[k], box[n, 2 + k])
+            wide, found = wide + box[n, 2] - box[n, 0], found + 1
     cells, frame = np.ones(2, np.int64), np.zeros(4)
     if found and wide > 0.0:
         for k in range(2):
             cells[k] = min(max(int((high[k] - low[k]) * found / wide), 1), 2048)
             frame[k], frame[2 + k] = low[k], cells[k] / max(high[k] - low[k], 1e-300)
     order, farness = np.empty(len(near), np.int64), np.empty(len(near))
-    for i in range(len(near)):
-        farness[i] = -near[i]
+    for n in range(len(near)):
+        farness[n] = -near[n]
     stable_order(farness, len(near), order, np.empty(len(near), np.int64))
     start = np.zeros(cells[0] * cells[1] + 1, np.int64)
     for i in order:

@@ -96,7 +96,8 @@ def paired_clearance(one: Placed, other: Placed, pairs: Ints, *, threads: int | 
     Elsewhere infinite, -1, -1, NaN, -1, and NaN for the distance outside the logical windows.
     """
     shape = (len(one), len(one.window), len(other.window))
-    out = _answers(shape)
+    memory = np.empty(7 * int(np.prod(shape)))
+    out = _answers(memory, shape)
     some = pairs[(np.diff(one.body.start)[pairs[:, 0]] > 0) & (np.diff(other.body.start)[pairs[:, 1]] > 0)]
     alike, some = one is other, np.ascontiguousarray(some)
     ends = [(b.centres, b.world_from_segment, crowd_of(b), blocks_of(b.body)) for b in (one, other)]
@@ -109,16 +110,14 @@ def paired_clearance(one: Placed, other: Placed, pairs: Ints, *, threads: int | 
         pair_clearance(*ends, alike, some, one.body.directions, out, space, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
-    memory = out[0].base
     for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
         values.flags.writeable = False
     return out
 
 
-def _answers(shape: tuple[int, ...]) -> tuple[Floats, Ints, Ints, Floats, Ints]:
-    """What `paired_clearance` fills, in one piece of memory: the system hands out a large one in larger pages."""
-    count = int(np.prod(shape))
-    memory = np.empty(7 * count)
+def _answers(memory: Floats, shape: tuple[int, ...]) -> tuple[Floats, Ints, Ints, Floats, Ints]:
+    """What `paired_clearance` fills, in one memory (7 n,): the system hands out a large one in larger pages."""
+    count = len(memory) // 7
     distance, sphere, target, facing = memory[: 4 * count].reshape(4, *shape)
     whole = (values.view(np.int64) for values in (sphere, target, facing))
     return distance, next(whole), next(whole), memory[4 * count :].reshape(*shape, 3), next(whole)
