@@ -6,7 +6,7 @@ import math
 
 from numba import njit
 
-__all__ = ["product", "quaternion_matrix", "rotate_about", "twist_angle"]
+__all__ = ["product", "quaternion_matrix", "rotate_about", "swing_twist_quaternion", "twist_angle"]
 
 
 @njit(cache=True, inline="always")
@@ -54,3 +54,17 @@ def rotate_about(x, y, z, a, b, c, angle):  # type: ignore[no-untyped-def]
         y * co + (c * x - a * z) * si + b * k,
         z * co + (a * y - b * x) * si + c * k,
     )
+
+
+@njit(cache=True, inline="always")
+def swing_twist_quaternion(axes, j, first, second, twist):  # type: ignore[no-untyped-def]
+    """The quaternion exp(swing) exp(twist) of joint j: angles [rad] about its axes (J, 3, 3), two of swing, then twist."""
+    x = first * axes[j, 0, 0] + second * axes[j, 1, 0]
+    y = first * axes[j, 0, 1] + second * axes[j, 1, 1]
+    z = first * axes[j, 0, 2] + second * axes[j, 1, 2]
+    size = math.sqrt(x * x + y * y + z * z)
+    scale = math.sin(0.5 * size) / size if size > 1e-9 else 0.5
+    w, x, y, z = math.cos(0.5 * size), x * scale, y * scale, z * scale
+    a, b = math.cos(0.5 * twist), math.sin(0.5 * twist)
+    u, v, r = b * axes[j, 2, 0], b * axes[j, 2, 1], b * axes[j, 2, 2]
+    return w * a - x * u - y * v - z * r, w * u + x * a + y * r - z * v, w * v + y * a + z * u - x * r, w * r + z * a + x * v - y * u

@@ -131,13 +131,13 @@ def packed_limbs(family: Family, limb: Limb) -> Limbs:
         blend_point=_blend_points(family, sphere, segment),
         at_came=np.ascontiguousarray(np.where(up, below, above)),
         at_to=np.ascontiguousarray(np.where(up, above, below)),
-        solid=solids(family.bodies, family.centre, limb)[:, sphere].astype(np.int64),
+        solid=np.ascontiguousarray(solids(family.bodies, family.centre, limb)[:, sphere].astype(np.int64)),
         segment=segment,
         link=link[segment],
         carrier=carrier[segment],
         joint=np.array(joints, dtype=np.int64),
         free=np.isin(joints, limb.free).astype(np.int64),
-        axes=np.ascontiguousarray(body.stops.axes),
+        axes=np.array(body.stops.axes),
         base=limb.base,
     )
 
@@ -174,7 +174,12 @@ def _skin(body: Body, sphere: Ints, moving: Bools) -> Skin:
     start = np.concatenate([[0], np.cumsum(np.bincount(body.sphere_segment[sphere], minlength=len(body.segments)))])
     blended = whole.blended[place[whole.blended] >= 0]
     counts = np.bincount(body.sphere_segment[blended], minlength=len(body.segments))
+    # copies, so that kernels see arrays of one kind, however the body was made: each other kind is compiled anew
     return whole._replace(
+        twist_axis=np.array(whole.twist_axis),
+        twist_share=np.array(whole.twist_share),
+        blend_share=np.array(whole.blend_share),
+        twist_joint=np.array(whole.twist_joint),
         start=start.astype(np.int64),
         blend_joint=np.ascontiguousarray(whole.blend_joint[sphere]),
         blended=place[blended],

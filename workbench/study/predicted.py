@@ -5,8 +5,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
@@ -14,8 +12,9 @@ from workbench.model.study import Aims, Person, Study
 from workbench.solve.driving import DrivingPosture, driving_posture
 from workbench.solve.forward import place
 from workbench.solve.limbs import limb
-from workbench.solve.posture import Pedals, SeatedPosture, feet_on, seat_posture
+from workbench.solve.posture import Pedals
 from workbench.solve.reach import reach
+from workbench.solve.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import driver_of, feet_of, package_of
 from workbench.study.placement import adjusted_environment
 
@@ -83,12 +82,10 @@ def _seat(person: Person, study: Study, number: int) -> tuple[tuple[Person, list
             told += [f"{person.name}, {study.cases[case]}: {line}" for line in _off(driven, aims, wanted)]
             continue
         if settled:
-            travel = np.array([person.forward]), np.array([person.up])
-            found = feet_on(person.body, pose, seat, travel, pedals)
-        else:
-            found = seat_posture(person.body, pose, seat, eye=wanted, pedals=pedals)
-            person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
-            settled = True
+            seat = replace(seat, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
+        found = seat_people([person.body], pose, seat, eye=wanted, pedals=pedals)
+        person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
+        settled = True
         rows.append(found.poses)
         told += [f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)]
     return (person, rows), told
@@ -133,7 +130,7 @@ def _pedals(aims: Aims, environment: Environment) -> Pedals:
     return Pedals(at, environment.points[aims.heels][2] if aims.heels else None)
 
 
-def _short(found: SeatedPosture, aims: Aims, wanted: float | None) -> list[str]:
+def _short(found: SeatedPeople, aims: Aims, wanted: float | None) -> list[str]:
     """What the seat and the feet could not give."""
     told = []
     if wanted is not None and wanted - found.eye[0, 2] > TOLD:
