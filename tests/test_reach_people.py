@@ -10,9 +10,7 @@ from tests.conftest import box_part, environment_of
 from workbench.shape.parts import moved
 from workbench.shape.scale import scale
 from workbench.solve.limbs import limb
-from workbench.solve.posture import Pedals, seat_posture
 from workbench.solve.reach_people import reach_people
-from workbench.solve.seat_people import seat_people
 
 MEASURES = (
     {"stature": 1.60, "thumb_tip_reach": 0.70},
@@ -90,25 +88,6 @@ def test_people_keep_off_obstacles_that_move_with_their_seats(people, seated):
         assert set(met.pose) <= set(np.flatnonzero(found.overlap[b] > 0))
 
 
-def test_people_sit_where_each_sits_alone(people, seated):
-    environment = wb.load_environment("trainer")
-    seat = environment.seat("left")
-    eye = environment.points["left_design_eye"][2]
-    pedals = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
-    found = seat_people(people, seated, seat, eye=eye, pedals=pedals)
-    for b, body in enumerate(people):
-        one = seat_posture(body, row(seated, b), seat, eye=eye, pedals=pedals)
-        assert found.forward[b] == pytest.approx(one.forward[0], abs=1e-9)
-        assert found.up[b] == pytest.approx(one.up[0], abs=2e-4)
-        np.testing.assert_allclose(found.eye[b], one.eye[0], atol=2e-4)
-        for foot in pedals.at:
-            assert found.miss[foot][b] == pytest.approx(one.miss[foot][0], abs=1e-4)
-            assert found.limit[foot][b] == one.limit[foot][0]
-    np.testing.assert_allclose(found.spare_travel[:, 0] + found.spare_travel[:, 1], 0.18, atol=1e-9)
-    np.testing.assert_allclose(found.eye_off, found.eye[:, 2] - eye, atol=1e-12)
-    np.testing.assert_allclose(found.shift[:, 0], found.forward, atol=1e-12)
-
-
 def test_bodies_of_other_families_and_wrong_numbers_of_rows_are_refused(people, seated, one_arm):
     with pytest.raises(wb.UsageError, match="as many poses"):
         reach_people(people[:2], seated, TARGETS, name="right hand")
@@ -116,5 +95,3 @@ def test_bodies_of_other_families_and_wrong_numbers_of_rows_are_refused(people, 
         reach_people(people, seated, TARGETS[:, :2], name="right hand")
     with pytest.raises(wb.UsageError, match="one family"):
         reach_people([*people[:2], one_arm], seated, TARGETS, name="right hand")
-    with pytest.raises(wb.UsageError, match="as many poses"):
-        seat_people(people[:2], seated, None, eye=None, pedals=Pedals({}))

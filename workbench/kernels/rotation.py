@@ -58,7 +58,7 @@ def rotate_about(x, y, z, a, b, c, angle):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def swing_twist_quaternion(axes, j, first, second, twist):  # type: ignore[no-untyped-def]
-    """The quaternion exp(swing) exp(twist) of joint j: angles [rad] about its axes (J, 3, 3), two of swing, then twist."""
+    """The quaternion exp(swing) exp(twist) of joint j: angles [rad] about its three axes (J, 3, 3), twist the last."""
     x = first * axes[j, 0, 0] + second * axes[j, 1, 0]
     y = first * axes[j, 0, 1] + second * axes[j, 1, 1]
     z = first * axes[j, 0, 2] + second * axes[j, 1, 2]
@@ -67,4 +67,9 @@ def swing_twist_quaternion(axes, j, first, second, twist):  # type: ignore[no-un
     w, x, y, z = math.cos(0.5 * size), x * scale, y * scale, z * scale
     a, b = math.cos(0.5 * twist), math.sin(0.5 * twist)
     u, v, r = b * axes[j, 2, 0], b * axes[j, 2, 1], b * axes[j, 2, 2]
-    return w * a - x * u - y * v - z * r, w * u + x * a + y * r - z * v, w * v + y * a + z * u - x * r, w * r + z * a + x * v - y * u
+    return (
+        w * a - x * u - y * v - z * r,
+        w * u + x * a + y * r - z * v,
+        w * v + y * a + z * u - x * r,
+        w * r + z * a + x * v - y * u,
+    )

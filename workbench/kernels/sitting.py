@@ -1,9 +1,7 @@
-"""People in a seat, one after another: hips by the planes of the seat, feet on their pedals, the seat where that is
-easiest.
+"""A person in a seat at some place of its travel: the hips by the planes of the seat, the feet on their pedals.
 
 What a person sits on moves a little with the thighs, and the thighs with where that person sits, so both take turns
-until neither moves. From one place of the seat to the next the legs follow their own solution, multipliers and all;
-and the seat goes from place to place downhill: first by how far the feet miss, then by discomfort.
+until neither moves. From one place of the seat to the next the legs follow their own solution, multipliers and all.
 """
 
 from __future__ import annotations
@@ -21,16 +19,36 @@ from workbench.kernels.limits import Planes
 from workbench.kernels.linkage import Linkage
 from workbench.kernels.rotation import swing_twist_quaternion
 
-__all__ = ["Legs", "Sitting", "seat_rows"]
+__all__ = [
+    "ALOFT",
+    "DOWN",
+    "EASE",
+    "FEET",
+    "LAST",
+    "MISSED",
+    "ROW",
+    "SOME",
+    "TRIED",
+    "Legs",
+    "Sitting",
+    "begin_sitter",
+    "copy_row",
+    "new_desk",
+    "new_sitter",
+    "settle",
+]
 
 HEEL, AIR = 0, 1
 """Which of a foot's two rows: the heel on the floor, or wherever it comes."""
 STEPS = 90
 REACHED, SHORT = 1e-4, 1e-3
 """Distances [m] within which a pedal is reached, and beyond which a foot that stays away is held against a place."""
-SOME, LAST = np.array([6.0, 1e-5]), np.array([16.0, 1e-8])
-"""Turns of sitting and stepping at most, and how little [m] hips at rest move from one to the next: at a place on trial,
-at the place that is taken."""
+SOME, LAST, ALOFT = np.array([6.0, 1e-5, 1.0]), np.array([16.0, 1e-7, 1.0]), np.array([2.0, 1e-3, 0.0])
+"""At a place on trial, at the place that is taken, with both heels in the air: turns of sitting and stepping at most,
+how little [m] hips at rest move from one to the next, and whether heels are to be on the floor."""
+MISSED, EASE, DOWN, TRIED, FEET, ROW = 0, 1, 2, 3, 4, 6
+"""What is told of a place: what is missed [m], discomfort, how many feet are as wished, 1 once tried, and of each foot
+its discomfort."""
 
 
 class Sitting(NamedTuple):
@@ -56,8 +74,8 @@ class Sitting(NamedTuple):
 class Legs(NamedTuple):
     """The legs of B people, two (the second not looked at where `feet` is 1): links; goal (B, 2, 2, 12): of each foot
     with the heel on the floor and in the air; start (B, 2, K, 3): angles in comfort; seeds (2, M, K, 3) to begin again
-    from; again (3,): from how many, with the heel down, in the air, and at first; joints (2, K) of the body; axes (J, 3, 3); floor:
-    1 where heels have one; in_air: the discomfort of a heel that is not on it."""
+    from; again (3,): from how many, with the heel down, in the air, and at first; joints (2, K) of the body; axes
+    (J, 3, 3); floor: 1 where heels have one; in_air: the discomfort of a heel that is not on it."""
 
     links: tuple[Linkage, Linkage]
     goal: NDArray[np.float64]
@@ -74,7 +92,8 @@ class Legs(NamedTuple):
 class _Sitter(NamedTuple):
     """Where one person's search stands, all of it views of `all`: base (4, 3, 4): the lower torso, for each row; rows
     2 foot + HEEL or AIR: angles (4, K, 3), numbers (4, 8), held (4, 6 + R), known (4,); chosen (2,): the row that each
-    foot is in; rotations (1, J, 4); up (1,) [m]."""
+    foot is in; rotations (1, J, 4); up (1,) [m]; missed (2, 4) [m]: where the hips were when a heel could last not be
+    on the floor, and by how much."""
 
     all: NDArray[np.float64]
     base: NDArray[np.float64]
@@ -85,6 +104,7 @@ class _Sitter(NamedTuple):
     chosen: NDArray[np.float64]
     rotations: NDArray[np.float64]
     up: NDArray[np.float64]
+    missed: NDArray[np.float64]
 
 
 class _Desk(NamedTuple):
@@ -107,19 +127,20 @@ class _Desk(NamedTuple):
 
 
 @njit(cache=True)
-def _new_sitter(links, stops, joints):  # type: ignore[no-untyped-def]
+def new_sitter(links, stops, joints):  # type: ignore[no-untyped-def]
     """An empty sitter, with chains of so many links and stops."""
-    ends = np.cumsum(np.array([48, 12 * links, 32, 4 * (6 + stops), 4, 2, 4 * joints, 1]))
+    ends = np.cumsum(np.array([48, 12 * links, 32, 4 * (6 + stops), 4, 2, 4 * joints, 1, 8]))
     all_ = np.zeros(ends[-1])
     return _Sitter(
         all_, all_[: ends[0]].reshape(4, 3, 4), all_[ends[0] : ends[1]].reshape(4, links, 3),
         all_[ends[1] : ends[2]].reshape(4, 8), all_[ends[2] : ends[3]].reshape(4, 6 + stops), all_[ends[3] : ends[4]],
         all_[ends[4] : ends[5]], all_[ends[5] : ends[6]].reshape(1, joints, 4), all_[ends[6] : ends[7]],
+        all_[ends[7] :].reshape(2, 4),
     )  # fmt: skip
 
 
 @njit(cache=True)
-def _new_desk(seeds):  # type: ignore[no-untyped-def]
+def new_desk(seeds):  # type: ignore[no-untyped-def]
     """An empty desk, for so many seeds."""
     base = np.zeros((seeds, 3, 4))
     for i in range(3 * seeds):
@@ -133,7 +154,7 @@ def _new_desk(seeds):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _copy(one, other):  # type: ignore[no-untyped-def]
+def copy_row(one, other):  # type: ignore[no-untyped-def]
     """Copy numbers, one after another."""
     for i in range(one.shape[0]):
         other[i] = one[i]
@@ -165,39 +186,60 @@ def _sit(sit, b, forward, sitter, desk):  # type: ignore[no-untyped-def]
 @njit(cache=True, inline="always")
 def _stretch(legs, foot, r, sitter, desk):  # type: ignore[no-untyped-def]
     """Solve a row of a foot, from where it was or from comfort, again from seeds where that fails; returns the miss."""
-    out = (sitter.angles, sitter.numbers, sitter.held)
-    problem, planes = (sitter.base, desk.goal), (desk.planes, desk.first)
-    link, seeds, near = (legs.links[0] if foot == 0 else legs.links[1]), legs.seeds[foot], sitter.known[r] == 0.0 or sitter.numbers[r, 0] < REACHED
-    desk.follow[r], steps = r if sitter.known[r] > 0.0 else -1, np.int64(STEPS)
+    link, seeds = (legs.links[0] if foot == 0 else legs.links[1]), legs.seeds[foot]
+    out, problem, planes = (
+        (sitter.angles, sitter.numbers, sitter.held),
+        (sitter.base, desk.goal),
+        (desk.planes, desk.first),
+    )
+    new, steps, again = sitter.known[r] == 0.0, np.int64(STEPS), legs.again[r % 2]
+    desk.follow[r] = -1 if new else r
+    near = new or sitter.numbers[r, 0] < REACHED
     settings = (steps, seeds, desk.seed_tips[foot], legs.again[2])
     solve_chains(link, desk.who, problem, planes, settings, out, desk.follow, r, r + 1)
     sitter.known[r] = 1.0
-    if sitter.numbers[r, 0] < REACHED or not near:
-        return sitter.numbers[r, 0]
-    if desk.told[foot] == 0:
-        tips(link, desk.seed_who, desk.seed_base, seeds, desk.seed_tips[foot])
-        desk.told[foot] = 1
-    desk.follow[r] = -1
-    settings = (steps, seeds, desk.seed_tips[foot], legs.again[r % 2])
-    solve_chains(link, desk.who, problem, planes, settings, out, desk.follow, r, r + 1)
+    if sitter.numbers[r, 0] >= REACHED and near and again > 0:
+        if desk.told[foot] == 0:
+            tips(link, desk.seed_who, desk.seed_base, seeds, desk.seed_tips[foot])
+            desk.told[foot], desk.follow[r] = 1, -1
+        settings = (steps, seeds, desk.seed_tips[foot], again)
+        solve_chains(link, desk.who, problem, planes, settings, out, desk.follow, r, r + 1)
     return sitter.numbers[r, 0]
 
 
 @njit(cache=True, inline="always")
-def _step_on(legs, b, foot, sitter, desk):  # type: ignore[no-untyped-def]
-    """Put a foot of person b on its pedal, the heel on the floor where that can be; returns miss [m], discomfort, and
-    whether the heel is down."""
-    r, miss = 2 * foot + HEEL, np.inf
-    if legs.floor:
-        miss = _stretch(legs, foot, r, sitter, desk)
-    down = miss < REACHED
-    if not down:
-        r = 2 * foot + AIR
+def _heel_down(legs, foot, sitter, desk):  # type: ignore[no-untyped-def]
+    """Try a foot with its heel on the floor; False where that cannot be. A miss is a distance within which nothing is
+    reached: as long as the hips have moved by less since, there is no need to try again."""
+    r, gone = 2 * foot + HEEL, 0.0
+    for i in range(3):
+        gone += (sitter.base[0, i, 3] - sitter.missed[foot, i]) ** 2
+    if math.sqrt(gone) < sitter.missed[foot, 3] - SHORT:
+        return False
+    miss = _stretch(legs, foot, r, sitter, desk)
+    for i in range(3):
+        sitter.missed[foot, i] = sitter.base[0, i, 3]
+    sitter.missed[foot, 3] = miss if miss >= REACHED else 0.0
+    return miss < REACHED
+
+
+@njit(cache=True, inline="always")
+def _step_on(legs, b, foot, heels, sitter, desk):  # type: ignore[no-untyped-def]
+    """Put a foot of person b on its pedal, the heel on the floor where `heels` is 1 and that can be; returns miss [m],
+    discomfort, and whether the heel is down."""
+    r, down = 2 * foot + AIR, False
+    if heels > 0 and legs.floor > 0:
+        down = _heel_down(legs, foot, sitter, desk)
+    if down:
+        r = 2 * foot + HEEL
+    else:
         if sitter.known[r] == 0.0:
-            _copy(legs.start[b, foot].reshape(-1), sitter.angles[r].reshape(-1))
-        miss = _stretch(legs, foot, r, sitter, desk)
+            copy_row(legs.start[b, foot].reshape(-1), sitter.angles[r].reshape(-1))
+        _stretch(legs, foot, r, sitter, desk)
     sitter.chosen[foot] = r
-    link, angles, ease = (legs.links[0] if foot == 0 else legs.links[1]), sitter.angles, 0.0 if down or not legs.floor else legs.in_air
+    link, angles, ease = (legs.links[0] if foot == 0 else legs.links[1]), sitter.angles, 0.0
+    if legs.floor > 0 and not down:
+        ease = legs.in_air
     for d in range(link.mode.shape[0]):
         off = angles[r, link.free_joint[d], link.free_axis[d]] - link.mode[d]
         ease += link.weight[d] * off * off
@@ -206,127 +248,38 @@ def _step_on(legs, b, foot, sitter, desk):  # type: ignore[no-untyped-def]
         q = swing_twist_quaternion(legs.axes, j, angles[r, k, 0], angles[r, k, 1], angles[r, k, 2])
         for i in range(4):
             sitter.rotations[0, j, i] = q[i]
-    return miss, ease, down
+    return sitter.numbers[r, 0], ease, down
 
 
 @njit(cache=True)
-def _begin(sit, legs, b, rotations, sitter, desk):  # type: ignore[no-untyped-def]
+def begin_sitter(sit, legs, b, rotations, sitter, desk):  # type: ignore[no-untyped-def]
     """Begin with person b, nothing known of any foot."""
     desk.own[0] = b
     for i in range(2):
-        desk.told[i] = 0
+        desk.told[i], sitter.missed[i, 3] = 0, 0.0
     for i in range(desk.seed_who.shape[0]):
         desk.seed_who[i] = b
-    _copy(sit.lap[b].reshape(-1), desk.lap.reshape(-1))
-    _copy(rotations[b].reshape(-1), sitter.rotations.reshape(-1))
+    copy_row(sit.lap[b].reshape(-1), desk.lap.reshape(-1))
+    copy_row(rotations[b].reshape(-1), sitter.rotations.reshape(-1))
     for r in range(4):
         desk.who[r], sitter.known[r] = b, 0.0
-        _copy(sit.lap[b].reshape(-1), sitter.base[r].reshape(-1))
-        _copy(legs.start[b, r // 2].reshape(-1), sitter.angles[r].reshape(-1))
-        _copy(legs.goal[b, r // 2, r % 2], desk.goal[r])
+        copy_row(sit.lap[b].reshape(-1), sitter.base[r].reshape(-1))
+        copy_row(legs.start[b, r // 2].reshape(-1), sitter.angles[r].reshape(-1))
+        copy_row(legs.goal[b, r // 2, r % 2], desk.goal[r])
 
 
 @njit(cache=True)
-def _settle(sit, legs, b, forward, patience, sitter, desk, row):  # type: ignore[no-untyped-def]
-    """Sit and put the feet on their pedals in turns, with the seat at a place; patience (2,): how many turns at most,
-    and how little [m] the hips move when they are at rest. Fills row (4,): what is missed [m], discomfort, 1 where all
-    is as wished, 1."""
+def settle(sit, legs, b, forward, how, sitter, desk, row):  # type: ignore[no-untyped-def]
+    """Sit and put the feet on their pedals in turns, with the seat at a place; how (3,): how many turns at most, how
+    little [m] the hips move when they are at rest, 1 where heels are to be on the floor. Fills row (ROW,)."""
     _sit(sit, b, forward, sitter, desk)
-    for _ in range(int(patience[0])):
-        row[0], row[1], row[2], row[3] = 0.0, 0.0, 1.0, 1.0
+    for _ in range(int(how[0])):
+        row[MISSED], row[EASE], row[DOWN], row[TRIED] = 0.0, 0.0, 0.0, 1.0
         for foot in range(legs.feet):
-            miss, ease, down = _step_on(legs, b, foot, sitter, desk)
-            row[0] += miss if miss > SHORT else 0.0
-            row[1] += ease
-            if miss > SHORT or (legs.floor and not down):
-                row[2] = 0.0
-        if _sit(sit, b, forward, sitter, desk) < patience[1]:
+            miss, ease, down = _step_on(legs, b, foot, how[2], sitter, desk)
+            row[MISSED] += miss if miss > SHORT else 0.0
+            row[EASE] += ease
+            row[FEET + foot] = ease
+            row[DOWN] += 1.0 if down or legs.floor == 0 else 0.0
+        if _sit(sit, b, forward, sitter, desk) < how[1]:
             return
-
-
-@njit(cache=True, error_model="numpy", _nrt=False)
-def _better(table, grid, i, j):  # type: ignore[no-untyped-def]
-    """Whether place i is before place j: it misses less, or is easier, or nearer to where the seat stands at rest."""
-    one, other = np.floor(1e4 * table[i, 0] + 0.5), np.floor(1e4 * table[j, 0] + 0.5)
-    if one != other:
-        return one < other
-    one, other = np.floor(1e3 * table[i, 1] + 0.5), np.floor(1e3 * table[j, 1] + 0.5)
-    if one != other:
-        return one < other
-    if abs(grid[i]) != abs(grid[j]):
-        return abs(grid[i]) < abs(grid[j])
-    return i < j
-
-
-@njit(cache=True, inline="always")
-def _walk(sit, legs, b, grid, best, sitters, desk, table):  # type: ignore[no-untyped-def]
-    """From a place that is settled go downhill until both neighbours are worse; returns the place."""
-    now, kept, _ = sitters
-    step, moved = -1, True
-    while moved:
-        moved = False
-        for side in range(2):
-            i = best + step - 2 * side * step
-            if moved or i < 0 or i >= len(grid) or table[i, 3] > 0.0:
-                continue
-            _copy(kept.all, now.all)
-            _settle(sit, legs, b, grid[i], SOME, now, desk, table[i])
-            if _better(table, grid, i, best):
-                _copy(now.all, kept.all)
-                best, step, moved = i, i - best, True
-    return best
-
-
-@njit(cache=True, inline="always")
-def _scan(sit, legs, b, grid, best, sitters, desk, table):  # type: ignore[no-untyped-def]
-    """Try all places, from one that is settled outward; returns the best."""
-    now, kept, begun = sitters
-    _copy(kept.all, begun.all)
-    first = best
-    for side in (-1, 1):
-        _copy(begun.all, now.all)
-        i = first + side
-        while 0 <= i < len(grid):
-            if table[i, 3] == 0.0:
-                _settle(sit, legs, b, grid[i], SOME, now, desk, table[i])
-                if _better(table, grid, i, best):
-                    _copy(now.all, kept.all)
-                    best = i
-            i += side
-    return best
-
-
-@njit(cache=True, nogil=True)
-def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[no-untyped-def]
-    """Seat the people begin..end of B.
-
-    grid (G,) [m]: the places of the seat; first (B,): where each begins; every: 1 tries all places. out: rotations
-    (B, J, 4), in and out; lap (B, 3, 4): where the lower torso comes; travel (B, 2) [m]: forward and up; numbers
-    (B, 2, 8) of the feet, as chains have them; row (B, 4): what is missed [m], discomfort, 1 where all pedals are had
-    as wished, and how many places were tried.
-    """
-    rotations, lap, travel, numbers, rows = out
-    links, stops, joints = legs.start.shape[2], legs.links[0].rows.shape[0], rotations.shape[1]
-    now, kept, begun = (
-        _new_sitter(links, stops, joints), _new_sitter(links, stops, joints), _new_sitter(links, stops, joints),
-    )  # fmt: skip
-    sitters, desk, table = (now, kept, begun), _new_desk(legs.seeds.shape[1]), np.zeros((len(grid), 4))
-    for b in range(begin, end):
-        _begin(sit, legs, b, rotations, now, desk)
-        for i in range(len(grid)):
-            table[i, 3] = 0.0
-        best = first[b]
-        _settle(sit, legs, b, grid[best], SOME, now, desk, table[best])
-        _copy(now.all, kept.all)
-        best = _walk(sit, legs, b, grid, best, sitters, desk, table)
-        if every or table[best, 2] == 0.0:
-            best = _scan(sit, legs, b, grid, best, sitters, desk, table)
-        _settle(sit, legs, b, grid[best], LAST, kept, desk, rows[b])
-        rows[b, 3] = 0.0
-        for i in range(len(grid)):
-            rows[b, 3] += table[i, 3]
-        _copy(kept.rotations.reshape(-1), rotations[b].reshape(-1))
-        _copy(kept.base[0].reshape(-1), lap[b].reshape(-1))
-        travel[b, 0], travel[b, 1] = grid[best], kept.up[0]
-        for foot in range(legs.feet):
-            _copy(kept.numbers[int(kept.chosen[foot])], numbers[b, foot])

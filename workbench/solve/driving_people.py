@@ -63,4 +63,5 @@ def seat_drivers(
         limit={foot: tuple(row.limit[foot] for row in rows) for foot in feet},
         spare_travel=np.stack([wanted - rear, front - wanted, up - low, high - up], axis=1),
         discomfort=np.zeros(count),
+        tried=np.ones(count, dtype=np.int64),
     )

@@ -75,7 +75,7 @@ def packed_links(family: Family, limb: Limb) -> Linkage:
     one, joints = _link(family.bodies[0], limb), joints_between(family.bodies[0], limb.base, limb.end)
     if len(family) == 1:
         return one
-    tip, pointing = landmarks(family.bodies, limb)
+    tip, pointing = landmarks(family.bodies, (family.centre, family.radius), limb)
     parent, child = (np.ascontiguousarray(at[:, joints]) for at in (family.in_parent, family.in_child))
     return one._replace(at_parent=parent, at_child=child, tip=tip, pointing=pointing)
 

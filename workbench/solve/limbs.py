@@ -26,6 +26,8 @@ GRIPS = {"hand": ("push", "pinch", "grasp"), "foot": ("ball", "heel")}
 ZONES = (1, 2, 3)
 _ARM = {1: ("S", "E", "W"), 2: ("C", "S", "E", "W"), 3: ("C", "S", "E", "W")}
 _LEG = ("H", "K", "A")
+Spheres = tuple[Floats, Floats]
+"""Centres (B, S, 3) and radii (B, S) of bodies of a family."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +74,7 @@ def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Li
         more = ("N", "H") if zone == 3 else ()
     free = tuple(body.joint(joint) for joint in joints)
     moving = tuple(sorted({joint + 1 for joint in free} | {body.segment(segment) for segment in more}))
-    tip, pointing = _landmark([body], end, grip)
+    tip, pointing = _landmark([body], (body.centre[None], body.radius[None]), (end, grip))
     solid = np.isin(body.sphere_segment, moving)
     if kind == "hand":
         solid &= ~(_beyond_knuckle([body], body.centre[None], end)[0] & (body.sphere_segment == end))
@@ -99,42 +101,43 @@ def _beyond_knuckle(bodies: Sequence[Body], centre: Floats, hand: int) -> Bools:
     return beyond
 
 
-def landmarks(bodies: Sequence[Body], limb: Limb) -> tuple[Floats, Floats]:
-    """(B, 3) the points that arrive and the ways they point, of the limb of bodies of a family."""
-    tip, pointing = _landmark(bodies, limb.end, limb.name.split(", ")[1])
+def landmarks(bodies: Sequence[Body], spheres: Spheres, limb: Limb) -> tuple[Floats, Floats]:
+    """(B, 3) the points that arrive and the ways they point, of the limb of bodies of a family whose spheres are centre
+    (B, S, 3) and radius (B, S)."""
+    tip, pointing = _landmark(bodies, spheres, (limb.end, limb.name.split(", ")[1]))
     return np.ascontiguousarray(tip), np.ascontiguousarray(pointing)
 
 
-def _landmark(bodies: Sequence[Body], segment: int, grip: str) -> tuple[Floats, Floats]:
-    """(B, 3) the point of a hand or foot that arrives, and the way it points, by grip."""
+def _landmark(bodies: Sequence[Body], spheres: Spheres, which: tuple[int, str]) -> tuple[Floats, Floats]:
+    """(B, 3) the point of a hand or foot (a segment) that arrives, and the way it points, by grip."""
+    segment, grip = which
+
+    def named(name: str) -> tuple[Floats, Floats]:
+        row = _row(bodies[0], segment, name)
+        return spheres[0][:, row], spheres[1][:, row : row + 1]
+
     turn = np.stack([body.directions[segment] for body in bodies])
     top, front, down = (turn[:, DIRECTIONS.index(d)] for d in ("top", "front", "bottom"))
     if grip == "push":
-        centre, radius = _sphere(bodies, segment, "index fingertip")
+        centre, radius = named("index fingertip")
         return centre + radius * top, top
     if grip == "pinch":
-        thumb, radius = _sphere(bodies, segment, "thumb tip")
-        index, _ = _sphere(bodies, segment, "index fingertip")
+        thumb, radius = named("thumb tip")
+        index, _ = named("index fingertip")
         between = 0.5 * (thumb + index)
         return between + (_along(thumb - between, top) + radius) * top, top
     if grip == "grasp":
-        palm, radius = _sphere(bodies, segment, "palm")
-        knuckle, _ = _sphere(bodies, segment, "index knuckle")
+        palm, radius = named("palm")
+        knuckle, _ = named("index knuckle")
         between = 0.5 * (palm + knuckle)
         return between + (_along(palm - between, front) + radius) * front, front
-    centre, radius = _sphere(bodies, segment, "ball of foot" if grip == "ball" else "heel")
+    centre, radius = named("ball of foot" if grip == "ball" else "heel")
     return centre + radius * down, down
 
 
 def _along(arm: Floats, way: Floats) -> Floats:
     along: Floats = np.sum(arm * way, axis=1, keepdims=True)
     return along
-
-
-def _sphere(bodies: Sequence[Body], segment: int, name: str) -> tuple[Floats, Floats]:
-    """Centre (B, 3) and radius (B, 1) of a named sphere of a segment."""
-    row = _row(bodies[0], segment, name)
-    return np.stack([body.centre[row] for body in bodies]), np.stack([body.radius[row : row + 1] for body in bodies])
 
 
 def _row(body: Body, segment: int, name: str) -> int:

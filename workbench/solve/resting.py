@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -17,45 +18,62 @@ from workbench.solve.family import Family, frames, packed_limbs
 from workbench.solve.limbs import Limb
 from workbench.solve.seating import seat_attitude, seat_planes
 
-__all__ = ["at_rest", "eyes_over", "lap_frames", "sitting_of"]
+__all__ = ["Lap", "at_rest", "lap_of", "sitting_of"]
 
 
-def lap_frames(family: Family, poses: Poses, seat: Seat, lap: int) -> Floats:
-    """(B, 3, 4) where the segment `lap` stands when the segment that the poses are placed by stands at the origin,
-    leaning with the seat's back."""
-    world = np.zeros((len(poses), 3, 4))
-    world[:, :, :3] = seat_attitude(seat)
-    return frames(family, Poses(poses.rotations, poses.reference, world), lap)
+@dataclass(frozen=True, eq=False)
+class Lap:
+    """The segment that the legs hang on, of B people who lean with the seat's back.
 
-
-def sitting_of(family: Family, poses: Poses, seat: Seat, eye: float | None, lap: tuple[int, Floats]) -> Sitting:
-    """How bodies sit on a seat; lap: the segment that the legs hang on, and its frames as of `lap_frames`.
-
-    InputError where no segment with spheres rests there, and where eyes are asked for that a body does not have.
+    lean (B, 3, 4): its frame where the segment that poses are placed by is at the origin; attitude (B, 3, 4): the same
+    with itself at the origin; eyes (B, 3) [m]: from it to the middle of the eyes; wanted (B,) [m]: its height that
+    brings the eyes to theirs, NaN where none is asked for.
     """
-    body, (segment, lean) = family.bodies[0], lap
+
+    segment: int
+    lean: Floats
+    attitude: Floats
+    eyes: Floats
+    wanted: Floats
+
+
+def lap_of(family: Family, poses: Poses, seat: Seat, *, segment: int, eye: float | None) -> Lap:
+    """The laps of bodies in poses, a row each. InputError where eyes are asked for that a body does not have."""
+    body, world = family.bodies[0], np.zeros((len(poses), 3, 4))
+    world[:, :, :3] = seat_attitude(seat)
+    lean = frames(family, Poses(poses.rotations, poses.reference, world), segment)
+    attitude = lean.copy()
+    attitude[:, :, 3] = 0.0
+    names, eyes = ("left eye", "right eye"), np.full((len(poses), 3), np.nan)
+    if all(name in body.sphere_names for name in names):
+        sphere = [body.sphere_names.index(name) for name in names]
+        head = frames(family, Poses(poses.rotations, segment, attitude), int(body.sphere_segment[sphere[0]]))
+        eyes = np.einsum("bij,bj->bi", head[:, :, :3], family.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
+    elif eye is not None:
+        raise InputError(f"body {body.name} has no spheres 'left eye' and 'right eye'")
+    return Lap(segment, lean, attitude, eyes, np.full(len(poses), np.nan) if eye is None else eye - eyes[:, 2])
+
+
+def sitting_of(family: Family, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
+    """How bodies sit on a seat. InputError where no segment with spheres rests there."""
+    body, segment, lean = family.bodies[0], lap.segment, lap.lean
     cushion, back, centre = seat_planes(seat)
     ways, counts = np.stack([cushion, back]), np.stack([_resting(body, rest) for rest in (seat.cushion, seat.back)])
     moving = counts.any(axis=0) & _by_legs(body, segment)
     still = counts.any(axis=0) & ~moving
-    at_origin = lean.copy()
-    at_origin[:, :, 3] = 0.0
     fixed = np.full((len(family), 2), np.inf)
     if still.any():
         limbs = packed_limbs(family, _rests(body, segment, tuple(np.flatnonzero(still).tolist())))
         who, turns = np.arange(len(family)), np.array(poses.rotations)
-        least_heights(limbs, who, turns, at_origin, (ways, counts), fixed, 0, len(family))
+        least_heights(limbs, who, turns, lap.attitude, (ways, counts), fixed, 0, len(family))
     point, depth = np.array(seat.srp), np.array([seat.cushion.depth, seat.back.depth])
     level = np.concatenate([np.repeat((ways @ point - depth)[None], len(family), axis=0),
                             (centre @ point + lean[:, :, 3] @ centre)[:, None]], axis=1)  # fmt: skip
-    wanted = np.full(len(family), np.nan)
-    if eye is not None:
-        wanted = eye - eyes_over(family, poses, (segment, at_origin))[:, 2]
     segments = tuple(np.flatnonzero(moving).tolist()) or (segment,)
     return Sitting(
         limbs=packed_limbs(family, _rests(body, segment, segments)), counts=counts, ways=ways, fixed=fixed,
-        lap=at_origin, level=level, solve=np.linalg.inv(np.stack([cushion, back, centre])),
-        ahead=np.array([centre[1], -centre[0], 0.0]), rise=np.array(seat.travel_up, dtype=np.float64), eye=wanted,
+        lap=lap.attitude, level=level, solve=np.linalg.inv(np.stack([cushion, back, centre])),
+        ahead=np.array([centre[1], -centre[0], 0.0]), rise=np.array(seat.travel_up, dtype=np.float64), eye=lap.wanted,
     )  # fmt: skip
 
 
@@ -64,7 +82,9 @@ def at_rest(sitting: Sitting, rotations: Floats) -> tuple[Floats, Floats]:
     travel up (B,) [m] that brings the eyes to their height."""
     heights = np.zeros((len(rotations), 2))
     who = np.arange(len(rotations))
-    least_heights(sitting.limbs, who, np.array(rotations), sitting.lap, (sitting.ways, sitting.counts), heights, 0, len(who))
+    least_heights(
+        sitting.limbs, who, np.array(rotations), sitting.lap, (sitting.ways, sitting.counts), heights, 0, len(who)
+    )
     off = sitting.level.copy()
     off[:, :2] -= np.minimum(heights, sitting.fixed)
     at: Floats = off @ sitting.solve.T
@@ -72,21 +92,6 @@ def at_rest(sitting: Sitting, rotations: Floats) -> tuple[Floats, Floats]:
     up = np.where(np.isnan(sitting.eye), min(max(0.0, low), high), np.clip(sitting.eye - at[:, 2], low, high))
     at[:, 2] += up
     return at, up
-
-
-def eyes_over(family: Family, poses: Poses, lap: tuple[int, Floats], *, needed: bool = True) -> Floats:
-    """(B, 3) [m] midway between the eyes, with the segment lap[0] in frames lap[1] (B, 3, 4); of bodies without eyes an
-    InputError where they are needed, else NaN."""
-    body = family.bodies[0]
-    names = ("left eye", "right eye")
-    if not all(name in body.sphere_names for name in names):
-        if not needed:
-            return np.full((len(family), 3), np.nan)
-        raise InputError(f"body {body.name} has no spheres 'left eye' and 'right eye'")
-    sphere = [body.sphere_names.index(name) for name in names]
-    head = frames(family, Poses(poses.rotations, *lap), int(body.sphere_segment[sphere[0]]))
-    found: Floats = np.einsum("bij,bj->bi", head[:, :, :3], family.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
-    return found
 
 
 def _resting(body: Body, rest: Rest) -> Bools:

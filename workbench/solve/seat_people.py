@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import UsageError
-from workbench.kernels.sitting import Sitting, seat_rows
+from workbench.kernels.seat_search import ROW, seat_rows
+from workbench.kernels.sitting import EASE, TRIED, Sitting
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Seat
@@ -22,7 +23,8 @@ from workbench.model.posing import join_poses
 from workbench.solve.chains import Task
 from workbench.solve.family import Family, family_of
 from workbench.solve.posture import Pedals, positions
-from workbench.solve.resting import at_rest, eyes_over, lap_frames, sitting_of
+from workbench.solve.resting import at_rest, lap_of, sitting_of
+from workbench.solve.seating import seat_attitude
 from workbench.solve.stepping import comfortable, first_places, foot_tasks, legs_of, limits_of
 from workbench.solve.threads import in_pieces
 
@@ -97,13 +99,12 @@ def seat_people(
 def _some_people(family: Family, poses: Poses, ask: _Ask) -> SeatedPeople:
     body, seat = family.bodies[0], ask.seat
     segment = body.segment("LT") if ask.pedals.at else poses.reference
-    lean = lap_frames(family, poses, seat, segment)
-    sitting = sitting_of(family, poses, seat, ask.eye, (segment, lean))
+    lap = lap_of(family, poses, seat, segment=segment, eye=ask.eye)
+    sitting = sitting_of(family, poses, seat, lap)
     tasks = foot_tasks(family, poses, ask.pedals, sitting.ahead)
     found = _stepped(sitting, tasks, poses.rotations, ask) if tasks else _resting(sitting, poses.rotations, ask)
-    eye = found.lap + eyes_over(family, poses, (segment, sitting.lap), needed=ask.eye is not None)
-    world = lap_frames(family, poses, seat, poses.reference)
-    world[:, :, 3] = found.lap - lean[:, :, 3]
+    eye, world = found.lap + lap.eyes, np.zeros((len(poses), 3, 4))
+    world[:, :, :3], world[:, :, 3] = seat_attitude(seat), found.lap - lap.lean[:, :, 3]
     (rear, front), (low, high) = seat.travel_forward, seat.travel_up
     forward, up = found.travel.T
     return SeatedPeople(
@@ -116,14 +117,14 @@ def _some_people(family: Family, poses: Poses, ask: _Ask) -> SeatedPeople:
         miss={foot: found.numbers[:, k, 0] for k, foot in enumerate(ask.pedals.at)},
         limit={foot: limits_of(tasks[k], found.numbers[:, k]) for k, foot in enumerate(ask.pedals.at)},
         spare_travel=np.stack([forward - rear, front - forward, up - low, high - up], axis=1),
-        discomfort=found.row[:, 1],
-        tried=found.row[:, 3].astype(np.int64),
+        discomfort=found.row[:, EASE],
+        tried=found.row[:, TRIED].astype(np.int64),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Rotations (B, J, 4), lap (B, 3) [m] and travel (B, 2) [m] of people, numbers (B, 2, 8) of their feet, row (B, 4),
+    """Rotations (B, J, 4), lap (B, 3) [m] and travel (B, 2) [m] of people, numbers (B, 2, 8) of their feet, row (B, R)
     as of the kernel."""
 
     rotations: Floats
@@ -140,7 +141,7 @@ def _stepped(sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask) 
     lap = sitting.lap.copy()
     lap[:, :, 3] = at_rest(sitting, turned)[0]
     first = first_places(tasks, lap, grid, sitting.ahead)
-    travel, numbers, row = np.zeros((count, 2)), np.zeros((count, 2, 8)), np.zeros((count, 4))
+    travel, numbers, row = np.zeros((count, 2)), np.zeros((count, 2, 8)), np.zeros((count, ROW))
     out = turned, lap, travel, numbers, row
 
     def work(begin: int, end: int) -> None:
@@ -156,19 +157,28 @@ def _resting(sitting: Sitting, rotations: Floats, ask: _Ask) -> _Found:
     at, up = at_rest(sitting, rotations)
     forward = np.full(count, min(max(0.0, rear), front))
     lap = at + forward[:, None] * sitting.ahead
-    row = np.tile([0.0, 0.0, 1.0, 1.0], (count, 1))
+    row = np.zeros((count, ROW))
+    row[:, TRIED] = 1.0
     return _Found(rotations, lap, np.stack([forward, up], axis=1), np.zeros((count, 0, 8)), row)
 
 
 def _joined(parts: list[SeatedPeople]) -> SeatedPeople:
     """All parts of a crowd as one."""
-    whole: dict[str, Floats | Ints] = {}
-    for name in ("forward", "up", "shift", "eye", "eye_off", "spare_travel", "discomfort", "tried"):
-        whole[name] = np.concatenate([getattr(part, name) for part in parts])
+
+    def whole(name: str) -> Floats:
+        return np.concatenate([getattr(part, name) for part in parts])
+
     feet = list(parts[0].miss)
     return SeatedPeople(
         poses=join_poses([part.poses for part in parts]),
+        forward=whole("forward"),
+        up=whole("up"),
+        shift=whole("shift"),
+        eye=whole("eye"),
+        eye_off=whole("eye_off"),
         miss={foot: np.concatenate([part.miss[foot] for part in parts]) for foot in feet},
-        limit={foot: sum((part.limit[foot] for part in parts), ()) for foot in feet},
-        **whole,
+        limit={foot: tuple(words for part in parts for words in part.limit[foot]) for foot in feet},
+        spare_travel=whole("spare_travel"),
+        discomfort=whole("discomfort"),
+        tried=np.concatenate([part.tried for part in parts]),
     )

@@ -1,4 +1,4 @@
-"""Feet on pedals, for the kernel that seats people: legs packed, goals, comfort, and a first guess at the seat's place."""
+"""Feet on pedals, for the kernel that seats people: legs, goals, comfort, and a first guess at the seat's place."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from workbench.solve.reach import REACHED, TURN_LEVER, goals_of, stopped_by
 
 __all__ = ["comfortable", "first_places", "foot_tasks", "legs_of", "limits_of"]
 
-HEEL_AGAIN = 1
+HEEL_AGAIN = 0
 """From how many other postures a foot is tried again with its heel on the floor; in the air it is `AGAIN`."""
 FREE_FOOT = 10.0
 """Discomfort of a heel in the air: it is put up with where the pedal cannot be had otherwise."""
@@ -118,7 +118,7 @@ def _planar(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:
     lean = np.arctan2(lap[:, :, 2] @ ahead, lap[:, 2, 2])[:, None]  # how far the trunk leans forward
     foot = lifted - knee + 0.5 * np.pi  # the way a neutral foot points, above the horizontal
     angles = {"flexion": lifted + 0.5 * np.pi + lean, "knee": knee, "plantarflexion": foot - turn[:, None]}
-    cost = 1e6 * lack
+    cost: Floats = 1e6 * lack
     for joint, (motion, angle) in zip(task.joints, angles.items(), strict=True):
         mode, half = _comfort(body, joint, "flexion" if motion == "knee" else motion)
         cost += ((angle - mode) / half) ** 2

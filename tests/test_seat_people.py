@@ -1,0 +1,232 @@
+"""Sitters: the seat where view and pedals are had, one function for one and for many."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import workbench as wb
+from tests.seat_oracle import seat_slowly
+from workbench.model.environment import Rest, Seat
+from workbench.solve.posture import Pedals, positions
+from workbench.solve.seat_people import seat_people
+from workbench.solve.seating import seat_planes
+
+TRAINER = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
+EYE = 1.053
+MEASURES = (
+    {"stature": 1.52},
+    {"stature": 1.60, "thumb_tip_reach": 0.70},
+    {"stature": 1.75},
+    {"stature": 1.88, "thumb_tip_reach": 0.86},
+)
+
+
+@pytest.fixture(scope="module")
+def seat():
+    return wb.load_environment("trainer").seat("left")
+
+
+@pytest.fixture(scope="module")
+def people(bubbleman):
+    return [wb.scale(bubbleman, measures) for measures in MEASURES]
+
+
+@pytest.fixture(scope="module")
+def crowd(bubbleman):
+    sizes = np.random.default_rng(5).normal([1.69, 0.89], [0.09, 0.035], (24, 2))
+    return [wb.scale(bubbleman, {"stature": float(s), "sitting_height": float(h)}) for s, h in sizes]
+
+
+def poses_of(people):
+    return wb.join_poses([wb.pose(body, {}, reference="LT") for body in people])
+
+
+def row(poses, b):
+    return wb.Poses(poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1])
+
+
+def missed(found):
+    return sum(np.where(miss > 1e-3, miss, 0.0) for miss in found.miss.values())
+
+
+def test_everybody_sits_as_trying_all_places_slowly_finds(people, seat):
+    poses = poses_of(people)
+    found = seat_people(people, poses, seat, eye=EYE, pedals=TRAINER)
+    for b, body in enumerate(people):
+        one = seat_slowly(body, row(poses, b), seat, eye=EYE, pedals=TRAINER)
+        assert found.forward[b] == pytest.approx(one["forward"], abs=1e-9)
+        assert found.up[b] == pytest.approx(one["up"], abs=2e-4)
+        np.testing.assert_allclose(found.eye[b], one["eye"], atol=3e-4)
+        assert found.discomfort[b] == pytest.approx(one["discomfort"], abs=0.03)
+        for foot in TRAINER.at:
+            assert found.miss[foot][b] == pytest.approx(one["miss"][foot], abs=1e-4)
+            assert found.limit[foot][b] == one["limit"][foot]
+    np.testing.assert_allclose(found.spare_travel[:, 0] + found.spare_travel[:, 1], 0.18, atol=1e-9)
+    np.testing.assert_allclose(found.eye_off, found.eye[:, 2] - EYE, atol=1e-12)
+    np.testing.assert_allclose(found.shift[:, 0], found.forward, atol=1e-12)
+
+
+LOW_CAR = Seat("car", (-0.06, 0.35, 0.157), 0.42, 0.24, 0.0, Rest("pan", ("LT",), 0.02), Rest("back", ("LT",), 0.015),
+               (-0.04, 0.2), (-0.015, 0.045), ())  # fmt: skip
+CAR = Pedals({"left foot": (0.93, 0.46, 0.13), "right foot": (0.96, 0.22, 0.183)}, floor=0.0)
+CASES = {
+    "trainer": (None, EYE, TRAINER),
+    "trainer without a view": (None, None, TRAINER),
+    "trainer without a floor": (None, EYE, Pedals(TRAINER.at)),
+    "trainer with far pedals": (None, EYE, Pedals({n: (x + 0.12, y, z) for n, (x, y, z) in TRAINER.at.items()}, 0.0)),
+    "trainer with one pedal": (None, EYE, Pedals({"right foot": TRAINER.at["right foot"]}, 0.0)),
+    "car": (LOW_CAR, 0.88, CAR),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_downhill_comes_to_the_place_that_trying_all_comes_to(crowd, seat, name):
+    own, eye, pedals = CASES[name]
+    poses = poses_of(crowd)
+    quick, slow = (
+        seat_people(crowd, poses, own or seat, eye=eye, pedals=pedals, every=every) for every in (False, True)
+    )
+    same = np.isclose(quick.forward, slow.forward)
+    # where discomforts are the same to a thousandth, either will do
+    np.testing.assert_allclose(missed(quick)[~same], missed(slow)[~same], atol=2e-4)
+    np.testing.assert_allclose(quick.discomfort[~same], slow.discomfort[~same], atol=5e-3)
+    assert same.mean() > 0.9
+    assert np.all(slow.tried == len(positions((own or seat).travel_forward)))
+    if "far" not in name:
+        assert quick.tried.mean() < 0.5 * slow.tried.mean()
+
+
+def test_no_answer_depends_on_threads_nor_on_who_else_is_seated(crowd, seat):
+    poses = poses_of(crowd)
+    one, two = (seat_people(crowd, poses, seat, eye=EYE, pedals=TRAINER, threads=threads) for threads in (1, 2))
+    for name in ("forward", "up", "eye", "discomfort"):
+        assert np.array_equal(getattr(one, name), getattr(two, name))
+    for b in (0, 7, 23):
+        alone = seat_people(crowd[b : b + 1], row(poses, b), seat, eye=EYE, pedals=TRAINER)
+        np.testing.assert_allclose(alone.poses.world_from_reference[0], one.poses.world_from_reference[b], atol=1e-9)
+        np.testing.assert_allclose(alone.poses.rotations[0], one.poses.rotations[b], atol=1e-7)
+
+
+def test_mirrored_pedals_give_the_mirrored_sitter(crowd, seat):
+    poses, side = poses_of(crowd), seat.srp[1]
+    left, right = (0.95, side + 0.12, 0.15), (0.90, side - 0.06, 0.13)
+    over = [(x, 2 * side - y, z) for x, y, z in (right, left)]
+    one = seat_people(crowd, poses, seat, eye=EYE, pedals=Pedals({"left foot": left, "right foot": right}, 0.0))
+    two = seat_people(crowd, poses, seat, eye=EYE, pedals=Pedals({"left foot": over[0], "right foot": over[1]}, 0.0))
+    np.testing.assert_allclose(one.forward, two.forward, atol=1e-9)
+    np.testing.assert_allclose(one.up, two.up, atol=1e-6)
+    np.testing.assert_allclose(one.discomfort, two.discomfort, atol=1e-3)
+    np.testing.assert_allclose(one.miss["left foot"], two.miss["right foot"], atol=1e-6)
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.tuples(*[st.integers(0, 9)] * 4), st.floats(-0.05, 0.15))
+def test_more_travel_never_misses_more(crowd_and_seat, ends, farther):
+    crowd, seat = crowd_and_seat
+    rear, more_rear, front, more_front = (0.01 * end for end in ends)
+    pedals = Pedals({n: (x + farther, y, z) for n, (x, y, z) in TRAINER.at.items()}, 0.0)
+    less = replace(seat, travel_forward=(-rear, front))
+    more = replace(seat, travel_forward=(-rear - more_rear, front + more_front))
+    short, long = (seat_people(crowd, poses_of(crowd), one, eye=EYE, pedals=pedals) for one in (less, more))
+    assert np.all(missed(long) <= missed(short) + 2e-4)
+
+
+@pytest.fixture(scope="module")
+def crowd_and_seat(crowd, seat):
+    return crowd[:6], seat
+
+
+def test_longer_legs_on_the_same_trunk_sit_no_farther_forward(bubbleman, seat):
+    legs = [wb.scale(bubbleman, {"stature": 0.90 + leg, "sitting_height": 0.90}) for leg in (0.72, 0.78, 0.84, 0.90)]
+    found = seat_people(legs, poses_of(legs), seat, eye=EYE, pedals=TRAINER)
+    assert np.all(np.diff(found.forward) <= 1e-9) and found.forward[0] > found.forward[-1]
+
+
+def test_the_seat_is_the_lowest_that_brings_the_eyes_to_their_height(crowd, seat):
+    found = seat_people(crowd, poses_of(crowd), seat, eye=EYE, pedals=TRAINER)
+    low, high = seat.travel_up
+    inside = (found.up > low + 1e-9) & (found.up < high - 1e-9)
+    assert np.all(np.abs(found.eye_off[inside]) < 1e-6)
+    assert np.all(found.eye_off[found.up <= low + 1e-9] >= -1e-6)
+    assert np.all(found.eye_off[found.up >= high - 1e-9] <= 1e-6)
+    assert inside.any() and not inside.all()
+
+
+def test_hips_rest_as_deep_in_cushion_and_back_as_the_seat_says(people, seat):
+    found = seat_people(people, poses_of(people), seat, eye=EYE, pedals=TRAINER)
+    for b, body in enumerate(people):
+        placed = wb.place(body, row(found.poses, b))
+        point = np.array(seat.srp) + found.shift[b]
+        for way, rest in zip(seat_planes(seat)[:2], (seat.cushion, seat.back), strict=True):
+            on = np.isin(body.sphere_segment, [body.segment(name) for name in rest.segments])
+            assert np.min((placed.centres[0, on] - point) @ way - body.radius[on]) == pytest.approx(
+                -rest.depth, abs=1e-5
+            )
+
+
+def test_no_stop_of_a_sitters_legs_is_breached(people, seat):
+    found = seat_people(people, poses_of(people), seat, eye=EYE, pedals=TRAINER)
+    for b, body in enumerate(people):
+        legs = [body.joint(name) for name in ("LH", "LK", "LA", "RH", "RK", "RA")]
+        assert wb.stops(body, row(found.poses, b)).margin[0, legs].min() > -1e-3
+
+
+def test_a_seat_without_travel_stays_and_says_by_how_much_pedals_are_missed(people, seat):
+    fixed = replace(seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
+    far = Pedals({"right foot": (1.9, 0.195, 0.144)}, 0.0)
+    found = seat_people(people, poses_of(people), fixed, eye=EYE, pedals=far)
+    assert np.all(found.forward == 0) and np.all(found.up == 0) and np.all(found.tried == 1)
+    assert np.all(found.miss["right foot"] > 0.5)
+    assert set(found.limit["right foot"]) == {"length of the limb"}
+
+
+def test_pedals_beyond_everybody_bring_the_seat_to_its_front_end(people, seat):
+    far = Pedals({n: (1.9, y, z) for n, (_, y, z) in TRAINER.at.items()}, 0.0)
+    found = seat_people(people, poses_of(people), seat, eye=EYE, pedals=far)
+    assert np.all(found.forward == 0.09)
+
+
+def test_a_seat_that_stands_ahead_of_its_rest_goes_no_farther_back(people, seat):
+    ahead = replace(seat, travel_forward=(0.03, 0.06))
+    assert positions(ahead.travel_forward) == pytest.approx([0.03, 0.04, 0.05, 0.06])
+    found = seat_people(people, poses_of(people), ahead, eye=EYE, pedals=TRAINER)
+    assert np.all((found.forward >= 0.03) & (found.forward <= 0.06))
+    assert np.all(seat_people(people, poses_of(people), ahead, eye=EYE, pedals=Pedals({})).forward == 0.03)
+
+
+def test_who_has_no_pedals_sits_where_the_seat_stands(people, seat):
+    found = seat_people(people, poses_of(people), seat, eye=None, pedals=Pedals({}))
+    assert np.all(found.forward == 0) and np.all(found.up == 0) and not found.miss
+    placed = wb.place(people[2], row(found.poses, 2))
+    on = np.isin(people[2].sphere_segment, [people[2].segment("LT")])
+    low = np.min((placed.centres[0, on] - seat.srp) @ seat_planes(seat)[0] - people[2].radius[on])
+    assert low == pytest.approx(-seat.cushion.depth, abs=1e-9)
+
+
+def test_a_seat_that_faces_another_way_is_sat_in_the_same_way(people, seat):
+    poses, turn = poses_of(people), np.pi / 2
+    x, y, z = seat.srp
+    aside = replace(seat, srp=(-y, x, z), yaw=turn)
+    pedals = Pedals({name: (-b, a, c) for name, (a, b, c) in TRAINER.at.items()}, 0.0)
+    one = seat_people(people, poses, seat, eye=EYE, pedals=TRAINER)
+    two = seat_people(people, poses, aside, eye=EYE, pedals=pedals)
+    np.testing.assert_allclose(one.forward, two.forward, atol=1e-9)
+    np.testing.assert_allclose(np.stack([-one.eye[:, 1], one.eye[:, 0], one.eye[:, 2]], 1), two.eye, atol=1e-5)
+
+
+def test_what_cannot_be_seated_is_refused(people, seat, one_arm):
+    poses = poses_of(people)
+    with pytest.raises(wb.UsageError, match="as many poses"):
+        seat_people(people[:2], poses, seat, eye=None, pedals=Pedals({}))
+    with pytest.raises(wb.UsageError, match="one family"):
+        seat_people([*people[:3], one_arm], poses, seat, eye=None, pedals=Pedals({}))
+    dog = wb.load_body("dog")
+    with pytest.raises(wb.InputError, match="no spheres in"):
+        seat_people([dog], wb.pose(dog, {}), seat, eye=None, pedals=Pedals({}))
+    with pytest.raises(wb.InputError, match="no limb 'third foot'"):
+        seat_people(people, poses, seat, eye=None, pedals=Pedals({"third foot": (1, 0, 0)}))
