@@ -112,15 +112,18 @@ def test_no_answer_depends_on_threads_nor_on_who_else_is_seated(crowd, seat):
         np.testing.assert_allclose(alone.poses.rotations[0], one.poses.rotations[b], atol=1e-7)
 
 
-def test_mirrored_pedals_give_the_mirrored_sitter(crowd, seat):
-    poses, side = poses_of(crowd), seat.srp[1]
-    left, right = (0.95, side + 0.12, 0.15), (0.90, side - 0.06, 0.13)
-    over = [(x, 2 * side - y, z) for x, y, z in (right, left)]
-    one = seat_people(crowd, poses, seat, eye=EYE, pedals=Pedals({"left foot": left, "right foot": right}, 0.0))
-    two = seat_people(crowd, poses, seat, eye=EYE, pedals=Pedals({"left foot": over[0], "right foot": over[1]}, 0.0))
-    np.testing.assert_allclose(one.forward, two.forward, atol=1e-9)
-    np.testing.assert_allclose(one.up, two.up, atol=1e-6)
-    np.testing.assert_allclose(one.discomfort, two.discomfort, atol=1e-3)
+@pytest.mark.parametrize("left", [(0.95, 0.12, 0.15), (0.93, 0.085, 0.144), (1.1, 0.1, 0.2), (0.8, 0.2, 0.1)])
+def test_mirrored_pedals_give_the_mirrored_sitter(bubbleman, seat, left):
+    side, right = seat.srp[1], (0.90, -0.06, 0.13)
+    poses, found = wb.pose(bubbleman, {}, reference="LT"), []
+    for one, other, sign in ((left, right, 1), (right, left, -1)):
+        at = {"left foot": one, "right foot": other}
+        pedals = Pedals({name: (x, side + sign * y, z) for name, (x, y, z) in at.items()}, 0.0)
+        found.append(seat_people([bubbleman], poses, seat, eye=EYE, pedals=pedals))
+    one, two = found
+    assert one.forward == two.forward
+    np.testing.assert_allclose(one.poses.world_from_reference, two.poses.world_from_reference, atol=1e-7)
+    np.testing.assert_allclose(one.discomfort, two.discomfort, atol=1e-4)
     np.testing.assert_allclose(one.miss["left foot"], two.miss["right foot"], atol=1e-6)
 
 
@@ -182,7 +185,7 @@ def test_a_seat_without_travel_stays_and_says_by_how_much_pedals_are_missed(peop
     found = seat_people(people, poses_of(people), fixed, eye=EYE, pedals=far)
     assert np.all(found.forward == 0) and np.all(found.up == 0) and np.all(found.tried == 1)
     assert np.all(found.miss["right foot"] > 0.5)
-    assert set(found.limit["right foot"]) == {"length of the limb"}
+    assert set(found.limit["right foot"]) <= {"length of the limb", "right ankle (plantarflexion)"}
 
 
 def test_pedals_beyond_everybody_bring_the_seat_to_its_front_end(people, seat):
