@@ -12,7 +12,7 @@ from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
-from workbench.solve.driving import driving_posture
+from workbench.solve.driving import DrivingPosture, driving_posture
 from workbench.solve.seat_people import SeatedPeople
 
 __all__ = ["seat_drivers"]
@@ -42,13 +42,19 @@ def seat_drivers(
         got = f"{len(poses)}, {len(drivers)} and {len(numbers)}"
         raise UsageError(f"{count} bodies need as many poses, drivers and numbers, got {got}")
     place = poses.world_from_reference
+    alone = [Poses(poses.rotations[b : b + 1], poses.reference, place[b : b + 1]) for b in range(count)]
     rows = [
         driving_posture(
-            body, Poses(poses.rotations[b : b + 1], poses.reference, place[b : b + 1]), seat, driver=drivers[b],
-            package=package, feet=feet, eye=eye, seed=seed, person=int(numbers[b]),
+            body, alone[b], seat, driver=drivers[b], package=package, feet=feet, eye=eye, seed=seed, person=numbers[b]
         )
         for b, body in enumerate(bodies)
-    ]  # fmt: skip
+    ]
+    return _people(rows, seat, eye)
+
+
+def _people(rows: list[DrivingPosture], seat: Seat, eye: float | None) -> SeatedPeople:
+    """Drivers, a row each, as seated people."""
+    count, feet = len(rows), list(rows[0].miss)
     forward, wanted, up = (np.array([getattr(row, name) for row in rows]) for name in ("forward", "wanted", "up"))
     eyes = np.array([row.eye for row in rows])
     (rear, front), (low, high) = seat.travel_forward, seat.travel_up
