@@ -1,0 +1,56 @@
+"""A cockpit laid out for a small woman and a large man, each at a percentile in everything, leaves out many others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.model.population import SEXES, Population
+from workbench.people.draw import draw_people
+from workbench.people.percentile import percentile_values
+from workbench.study.accommodation.accommodation import accommodation_study
+
+BEARING = {
+    "eyes at the design eye point": "eye height",
+    "head to canopy": "sitting height",
+    "belly to stick": "abdominal depth",
+    "thighs to stick": "thigh clearance",
+    "knees to panel": "buttock-knee length and knee height",
+    "shins to panel": "knee height and popliteal height",
+    "left leg to side wall": "hip breadth",
+    "left shoulder to canopy": "shoulder breadth",
+}
+
+
+def both(model):
+    """A woman at the 5th and a man at the 95th percentile of their sex in every measure."""
+    rows = [percentile_values(model, sex, [p])[0] for sex, p in (("female", 5), ("male", 95))]
+    sexes = np.array([SEXES.index("female"), SEXES.index("male")])
+    return Population(model.names, sexes, np.ones(2), np.array(rows), "two percentiles")
+
+
+def just_cleared(criterion, margin):
+    """The criterion with its limits where the worse of the two people just meets it: margins (2,) [m]."""
+    least = float(np.min(margin)) - 1e-5
+    if criterion.check == "vision":
+        return replace(criterion, below=criterion.below - least, above=criterion.above - least)
+    return replace(criterion, at_least=criterion.at_least + least)
+
+
+@pytest.mark.parametrize("count", [60, pytest.param(400, marks=pytest.mark.nightly)])
+def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(count):
+    plan = wb.load_accommodation("trainer_accommodation")
+    model = wb.load_population_model("ansur2")
+    criteria = tuple(c for c in plan.criteria if c.name in BEARING)
+    assert len(criteria) == 8
+    plan = replace(plan, criteria=criteria, maps=(), changes=())
+    two = accommodation_study(replace(plan, people=both(model)))
+    variant = tuple(just_cleared(c, two.margin[:, r]) for r, c in enumerate(criteria))
+    plan = replace(plan, criteria=variant)
+    assert accommodation_study(replace(plan, people=both(model))).served.all()
+    everybody = accommodation_study(replace(plan, people=draw_people(model, count, seed=4, men=0.5)))
+    share = everybody.shares[0]
+    assert share.high < 0.9
