@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 
 import workbench as wb
 from tests.conftest import ROOT
@@ -123,13 +124,41 @@ def test_the_trunk_keeps_to_its_stops_and_to_the_line_from_hip_to_eye(scores):
     spine = man_spine()
     mean = driving_angles(MEDIAN, package())
     angles = type(mean)(mean.mean + mean.spread * np.array(scores), mean.spread)
-    tilts = spine_tilts(spine, angles)
+    tilts = spine_tilts([spine], [angles])[0]
     turns = tilts[:-1] - tilts[1:]
     assert np.all((turns >= spine.flexion[:, 0] - 1e-9) & (turns <= spine.flexion[:, 1] + 1e-9))
     c, s = np.cos(np.append(tilts, tilts[-1])), np.sin(np.append(tilts, tilts[-1]))
     x, z = spine.links.T
     eye = np.sum([x * c - z * s, x * s + z * c], axis=1)
     assert np.arctan2(-eye[0], eye[1]) == pytest.approx(angles.mean[0], abs=2e-4)
+
+
+def slow_tilts(spine, angles):
+    """The same least squares by a general optimiser with numeric slopes."""
+    wanted, spread = angles.mean[[5, 4, 3, 2, 1]], angles.spread[[5, 4, 3, 2, 1]]
+
+    def off(turn):
+        tilt = np.append(turn[0] - np.append(0, np.cumsum(turn[1:])), 0)
+        tilt[5] = tilt[4]
+        x, z = spine.links.T
+        link = np.stack([x * np.cos(tilt) - z * np.sin(tilt), x * np.sin(tilt) + z * np.cos(tilt)])
+        aft = [link.sum(axis=1), link[:, 0], link[:, 1], link[:, 2], link[:, 3] + link[:, 4]]
+        found = [*(np.arctan2(-v[0], v[1]) for v in aft), np.arctan2(link[1, 5], link[0, 5])]
+        return np.subtract(found, [angles.mean[0], *wanted])
+
+    bounds = [(-1.0, 2.0), *spine.flexion.tolist()]
+    found = minimize(lambda t: np.sum((off(t)[1:] / spread) ** 2), np.clip([0.7, 0, 0, 0, 0], *np.transpose(bounds)),
+                     bounds=bounds, constraints={"type": "eq", "fun": lambda t: off(t)[0]}, method="SLSQP",
+                     options={"ftol": 1e-12, "maxiter": 300})  # fmt: skip
+    return found.x[0] - np.append(0, np.cumsum(found.x[1:]))
+
+
+def test_tilts_are_those_of_a_general_optimiser():
+    mean, spine = driving_angles(MEDIAN, package()), man_spine()
+    drawn = [drawn_angles(mean, 2, person=n) for n in range(6)]
+    found = spine_tilts([spine] * 6, drawn)
+    for row, angles in zip(found, drawn, strict=True):
+        assert np.degrees(row) == pytest.approx(np.degrees(slow_tilts(spine, angles)), abs=0.02)
 
 
 def test_a_trunk_asked_for_its_own_angles_gets_them_back(man):
@@ -140,7 +169,7 @@ def test_a_trunk_asked_for_its_own_angles_gets_them_back(man):
     # one rigid tilt of all five moves every angle by as much; the head's is told from the horizontal
     wanted = upright + np.radians(10.0)
     wanted[6:] = angles.mean[6:]
-    found = spine_tilts(spine, type(angles)(wanted, angles.spread))
+    found = spine_tilts([spine], [type(angles)(wanted, angles.spread)])[0]
     assert np.degrees(found) == pytest.approx([10.0] * 5, abs=0.05)
 
 

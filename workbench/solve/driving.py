@@ -7,7 +7,7 @@ by least squares in units of their scatter, and what is left is told as residual
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,25 +15,24 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.driving import ANGLES, Driver, DrivingAngles, Package
+from workbench.model.driving import ANGLES, Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
+from workbench.solve.chains import AGAIN, Task, cold, posed, rows_of, solved
 from workbench.solve.driving_angles import drawn_angles, driving_angles, h_point_offset
+from workbench.solve.driving_legs import Sole, hips_from_pedal, soles_on
+from workbench.solve.family import Family, family_of, frames
 from workbench.solve.forward import place
-from workbench.solve.limbs import limb
-from workbench.solve.posture import eye_points
-from workbench.solve.reach import reach
+from workbench.solve.linkage import joints_between
+from workbench.solve.reach import REACHED, TURN_LEVER, goals_of
 from workbench.solve.spine import SPINE, Spine, side_view, spine_of, spine_tilts
+from workbench.solve.stepping import limits_of
 
-__all__ = ["DrivingPosture", "driving_posture"]
+__all__ = ["Drivers", "DrivingCase", "DrivingPosture", "at_wheel", "driving_posture"]
 
-GRID = 0.001
-"""Spacing [m] of the hip places that are tried."""
-NEAR, FAR = 0.15, 1.3
-"""How far aft of the ankle [m] hips are looked for."""
-LIFTS = 4
-"""Rounds of lifting the seat for the view: the posture changes with the height."""
+LIFTS, LIFTED = 4, 1e-4
+"""Rounds of lifting the seat for the view, as the posture changes with the height, and how little [m] ends them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,131 +80,143 @@ def driving_posture(
     wants it by `h_point_offset`, as far as the travel goes. InputError for a seat that faces elsewhere, and for a body
     without hips, eyes and ears.
     """
-    if abs(np.sin(seat.yaw)) > 1e-9 or np.cos(seat.yaw) < 0:
-        raise InputError(f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
-                         f"drivers who face along +x")  # fmt: skip
-    low, high = seat.travel_up
-    up = min(max(0.0, low), high) if eye is None else low
-    posture = _at_height(body, poses, seat, (driver, package, feet, seed, person), up)
-    for _ in range(LIFTS if eye is not None else 0):
-        lift = float(np.clip(up + (eye or 0.0) - posture.eye[2], low, high))
-        if abs(lift - up) < 1e-4:
-            break
-        up = lift
-        posture = _at_height(body, poses, seat, (driver, package, feet, seed, person), up)
-    return posture
-
-
-_Case = tuple[Driver, Package, Mapping[str, tuple[float, float, float]], int | None, int]
-
-
-def _at_height(body: Body, poses: Poses, seat: Seat, case: _Case, up: float) -> DrivingPosture:
-    """The posture with the seat lifted by `up` [m]."""
-    driver, package, feet, seed, person = case
-    x, y, z = package.h_point
-    lifted = replace(package, h_point=(x, y, z + up))
-    angles = driving_angles(driver, lifted)
-    angles = angles if seed is None else drawn_angles(angles, seed, person=person)
-    spine = spine_of(body)
-    tilts = spine_tilts(spine, angles)
-    aft, above = h_point_offset(driver)
-    soles = {foot: _sole(body, foot, at, package) for foot, at in feet.items()}
-    wanted = _hip_x(body, (soles["right foot"], z + up - above), angles) - aft - x
-    forward = float(np.clip(wanted, *seat.travel_forward))
-    hips = np.array([x + forward + aft, y, z + up - above])
-    seated = _placed(body, poses, spine, (tilts, hips))
-    miss: dict[str, float] = {}
-    limit: dict[str, str] = {}
-    for foot, (at, along) in soles.items():
-        seated, miss[foot], limit[foot] = _foot(body, seated, foot, (at, along))
-    placed = place(body, seated)
+    case = DrivingCase(seat, package, feet, eye, seed)
+    found = at_wheel([body], poses, case, drivers=[driver], numbers=[person])
+    placed = place(body, found.poses)
+    forward, up, wanted = (float(value) for value in found.travel[0])
     return DrivingPosture(
-        poses=Poses(seated.rotations, poses.reference, placed.world_from_segment[:, poses.reference]),
+        poses=found.poses,
         forward=forward,
         up=up,
         wanted=wanted,
-        eye=eye_points(placed)[0],
-        hips=hips,
-        h_point=np.array([x + forward, y, z + up]),
-        expected=angles.mean,
+        eye=found.eye[0],
+        hips=found.hips[0],
+        h_point=np.array(package.h_point) + np.array([forward, 0.0, up]),
+        expected=found.expected[0],
         found=side_view(placed)[0],
-        miss=miss,
-        limit=limit,
+        miss={foot: float(miss[0]) for foot, miss in found.miss.items()},
+        limit={foot: words[0] for foot, words in found.limit.items()},
     )
 
 
-def _placed(body: Body, poses: Poses, spine: Spine, how: tuple[Floats, Floats]) -> Poses:
-    """The poses with the trunk tilted segment by segment (5,) [rad] aft, the middle of the hips at a point (3,) [m]."""
-    tilts, hips = how
-    angles = angles_of(body, poses)
-    for k, name in enumerate(SPINE[1:]):
-        joint = body.joint(name)
-        axis, sign = motion_of(body, joint, "flexion")
-        angles[:, joint] = 0.0
-        angles[:, joint, axis] = sign * (tilts[k] - tilts[k + 1])
-    rotations = poses.rotations.copy()
+@dataclass(frozen=True, eq=False)
+class DrivingCase:
+    """What drivers share: the seat, the package, where the feet go [m], the height of the eyes [m], the seed."""
+
+    seat: Seat
+    package: Package
+    feet: Mapping[str, tuple[float, float, float]]
+    eye: float | None
+    seed: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class Drivers:
+    """B drivers at the wheel: poses; travel (B, 3) [m]: forward, up, and forward without an end of
+    travel; eye, hips (B, 3) [m]; expected (B, 8) [rad]; by foot the miss (B,) [m] and what limits it."""
+
+    poses: Poses
+    travel: Floats
+    eye: Floats
+    hips: Floats
+    expected: Floats
+    miss: dict[str, Floats]
+    limit: dict[str, tuple[str, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Crew:
+    """B drivers before they sit: their family, drivers, numbers, trunks, soles, and the poses they come with."""
+
+    family: Family
+    drivers: Sequence[Driver]
+    numbers: Sequence[int]
+    spines: list[Spine]
+    soles: dict[str, Sole]
+    poses: Poses
+
+
+def at_wheel(
+    bodies: Sequence[Body], poses: Poses, case: DrivingCase, *, drivers: Sequence[Driver], numbers: Sequence[int]
+) -> Drivers:
+    """Drivers at the wheel, a row of poses each: trunk, then seat, lifted until the eyes have their height, then feet.
+
+    Poses come back by the segment that they were given by. InputError as of `driving_posture`.
+    """
+    seat = case.seat
+    if abs(np.sin(seat.yaw)) > 1e-9 or np.cos(seat.yaw) < 0:
+        raise InputError(f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
+                         f"drivers who face along +x")  # fmt: skip
+    family, (low, high) = family_of(tuple(bodies)), seat.travel_up
+    soles = {foot: soles_on(family, foot, at, case.package) for foot, at in case.feet.items()}
+    crew = _Crew(family, drivers, numbers, [spine_of(body) for body in bodies], soles, poses)
+    up = np.full(len(bodies), min(max(0.0, low), high) if case.eye is None else low)
+    rows = _seated(crew, case, up)
+    for _ in range(LIFTS if case.eye is not None else 0):
+        lift = np.clip(up + (case.eye or 0.0) - rows.eye[:, 2], low, high)
+        off = np.abs(lift - up) >= LIFTED
+        if not off.any():
+            break
+        up = np.where(off, lift, up)
+        rows = _seated(crew, case, up)
+    return _stepped(crew, rows)
+
+
+def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
+    """The drivers with the seat lifted by `up` (B,) [m], feet as they were."""
+    family, (x, y, z) = crew.family, case.package.h_point
+    angles = []
+    for driver, number, lift in zip(crew.drivers, crew.numbers, up.tolist(), strict=True):
+        mean = driving_angles(driver, replace(case.package, h_point=(x, y, z + lift)))
+        angles.append(mean if case.seed is None else drawn_angles(mean, case.seed, person=int(number)))
+    tilts = spine_tilts(crew.spines, angles)
+    aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
+    height = z + up - above
+    wanted = hips_from_pedal(family, crew.soles["right foot"], height, angles) - aft - x
+    forward = np.clip(wanted, *case.seat.travel_forward)
+    hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
+    seated = _placed(crew, tilts, hips)
+    body = family.bodies[0]
+    sphere = [body.sphere_names.index(f"{side} eye") for side in ("left", "right")]
+    head = frames(family, seated, int(body.sphere_segment[sphere[0]]))
+    eye = np.einsum("bij,bj->bi", head[:, :, :3], family.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
+    expected = np.array([one.mean for one in angles])
+    return Drivers(seated, np.stack([forward, up, wanted], axis=1), eye, hips, expected, {}, {})
+
+
+def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
+    """The poses with the trunks tilted segment by segment (B, 5) [rad] aft, the middle of the hips at points (B, 3)."""
+    body, rotations = crew.family.bodies[0], np.array(crew.poses.rotations)
+    angles = np.zeros((len(tilts), len(body.joints), 3))
     joints = [body.joint(name) for name in SPINE[1:]]
+    for k, joint in enumerate(joints):
+        axis, sign = motion_of(body, joint, "flexion")
+        angles[:, joint, axis] = sign * (tilts[:, k] - tilts[:, k + 1])
     rotations[:, joints] = compose(body, angles)[:, joints]
-    world = np.zeros((len(poses), 3, 4))
-    world[:, :, :3] = attitude_matrix(pitch=-float(tilts[0]))
-    world[:, :, 3] = hips - world[:, :, :3] @ spine.hips
+    world = np.zeros((len(tilts), 3, 4))
+    world[:, :, :3] = [attitude_matrix(pitch=-tilt) for tilt in tilts[:, 0].tolist()]
+    own = np.array([spine.hips for spine in crew.spines])
+    world[:, :, 3] = hips - np.einsum("bij,bj->bi", world[:, :, :3], own)
     return Poses(rotations, body.segment("LT"), world)
 
 
-def _sole(body: Body, foot: str, at: tuple[float, float, float], package: Package) -> tuple[Floats, Floats]:
-    """Where the ball of a foot goes (3,) [m] and the way (3,) from heel to ball, the heel on the floor.
-
-    The sole, which of a shod foot lies under the foot's own, is in the plane that rises from the heel point (for the
-    other foot: from beside it) to the pedal; the round of the heel rests in the corner of floor and plane, and the ball
-    lies as far up as the foot is long.
-    """
-    ball, heel = limb(body, foot, grip="ball"), limb(body, foot, grip="heel")
-    length = float(np.linalg.norm(ball.tip - heel.tip))
-    start = np.array([package.heel[0], at[1], package.heel[2]])
-    plane = (at - start) / np.linalg.norm(at - start)
-    slope = float(np.arctan2(plane[2], plane[0]))
-    spheres = body.spheres(heel.end)
-    names = body.sphere_names[spheres]
-    lowest = float((body.centre[spheres, 2] - body.radius[spheres]).min())
-    sole = max(float(min(ball.tip[2], heel.tip[2])) - lowest, 0.0)
-    around = float(body.radius[int(spheres.start) + names.index("heel")]) + sole
-    lift = sole * np.array([-plane[2], 0.0, plane[0]])
-    return start + (around * np.tan(0.5 * slope) + length) * plane + lift, plane
-
-
-def _hip_x(body: Body, where: tuple[tuple[Floats, Floats], float], angles: DrivingAngles) -> float:
-    """x [m] of the hips at a height [m] from which thigh and knee come nearest to their angles, in units of their
-    scatter, the right foot being on the accelerator."""
-    (at, along), height = where
-    ball, heel = limb(body, "right foot", grip="ball"), limb(body, "right foot", grip="heel")
-    hip, knee, ankle = (body.joint(name) for name in ("RH", "RK", "RA"))
-    thigh = float(np.linalg.norm(body.joint_in_child[hip] - body.joint_in_parent[knee]))
-    shank = float(np.linalg.norm(body.joint_in_child[knee] - body.joint_in_parent[ankle]))
-    sole = ball.tip - heel.tip
-    turn = np.arctan2(along[2], along[0]) - np.arctan2(sole[2], sole[0])
-    offset = attitude_matrix(pitch=-float(turn)) @ (body.joint_in_child[ankle] - ball.tip)
-    end = at + offset
-    x = end[0] - np.arange(NEAR, FAR, GRID)
-    reach_x, rise = end[0] - x, end[2] - height
-    span = np.clip(np.hypot(reach_x, rise), abs(thigh - shank) + 1e-6, thigh + shank - 1e-6)
-    bent = np.arccos((thigh**2 + shank**2 - span**2) / (2 * thigh * shank))
-    lifted = np.arctan2(rise, reach_x) + np.arccos((thigh**2 + span**2 - shank**2) / (2 * thigh * span))
-    off = np.stack([lifted, bent], axis=1) - angles.mean[6:]
-    too_far = np.hypot(reach_x, rise) - span
-    cost = np.sum((off / angles.spread[6:]) ** 2, axis=1) + 1e3 * np.abs(too_far)
-    best = int(np.clip(np.argmin(cost), 1, len(x) - 2))
-    a, b, c = cost[best - 1 : best + 2]
-    return float(x[best] - GRID * 0.5 * (a - c) / max(a - 2 * b + c, 1e-12))
-
-
-def _foot(body: Body, poses: Poses, foot: str, sole: tuple[Floats, Floats]) -> tuple[Poses, float, str]:
-    """The foot with its ball on a point and its sole along a direction where that can be, else as near as it gets."""
-    at, along = sole
-    ball, heel = limb(body, foot, grip="ball"), limb(body, foot, grip="heel")
-    way = ball.tip - heel.tip
-    pointed = replace(ball, pointing=way / np.linalg.norm(way))
-    found = reach(body, poses, at, limb=pointed, direction=along)
-    if not found.reached[0]:
-        found = reach(body, poses, at, limb=ball)
-    kept = Poses(found.poses.rotations, poses.reference, poses.world_from_reference)
-    return kept, float(found.miss[0]), "" if found.reached[0] else found.limit(0)
+def _stepped(crew: _Crew, rows: Drivers) -> Drivers:
+    """Every foot with its ball on its point and its sole along its way where that can be, else as near as it gets."""
+    seated, miss, limit = rows.poses, {}, {}
+    who = np.arange(len(seated))
+    for foot, sole in crew.soles.items():
+        goal = goals_of(sole.at)
+        goal[:, 3:6], goal[:, 9:] = sole.along, TURN_LEVER
+        joints, base = joints_between(crew.family.bodies[0], sole.limb.base, sole.limb.end), seated.world_from_reference
+        task = Task(crew.family, sole.limb, sole.link, joints, who, np.array(seated.rotations), np.array(base), goal)
+        found = solved(task, cold(task, angles_of(task.body, seated)[:, joints]), AGAIN)
+        off = np.flatnonzero(found.numbers[:, 0] > REACHED)
+        rotations, numbers = posed(task, found.angles), found.numbers.copy()
+        if len(off):
+            free = replace(rows_of(task, off), goal=goals_of(sole.at[off]))
+            found = solved(free, cold(free, angles_of(task.body, seated)[off][:, joints]), AGAIN)
+            rotations[off], numbers[off] = posed(free, found.angles), found.numbers
+        seated = Poses(rotations, seated.reference, seated.world_from_reference)
+        miss[foot], limit[foot] = numbers[:, 0].copy(), limits_of(task, numbers)
+    world = frames(crew.family, seated, crew.poses.reference)
+    return replace(rows, poses=Poses(seated.rotations, crew.poses.reference, world), miss=miss, limit=limit)

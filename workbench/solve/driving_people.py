@@ -12,10 +12,12 @@ from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
-from workbench.solve.driving import DrivingPosture, driving_posture
+from workbench.solve.driving import Drivers, DrivingCase, at_wheel
 from workbench.solve.seat_people import SeatedPeople
 
 __all__ = ["seat_drivers"]
+
+MOST_PEOPLE = 256
 
 
 def seat_drivers(
@@ -41,32 +43,28 @@ def seat_drivers(
     if not len(poses) == len(drivers) == len(numbers) == count:
         got = f"{len(poses)}, {len(drivers)} and {len(numbers)}"
         raise UsageError(f"{count} bodies need as many poses, drivers and numbers, got {got}")
-    place = poses.world_from_reference
-    alone = [Poses(poses.rotations[b : b + 1], poses.reference, place[b : b + 1]) for b in range(count)]
-    rows = [
-        driving_posture(
-            body, alone[b], seat, driver=drivers[b], package=package, feet=feet, eye=eye, seed=seed, person=numbers[b]
-        )
-        for b, body in enumerate(bodies)
-    ]
-    return _people(rows, seat, eye)
+    case, found = DrivingCase(seat, package, feet, eye, seed), []
+    for first in range(0, count, MOST_PEOPLE):
+        some = slice(first, first + MOST_PEOPLE)
+        own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
+        found.append(at_wheel(bodies[some], own, case, drivers=drivers[some], numbers=numbers[some]))
+    return _people(found, seat, eye)
 
 
-def _people(rows: list[DrivingPosture], seat: Seat, eye: float | None) -> SeatedPeople:
-    """Drivers, a row each, as seated people."""
-    count, feet = len(rows), list(rows[0].miss)
-    forward, wanted, up = (np.array([getattr(row, name) for row in rows]) for name in ("forward", "wanted", "up"))
-    eyes = np.array([row.eye for row in rows])
+def _people(found: list[Drivers], seat: Seat, eye: float | None) -> SeatedPeople:
+    """Drivers as seated people."""
+    forward, up, wanted = np.concatenate([part.travel for part in found]).T
+    eyes, count, feet = np.concatenate([part.eye for part in found]), len(forward), list(found[0].miss)
     (rear, front), (low, high) = seat.travel_forward, seat.travel_up
     return SeatedPeople(
-        poses=join_poses([row.poses for row in rows]),
+        poses=join_poses([part.poses for part in found]),
         forward=forward,
         up=up,
         shift=np.stack([forward, np.zeros(count), up], axis=1),
         eye=eyes,
         eye_off=eyes[:, 2] - eye if eye is not None else np.zeros(count),
-        miss={foot: np.array([row.miss[foot] for row in rows]) for foot in feet},
-        limit={foot: tuple(row.limit[foot] for row in rows) for foot in feet},
+        miss={foot: np.concatenate([part.miss[foot] for part in found]) for foot in feet},
+        limit={foot: tuple(words for part in found for words in part.limit[foot]) for foot in feet},
         spare_travel=np.stack([wanted - rear, front - wanted, up - low, high - up], axis=1),
         discomfort=np.zeros(count),
         tried=np.ones(count, dtype=np.int64),

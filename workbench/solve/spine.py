@@ -7,14 +7,15 @@ shorter than people's, and the angles cannot all be had together with the line f
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import minimize
 
 from workbench.errors import InputError, one_of
+from workbench.kernels.trunk import trunk_turns
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.driving import DrivingAngles
@@ -28,6 +29,8 @@ SPINE = ("LT", "W", "SP", "NP", "HP")
 TRUNK = (5, 4, 3, 2, 1)
 """Pelvis, abdomen, thorax, neck, head in ANGLES."""
 JUST = 1e-6
+LEAN = (-1.0, 2.0)
+"""How far [rad] a lower torso may tilt aft."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,52 +75,25 @@ def _middle(body: Body, name: str) -> Floats:
     return middle
 
 
-def spine_tilts(spine: Spine, angles: DrivingAngles) -> Floats:
-    """(5,) [rad] how far lower, central and upper torso, neck and head tilt aft of upright.
+def spine_tilts(spines: Sequence[Spine], angles: Sequence[DrivingAngles]) -> Floats:
+    """(P, 5) [rad] how far lower, central and upper torso, neck and head of P trunks tilt aft of upright.
 
     The line from hip to eye is held, as the cascade has it; within the joint stops the five angles are as near to the
     given ones as they can be, by least squares in units of their scatter. Where the stops do not let the line be had,
     it is come near to.
     """
-    wanted, spread = angles.mean[list(TRUNK)], angles.spread[list(TRUNK)]
-
-    def tilts(turn: Floats) -> Floats:
-        total: Floats = np.concatenate([turn[:1], turn[0] - np.cumsum(turn[1:])])
-        return total
-
-    def cost(turn: Floats) -> float:
-        off = _wrapped(_angles(spine, tilts(turn))[1:] - wanted) / spread
-        return float(off @ off)
-
-    def line(turn: Floats) -> float:
-        return float(_wrapped(_angles(spine, tilts(turn))[0] - angles.mean[0]))
-
-    def near(turn: Floats) -> float:
-        return cost(turn) + 1e4 * line(turn) ** 2
-
-    inside = spine.flexion + np.array([JUST, -JUST])
-    bounds = [(-1.0, 2.0), *((float(low), float(high)) for low, high in inside)]
-    start = np.clip(np.zeros(5), *np.array(bounds).T)
-    start[0] = wanted[0] - np.arctan2(-spine.links[0, 0], spine.links[0, 1])
-    found = minimize(cost, start, bounds=bounds, constraints={"type": "eq", "fun": line}, method="SLSQP",
-                     options={"ftol": 1e-10, "maxiter": 200})  # fmt: skip
-    if abs(line(found.x)) > 1e-4:
-        found = minimize(near, start, bounds=bounds, method="L-BFGS-B")
-    return tilts(np.clip(found.x, *np.array(bounds).T))
-
-
-def _angles(spine: Spine, tilts: Floats) -> Floats:
-    """(6,) [rad] hip to eye, pelvis, abdomen, thorax, neck and head of a trunk whose segments tilt aft by (5,)."""
-    tilt = np.concatenate([tilts, tilts[4:]])  # ear and eye turn with the head
-    c, s = np.cos(tilt), np.sin(tilt)
-    x, z = spine.links.T
-    link = np.stack([x * c - z * s, x * s + z * c], axis=1)
-    neck = link[3] + link[4]
-    whole = link.sum(axis=0)
-    return np.array([
-        *(np.arctan2(-v[0], v[1]) for v in (whole, link[0], link[1], link[2], neck)),
-        np.arctan2(link[5, 1], link[5, 0]),
-    ])  # fmt: skip
+    mean, spread = np.array([one.mean for one in angles]), np.array([one.spread for one in angles])
+    links, count = np.array([spine.links for spine in spines]), len(spines)
+    bounds = np.empty((count, 5, 2))
+    bounds[:, 0] = LEAN
+    bounds[:, 1:] = np.array([spine.flexion for spine in spines]) + np.array([JUST, -JUST])
+    turns = np.zeros((count, 5))
+    turns[:, 0] = mean[:, TRUNK[0]] - np.arctan2(-links[:, 0, 0], links[:, 0, 1])
+    turns = np.clip(turns, bounds[..., 0], bounds[..., 1])
+    wanted = np.ascontiguousarray(mean[:, [0, *TRUNK]])
+    trunk_turns(links, wanted, np.ascontiguousarray(spread[:, list(TRUNK)]), bounds, turns)
+    tilts: Floats = np.concatenate([turns[:, :1], turns[:, :1] - np.cumsum(turns[:, 1:], axis=1)], axis=1)
+    return tilts
 
 
 def side_view(placed: Placed) -> Floats:
@@ -144,9 +120,3 @@ def side_view(placed: Placed) -> Floats:
     cosine = np.sum(one * two, axis=1) / (np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1))
     rows.append(np.arccos(np.clip(cosine, -1.0, 1.0)))
     return np.stack(rows, axis=1)
-
-
-def _wrapped(angle: Floats) -> Floats:
-    """The same angles between -pi and pi."""
-    turned: Floats = (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
-    return turned
