@@ -288,3 +288,24 @@ def test_the_percentile_of_people_is_that_of_their_radii(bubbleman, sitting):
     assert np.all(low.about.outer[both] <= middle.about.outer[both] + 1e-9) and low.people == 3
     with pytest.raises(wb.UsageError, match="0 to 50, got 95"):
         wb.people_envelope(bodies, three, origin, percentile=95, **HAND)
+
+
+FITTED = [("bubbleman", "male", 0.811), ("bubbleman", "female", 0.742), ("adult_male", "male", 0.811),
+          ("adult_female", "female", 0.742)]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "sex", "given"), FITTED)
+def test_a_body_fitted_to_a_thumb_tip_reach_reaches_that_far_from_the_wall_and_little_farther(name, sex, given):
+    person = wb.person_body(
+        wb.load_body(name), wb.load_population_model("ansur2"), sex=sex, measures={"thumb_tip_reach": given}
+    )
+    body, arm = person.body, limb(person.body, "right hand", grip="pinch")
+    placed = wb.place(body, wb.pose(body, {"RS": {"flexion": 90}}, reference="UT"))
+    torso = np.isin(body.sphere_segment, [body.segment(code) for code in ("LT", "CT", "UT")])
+    wall = (placed.centres[0, :, 0] - body.radius)[torso].min()
+    world = placed.world_from_segment[0, arm.end]
+    tip = world[:, :3] @ arm.tip + world[:, 3]
+    assert tip[0] - wall == pytest.approx(given, abs=1e-3)
+    ahead = np.array([[wall + given + more, tip[1], tip[2]] for more in (0.0, 0.2)])
+    found = wb.reach(body, wb.pose(body, {}, reference="UT"), ahead, limb=arm)
+    assert found.reached[0] and 0.0 < found.tip[1, 0] - wall - given < 0.025
