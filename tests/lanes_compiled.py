@@ -5,8 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from workbench.kernels.field import list_of, list_ways
 from workbench.kernels.heads import near_heads
 from workbench.kernels.lanes import (
+    codes,
+    corners,
     eight,
     equal,
     first_bit,
@@ -20,7 +23,9 @@ from workbench.kernels.lanes import (
     root,
     smaller,
     store,
+    total,
     where_below,
+    whole,
 )
 from workbench.kernels.quads import (
     first_of,
@@ -41,7 +46,7 @@ def every_lane_function(a, b, out):
     """Rows of eight into out; bits of a <= b, of a == b, the first of those and how many."""
     u, v, zero = load(a, 0), load(b, 0), eight(0.0)
     rows = (u + v, u - v, u * v, smaller(u, v), larger(u, v), root(larger(u, zero - u)), where_below(u, v, v, u),
-            eight(a[3]), eight(least(u)), eight(greatest(v)))  # fmt: skip
+            eight(a[3]), eight(least(u)), eight(greatest(v)), whole(u))  # fmt: skip
     at = 0
     for row in rows:
         store(out, at, row)
@@ -63,9 +68,28 @@ def every_quad_function(a, b, out, single):
 
 
 @njit
+def cell_mix(short, r, s, t, out):
+    """The eight codes and the weights of a point's corners into out (16,); the sum of their products."""
+    values, weights = codes(short, np.uint64(0)), corners(np.float32(r), np.float32(s), np.float32(t))
+    store(out, np.uint64(0), values)
+    store(out, np.uint64(8), weights)
+    return total(values * weights)
+
+
+@njit
 def packed(array, at, bits, base):
     """`pack` called from Python."""
     return pack(array, np.uint64(at), np.uint64(bits), np.float32(base))
+
+
+@njit
+def list_bounds(x, field, gaps):
+    """Bounds of the distance of a point (3,) from below and above by the list of its cell, and how many patches."""
+    at = list_of(x[0], x[1], x[2], field, 0)
+    if at < 0:
+        return -1.0, np.inf, 0
+    low, high, _ = list_ways(x[0], x[1], x[2], field, 0, at, gaps)
+    return np.float64(low), np.float64(high), np.int64(field.listed[at])
 
 
 @njit

@@ -140,7 +140,7 @@ def test_the_lanes_do_compiled_what_their_definitions_say(a, b):
     bits = every_lane_function(a, b, out)
     wanted = [a + b, a - b, a * b, lanes.smaller(a, b), lanes.larger(a, b), lanes.root(np.abs(a)),
               lanes.where_below(a, b, b, a), lanes.eight(a[3]), lanes.eight(lanes.least(a)),
-              lanes.eight(lanes.greatest(b))]  # fmt: skip
+              lanes.eight(lanes.greatest(b)), lanes.whole(a)]  # fmt: skip
     for row, values in enumerate(wanted):
         assert np.array_equal(out[8 * row : 8 * row + 8], values)
     below, same = lanes.not_above(a, b), lanes.equal(a, b)

@@ -20,12 +20,26 @@ from numpy.typing import NDArray
 
 from workbench.kernels.heads import near_heads
 from workbench.kernels.inside import inside_part
-from workbench.kernels.lanes import first_bit
+from workbench.kernels.lanes import (
+    LANES,
+    codes,
+    corners,
+    eight,
+    first_bit,
+    least,
+    load,
+    not_above,
+    smaller,
+    store,
+    total,
+)
 from workbench.kernels.tree import wider
+from workbench.kernels.triangles import triangle_ways
 from workbench.kernels.wide import DEEP, near_boxes, point_lanes, widest
 
-__all__ = ["RECORD", "Field", "deepest", "deepest_may_be", "fill_rows", "near_polygon", "nearest_in", "reaches",
-           "record_gap", "span_bound", "square_bound"]  # fmt: skip
+__all__ = ["RECORD", "Field", "deepest", "deepest_may_be", "fill_rows", "list_of", "list_ways", "near_polygon",
+           "nearest_in", "nearest_of", "reaches", "record_gap", "record_point", "span_bound",
+           "square_bound"]  # fmt: skip
 
 RECORD = 10
 """Numbers before a polygon's edges: normal, circle's centre, radius, coordinate left out, polygon, off its plane."""
@@ -41,11 +55,19 @@ class Field(NamedTuple):
     and high of each group.
 
     Grid g is that of group g around its own box; wide[g] is a second, coarse one around the environment, asked from
-    outside that box, or -1. grid (G + W, 7): origin, cell edge, one over it, slack [m2] for the rounding of
+    outside that box, or -1. grid (G + W, 8): origin, cell edge, one over it, slack [m2] for the rounding of
     coordinates, how far polygons leave their planes [m], so that what is a distance to a set but for that is one
-    for sure. shape (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is
-    shape[g, 3] + (i ny + j) nz + k of: square, d^2 to the group rounded down, negative inside a solid; near, the rank
-    of the nearest polygon.
+    for sure, rounding of `triangle_ways` [m]. shape (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k)
+    of grid g is shape[g, 3] + (i ny + j) nz + k of: near, the rank of the nearest polygon; cell (., 8), d^2 to the
+    group at the corners of the cell that begins there, of which the lowest bit of the first is set where a solid may
+    be in the cell. They are rounded down to 16 bits, as `codes` has them, times scale (G + W,): a cell is a quarter of
+    a line of the cache, where its eight nodes lay in four.
+
+    patch (B, 8): ranks of up to eight neighbouring polygons of the only group, one of them again where there are
+    fewer, and triangle (B, ROWS, 8) each as `triangle_ways` wants it. For the cell that begins at a node, at
+    list_start of it in `listed` stand how many and which patches hold all polygons that may be the nearest of a point
+    of the cell; -1: ask the tree. list_start is empty where there are several groups.
+
     solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root and solid_span the tree
     over each alone and its low and high, solid_rank (., 2) the first and last of its ranks.
     """
@@ -61,8 +83,13 @@ class Field(NamedTuple):
     wide: NDArray[np.int64]
     grid: NDArray[np.float64]
     shape: NDArray[np.int64]
-    square: NDArray[np.float32]
+    scale: NDArray[np.float32]
+    cell: NDArray[np.uint16]
     near: NDArray[np.int32]
+    patch: NDArray[np.int32]
+    triangle: NDArray[np.float32]
+    listed: NDArray[np.int32]
+    list_start: NDArray[np.int32]
     solid_start: NDArray[np.int64]
     solid_part: NDArray[np.int64]
     solid_root: NDArray[np.int64]
@@ -95,30 +122,23 @@ def span_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     """Lower bound of the squared distance by one grid, and how surely the point is outside all solids: 2 outside the
-    grid, 1 outside by its nearest node, 0 perhaps not."""
+    grid, 1 outside as all of its cell is, 0 perhaps not.
+
+    The mix of eight corners in single precision is off by less than 1e-6 of the greatest of them: so much of a cell's
+    own size stands in the slack."""
     h, per, slack = field.grid[g, 3], field.grid[g, 4], field.grid[g, 5]
     u, v, w = (x - field.grid[g, 0]) * per, (y - field.grid[g, 1]) * per, (z - field.grid[g, 2]) * per
     nx, ny, nz = field.shape[g, 0], field.shape[g, 1], field.shape[g, 2]
     a, b, c = min(max(u, 0.0), nx - 1.0), min(max(v, 0.0), ny - 1.0), min(max(w, 0.0), nz - 1.0)
     i, j, k = min(int(a), nx - 2), min(int(b), ny - 2), min(int(c), nz - 2)
     r, s, t = a - i, b - j, c - k
-    at = field.shape[g, 3] + (i * ny + j) * nz + k
-    up = at + ny * nz
-    q = field.square
-    e00 = abs(q[at]) + t * (abs(q[at + 1]) - abs(q[at]))
-    e01 = abs(q[at + nz]) + t * (abs(q[at + nz + 1]) - abs(q[at + nz]))
-    e10 = abs(q[up]) + t * (abs(q[up + 1]) - abs(q[up]))
-    e11 = abs(q[up + nz]) + t * (abs(q[up + nz + 1]) - abs(q[up + nz]))
-    e0, e1 = e00 + s * (e01 - e00), e10 + s * (e11 - e10)
-    low = e0 + r * (e1 - e0) - h * h * (r * (1.0 - r) + s * (1.0 - s) + t * (1.0 - t))
+    at = np.uint64(LANES) * np.uint64(field.shape[g, 3] + (i * ny + j) * nz + k)
+    mix = total(corners(np.float32(r), np.float32(s), np.float32(t)) * codes(field.cell, at) * eight(field.scale[g]))
+    low = mix * (1.0 - 4e-6) - h * h * (r * (1.0 - r) + s * (1.0 - s) + t * (1.0 - t))
     du, dv, dw = u - a, v - b, w - c
     out = h * h * (du * du + dv * dv + dw * dw)
     low = max((out + max(low, 0.0)) * (1.0 - 1e-9) - slack, 0.0)
-    if out > 0.0:
-        return low, 2
-    node = q[(up if r > 0.5 else at) + (nz if s > 0.5 else 0) + (1 if t > 0.5 else 0)]
-    r, s, t = min(r, 1.0 - r), min(s, 1.0 - s), min(t, 1.0 - t)
-    return low, 1 if node * (1.0 - 1e-9) - slack > h * h * (r * r + s * s + t * t) else 0
+    return low, 2 if out > 0.0 else 1 - (field.cell[at] & 1)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -189,6 +209,35 @@ def record_gap(x, y, z, field, rank, limit):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def record_point(x, y, z, field, rank):  # type: ignore[no-untyped-def]
+    """The point of a polygon that is nearest to a point; number by number as `point_polygon`."""
+    at, q = field.begin[rank], field.record
+    n0, n1, n2 = q[at], q[at + 1], q[at + 2]
+    h = n0 * (x - q[at + 3]) + n1 * (y - q[at + 4]) + n2 * (z - q[at + 5])
+    drop = int(q[at + 7])
+    i, k = (drop + 1) % 3, (drop + 2) % 3
+    px, py, pz = x - h * n0, y - h * n1, z - h * n2
+    pi, pk = py if i == 1 else (pz if i == 2 else px), py if k == 1 else (pz if k == 2 else px)
+    inside, best, bx, by, bz = False, np.inf, x, y, z
+    for e in range(at + RECORD, field.begin[rank + 1], 6):
+        ai, ak, bi, bk = q[e + i], q[e + k], q[e + i + 3], q[e + k + 3]
+        if (ak > pk) != (bk > pk) and pi < (bi - ai) * (pk - ak) / (bk - ak) + ai:
+            inside = not inside
+        d0, d1, d2 = q[e + 3] - q[e], q[e + 4] - q[e + 1], q[e + 5] - q[e + 2]
+        square = d0 * d0 + d1 * d1 + d2 * d2
+        t = 0.0
+        if square > 0.0:
+            t = min(1.0, max(0.0, ((x - q[e]) * d0 + (y - q[e + 1]) * d1 + (z - q[e + 2]) * d2) / square))
+        u, v, w = q[e] + t * d0, q[e + 1] + t * d1, q[e + 2] + t * d2
+        gap = (x - u) ** 2 + (y - v) ** 2 + (z - w) ** 2
+        if gap < best:
+            best, bx, by, bz = gap, u, v, w
+    if inside and h * h < best:
+        return px, py, pz
+    return bx, by, bz
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _before(field, f, g):  # type: ignore[no-untyped-def]
     """True where the polygon of rank f has a lower number than that of rank g, or g is none."""
     return g < 0 or field.record[field.begin[f] + 8] < field.record[field.begin[g] + 8]
@@ -240,9 +289,71 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def list_of(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """Where the list of the cell of a point stands in field.listed, or -1: ask the tree."""
+    if len(field.list_start) == 0:
+        return np.int64(-1)
+    per = field.grid[g, 4]
+    u, v, w = (x - field.grid[g, 0]) * per, (y - field.grid[g, 1]) * per, (z - field.grid[g, 2]) * per
+    nx, ny, nz = field.shape[g, 0], field.shape[g, 1], field.shape[g, 2]
+    if not (min(u, v, w) >= 0.0 and u < nx - 1.0 and v < ny - 1.0 and w < nz - 1.0):
+        return np.int64(-1)
+    return np.int64(field.list_start[field.shape[g, 3] + (int(u) * ny + int(v)) * nz + int(w)])
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def list_ways(x, y, z, field, g, at, gaps):  # type: ignore[no-untyped-def]
+    """Bounds from below and above of the distance of a point to a group, by the list at a place, and what both leave
+    open [m]: those of each triangle from below, not lessened by that, into gaps."""
+    u, v, w = np.float32(x - field.grid[g, 0]), np.float32(y - field.grid[g, 1]), np.float32(z - field.grid[g, 2])
+    low, high = eight(np.float32(np.inf)), eight(np.float32(np.inf))
+    for e in range(np.int64(field.listed[at])):
+        way, top = triangle_ways(u, v, w, field.triangle, field.listed[at + 1 + e])
+        store(gaps, np.uint64(LANES * e), way)
+        low, high = smaller(low, way), smaller(high, top)
+    spare = np.float32(field.grid[g, 7])
+    return least(low) - spare, least(high) + spare, spare
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def nearest_of(x, y, z, field, g, limit, stack, gaps):  # type: ignore[no-untyped-def]
+    """Nearest polygon of a group, as `nearest_in`: by the list of the point's cell, or by the tree."""
+    at = list_of(x, y, z, field, g)
+    if at < 0:
+        return nearest_in(x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps)
+    best, found = limit, np.int64(-1)
+    _, high, spare = list_ways(x, y, z, field, g, at, gaps)
+    most = min(high, np.float32(math.sqrt(wider(best)) * (1.0 + 1e-6))) + spare
+    for e in range(np.int64(field.listed[at])):
+        bits = not_above(load(gaps, np.uint64(LANES * e)), eight(most))
+        while bits != np.uint64(0):
+            k = np.int64(first_bit(bits))
+            bits &= bits - np.uint64(1)
+            f = np.int64(field.patch[LANES * np.int64(field.listed[at + 1 + e]) + k])
+            if gaps[LANES * e + k] > most or f == found:
+                continue
+            gap = record_gap(x, y, z, field, f, wider(best))
+            if gap < best or (gap == best and gap < np.inf and _before(field, f, found)):
+                best, found = gap, f
+                most = min(most, np.float32(math.sqrt(wider(best)) * (1.0 + 1e-6)) + spare)
+    return best, found
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is less than r."""
     limit = wider((r - allowed) * (r - allowed))
+    at = list_of(x, y, z, field, g)
+    if at >= 0:
+        low, high, spare = list_ways(x, y, z, field, g, at, gaps)
+        if r - np.float64(high) > allowed or r - np.float64(low) <= allowed:
+            return r - np.float64(high) > allowed
+        for i in range(LANES * np.int64(field.listed[at])):
+            if gaps[i] - spare <= r - allowed:
+                rank = np.int64(field.patch[LANES * np.int64(field.listed[at + 1 + i // LANES]) + i % LANES])
+                if r - math.sqrt(record_gap(x, y, z, field, rank, limit)) > allowed:
+                    return True
+        return False
     if r - math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit)) > allowed:
         return True
     stack[0], size = field.root[g], 1
@@ -289,9 +400,10 @@ def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def
 
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
-def fill_rows(faces, shells, field, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
+def fill_rows(faces, shells, field, square, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
     """Fill the rows begin..end of grid g, of a group; a row is a line of nodes along z. Rows may fill at once.
 
+    square: d^2 of each node, negative inside a solid, rounded down and less by how far polygons leave their planes.
     stack (DEEP,), gaps (DEEP + EIGHT,): working space.
     """
     ny, nz, h = field.shape[g, 1], field.shape[g, 2], field.grid[g, 3]
@@ -301,12 +413,12 @@ def fill_rows(faces, shells, field, g, group, stack, gaps, begin, end):  # type:
         hint, sunk, free = -1, False, -1.0
         for k in range(nz):
             z = field.grid[g, 2] + k * h
-            square, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
+            gap, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
             # where no surface can lie between two nodes they are on the same side
             if solids and free - field.grid[g, 6] <= h * (1.0 + 1e-6):
                 sunk = deepest(x, y, z, faces, shells, field, g, stack, gaps)[1] >= 0
-            free = math.sqrt(square)
+            free = math.sqrt(gap)
             low = np.float32(max(free - field.grid[g, 6], 0.0) ** 2 * (1.0 - 2e-7))
             at = field.shape[g, 3] + row * nz + k
-            field.square[at] = -low if sunk else low
+            square[at] = -low if sunk else low
             field.near[at] = hint

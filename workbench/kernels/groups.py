@@ -17,7 +17,7 @@ from workbench.kernels.field import (
     deepest,
     deepest_may_be,
     near_polygon,
-    nearest_in,
+    nearest_of,
     reaches,
     record_gap,
     span_bound,
@@ -94,7 +94,7 @@ def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  #
     if reach < 0.0:
         return best
     limit = reach * reach * (1.0 + 1e-12)
-    square, f = nearest_in(x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps)
+    square, f = nearest_of(x, y, z, field, g, limit, stack, gaps)
     if f >= 0:
         gap = math.sqrt(square) - r
         if gap < signed or (gap == signed and s < sphere):

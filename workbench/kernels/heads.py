@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from workbench.kernels.lanes import LANES, eight, larger, load, not_above, root, store
 from workbench.kernels.wide import DEEP, widest
 
-__all__ = ["heads_of", "near_heads"]
+__all__ = ["SPARE", "heads_of", "near_heads"]
 
 ROWS = 8
 """Normal, centre, radius, half the height."""

@@ -18,8 +18,9 @@ from numba.extending import lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
 
-__all__ = ["LANES", "LaneType", "compiles", "eight", "equal", "first_bit", "greatest", "how_many", "larger", "least",
-           "load", "not_above", "pack", "root", "smaller", "store", "where_below"]  # fmt: skip
+__all__ = ["LANES", "LaneType", "codes", "compiles", "corners", "eight", "equal", "first_bit", "greatest", "how_many",
+           "larger", "least", "load", "not_above", "pack", "root", "smaller", "store", "total", "where_below",
+           "whole"]  # fmt: skip
 
 LANES = 8
 
@@ -27,6 +28,23 @@ LANES = 8
 def load(array, at):  # type: ignore[no-untyped-def]
     """The eight numbers of an array, all its numbers in order, that begin at place `at`."""
     return array.reshape(-1)[at : at + LANES].copy()
+
+
+def codes(array, at):  # type: ignore[no-untyped-def]
+    """The eight numbers of 16 bits that begin at place `at`, each as the single-precision number whose exponent is its
+    upper 5 bits, less 127, and whose mantissa begins with its lower 11."""
+    return (array.reshape(-1)[int(at) : int(at) + LANES].astype(np.uint32) << np.uint32(12)).view(np.float32)
+
+
+def corners(r, s, t):  # type: ignore[no-untyped-def]
+    """The weights of the eight corners of a unit cube for a point (r, s, t) in it, t changing first."""
+    return np.array([(r if k & 4 else 1 - r) * (s if k & 2 else 1 - s) * (t if k & 1 else 1 - t) for k in range(LANES)],
+                    dtype=np.float32)  # fmt: skip
+
+
+def total(a):  # type: ignore[no-untyped-def]
+    """The sum of all lanes, in any order."""
+    return a.sum()
 
 
 def store(array, at, values):  # type: ignore[no-untyped-def]
@@ -52,6 +70,11 @@ def larger(a, b):  # type: ignore[no-untyped-def]
 def root(a):  # type: ignore[no-untyped-def]
     """The square root of each lane."""
     return np.sqrt(a)
+
+
+def whole(a):  # type: ignore[no-untyped-def]
+    """Each lane without what stands behind the point; all of them below 2^31."""
+    return np.trunc(a)
 
 
 def where_below(a, b, one, other):  # type: ignore[no-untyped-def]
@@ -117,6 +140,7 @@ class _EightType(LaneType):
 
 _EIGHT = _EightType()
 _VECTOR = ir.VectorType(ir.FloatType(), LANES)
+_WHOLE = ir.VectorType(ir.IntType(32), LANES)
 _WORD = ir.IntType(64)
 Build = Callable[..., Any]
 
@@ -157,13 +181,49 @@ def _spread(builder: Any, value: Any) -> Any:
     return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
 
-def _call(name: str, result: Any, *, fast: tuple[str, ...] = ()) -> Build:
+def _call(name: str, result: Any) -> Build:
     """A builder's call of one of LLVM's own functions on eight lanes."""
 
     def build(builder: Any, value: Any) -> Any:
         kind = ir.FunctionType(result, [value.type])
         made = builder.module.globals.get(name) or ir.Function(builder.module, kind, name)
-        return builder.call(made, [value], fastmath=fast)
+        return builder.call(made, [value])
+
+    return build
+
+
+def _smaller(builder: Any, x: Any, y: Any) -> Any:
+    return builder.select(builder.fcmp_ordered("<", x, y), x, y)
+
+
+def _larger(builder: Any, x: Any, y: Any) -> Any:
+    return builder.select(builder.fcmp_ordered(">", x, y), x, y)
+
+
+def _codes(builder: Any, array: Any, at: Any) -> Any:
+    short = ir.VectorType(ir.IntType(16), LANES)
+    found = builder.load(builder.bitcast(builder.gep(array.data, [at]), short.as_pointer()), align=2)
+    return builder.bitcast(builder.shl(builder.zext(found, _WHOLE), ir.Constant(_WHOLE, [12] * LANES)), _VECTOR)
+
+
+def _corners(builder: Any, r: Any, s: Any, t: Any) -> Any:
+    one, weights = ir.Constant(_VECTOR, [1.0] * LANES), None
+    for value, bit in ((r, 4), (s, 2), (t, 1)):
+        far = _spread(builder, value)
+        turn = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [int(k & bit > 0) for k in range(LANES)])
+        mine = builder.select(turn, far, builder.fsub(one, far))
+        weights = mine if weights is None else builder.fmul(weights, mine)
+    return weights
+
+
+def _folded(join: Callable[[Any, Any, Any], Any]) -> Build:
+    """All lanes joined two by two: LLVM's own reductions do not exist for every target."""
+
+    def build(builder: Any, a: Any) -> Any:
+        for step in (4, 2, 1):
+            order = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [(k + step) % LANES for k in range(LANES)])
+            a = join(builder, a, builder.shuffle_vector(a, ir.Constant(_VECTOR, ir.Undefined), order))
+        return builder.extract_element(a, ir.Constant(ir.IntType(32), 0))
 
     return build
 
@@ -186,20 +246,23 @@ def _stored(builder: Any, array: Any, at: Any, value: Any) -> Any:
 
 
 _TWO = (_EIGHT, _EIGHT)
-_NO_NAN = ("nnan", "nsz")
 compiles(load, (types.Array, types.uint64), _EIGHT, lambda b, array, at: b.load(_at(b, array, at), align=4))
+compiles(whole, (_EIGHT,), _EIGHT, lambda b, a: b.sitofp(b.fptosi(a, _WHOLE), _VECTOR))
+compiles(codes, (types.Array, types.uint64), _EIGHT, _codes)
+compiles(corners, (types.float32,) * 3, _EIGHT, _corners)
+compiles(total, (_EIGHT,), types.float32, _folded(lambda b, x, y: b.fadd(x, y)))
 compiles(store, (types.Array, types.uint64, _EIGHT), types.none, _stored)
 compiles(eight, (types.float32,), _EIGHT, _spread)
 compiles(operator.add, _TWO, _EIGHT, lambda b, x, y: b.fadd(x, y))
 compiles(operator.sub, _TWO, _EIGHT, lambda b, x, y: b.fsub(x, y))
 compiles(operator.mul, _TWO, _EIGHT, lambda b, x, y: b.fmul(x, y))
-compiles(smaller, _TWO, _EIGHT, lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))
-compiles(larger, _TWO, _EIGHT, lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y))
+compiles(smaller, _TWO, _EIGHT, _smaller)
+compiles(larger, _TWO, _EIGHT, _larger)
 compiles(root, (_EIGHT,), _EIGHT, _call("llvm.sqrt.v8f32", _VECTOR))
 compiles(where_below, _TWO * 2, _EIGHT, lambda b, x, y, u, v: b.select(b.fcmp_ordered("<", x, y), u, v))
 compiles(not_above, _TWO, types.uint64, _bits("<="))
 compiles(equal, _TWO, types.uint64, _bits("=="))
-compiles(least, (_EIGHT,), types.float32, _call("llvm.vector.reduce.fmin.v8f32", ir.FloatType(), fast=_NO_NAN))
-compiles(greatest, (_EIGHT,), types.float32, _call("llvm.vector.reduce.fmax.v8f32", ir.FloatType(), fast=_NO_NAN))
+compiles(least, (_EIGHT,), types.float32, _folded(_smaller))
+compiles(greatest, (_EIGHT,), types.float32, _folded(_larger))
 compiles(how_many, (types.uint64,), types.uint64, lambda b, bits: b.ctpop(bits))
 compiles(first_bit, (types.uint64,), types.uint64, _first)

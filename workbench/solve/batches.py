@@ -7,20 +7,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.kernels.bounds import Lanes
 from workbench.kernels.clearance import environment_contacts
 from workbench.kernels.fronts import Blocks, Room
-from workbench.kernels.groups import group_clearance, group_collides, may_touch, witness_points
+from workbench.kernels.groups import group_clearance, may_touch, witness_points
+from workbench.kernels.lanes import LANES
 from workbench.kernels.pairs import pair_clearance
+from workbench.kernels.segments import ROOM, segment_collides, segment_least
 from workbench.kernels.wide import DEEP, EIGHT
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
-from workbench.solve.crowd import blocks_of, crowd_of
+from workbench.solve.crowd import blocks_of, crowd_of, lanes_of
 from workbench.solve.fields import Groups, field_of, packed_faces, packed_shells
 from workbench.solve.gpu import clearance_on_device, collides_on_device
 from workbench.solve.threads import in_pieces
 
-__all__ = ["Groups", "grouped_clearance", "grouped_collides", "paired_clearance", "pays", "touching", "witnesses"]
+__all__ = ["Groups", "grouped_clearance", "grouped_collides", "least_clearance", "paired_clearance", "pays",
+           "touching", "witnesses"]  # fmt: skip
 
 FEWEST_POSES = 64
 """Grids cost about as much as 64 poses without them; below, nothing of the fast path is even compiled."""
@@ -38,6 +42,12 @@ def _room() -> tuple[Ints, NDArray[np.float32]]:
     return np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32)
 
 
+def _lane_room(lanes: Lanes) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """What bounds are worked out in, and where those of a segment's clusters stand."""
+    most = int(np.diff(lanes.group).max(initial=1))
+    return np.empty(ROOM, dtype=np.float32), np.empty(LANES * most, dtype=np.float32)
+
+
 def grouped_collides(
     placed: Placed,
     environment: Environment,
@@ -49,21 +59,15 @@ def grouped_collides(
 ) -> Bools:
     """(P,) True where any sphere is deeper in a group of parts than allowed (N, G) [m] for its segment."""
     crowd, field = crowd_of(placed), field_of(environment, groups)
-    index = (crowd, packed_faces(environment), packed_shells(environment), field)
+    solids = packed_faces(environment), packed_shells(environment)
     if device == "cuda":
-        return collides_on_device(placed, index, allowed)
+        return collides_on_device(placed, (crowd, *solids, field), allowed)
     hit = np.zeros(len(placed), dtype=np.bool_)
-    pairs = max(allowed.size, 1)
+    index, limits = (crowd, lanes_of(placed.body), field), np.ascontiguousarray(allowed)
 
     def work(begin: int, end: int) -> None:
-        space = (
-            np.empty(DEEP, dtype=np.int64),
-            np.empty(DEEP + EIGHT, dtype=np.float32),
-            np.empty(pairs),
-            np.empty(pairs, dtype=np.int64),
-        )
-        centres, world = placed.centres, placed.world_from_segment
-        group_collides(centres, world, *index, np.ascontiguousarray(allowed), hit, space, begin, end)
+        space = (*_room(), *_lane_room(index[1]), np.empty(len(crowd.big)), np.empty(len(crowd.big), dtype=np.int64))
+        segment_collides(placed.centres, placed.world_from_segment, index, solids, limits, hit, space, begin, end)
 
     in_pieces(work, len(placed), PIECE, threads=threads)
     return hit
@@ -74,7 +78,8 @@ def grouped_clearance(
 ) -> tuple[Floats, Ints, Ints]:
     """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of parts."""
     crowd, field = crowd_of(placed), field_of(environment, groups)
-    index = (crowd, packed_faces(environment), packed_shells(environment), field)
+    solids = packed_faces(environment), packed_shells(environment)
+    index = (crowd, *solids, field)
     if device == "cuda":
         return clearance_on_device(placed, index)
     shape = (len(placed), len(placed.window), len(groups))
@@ -83,7 +88,27 @@ def grouped_clearance(
     def work(begin: int, end: int) -> None:
         lows, low = np.empty(len(crowd.middle)), np.empty(len(crowd.member))
         space = (*_room(), lows, low)
-        group_clearance(placed.centres, placed.world_from_segment, *index, out, space, begin, end)
+        group_clearance(*bodies, *index, out, space, begin, end)
+
+    bodies = placed.centres, placed.world_from_segment
+    in_pieces(work, len(placed), PIECE, threads=threads)
+    return out
+
+
+def least_clearance(
+    placed: Placed, environment: Environment, parts: tuple[int, ...], *, threads: int | None = None
+) -> tuple[Floats, Ints, Ints, Floats]:
+    """Signed distance [m], sphere and polygon (P, N, 1) and nearest point (P, N, 1, 3) of every segment to the nearest
+    of some parts: as `grouped_clearance` of one group, and far faster."""
+    crowd, lanes, field = crowd_of(placed), lanes_of(placed.body), field_of(environment, (parts,))
+    solids = packed_faces(environment), packed_shells(environment)
+    shape, spheres = (len(placed), len(placed.window), 1), len(crowd.radius)
+    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), np.full((*shape, 3), np.nan)
+
+    def work(begin: int, end: int) -> None:
+        rows = np.empty(spheres, dtype=np.float32), np.empty(spheres, dtype=np.int64)
+        bodies, space = (placed.centres, placed.world_from_segment), (*_room(), *_lane_room(lanes), *rows)
+        segment_least(*bodies, (crowd, lanes, field), solids, out, space, begin, end)
 
     in_pieces(work, len(placed), PIECE, threads=threads)
     return out

@@ -18,6 +18,7 @@ from workbench.solve.batches import (
     Groups,
     grouped_clearance,
     grouped_collides,
+    least_clearance,
     paired_clearance,
     pays,
     touching,
@@ -78,13 +79,16 @@ def by_segment(
     Of pairs equally near the lowest sphere is named, and of its polygons the lowest. device: as in `collides`.
     """
     parts = np.flatnonzero(~environment.hidden)
-    if not on_cpu(device) or pays(placed):
-        groups = (tuple(parts.tolist()),)
-        distance, sphere, polygon = grouped_clearance(placed, environment, groups, threads=threads, device=device)
+    some = tuple(parts.tolist())
+    if on_cpu(device) and pays(placed):
+        distance, sphere, polygon, point = least_clearance(placed, environment, some, threads=threads)
     else:
-        distance, sphere, polygon = _least(*_plain(placed, environment)[:3])
-    point = witnesses(placed, environment, (sphere, polygon))[:, :, 0]
-    distance, sphere, polygon = distance[..., 0].copy(), sphere[..., 0], polygon[..., 0]
+        if on_cpu(device):
+            distance, sphere, polygon = _least(*_plain(placed, environment)[:3])
+        else:
+            distance, sphere, polygon = grouped_clearance(placed, environment, (some,), threads=threads, device=device)
+        point = witnesses(placed, environment, (sphere, polygon))
+    distance, sphere, polygon, point = distance[..., 0], sphere[..., 0], polygon[..., 0], point[:, :, 0]
     distance[:, ~placed.window] = np.nan
     owner = np.append(environment.polygon_part, -1)
     return SegmentClearance(distance, sphere, owner[polygon], polygon, point)

@@ -14,10 +14,13 @@ from workbench.kernels.inside import Shells, is_closed
 from workbench.kernels.polygon import Faces
 from workbench.kernels.split import split_tree
 from workbench.kernels.tree import build_tree
+from workbench.kernels.triangles import SPARE, rows_of
 from workbench.kernels.wide import DEEP, EIGHT, widened
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
+from workbench.solve.cells import pack_cells
 from workbench.solve.index_cache import content_key, kept
+from workbench.solve.patches import Patches, cell_lists, patches_of
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Groups", "field_of", "packed_faces", "packed_records", "packed_shells"]
@@ -117,27 +120,45 @@ def _made(environment: Environment, groups: Groups) -> Field:
         np.concatenate(_boxes(environment), axis=1)[polygons], np.cumsum([0, *map(len, lists)])
     )
     span = np.where(roots[:, None] >= 0, box[roots] if len(box) else np.zeros((len(roots), 6)), 0.0)
-    boxes, child, many, roots = widened(box, link, rank[polygons][item], roots)
-    root = roots[: len(groups)]
+    boxes, child, many, bases = widened(box, link, rank[polygons][item], roots)
+    root = bases[: len(groups)]
     grid, shape, wide = _grids(span[: len(groups)], environment)
     nodes, reach = int(shape[:, :3].prod(axis=1).sum()), float(np.abs(environment.vertices).max(initial=0.0))
+    absent = np.zeros(0, dtype=np.int32)
     field = Field(
         record, begin, boxes, child, many, heads_of(child, many, record, begin, reach), root,
         span[: len(groups)], wide, grid, shape,
-        square=np.zeros(nodes, dtype=np.float32), near=np.full(nodes, -1, dtype=np.int32),
+        scale=np.ones(len(grid), dtype=np.float32), cell=np.zeros(nodes * EIGHT, dtype=np.uint16),
+        near=np.full(nodes, -1, dtype=np.int32),
+        patch=absent, triangle=absent.astype(np.float32), listed=absent, list_start=absent,
         solid_start=np.cumsum([0, *map(len, solids)]),
-        solid_part=np.array([k for group in solids for k in group], dtype=np.int64), solid_root=roots[len(groups):],
+        solid_part=np.array([k for group in solids for k in group], dtype=np.int64), solid_root=bases[len(groups):],
         solid_span=span[len(groups):],
         solid_rank=np.array([environment.part_start[[k, k + 1]] for group in solids for k in group]).reshape(-1, 2),
     )  # fmt: skip
+    square = np.zeros(nodes, dtype=np.float32)
     for g in range(len(grid)):
         rows, group = int(shape[g, 0] * shape[g, 1]), g % len(groups)
         if root[group] >= 0:
-            in_pieces(partial(_fill, (faces, shells, field), (g, group)), rows, max(rows // 32, 64))
-    return field
+            in_pieces(partial(_fill, (faces, shells, field, square), (g, group)), rows, max(rows // 32, 64))
+    pack_cells(field, square, shells)
+    if len(groups) != 1 or root[0] < 0:
+        return field
+    return _listed(faces, field, patches_of((box, link), rank[polygons][item][: len(lists[0])], (record, begin), reach))
 
 
-def _fill(index: tuple[Faces, Shells, Field], which: tuple[int, int], begin: int, end: int) -> None:
+def _listed(faces: Faces, field: Field, patches: Patches) -> Field:
+    """The field with its only group's patches, and their lists for each cell."""
+    listed, start = cell_lists(faces, field, patches)
+    triangle, off = rows_of(patches[0], field.record, field.begin, field.grid[0, :3])
+    field.grid[0, 7] = SPARE * field.grid[0, 3] * field.shape[0, :3].sum() + 2.0 * off
+    patch = patches[0].reshape(-1)
+    return field._replace(patch=patch, triangle=triangle.reshape(-1), listed=listed, list_start=start)
+
+
+def _fill(
+    index: tuple[Faces, Shells, Field, NDArray[np.float32]], which: tuple[int, int], begin: int, end: int
+) -> None:
     fill_rows(*index, *which, np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32), begin, end)
 
 
@@ -175,7 +196,7 @@ def _boxes(environment: Environment) -> tuple[Floats, Floats]:
 
 
 def _grids(own: Floats, environment: Environment) -> tuple[Floats, Ints, Ints]:
-    """Grids (G + W, 7), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones where G > 1."""
+    """Grids (G + W, 8), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones where G > 1."""
     grid, shape = _cells(own, CELL)
     wide = np.full(len(own), -1, dtype=np.int64)
     if len(own) > 1:
@@ -200,7 +221,7 @@ def _cells(boxes: Floats, cell: float) -> tuple[Floats, Ints]:
         cell *= 1.2
     whole: Ints = np.zeros((len(boxes), 4), dtype=np.int64)
     whole[:, :3] = shape
-    grid = np.empty((len(boxes), 7))
+    grid = np.zeros((len(boxes), 8))
     grid[:, :3] = 0.5 * (boxes[:, :3] + boxes[:, 3:]) - 0.5 * cell * (shape - 1.0)
     grid[:, 3], grid[:, 4] = cell, 1.0 / cell
     return grid, whole

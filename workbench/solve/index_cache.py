@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 __all__ = ["cache_folder", "content_key", "kept", "write_whole"]
 
-VERSION = b"workbench index 3"
+VERSION = b"workbench index 4"
 """Another one where the meaning of the arrays changes: older files are then not believed."""
 MOST_FILES = 32
 """The files used longest ago give way."""
