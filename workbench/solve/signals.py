@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats
@@ -63,6 +62,8 @@ def cfc_filter(time: Floats, values: Floats, *, cfc: int) -> Floats:
     A Butterworth low-pass of two poles, run forward and backward, so that nothing is delayed; each pass at 2.0775
     CFC [Hz]. UsageError for other classes and for samples too far apart for the class (J211 asks for 10 CFC a second).
     """
+    from scipy.signal import butter, sosfiltfilt  # takes a second to load
+
     if cfc not in CFC:
         raise UsageError(f"cfc {cfc}: the classes are {', '.join(map(str, CFC))}")
     rate = (len(time) - 1) / (time[-1] - time[0])

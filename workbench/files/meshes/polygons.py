@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from workbench.files.meshes.circles import enclosing_circles
 from workbench.files.meshes.planes import Faced, faced
@@ -98,6 +96,9 @@ def _linked(mesh: Faced, pairs: Ints) -> Bools:
 
 
 def _components(links: Ints, count: int) -> Ints:
+    from scipy.sparse import coo_array  # takes a third of a second to load
+    from scipy.sparse.csgraph import connected_components
+
     graph = coo_array((np.ones(len(links), dtype=np.int8), (links[:, 0], links[:, 1])), shape=(count, count))
     return connected_components(graph, directed=False)[1].astype(np.int64)
 

@@ -6,8 +6,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.planes import degenerate_faces
@@ -89,6 +87,9 @@ def _edges(faces: Ints) -> tuple[Ints, Ints, Ints]:
 
 def _shells(faces: Ints, edge: Ints) -> Ints:
     """(T,) the shell of each face: connected through edges."""
+    from scipy.sparse import coo_array  # takes a third of a second to load
+    from scipy.sparse.csgraph import connected_components
+
     face = np.repeat(np.arange(len(faces)), 3)
     size = len(faces) + int(edge.max(initial=-1)) + 1
     graph = coo_array((np.ones(len(face), dtype=np.int8), (face, edge + len(faces))), shape=(size, size))
