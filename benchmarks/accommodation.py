@@ -1,6 +1,7 @@
 """A whole population in the trainer: bodies the first time and at hand, seats, hands, reaches and clearances.
 
-Prints CPU seconds of each stage, wall seconds of the whole, and the share that fits. Where the public files of ANSUR II
+Prints CPU seconds of each stage done in one process, wall seconds of the whole shared among all cores, those of a
+population reach map of 2,000 points of the panel, and the share that fits. Where the public files of ANSUR II
 lie under a folder that is given, its 6,068 people are used, else as many drawn from the population that comes along.
 
     python benchmarks/accommodation.py [people] [folder with the ANSUR II CSV files]
@@ -20,9 +21,12 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
+from workbench.model.accommodation import MapTask
 from workbench.study.accommodation import tried
 from workbench.study.accommodation.accommodation import ready
+from workbench.study.accommodation.chunks import gathered, result_chunks
 from workbench.study.accommodation.crew import CHUNK, crew_of
+from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seated, with_hands
 
@@ -71,12 +75,26 @@ def main() -> None:
         begun = time.perf_counter()
         crew = clock.time("bodies at hand", lambda: crew_of(study.body, study.people, (), say=lambda text: None))
         met = [staged(clock, study, asked, crew, chunk) for chunk in range(len(crew))]
+        alone = time.perf_counter() - begun
+        begun = time.perf_counter()
+        shared = gathered(result_chunks(study, asked, crew, keep=None, say=lambda text: None))[0]
         wall = time.perf_counter() - begun
+        begun = time.perf_counter()
+        task = MapTask("instrument_panel", "push", 2, "either", 2000)
+        panel = clock.time(
+            "reach map", lambda: next(people_maps(replace(study, maps=(task,)), crew, say=lambda t: None))
+        )
+        mapped = time.perf_counter() - begun
     served = np.concatenate(met)
+    assert np.array_equal(served, np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1))
     print(f"{len(study.people)} people, {len(asked)} requirements, chunks of {CHUNK}, {os.cpu_count()} cores")
     for stage, used in clock.cpu.items():
         print(f"  {stage:20} {used:8.2f} s of CPU, {1000 * used / len(study.people):8.3f} ms a person")
-    print(f"  first time {first:.1f} s more, then {wall:.1f} s of wall clock; {100 * served.mean():.1f} % fit")
+    print(f"  first time {first:.1f} s more, then {alone:.1f} s of wall clock in one process, {wall:.1f} s in all; "
+          f"{100 * served.mean():.1f} % fit")  # fmt: skip
+    print(
+        f"  reach map of {len(panel.points)} points: {mapped:.1f} s; {100 * panel.share.mean():.1f} % of them reached"
+    )
 
 
 def staged(clock: Clock, study: Any, asked: Any, crew: Any, chunk: int) -> Any:

@@ -247,7 +247,7 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
         return real(*args, **options)
 
     monkeypatch.setattr(index_cache.tempfile, "NamedTemporaryFile", full)
-    with pytest.raises(wb.InputError, match=r"cannot be written \(No space left on device\)"):
+    with pytest.raises(wb.InputError, match=r"\(No space left on device\)\n4 of 8 people are done and kept"):
         accommodation_study(load_accommodation(toy[0]), keep=tmp_path / "keep")
     assert len(list((tmp_path / "keep").iterdir())) == 2
 

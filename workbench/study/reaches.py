@@ -95,5 +95,5 @@ def buried_controls(environment: Environment) -> list[str]:
             first, last = (int(environment.triangle_start[environment.part_start[k + i]]) for i in (0, 1))
             if abs(point_winding(*control.at, corners, first, last)) > 0.5:
                 told.append(f"control {control.name!r} is inside the solid part {environment.parts[k]!r}: "
-                            f"no hand gets there; check where it is")  # fmt: skip
+                            f"a hand gets there as deep as the part allows; check where it is")  # fmt: skip
     return told

@@ -15,6 +15,7 @@ from typing import Protocol
 
 import numpy as np
 
+from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
@@ -95,6 +96,11 @@ def result_chunks(
                 found[chunk] = kept
                 done += crew.rows(chunk).stop - crew.rows(chunk).start
                 say(f"person {done} of {people}{time_left(begun, done, people - done)}")
+    except InputError as error:
+        if not paths or not done:
+            raise
+        went = f"{done} of {people} people are done and kept: the same command goes on from there"
+        raise InputError([*error.problems, went]) from None
     except KeyboardInterrupt:
         kept_words = "what was done is kept, and the same command goes on from there" if paths else "nothing is kept"
         raise KeyboardInterrupt(f"stopped after {done} of {people} people: {kept_words}") from None
