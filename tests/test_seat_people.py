@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,11 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
+from tests.conftest import ROOT
 from tests.seat_oracle import seat_slowly
+from workbench.files.accommodation_studies import load_accommodation
 from workbench.model.environment import Rest, Seat
 from workbench.solve.posture import Pedals, positions
 from workbench.solve.seat_people import seat_people
 from workbench.solve.seating import seat_planes
+from workbench.study.accommodation.accommodation import ready
+from workbench.study.accommodation.crew import crew_of
 
 TRAINER = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
 EYE = 1.053
@@ -99,6 +104,29 @@ def test_downhill_comes_to_the_place_that_trying_all_comes_to(crowd, seat, name)
     assert np.all(slow.tried == len(positions((own or seat).travel_forward)))
     if "far" not in name:
         assert quick.tried.mean() < 0.5 * slow.tried.mean()
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize(("study", "drivers"), [("trainer_accommodation", ""), ("car_driver", "driver: {.*}")])
+def test_drawn_people_sit_where_trying_all_places_puts_them(tmp_path, study, drivers):
+    """Downhill and everywhere: the same place for each of 40 people drawn from ANSUR II, in their own bodies."""
+    text = (ROOT / "studies" / f"{study}.yaml").read_text(encoding="utf-8")
+    text = re.sub(r"people: \d+", "people: 40", re.sub(drivers, "", text) if drivers else text)
+    for name in ("environments", "bodies"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    (tmp_path / "studies").mkdir()
+    (tmp_path / "studies" / "drawn.yaml").write_text(text, encoding="utf-8")
+    plan = ready(load_accommodation(tmp_path / "studies" / "drawn.yaml"))
+    crew = crew_of(plan.body, plan.people, plan.wears, say=lambda words: None)
+    bodies = [crew.body(row) for row in range(len(plan.people))]
+    controls = {control.name: control.at for control in plan.environment.controls}
+    pedals = Pedals({foot: controls[name] for foot, name in plan.aims.controls.items() if foot.endswith("foot")},
+                    plan.environment.points[plan.aims.heels][2])  # fmt: skip
+    poses = wb.Poses(np.repeat(plan.pose.rotations, len(bodies), axis=0), plan.pose.reference,
+                     np.repeat(plan.pose.world_from_reference, len(bodies), axis=0))  # fmt: skip
+    own, eye = plan.environment.seat(plan.seat), plan.environment.points[plan.aims.eyes][2]
+    quick, slow = (seat_people(bodies, poses, own, eye=eye, pedals=pedals, every=every) for every in (False, True))
+    np.testing.assert_allclose(quick.forward, slow.forward, atol=1e-9)
 
 
 def test_no_answer_depends_on_threads_nor_on_who_else_is_seated(crowd, seat):
