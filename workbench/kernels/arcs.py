@@ -292,7 +292,8 @@ def ends_met(points: Floats, own: Ints, disk: Floats, angle: Floats, chain: Ints
     start, listed, cells, frame = grid_of(box, np.zeros(len(chain)))
     place = np.empty(4)
     for end in range(len(points)):
-        place[:2] = place[2:] = points[end]
+        for k in range(2):
+            place[k] = place[2 + k] = points[end, k]
         column, row, _, _ = cells_of(place, cells, frame)
         cell = row * cells[0] + column
         for n in range(start[cell], start[cell + 1]):
