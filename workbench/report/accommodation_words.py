@@ -187,7 +187,7 @@ def limiting_words(result: Accommodation, row: int) -> str:
     weight = people.weight[others] / people.weight[others].sum()
     more, less = (float(weight @ found) for found in (values[others] > value, values[others] < value))
     share, way = (more, "more") if more >= less else (less, "less")
-    told = f"{100 * share:.0f} %" if share < 0.99 else f"{100 * share:.1f} %"
+    told = f"{100 * share:.0f} %" if share < 0.99 else percent(share)
     return f"{text}; {told} of the {plural} here have {way}."
 
 
