@@ -15,7 +15,7 @@ from workbench.kernels.limits import within
 from workbench.kernels.linkage import move, new_state
 from workbench.kernels.newton import new_work
 
-__all__ = ["breaches", "solve_chains", "tips"]
+__all__ = ["LEGAL", "breaches", "holder", "next_seed", "solve_chains", "tips", "worth"]
 
 COLD, WARM, FAR = 0, 1, 2
 """How a descent begins: from nothing, with multipliers, with those of a target that was missed."""
@@ -28,7 +28,7 @@ LEGAL = 5e-4
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _worth(goal, p, state):  # type: ignore[no-untyped-def]
+def worth(goal, p, state):  # type: ignore[no-untyped-def]
     """Distance from the goal and greatest breach of a state whose rooms are there."""
     breach, gap = 0.0, 0.0
     for r in range(state.used[0]):
@@ -39,7 +39,7 @@ def _worth(goal, p, state):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
+def next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
     """The seed not yet tried whose tip and direction (M, 6), in the frame of the held link, are nearest to the goal."""
     best, least = -1, np.inf
     for s in range(seeds.shape[0]):
@@ -55,7 +55,7 @@ def _next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def _holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
+def holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
     """Fill numbers[p, 3:]: joint, axis, side of the stop under most pressure (or -1 and a plane's number), how much it
     would give [m/rad, m/m] and 1.0; zeros where nothing is held."""
     best = -1
@@ -71,13 +71,13 @@ def _holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _attempt(link, b, problem, planes, most, out, p, mode, worth, state, work, best):  # type: ignore[no-untyped-def]
+def _attempt(link, b, problem, planes, most, out, p, mode, before, state, work, best):  # type: ignore[no-untyped-def]
     """Solve row p from the angles of a state: straight for it; if that fails as near as can be; in comfort if that gets
-    there. Keeps in best what is better than worth (distance, breach), and returns the better."""
+    there. Keeps in best what is better than before (distance, breach), and returns the better."""
     base, goal = problem
     rows, start = planes
     _, numbers, held = out
-    error, breach = worth
+    error, breach = before
     span, far, pull = (start[p], start[p + 1]), mode == FAR, LAST
     for turn in range(3):
         if turn == 1:
@@ -91,13 +91,13 @@ def _attempt(link, b, problem, planes, most, out, p, mode, worth, state, work, b
         numbers[p, 2] += steps
         within(link, state.angles)
         look(link, b, base, p, rows, span, state)
-        gap, past = _worth(goal, p, state)
+        gap, past = worth(goal, p, state)
         if (past < LEGAL and breach >= LEGAL) or (past < max(LEGAL, breach) and (gap < error or gap < REACHED)):
             error, breach = gap, past
             take(state.angles, best)
             for i in range(6 + link.rows.shape[0]):
                 held[p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
-            _holder(state, work.press, pull * gap, p, numbers)
+            holder(state, work.press, pull * gap, p, numbers)
         if mode == WARM or not far or (turn == 1 and gap >= REACHED):
             break
     return error, breach
@@ -128,7 +128,7 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
     for attempt in range(-1 if mode != COLD else 0, again + 1):
         at = attempt
         if attempt > 0:
-            at = _next_seed(base, goal, p, seed_tips, tried)
+            at = next_seed(base, goal, p, seed_tips, tried)
             if at < 0:
                 break
             tried[at] = 1

@@ -1,4 +1,4 @@
-"""What the spheres of limbs enter, as planes that they must stay behind: one batch loop over bodies of a family."""
+"""What the spheres of limbs of a family's bodies enter, and walls in its place that they must stay behind."""
 
 from __future__ import annotations
 
@@ -9,15 +9,64 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from workbench.kernels.field import deepest, record_gap, square_bound
+from workbench.kernels.field import Field, deepest, record_gap, square_bound
 from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.kernels.heads import near_heads
+from workbench.kernels.inside import Shells
 from workbench.kernels.lanes import first_bit
-from workbench.kernels.polygon import point_polygon
+from workbench.kernels.polygon import Faces, point_polygon
 from workbench.kernels.tree import wider
 from workbench.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 
-__all__ = ["Limbs", "least_heights", "limb_contacts"]
+__all__ = ["DEEPEST", "Limbs", "Obstacles", "Space", "least_heights", "new_space", "overlaps", "touch", "wall"]
+
+
+DEEPEST = 16
+"""Contacts of a limb that are told, the deepest."""
+
+
+class Obstacles(NamedTuple):
+    """Parts in the way: faces, shells, field, whose second group of parts stands aside by shift (B, 3) [m] for each
+    body; owner (F,) the part of each polygon, allowed (N, parts) [m], moving (parts,): 1 in the second group, normal
+    (F, 3), least (N, groups) [m] that is allowed anywhere in a group."""
+
+    faces: Faces
+    shells: Shells
+    field: Field
+    owner: NDArray[np.int64]
+    allowed: NDArray[np.float64]
+    moving: NDArray[np.int64]
+    normal: NDArray[np.float64]
+    least: NDArray[np.float64]
+    shift: NDArray[np.float64]
+
+
+class Space(NamedTuple):
+    """Working space: rotations (1, J, 4), world (1, N, 3, 4), local (3, S), centres (1, S, 3), stack, gaps; found (1,
+    DEEPEST, 7): excess, sphere, polygon, point (3), 1 where the centre is inside."""
+
+    rotations: NDArray[np.float64]
+    world: NDArray[np.float64]
+    local: NDArray[np.float64]
+    centres: NDArray[np.float64]
+    stack: NDArray[np.int64]
+    gaps: NDArray[np.float32]
+    found: NDArray[np.float64]
+
+
+@njit(cache=True)
+def new_space(limbs, joints):  # type: ignore[no-untyped-def]
+    """An empty working space for bodies of so many joints."""
+    spheres, segments = limbs.centre.shape[2], limbs.skin.shown.shape[0]
+    return Space(
+        np.zeros((1, joints, 4)),
+        np.zeros((1, segments, 3, 4)),
+        np.zeros((3, spheres)),
+        np.zeros((1, spheres, 3)),
+        np.empty(DEEP, np.int64),
+        np.empty(DEEP + EIGHT, np.float32),
+        np.zeros((1, DEEPEST, 7)),
+    )
 
 
 class Limbs(NamedTuple):
@@ -73,15 +122,15 @@ def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _placed(limbs, b, held, base, angles, p, space):  # type: ignore[no-untyped-def]
-    """Place the limb of body b at angles[p]: frames and spheres into space."""
-    rotations, world, centres = space
+def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyped-def]
+    """Place the limb of body b, held[p], base[p], at angles[q]: frames and spheres into space."""
+    rotations, world, local, centres = space.rotations, space.world, space.local, space.centres
     for j in range(rotations.shape[1]):
         for i in range(4):
             rotations[0, j, i] = held[p, j, i]
     for k in range(limbs.joint.shape[0]):
         if limbs.free[k]:
-            _quaternion(limbs.axes, angles, p, k, rotations, limbs.joint[k])
+            _quaternion(limbs.axes, angles, q, k, rotations, limbs.joint[k])
     for i in range(3):
         for m in range(4):
             world[0, limbs.base, i, m] = base[p, i, m]
@@ -93,7 +142,7 @@ def _placed(limbs, b, held, base, angles, p, space):  # type: ignore[no-untyped-
         limbs.twist_share[b], s.shown, s.blend_joint, limbs.blend_share[b], limbs.blend_point[b], s.blended,
         s.blend_start, s.distal, s.twist_shared,
     )  # fmt: skip
-    place_spheres(rotations, world, skin, centres)
+    place_spheres(rotations, world, skin, local, centres)
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
@@ -113,13 +162,13 @@ def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _sphere(x, y, z, r, s, n, g, index, clear, found, p, count, space):  # type: ignore[no-untyped-def]
+def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-untyped-def]
     """Keep what sphere s of segment n, at (x, y, z) with radius r, enters of group g by more than -clear beyond what
     is allowed."""
-    faces, shells, field, owner, allowed = index[0], index[1], index[2], index[3], index[4]
-    stack, gaps = space
+    faces, shells, field, owner, allowed = room.faces, room.shells, room.field, room.owner, room.allowed
+    stack, gaps, found = space.stack, space.gaps, space.found
     square, sure = square_bound(x, y, z, field, g)
-    near = max(r + clear - index[7][n, g], 0.0)
+    near = max(r + clear - room.least[n, g], 0.0)
     limit = wider(near * near)
     if sure and square > limit:
         return count
@@ -131,7 +180,7 @@ def _sphere(x, y, z, r, s, n, g, index, clear, found, p, count, space):  # type:
             excess = depth + r - allowed[n, owner[deep]]
             if excess > -clear:
                 _, u, v, w = point_polygon(x, y, z, faces, deep, np.inf)
-                count = _keep(found, p, count, (excess, float(s), float(deep), u, v, w, 1.0))
+                count = _keep(found, 0, count, (excess, float(s), float(deep), u, v, w, 1.0))
     stack[0], size = field.root[g], 1
     point = point_lanes(x, y, z)
     while size > 0:
@@ -154,74 +203,59 @@ def _sphere(x, y, z, r, s, n, g, index, clear, found, p, count, space):  # type:
             excess = r - math.sqrt(gap) - allowed[n, owner[f]]
             if f != deep and excess > -clear:
                 _, u, v, w = point_polygon(x, y, z, faces, f, np.inf)
-                count = _keep(found, p, count, (excess, float(s), float(f), u, v, w, 0.0))
+                count = _keep(found, 0, count, (excess, float(s), float(f), u, v, w, 0.0))
     return count
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _plane(limbs, b, shift, world, centres, normals, found, p, i, allowed, clear, planes):  # type: ignore[no-untyped-def]
-    """Make found[p, i], of a part shifted, the plane planes[p, i]: link, point (3), normal (3), offset."""
-    x, y, z = shift
-    s = int(found[p, i, 1])
-    c0, c1, c2 = centres[0, s, 0], centres[0, s, 1], centres[0, s, 2]
-    u, v, w = found[p, i, 3], found[p, i, 4], found[p, i, 5]
-    n0, n1, n2 = c0 - x - u, c1 - y - v, c2 - z - w
-    if found[p, i, 6] > 0.0:
+def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignore[no-untyped-def]
+    """Place the limb of body b, held[p], base[p], at angles[q], and find what it enters by more than -near [m] beyond
+    what is allowed: into space.found, deepest first; returns how many."""
+    field, shift, count = room.field, room.shift, 0
+    _placed(limbs, b, held, base, p, angles, q, space)
+    for g in range(field.root.shape[0]):
+        if field.root[g] < 0:
+            continue
+        x, y, z = (shift[b, 0], shift[b, 1], shift[b, 2]) if g == 1 else (0.0, 0.0, 0.0)
+        for s in range(limbs.centre.shape[2]):
+            if limbs.solid[b, s]:
+                u, v, w = space.centres[0, s, 0] - x, space.centres[0, s, 1] - y, space.centres[0, s, 2] - z
+                count = _sphere(u, v, w, limbs.radius[b, s], s, limbs.segment[s], g, room, near, count, space)
+    return count
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def wall(limbs, b, room, i, space):  # type: ignore[no-untyped-def]
+    """What space.found[0, i] makes of a part: sphere, outward normal (3), height of the surface along it where parts
+    are that do not move [m], part."""
+    found, centres = space.found, space.centres
+    s, f = int(found[0, i, 1]), int(found[0, i, 2])
+    x, y, z = 0.0, 0.0, 0.0
+    if room.field.root.shape[0] > 1 and room.moving[room.owner[f]] > 0:
+        x, y, z = room.shift[b, 0], room.shift[b, 1], room.shift[b, 2]
+    u, v, w = found[0, i, 3], found[0, i, 4], found[0, i, 5]
+    n0, n1, n2 = centres[0, s, 0] - x - u, centres[0, s, 1] - y - v, centres[0, s, 2] - z - w
+    if found[0, i, 6] > 0.0:
         n0, n1, n2 = -n0, -n1, -n2
     size = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
     if size > 1e-9:
         n0, n1, n2 = n0 / size, n1 / size, n2 / size
     else:
-        f = int(found[p, i, 2])
-        n0, n1, n2 = normals[f, 0], normals[f, 1], normals[f, 2]
-    k = limbs.carrier[s]
-    d0, d1, d2 = c0 - world[0, k, 0, 3], c1 - world[0, k, 1, 3], c2 - world[0, k, 2, 3]
-    planes[p, i, 0] = limbs.link[s]
-    for m in range(3):
-        planes[p, i, 1 + m] = world[0, k, 0, m] * d0 + world[0, k, 1, m] * d1 + world[0, k, 2, m] * d2
-    planes[p, i, 4], planes[p, i, 5], planes[p, i, 6] = n0, n1, n2
-    reach = limbs.radius[b, s] - allowed + 2.0 * clear
-    planes[p, i, 7] = n0 * (u + x) + n1 * (v + y) + n2 * (w + z) + reach
+        n0, n1, n2 = room.normal[f, 0], room.normal[f, 1], room.normal[f, 2]
+    return s, n0, n1, n2, n0 * u + n1 * v + n2 * w, room.owner[f]
 
 
 @njit(cache=True, nogil=True)
-def limb_contacts(limbs, who, held, base, angles, index, shift, reach, out, begin, end):  # type: ignore[no-untyped-def]
-    """Place the limbs of rows begin..end, row p of body who[p], and find what they enter.
+def overlaps(limbs, who, held, base, angles, room, near, out, begin, end):  # type: ignore[no-untyped-def]
+    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and fill out (P,) with how deep
+    they enter obstacles beyond what is allowed [m]; 0 where by less than -near [m].
 
-    held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4); angles (P, K, 3). index: faces,
-    shells, Field, owner (F,) the part of each polygon, allowed (N, parts) [m], moving (parts,): 1 in the second group,
-    normals (F, 3), least (N, groups) [m] that is allowed anywhere in a group. shift (B, 3) [m]: of the second group of
-    parts, if the field has two. reach [m]: how near what counts is, how far it is to be kept off. out: found
-    (P, Q, 7), planes (P, Q, 8), many (P,), part (P, Q), overlap (P,) [m] beyond what is allowed.
+    held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4).
     """
-    found, planes, many, part, overlap = out
-    near, clear = reach
-    joints, spheres, segments = held.shape[1], limbs.centre.shape[2], limbs.skin.shown.shape[0]
-    rotations, world = np.zeros((1, joints, 4)), np.zeros((1, segments, 3, 4))
-    centres = np.zeros((1, spheres, 3))
-    space = (np.empty(DEEP, np.int64), np.empty(DEEP + EIGHT, np.float32))
-    field, owner, allowed = index[2], index[3], index[4]
+    space = new_space(limbs, held.shape[1])
     for p in range(begin, end):
-        b, count = who[p], 0
-        _placed(limbs, b, held, base, angles, p, (rotations, world, centres))
-        for g in range(field.root.shape[0]):
-            if field.root[g] < 0:
-                continue
-            x, y, z = (shift[b, 0], shift[b, 1], shift[b, 2]) if g == 1 else (0.0, 0.0, 0.0)
-            for s in range(spheres):
-                if limbs.solid[b, s]:
-                    u, v, w = centres[0, s, 0] - x, centres[0, s, 1] - y, centres[0, s, 2] - z
-                    r, n = limbs.radius[b, s], limbs.segment[s]
-                    count = _sphere(u, v, w, r, s, n, g, index, near, found, p, count, space)
-        many[p] = count
-        overlap[p] = max(0.0, found[p, 0, 0]) if count > 0 else 0.0
-        for i in range(count):
-            f, s = int(found[p, i, 2]), int(found[p, i, 1])
-            part[p, i] = owner[f]
-            moved = field.root.shape[0] > 1 and index[5][owner[f]] > 0
-            x, y, z = (shift[b, 0], shift[b, 1], shift[b, 2]) if moved else (0.0, 0.0, 0.0)
-            depth = allowed[limbs.segment[s], owner[f]]
-            _plane(limbs, b, (x, y, z), world, centres, index[6], found, p, i, depth, clear, planes)
+        count = touch(limbs, who[p], held, base, p, angles, p, room, near, space)
+        out[p] = max(0.0, space.found[0, 0, 0]) if count > 0 else 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -229,12 +263,11 @@ def least_heights(limbs, who, held, base, ways, out, begin, end):  # type: ignor
     """Place the segments of rows begin..end, row p of body who[p], and fill out (P, W) with the least height of their
     spheres along each way. ways: vectors (W, 3) and which segments count (W, N)."""
     way, counts = ways
-    joints, spheres, segments = held.shape[1], limbs.centre.shape[2], limbs.skin.shown.shape[0]
-    rotations, world = np.zeros((1, joints, 4)), np.zeros((1, segments, 3, 4))
-    centres, angles = np.zeros((1, spheres, 3)), np.zeros((1, 1, 3))
+    spheres, space, angles = limbs.centre.shape[2], new_space(limbs, held.shape[1]), np.zeros((1, 1, 3))
+    centres = space.centres
     for p in range(begin, end):
         b = who[p]
-        _placed(limbs, b, held, base, angles, p, (rotations, world, centres))
+        _placed(limbs, b, held, base, p, angles, 0, space)
         for w in range(len(way)):
             out[p, w] = np.inf
             for s in range(spheres):

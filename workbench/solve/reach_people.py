@@ -33,8 +33,8 @@ __all__ = ["reach_people"]
 
 MOST_PEOPLE = 512
 """People packed at a time."""
-EFFORT = 3, 1, 6
-"""Rounds against obstacles, seeds, steps of the way back: fewer than of a single reach, as people lead one another."""
+STEPS_BACK = 6
+"""Steps of the way back from obstacles: fewer than of a single reach."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask
     found = free
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moves)).astype(np.int64)
-        room = Room(ask.environment, moving, shift, EFFORT, rows.order // people, ask.threads)
+        room = Room(ask.environment, moving, shift, rows.order // people, STEPS_BACK, ask.threads)
         found = cleared(task, free, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     spare = _spare(task, found, reached, rows, ask)
