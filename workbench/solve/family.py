@@ -57,17 +57,13 @@ def family_of(bodies: tuple[Body, ...]) -> Family:
             known.add(id(body.stops))
         if not same:
             raise UsageError(f"bodies of one family have the same joints, stops and spheres: {first.name}, {body.name}")
-    return Family(
-        bodies,
-        np.stack([body.joint_in_parent for body in bodies]),
-        np.stack([body.joint_in_child for body in bodies]),
-        np.stack([body.centre for body in bodies]),
-        np.stack([body.radius for body in bodies]),
-        np.stack([body.twist_point for body in bodies]),
-        np.stack([body.twist_axis for body in bodies]),
-        np.stack([body.twist_share for body in bodies]),
-        np.stack([body.blend_share for body in bodies]),
-    )
+    return Family(bodies, *(_stacked(bodies, name) for name in ("joint_in_parent", "joint_in_child", "centre", "radius",
+                            "twist_point", "twist_axis", "twist_share", "blend_share")))  # fmt: skip
+
+
+def _stacked(bodies: Sequence[Body], name: str) -> Floats:
+    """One array of all bodies (B, ...); those read back from disk are maps of a file, which are slow to stack."""
+    return np.stack([np.asarray(getattr(body, name)) for body in bodies])
 
 
 def packed_links(family: Family, limb: Limb) -> Linkage:
