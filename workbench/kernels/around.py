@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from workbench.kernels.descent import LAST, REACHED, approach, descend, look, put_row, take, take_row
+from workbench.kernels.inner import inlined, inner
 from workbench.kernels.inverse import LEGAL, holder, next_seed, worth
 from workbench.kernels.limb_contacts import new_space, touch, wall
 from workbench.kernels.limits import Planes, within
@@ -89,7 +90,7 @@ def _new_desk(joints, stops, seeds):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _plane(limbs, b, room, space, desk):  # type: ignore[no-untyped-def]
     """Make planes of the walls for body b, whose spheres stand as they do in space."""
     walls, planes, centres, world = desk.walls, desk.planes, space.centres, space.world
@@ -111,7 +112,7 @@ def _plane(limbs, b, room, space, desk):  # type: ignore[no-untyped-def]
         planes.offset[m] = high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part] + 2.0 * CLEAR
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _build(limbs, b, room, count, stops, space, desk, work):  # type: ignore[no-untyped-def]
     """Walls of the deepest of the `count` contacts in space: new ones, or in the place of those they follow upon."""
     walls, many = desk.walls, desk.many
@@ -137,7 +138,7 @@ def _build(limbs, b, room, count, stops, space, desk, work):  # type: ignore[no-
     _plane(limbs, b, room, space, desk)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _keep(link, p, worthy, force, trail, desk, state, work):  # type: ignore[no-untyped-def]
     """Keep the state for row p with its walls, those that press or are near."""
     error, breach, overlap, part = worthy
@@ -159,17 +160,18 @@ def _keep(link, p, worthy, force, trail, desk, state, work):  # type: ignore[no-
             trail.many[p] += 1
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _rounds(link, limbs, b, problem, held, room, turns, warm, p, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
     """Solve row p from a state against walls, and with what it enters as more of them, until it enters nothing; True
     where it then reaches the target. What is better than what is there is kept."""
     base, goal = problem
     stops, numbers = link.rows.shape[0], trail.numbers
+    none = np.int64(0)  # a plain 0 would have all that it is passed to compiled for itself
     for _ in range(turns):
-        span, pull = (0, desk.many[0]), LAST
-        steps, far = descend(link, b, problem, p, desk.planes, span, STEPS, warm, state, work)
+        span, pull = (none, desk.many[0]), LAST
+        steps, far = descend(link, b, problem, p, desk.planes, span, np.int64(STEPS), warm, state, work)
         if far:
-            more, pull = approach(link, b, problem, p, desk.planes, span, FEW, state, work)
+            more, pull = approach(link, b, problem, p, desk.planes, span, np.int64(FEW), state, work)
             steps += more
         numbers[p, 2] += steps
         within(link, state.angles)
@@ -179,7 +181,7 @@ def _rounds(link, limbs, b, problem, held, room, turns, warm, p, trail, desk, st
         for r in range(stops):
             breach = max(breach, -state.room[r])
         put_row(state.angles, desk.trial, 0)
-        count = touch(limbs, b, held, base, p, desk.trial, 0, room, CLEAR, space)
+        count = touch(limbs, b, held, base, p, desk.trial, none, room, CLEAR, space)
         overlap = max(0.0, space.found[0, 0, 0]) if count > 0 else 0.0
         part = room.owner[int(space.found[0, 0, 2])] if overlap > 0.0 else -1
         less = error + 2.0 * overlap < numbers[p, 0] + 2.0 * trail.overlap[p] - 1e-9
@@ -194,12 +196,12 @@ def _rounds(link, limbs, b, problem, held, room, turns, warm, p, trail, desk, st
     return False
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _begin(link, limbs, b, p, what, base, held, room, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
     """Stand where row p begins again: with a row's walls and multipliers if `what` is that row; in its own free posture
     if FROM_FREE; else in the posture that the search has found to enter least, minding all that is near. Returns how
     many contacts there are."""
-    stops, near = link.rows.shape[0], CLEAR
+    stops, near, none = link.rows.shape[0], CLEAR, np.int64(0)
     take(desk.free, state.angles)
     desk.many[0] = 0
     if what >= 0:
@@ -225,17 +227,17 @@ def _begin(link, limbs, b, p, what, base, held, room, trail, desk, state, work, 
         else:
             work.press[i - 6] = value
     put_row(state.angles, desk.trial, 0)
-    count = touch(limbs, b, held, base, p, desk.trial, 0, room, near, space)
+    count = touch(limbs, b, held, base, p, desk.trial, none, room, near, space)
     _build(limbs, b, room, count, stops, space, desk, work)
     return count
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _search(link, limbs, b, problem, held, room, settings, p, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
     """Postures of all kinds that reach the target of row p, and how deep they enter obstacles; returns how many."""
     base, goal = problem
     seeds, seed_tips, tries = settings
-    count = 0
+    count, none = 0, np.int64(0)
     desk.tried[:] = 0
     desk.depth[:] = np.inf
     for _ in range(tries):
@@ -248,22 +250,22 @@ def _search(link, limbs, b, problem, held, room, settings, p, trail, desk, state
             k, axis = link.free_joint[d], link.free_axis[d]
             state.angles[k, axis] = seeds[at, k, axis]
         work.press[:] = 0.0
-        steps, _ = approach(link, b, problem, p, desk.planes, (0, 0), STEPS, state, work)
+        steps, _ = approach(link, b, problem, p, desk.planes, (none, none), np.int64(STEPS), state, work)
         trail.numbers[p, 2] += steps
         within(link, state.angles)
-        look(link, b, base, p, desk.planes, (0, 0), state)
+        look(link, b, base, p, desk.planes, (none, none), state)
         error, breach = worth(goal, p, state)
         if error > 10.0 * REACHED or breach >= LEGAL:
             continue
         put_row(state.angles, desk.trial, 0)
-        touched = touch(limbs, b, held, base, p, desk.trial, 0, room, CLEAR, space)
+        touched = touch(limbs, b, held, base, p, desk.trial, none, room, CLEAR, space)
         take(state.angles, desk.kept[count])
         desk.depth[count] = space.found[0, 0, 0] if touched > 0 else 0.0
         count += 1
     return count
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _own(p, count, asked, room, trail, desk, space):  # type: ignore[no-untyped-def]
     """Take down what the free posture of row p enters; True where that is nothing."""
     trail.overlap[p] = max(0.0, space.found[0, 0, 0]) if count > 0 else 0.0

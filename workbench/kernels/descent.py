@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.inner import inlined, inner
 from workbench.kernels.limits import rooms
 from workbench.kernels.linkage import move
 from workbench.kernels.newton import HOLD, INSIDE, back, equations, go, multiply, newton
@@ -39,14 +39,14 @@ BEGUN, TRIED, RETURNED, STUCK = 0, 1, 2, 3
 """Where a descent stands: at its start, after a step, after a step that was taken back, before one that failed."""
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def look(link, b, base, p, planes, span, state):  # type: ignore[no-untyped-def]
     """Where a state's angles bring the chain of body b, and how far it is from its stops and planes."""
     move(link, b, base, p, state)
     rooms(link, planes, span, state)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def take_row(angles, p, out):  # type: ignore[no-untyped-def]
     """Copy angles[p] (K, 3) into out."""
     for k in range(out.shape[0]):
@@ -54,7 +54,7 @@ def take_row(angles, p, out):  # type: ignore[no-untyped-def]
             out[k, axis] = angles[p, k, axis]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def take(values, out):  # type: ignore[no-untyped-def]
     """Copy values (K, 3) into out."""
     for k in range(out.shape[0]):
@@ -62,7 +62,7 @@ def take(values, out):  # type: ignore[no-untyped-def]
             out[k, axis] = values[k, axis]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def put_row(values, angles, p):  # type: ignore[no-untyped-def]
     """Copy values (K, 3) into angles[p]."""
     for k in range(values.shape[0]):
@@ -70,7 +70,7 @@ def put_row(values, angles, p):  # type: ignore[no-untyped-def]
             angles[p, k, axis] = values[k, axis]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _cost(link, goal, p, state, work, pull, ease):  # type: ignore[no-untyped-def]
     """The sum that is made least, the distance from the goal, and the greatest breach; fills work.force (6,), the pull
     of the goal."""
@@ -92,7 +92,7 @@ def _cost(link, goal, p, state, work, pull, ease):  # type: ignore[no-untyped-de
     return total, math.sqrt(gap), worst
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def descend(link, b, problem, p, planes, span, most, warm, state, work):  # type: ignore[no-untyped-def]
     """From the angles of a state to the nearest least, the target held; returns the number of steps and whether the
     target seems out of reach. work.pushed and work.press hold the multipliers, in where warm, and out."""
@@ -140,7 +140,7 @@ def descend(link, b, problem, p, planes, span, most, warm, state, work):  # type
     return steps, True
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def approach(link, b, problem, p, planes, span, most, state, work):  # type: ignore[no-untyped-def]
     """From the angles of a state to the nearest that the tip gets to a target out of reach; returns the number of steps
     and the weight of the distance. work.press holds the pressure on the stops, in and out.
@@ -167,13 +167,13 @@ def approach(link, b, problem, p, planes, span, most, state, work):  # type: ign
             if worst < KEPT and (still > 1 or gap < NEAR):
                 return steps, pull
             if moved < 0.1:
-                multiply(goal, p, state, work, pull, False)
+                multiply(goal, p, state, work, pull, np.bool_(False))
         if phase < RETURNED:
             pull = min(LAST, FORCE / max(gap, 1e-9))
             cost, gap, worst = _cost(link, goal, p, state, work, pull, EASE)
             for i in range(6):
                 work.bend[i] = work.force[i]
-            equations(link, goal, p, state, work, pull, EASE, True)
+            equations(link, goal, p, state, work, pull, EASE, np.bool_(True))
         steps += 1
         if newton(link, state, work, damping if damping > 1e-3 else 0.0):
             promise, push = 1e-300, 0.0

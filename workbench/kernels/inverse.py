@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from workbench.kernels.descent import LAST, REACHED, approach, descend, look, put_row, take, take_row
+from workbench.kernels.inner import inlined, inner
 from workbench.kernels.limits import within
 from workbench.kernels.linkage import move, new_state
 from workbench.kernels.newton import new_work
@@ -27,7 +28,7 @@ LEGAL = 5e-4
 """Breach [rad, m] below which a solution is within the stops."""
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def worth(goal, p, state):  # type: ignore[no-untyped-def]
     """Distance from the goal and greatest breach of a state whose rooms are there."""
     breach, gap = 0.0, 0.0
@@ -38,7 +39,7 @@ def worth(goal, p, state):  # type: ignore[no-untyped-def]
     return math.sqrt(gap), breach
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
     """The seed not yet tried whose tip and direction (M, 6), in the frame of the held link, are nearest to the goal."""
     best, least = -1, np.inf
@@ -54,7 +55,7 @@ def next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
     return best
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
     """Fill numbers[p, 3:]: joint, axis, side of the stop under most pressure (or -1 and a plane's number), how much it
     would give [m/rad, m/m] and 1.0; zeros where nothing is held."""
@@ -70,7 +71,7 @@ def holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
         numbers[p, 6], numbers[p, 7] = press[best] / force, 1.0
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _attempt(link, b, problem, planes, most, out, p, mode, before, state, work, best):  # type: ignore[no-untyped-def]
     """Solve row p from the angles of a state: straight for it; if that fails as near as can be; in comfort if that gets
     there. Keeps in best what is better than before (distance, breach), and returns the better."""
@@ -103,7 +104,7 @@ def _attempt(link, b, problem, planes, most, out, p, mode, before, state, work, 
     return error, breach
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried, best):  # type: ignore[no-untyped-def]
     """Solve row p: from where the row it follows has come to, from its own start, from seeds."""
     base, goal = problem
@@ -183,13 +184,13 @@ def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
 def breaches(link, planes, angles, out):  # type: ignore[no-untyped-def]
     """Bring angles (P, K, 3) inside what can be clipped, and fill out (P,) with the greatest breach that is left."""
     state = new_state(link.axes.shape[0], link.mode.shape[0], len(link.rows))
-    base = np.zeros((1, 3, 4))
+    base, none = np.zeros((1, 3, 4)), np.int64(0)  # a plain 0 would have all compiled for itself
     for i in range(3):
         base[0, i, i] = 1.0
     for p in range(len(angles)):
         take_row(angles, p, state.angles)
         within(link, state.angles)
-        look(link, 0, base, 0, planes, (0, 0), state)
+        look(link, none, base, none, planes, (none, none), state)
         put_row(state.angles, angles, p)
         out[p] = 0.0
         for r in range(state.used[0]):

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from workbench.kernels.field import Field, deepest, record_gap, square_bound
 from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.kernels.heads import near_heads
+from workbench.kernels.inner import inlined, inner
 from workbench.kernels.inside import Shells
 from workbench.kernels.lanes import first_bit
 from workbench.kernels.polygon import Faces, point_polygon
 from workbench.kernels.tree import wider
 from workbench.kernels.wide import DEEP, EIGHT, near_boxes, point_lanes
 
-__all__ = ["DEEPEST", "Limbs", "Obstacles", "Space", "least_heights", "new_space", "overlaps", "touch", "wall"]
+__all__ = ["DEEPEST", "Limbs", "Obstacles", "Space", "least_heights", "limb_contacts", "new_space", "overlaps",
+           "touch", "wall"]  # fmt: skip
 
 
 DEEPEST = 16
@@ -101,7 +103,7 @@ class Limbs(NamedTuple):
     base: int
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
     """Write exp(swing) exp(twist) of angles[p, k] about axes[j] into out[0, j]."""
     s0, s1, t = angles[p, k, 0], angles[p, k, 1], angles[p, k, 2]
@@ -121,7 +123,7 @@ def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
     out[0, j, 3] = w * r + z * a + x * v - y * u
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyped-def]
     """Place the limb of body b, held[p], base[p], at angles[q]: frames and spheres into space."""
     rotations, world, local, centres = space.rotations, space.world, space.local, space.centres
@@ -145,7 +147,7 @@ def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyp
     place_spheres(rotations, world, skin, local, centres)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
     """Insert (excess, sphere, polygon, x, y, z, inside) by its excess among found[p], deepest first; the new count."""
     most = found.shape[1]
@@ -161,7 +163,7 @@ def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
     return min(count + 1, most)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-untyped-def]
     """Keep what sphere s of segment n, at (x, y, z) with radius r, enters of group g by more than -clear beyond what
     is allowed."""
@@ -207,11 +209,11 @@ def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-
     return count
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignore[no-untyped-def]
     """Place the limb of body b, held[p], base[p], at angles[q], and find what it enters by more than -near [m] beyond
     what is allowed: into space.found, deepest first; returns how many."""
-    field, shift, count = room.field, room.shift, 0
+    field, shift, count = room.field, room.shift, np.int64(0)
     _placed(limbs, b, held, base, p, angles, q, space)
     for g in range(field.root.shape[0]):
         if field.root[g] < 0:
@@ -224,7 +226,7 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
     return count
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def wall(limbs, b, room, i, space):  # type: ignore[no-untyped-def]
     """What space.found[0, i] makes of a part: sphere, outward normal (3), height of the surface along it where parts
     are that do not move [m], part."""
@@ -243,6 +245,39 @@ def wall(limbs, b, room, i, space):  # type: ignore[no-untyped-def]
     else:
         n0, n1, n2 = room.normal[f, 0], room.normal[f, 1], room.normal[f, 2]
     return s, n0, n1, n2, n0 * u + n1 * v + n2 * w, room.owner[f]
+
+
+@njit(cache=True, nogil=True)
+def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):  # type: ignore[no-untyped-def]
+    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and find what they enter.
+
+    held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4). reach [m]: how near what counts
+    is, how far it is to be kept off. out: planes (P, DEEPEST, 8): link, point (3), normal (3), offset; many (P,), part
+    (P, DEEPEST), overlap (P,) [m] beyond what is allowed.
+    """
+    planes, many, part, overlap = out
+    near, clear = reach
+    space = new_space(limbs, held.shape[1])
+    centres, world = space.centres, space.world
+    for p in range(begin, end):
+        b = who[p]
+        many[p] = touch(limbs, b, held, base, p, angles, p, room, near, space)
+        overlap[p] = max(0.0, space.found[0, 0, 0]) if many[p] > 0 else 0.0
+        for i in range(many[p]):
+            s, n0, n1, n2, high, part[p, i] = wall(limbs, b, room, i, space)
+            k = limbs.carrier[s]
+            d0, d1, d2 = (
+                centres[0, s, 0] - world[0, k, 0, 3],
+                centres[0, s, 1] - world[0, k, 1, 3],
+                centres[0, s, 2] - world[0, k, 2, 3],
+            )
+            planes[p, i, 0] = limbs.link[s]
+            for m in range(3):
+                planes[p, i, 1 + m] = world[0, k, 0, m] * d0 + world[0, k, 1, m] * d1 + world[0, k, 2, m] * d2
+            planes[p, i, 4], planes[p, i, 5], planes[p, i, 6] = n0, n1, n2
+            if room.field.root.shape[0] > 1 and room.moving[part[p, i]] > 0:
+                high += n0 * room.shift[b, 0] + n1 * room.shift[b, 1] + n2 * room.shift[b, 2]
+            planes[p, i, 7] = high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part[p, i]] + 2.0 * clear
 
 
 @njit(cache=True, nogil=True)
@@ -267,7 +302,7 @@ def least_heights(limbs, who, held, base, ways, out, begin, end):  # type: ignor
     centres = space.centres
     for p in range(begin, end):
         b = who[p]
-        _placed(limbs, b, held, base, p, angles, 0, space)
+        _placed(limbs, b, held, base, p, angles, np.int64(0), space)
         for w in range(len(way)):
             out[p, w] = np.inf
             for s in range(spheres):

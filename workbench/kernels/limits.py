@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.inner import inlined
+
 __all__ = ["SIDE_ROWS", "WHOLE_CONE", "WHOLE_POLYGON", "WHOLE_TURN", "Planes", "nearest_side", "rooms", "within"]
 
 WHOLE_CONE, WHOLE_POLYGON, WHOLE_TURN = 3, 4, 5
@@ -32,7 +34,7 @@ class Planes(NamedTuple):
     offset: NDArray[np.float64]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _limit(bounds, angles, k, axis, side):  # type: ignore[no-untyped-def]
     """A limit with its coupling: the limit, the row of the coupling it follows just here (or -1), and how fast."""
     limits, coupled, coupling, _ = bounds
@@ -49,7 +51,7 @@ def _limit(bounds, angles, k, axis, side):  # type: ignore[no-untyped-def]
     return coupling[c, 4] + rate * (driver - low), c, rate
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _cone(bounds, angles, k, held, out):  # type: ignore[no-untyped-def]
     """The swing cone: (s1 / L1)^2 + (s2 / L2)^2 <= 1, its excess divided by its slope to be an angle. Fills a row of
     room, slope, label, and its curvature into held."""
@@ -83,7 +85,7 @@ def _cone(bounds, angles, k, held, out):  # type: ignore[no-untyped-def]
         slope[r, free_of[int(coupling[c1, 0]), int(coupling[c1, 1])]] += g1 * s1 / l1 * r1 / total
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _local(world, k, x, y, z):  # type: ignore[no-untyped-def]
     """A world direction in the frame of link k."""
     return (
@@ -93,7 +95,7 @@ def _local(world, k, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _out(world, k, x, y, z):  # type: ignore[no-untyped-def]
     """A direction of link k's frame in the world."""
     return (
@@ -133,7 +135,7 @@ def nearest_side(sides, x, y, z):  # type: ignore[no-untyped-def]
     return ((x - height * u) / size, (y - height * v) / size, (z - height * w) / size), side, inside
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _polygon(shape, world, spin, free_joint, held, out):  # type: ignore[no-untyped-def]
     """The limb's direction in its spherical polygon: room is the angle to the nearest boundary point. Fills a row."""
     sides, limb, axes, k, frame = shape
@@ -165,7 +167,7 @@ def _polygon(shape, world, spin, free_joint, held, out):  # type: ignore[no-unty
             slope[r, i] = spin[i, 0] * turn[0] + spin[i, 1] * turn[1] + spin[i, 2] * turn[2]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _half_turn(angles, free_of, k, out):  # type: ignore[no-untyped-def]
     """Keep the polygon joint's swing below a half turn, where its angles would change their meaning. Fills a row."""
     room, slope, label, r = out
@@ -180,7 +182,7 @@ def _half_turn(angles, free_of, k, out):  # type: ignore[no-untyped-def]
                 slope[r, free_of[k, i]] = -angles[k, i] / size
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _wall(planes, m, chain, out):  # type: ignore[no-untyped-def]
     """A plane: room is the height of the point above it. Fills a row."""
     link, point, normal, offset = planes
@@ -239,7 +241,7 @@ def rooms(link, planes, span, state):  # type: ignore[no-untyped-def]
         _wall(walls, span[0] + m, (world, spin, link.free_joint, state.pivot), (room, slope, state.held, r))
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def within(link, angles):  # type: ignore[no-untyped-def]
     """Bring free angles (K, 3) inside cones, hinges and twist limits, in place: cones along the ray from zero."""
     bounds = (link.limits, link.coupled, link.coupling, link.free_of)

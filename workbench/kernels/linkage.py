@@ -14,6 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.inner import inlined
+
 __all__ = ["Linkage", "State", "move", "new_state"]
 
 Floats = NDArray[np.float64]
@@ -99,7 +101,7 @@ def new_state(joints, free, rows):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _sines(angle):  # type: ignore[no-untyped-def]
     """sin(a)/a, (1 - cos a)/a2 and (a - sin a)/a3, also near zero."""
     if angle < 1e-4:
@@ -109,7 +111,7 @@ def _sines(angle):  # type: ignore[no-untyped-def]
     return sine / angle, (1.0 - cosine) / (angle * angle), (angle - sine) / (angle * angle * angle)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _times(m, r):  # type: ignore[no-untyped-def]
     """Product of two matrices given row by row as tuples."""
     return (
@@ -122,7 +124,7 @@ def _times(m, r):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _turn(x, y, z, a, b):  # type: ignore[no-untyped-def]
     """Matrix of the rotation vector (x, y, z), a and b being the first two sines of its length: Rodrigues' formula."""
     return (
@@ -132,7 +134,7 @@ def _turn(x, y, z, a, b):  # type: ignore[no-untyped-def]
     )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _joint(link, b, k, state):  # type: ignore[no-untyped-def]
     """World of link k + 1 and the rates of turn of joint k's free angles, from the world of link k; of body b."""
     t0, t1, t2 = state.angles[k, 0], state.angles[k, 1], state.angles[k, 2]
@@ -181,12 +183,12 @@ def _joint(link, b, k, state):  # type: ignore[no-untyped-def]
         _bends(axes, state.bend, k, s, size, above)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _cross(a, b):  # type: ignore[no-untyped-def]
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _bends(axes, bend, k, s, size, above):  # type: ignore[no-untyped-def]
     """Fill bend[k]: the left Jacobian times an axis, a + b s x a + c s x (s x a), differentiated by the components of
     the swing vector s (3,)."""

@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.inner import inlined, inner
 from workbench.kernels.limits import WHOLE_CONE, WHOLE_POLYGON
 
 __all__ = ["HOLD", "INSIDE", "Work", "back", "equations", "go", "multiply", "new_work", "newton"]
@@ -103,7 +104,7 @@ def equations(link, goal, p, state, work, pull, ease, bent):  # type: ignore[no-
         _bend_of_stops(link, state, work)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _swings(link, state, matrix, span, point, fixed, force):  # type: ignore[no-untyped-def]
     """Less the second derivatives, times a force, of a point (of a direction where not fixed) by swings of one and the
     same joint, as far as a turn after a turn does not make them. Of the joints span[0]..span[1]."""
@@ -121,7 +122,7 @@ def _swings(link, state, matrix, span, point, fixed, force):  # type: ignore[no-
         matrix[i, i] -= bend[k, 2, 0] * u + bend[k, 2, 1] * v + bend[k, 2, 2] * w
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _turns(link, state, matrix, span, point, fixed, force):  # type: ignore[no-untyped-def]
     """Less the second derivatives, times a force, of a point (of a direction where not fixed) by turns of the joints
     span[0]..span[1]."""
@@ -145,7 +146,7 @@ def _turns(link, state, matrix, span, point, fixed, force):  # type: ignore[no-u
     _swings(link, state, matrix, span, point, fixed, force)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _bend_of_stops(link, state, work):  # type: ignore[no-untyped-def]
     """The curvature of cones, polygon and planes that hold, times what they hold with. Of one that only just holds,
     what it will hold with is not known yet: it counts little, since much of it would bend too much."""
@@ -168,7 +169,7 @@ def _bend_of_stops(link, state, work):  # type: ignore[no-untyped-def]
                 matrix[i, i] += push * held[r, 2]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
     """Solve by Cholesky's factors of the lower triangle, in place; False where it is not positive."""
     n = right.shape[0]
@@ -197,7 +198,7 @@ def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
     """The damped step, with the stops that hold it found by turns; False where the equations are not positive."""
     n, slope, press, active = link.mode.shape[0], state.slope_of_room, work.press, work.active
@@ -233,7 +234,7 @@ def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def go(link, state, work):  # type: ignore[no-untyped-def]
     """Add the step, bounded, to the angles, and keep the old ones; returns the greatest change of an angle."""
     largest = 0.0
@@ -247,7 +248,7 @@ def go(link, state, work):  # type: ignore[no-untyped-def]
     return scale * largest
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def back(link, state, work):  # type: ignore[no-untyped-def]
     """Take the last step back."""
     for i in range(link.mode.shape[0]):
@@ -255,7 +256,7 @@ def back(link, state, work):  # type: ignore[no-untyped-def]
         state.angles[k, axis] = work.kept[k, axis]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def multiply(goal, p, state, work, pull, both):  # type: ignore[no-untyped-def]
     """Multipliers after a step: of the stops and planes, and of the goal where `both`."""
     for r in range(state.used[0]):

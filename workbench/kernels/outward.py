@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 
 from workbench.kernels.descent import EASE, FORCE, KEPT, LAST, REACHED, descend, look, put_row, take, take_row
+from workbench.kernels.inner import inner
 from workbench.kernels.limits import within
 from workbench.kernels.linkage import new_state
 from workbench.kernels.newton import HOLD, INSIDE, back, equations, go, multiply, new_work, newton
@@ -27,7 +28,7 @@ LEGAL = 5e-4
 MOST_WARM = 12
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _cost(link, goal, state, work):  # type: ignore[no-untyped-def]
     """The sum that is made least, the distance from the ray, and the greatest breach; fills work.force (6,)."""
     total, square, worst = -FORCE * state.at[0], 0.0, 0.0
@@ -48,15 +49,15 @@ def _cost(link, goal, state, work):  # type: ignore[no-untyped-def]
     return total, math.sqrt(square), worst
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _extend(link, b, base, goal, planes, most, warm, state, work):  # type: ignore[no-untyped-def]
     """From the angles of a state outward along x as far as it goes; returns whether it came to rest there, and the
     number of steps. The multipliers of ray and stops are those of `work`, in and out."""
     damping, rise, moved, cost, promise, last = 0.0 if warm else 1.0, 4.0, 0.0, 0.0, 1.0, -np.inf
-    phase, steps = BEGUN, 0
+    phase, steps, none = BEGUN, 0, np.int64(0)
     while steps < most and damping < 1e9:
         if phase != STUCK:
-            look(link, b, base, 0, planes, (0, 0), state)
+            look(link, b, base, none, planes, (none, none), state)
         after, off, worst = _cost(link, goal, state, work)
         if phase == TRIED and not after <= cost + 1e-10 * abs(cost):
             back(link, state, work)
@@ -69,11 +70,11 @@ def _extend(link, b, base, goal, planes, most, warm, state, work):  # type: igno
                 return True, steps
             last = state.at[0]
             if moved < 0.1:
-                multiply(goal, 0, state, work, LAST, True)
+                multiply(goal, none, state, work, LAST, np.bool_(True))
         if phase < RETURNED:
             cost = _cost(link, goal, state, work)[0]
             work.bend[0], work.bend[1], work.bend[2] = FORCE, work.pushed[1], work.pushed[2]
-            equations(link, goal, 0, state, work, LAST, EASE, True)
+            equations(link, goal, none, state, work, LAST, EASE, np.bool_(True))
         steps += 1
         if newton(link, state, work, damping if damping > 1e-3 else 0.0):
             promise, push = 1e-300, 0.0
@@ -87,7 +88,7 @@ def _extend(link, b, base, goal, planes, most, warm, state, work):  # type: igno
     return False, steps
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _along(ray, p, base, own, goal):  # type: ignore[no-untyped-def]
     """Turn the world so that ray[p], a point and a direction, runs along x: base[p] into own, the ray into goal."""
     x, y, z = ray[p, 3], ray[p, 4], ray[p, 5]
@@ -106,7 +107,7 @@ def _along(ray, p, base, own, goal):  # type: ignore[no-untyped-def]
         goal[0, 6 + i] = 1.0 if i > 0 else 0.0
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _begin(link, p, lead, out, state, work):  # type: ignore[no-untyped-def]
     """Angles and multipliers of row p from where a row has come to, or of its own where lead is -1."""
     angles, held, _, _ = out
@@ -123,20 +124,20 @@ def _begin(link, p, lead, out, state, work):  # type: ignore[no-untyped-def]
             state.angles[k, axis] = angles[lead, k, axis]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _try(link, b, own, goals, planes, most, p, far, capped, lead, out, state, work, best):  # type: ignore[no-untyped-def]
     """Bring row p to the far end of its ray, or as far as it goes; True where it came to rest. Keeps what is better."""
     goal, end = goals
-    warm = lead >= 0
+    warm, none = lead >= 0, np.int64(0)  # a plain 0 would have all compiled for itself
     _begin(link, p, lead, out, state, work)
     if capped:
-        count, left = descend(link, b, (own, end), 0, planes, (0, 0), most, warm, state, work)
+        count, left = descend(link, b, (own, end), none, planes, (none, none), most, warm, state, work)
         rested = not left
     else:
         rested, count = _extend(link, b, own, goal, planes, most, warm, state, work)
     out[3][p] += count
     within(link, state.angles)
-    look(link, b, own, 0, planes, (0, 0), state)
+    look(link, b, own, none, planes, (none, none), state)
     off, breach = math.sqrt((state.at[1] - goal[0, 1]) ** 2 + (state.at[2] - goal[0, 2]) ** 2), 0.0
     for r in range(state.used[0]):
         breach = max(breach, -state.room[r])

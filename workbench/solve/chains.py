@@ -24,6 +24,7 @@ __all__ = [
     "PIECE",
     "Found",
     "Task",
+    "Walls",
     "cold",
     "legal",
     "posed",
@@ -78,6 +79,15 @@ class Found:
         return Found(self.angles[rows], self.numbers[rows], self.held[rows], self.overlap[rows], self.part[rows])
 
 
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """Planes (Q, 8) (link, point, normal, offset) with their parts (Q,); those of row p are start[p]:start[p + 1]."""
+
+    planes: Floats
+    part: Ints
+    start: Ints
+
+
 def rows_of(task: Task, rows: Ints | Bools) -> Task:
     """Some rows of a task."""
     return replace(task, who=task.who[rows], held=task.held[rows], base=task.base[rows], goal=task.goal[rows])
@@ -90,17 +100,32 @@ def cold(task: Task, angles: Floats) -> Floats:
     return start
 
 
-def solved(task: Task, start: Floats, again: int, *, follow: Ints | None = None, threads: int | None = None) -> Found:
+def solved(
+    task: Task,
+    start: Floats,
+    again: int,
+    *,
+    walls: Walls | None = None,
+    follow: Ints | None = None,
+    before: Found | None = None,
+    threads: int | None = None,
+) -> Found:
     """Solve all rows from their start angles (P, K, 3), again from `again` other postures where a row fails; or from
-    the row of the same piece that they follow."""
+    the row of the same piece that they follow; or from what was found before for another target or other walls."""
     count, link = len(task), task.link
     out = np.array(start), np.zeros((count, 8)), np.zeros((count, 6 + len(link.rows)))
-    settings = (STEPS, *seeds_of(task.body, task.limb), again)
-    planes, problem = (NO_PLANES, np.zeros(count + 1, dtype=np.int64)), (task.base, task.goal)
+    planes, first = NO_PLANES, np.zeros(count + 1, dtype=np.int64)
+    if walls is not None:
+        at, normal, offset = (np.ascontiguousarray(walls.planes[:, c]) for c in (slice(1, 4), slice(4, 7), 7))
+        planes, first = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset), walls.start
+    settings, problem = (STEPS, *seeds_of(task.body, task.limb), again), (task.base, task.goal)
+    if before is not None:
+        out = np.array(before.angles), np.array(before.numbers), np.array(before.held)
+        follow = np.arange(count)
     lead = np.full(count, -1) if follow is None else follow
 
     def work(begin: int, end: int) -> None:
-        solve_chains(link, task.who, problem, planes, settings, out, lead, begin, end)
+        solve_chains(link, task.who, problem, (planes, first), settings, out, lead, begin, end)
 
     in_pieces(work, count, PIECE, threads=threads)
     return Found(*out, np.zeros(count), np.full(count, -1))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from workbench.kernels.around import BLOCKED, LED, MOST_WALLS, OWN, SEARCH, Trail, settle
 from workbench.kernels.field import Field
 from workbench.kernels.inside import Shells
-from workbench.kernels.limb_contacts import Obstacles, overlaps
+from workbench.kernels.limb_contacts import Limbs, Obstacles, overlaps
 from workbench.kernels.polygon import Faces
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
@@ -29,7 +29,7 @@ from workbench.solve.family import packed_limbs
 from workbench.solve.fields import field_of, packed_faces, packed_shells
 from workbench.solve.threads import in_pieces
 
-__all__ = ["Room", "cleared"]
+__all__ = ["Room", "cleared", "obstacles_of"]
 
 CLEAR = 2e-4
 """Overlap [m] below which nothing is touched."""
@@ -114,7 +114,10 @@ def _guides(trail: Trail, left: Ints, alike: Ints, way: int) -> Ints:
 def _settled(task: Task, room: Room, trail: Trail, rows: tuple[Ints, Ints, Ints, Bools], ways: int) -> None:
     """Keep some rows off obstacles, into the trail."""
     todo, guide, alike, asked = rows
-    limbs, obstacles = packed_limbs(task.family, task.limb), _obstacles(task.body, room)
+    limbs, obstacles = (
+        packed_limbs(task.family, task.limb),
+        obstacles_of(task.body, room.environment, room.moving, room.shift),
+    )
     settings = (*seeds_of(task.body, task.limb), TRIES)
     order = todo, guide, alike, asked.astype(np.int64)
 
@@ -125,9 +128,15 @@ def _settled(task: Task, room: Room, trail: Trail, rows: tuple[Ints, Ints, Ints,
     in_pieces(work, len(todo), PIECE if ways & OWN else SMALL, threads=room.threads)
 
 
-def _obstacles(body: Body, room: Room) -> Obstacles:
-    moving = tuple(room.moving.tolist())
-    return _fixed(body, room.environment, moving)._replace(shift=np.array(room.shift))
+def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
+    around = obstacles_of(task.body, room.environment, room.moving, room.shift)
+    return packed_limbs(task.family, task.limb), around
+
+
+def obstacles_of(body: Body, environment: Environment, moving: Ints, shift: Floats) -> Obstacles:
+    """Obstacles packed for the kernels, for a body and those with the same segments; the parts moving (K,) stand aside
+    by shift (B, 3) [m] for each body."""
+    return _fixed(body, environment, tuple(moving.tolist()))._replace(shift=np.array(shift))
 
 
 @lru_cache(maxsize=8)
@@ -156,7 +165,10 @@ def _plain(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
 def _overlap(task: Task, angles: Floats, room: Room) -> Floats:
     """(P,) [m] how deep limbs at angles (P, K, 3) are in obstacles beyond what is allowed."""
     found = np.zeros(len(angles))
-    limbs, obstacles = packed_limbs(task.family, task.limb), _obstacles(task.body, room)
+    limbs, obstacles = (
+        packed_limbs(task.family, task.limb),
+        obstacles_of(task.body, room.environment, room.moving, room.shift),
+    )
 
     def work(begin: int, end: int) -> None:
         overlaps(limbs, task.who, task.held, task.base, angles, obstacles, CLEAR, found, begin, end)

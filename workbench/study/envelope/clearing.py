@@ -10,18 +10,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.kernels.limb_contacts import limb_contacts
+from workbench.kernels.limb_contacts import DEEPEST, limb_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.solve.chains import PIECE, Found, Task, Walls, rows_of, solved
-from workbench.solve.collide import allowed_depth
 from workbench.solve.family import packed_limbs
-from workbench.solve.fields import field_of, packed_faces, packed_shells
+from workbench.solve.obstacles import obstacles_of
 from workbench.solve.threads import in_pieces
 
 __all__ = ["CLEAR", "REACHED", "Room", "Touched", "cleared_from", "touched"]
 
-DEEPEST, MOST_PLANES = 16, 40
+MOST_PLANES = 40
 CLEAR = 2e-4
 """How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
 AROUND = 0.03
@@ -53,27 +52,17 @@ class Touched:
 
 def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
     """What limbs at angles (P, K, 3) enter, or come nearer to than `near` [m], beyond what is allowed."""
-    environment, count = room.environment, len(angles)
-    shown = ~environment.hidden
-    groups = [np.flatnonzero(shown & (room.moving == 0)), np.flatnonzero(shown & (room.moving > 0))]
-    chosen = tuple(tuple(group.tolist()) for group in groups if len(group) or group is groups[0])
-    limbs, allowed = packed_limbs(task.family, task.limb), allowed_depth(task.body, environment)
-    least = np.stack([allowed[:, list(group)].min(axis=1, initial=np.inf) for group in chosen], axis=1)
-    index = (
-        packed_faces(environment), packed_shells(environment), field_of(environment, chosen),
-        environment.polygon_part, allowed, room.moving, environment.normal, least,
-    )  # fmt: skip
+    count, limbs = len(angles), packed_limbs(task.family, task.limb)
+    obstacles = obstacles_of(task.body, room.environment, room.moving, room.shift)
     out = (
-        np.zeros((count, DEEPEST, 7)), np.zeros((count, DEEPEST, 8)), np.zeros(count, np.int64),
-        np.full((count, DEEPEST), -1), np.zeros(count),
+        np.zeros((count, DEEPEST, 8)), np.zeros(count, np.int64), np.full((count, DEEPEST), -1), np.zeros(count),
     )  # fmt: skip
 
     def work(begin: int, end: int) -> None:
-        reach = (near, CLEAR)
-        limb_contacts(limbs, task.who, task.held, task.base, angles, index, room.shift, reach, out, begin, end)
+        limb_contacts(limbs, task.who, task.held, task.base, angles, obstacles, (near, CLEAR), out, begin, end)
 
     in_pieces(work, count, PIECE)
-    return Touched(out[4], out[1], out[3], out[2])
+    return Touched(out[3], out[0], out[2], out[1])
 
 
 def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:
