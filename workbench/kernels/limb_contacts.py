@@ -44,12 +44,11 @@ class Obstacles(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Working space: rotations (1, J, 4), world (1, N, 3, 4), local (3, S), centres (1, S, 3), stack, gaps; found (1,
+    """Working space: rotations (1, J, 4), world (1, N, 3, 4), centres (1, S, 3), stack, gaps; found (1,
     DEEPEST, 7): excess, sphere, polygon, point (3), 1 where the centre is inside."""
 
     rotations: NDArray[np.float64]
     world: NDArray[np.float64]
-    local: NDArray[np.float64]
     centres: NDArray[np.float64]
     stack: NDArray[np.int64]
     gaps: NDArray[np.float32]
@@ -63,7 +62,6 @@ def new_space(limbs, joints):  # type: ignore[no-untyped-def]
     return Space(
         np.zeros((1, joints, 4)),
         np.zeros((1, segments, 3, 4)),
-        np.zeros((3, spheres)),
         np.zeros((1, spheres, 3)),
         np.empty(DEEP, np.int64),
         np.empty(DEEP + EIGHT, np.float32),
@@ -126,7 +124,7 @@ def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
 @inner
 def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyped-def]
     """Place the limb of body b, held[p], base[p], at angles[q]: frames and spheres into space."""
-    rotations, world, local, centres = space.rotations, space.world, space.local, space.centres
+    rotations, world, centres = space.rotations, space.world, space.centres
     for j in range(rotations.shape[1]):
         for i in range(4):
             rotations[0, j, i] = held[p, j, i]
@@ -144,7 +142,7 @@ def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyp
         limbs.twist_share[b], s.shown, s.blend_joint, limbs.blend_share[b], limbs.blend_point[b], s.blended,
         s.blend_start, s.distal, s.twist_shared,
     )  # fmt: skip
-    place_spheres(rotations, world, skin, local, centres)
+    place_spheres(rotations, world, skin, centres)
 
 
 @inner
