@@ -167,6 +167,20 @@ def timed(work):
     return time.process_time() - begun
 
 
+def around(bodies, seated, cab, seat):
+    """CPU time [s] of a reach for each control of the left seat's hands, with obstacles and 200 mm to spare."""
+    each, middle = [], np.array(seat.srp)
+    for control in cab.controls:
+        if control.grip == "foot" or control.name.startswith("right"):
+            continue
+        hand = "left hand" if control.at[1] > middle[1] else "right hand"
+        how = {"name": hand, "grip": control.grip, "zone": control.zone, "spare": 0.2}
+        spent = timed(lambda at=control.at, how=how: wb.reach_people(
+            bodies, seated.poses, [at], environment=cab, moves=seat.moves, shift=seated.shift, **how))  # fmt: skip
+        each.append(spent / len(bodies))
+    return np.array(each)
+
+
 def crowd(count):
     """People of the median body, stretched at random, in the trainer's left seat: reaches, seats, map, envelope."""
     body, cab = wb.load_body("bubbleman"), wb.load_environment("trainer")
@@ -187,6 +201,9 @@ def crowd(count):
                                          shift=seated.shift, **how))  # fmt: skip
     each = [1e6 * spent / count / len(at) for spent in (free, far, kept)]
     print("reach_people: {:.0f} us a reach, {:.0f} with 200 mm to spare, {:.0f} with obstacles".format(*each))
+    each = 1e6 * around(bodies, seated, cab, seat)
+    print(f"reach_people, {len(each)} controls one by one, with obstacles and 200 mm to spare: "
+          f"{np.median(each):.0f} us a reach in the median, {each.mean():.0f} in the mean")  # fmt: skip
     some = timed(lambda: wb.reach_map(bodies, seated.poses, cab, "instrument_panel", points=500, zone=2))
     print(f"reach_map: {1e6 * some / count / 500:.1f} us a point and person, either hand")
     one = wb.Poses(seated.poses.rotations[:1], seated.poses.reference, seated.poses.world_from_reference[:1])

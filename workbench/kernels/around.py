@@ -36,6 +36,8 @@ NEAR = 0.03
 STEPS, FEW = 24, 16
 """Steps of a descent against walls, and of one to where walls end."""
 TURNS, LAST_TURNS = 6, 2
+MOST_LOST = 1
+"""Times that walls may keep the target out of reach before they are taken to close the way."""
 SAME = 0.9
 """Cosine between normals of walls before the same sphere that are taken to be one."""
 MOST_NEW, BEST = 8, 4
@@ -166,7 +168,7 @@ def _rounds(link, limbs, b, problem, held, room, turns, warm, p, trail, desk, st
     where it then reaches the target. What is better than what is there is kept."""
     base, goal = problem
     stops, numbers = link.rows.shape[0], trail.numbers
-    none = np.int64(0)  # a plain 0 would have all that it is passed to compiled for itself
+    none, lost = np.int64(0), 0  # a plain 0 would have all that it is passed to compiled for itself
     for _ in range(turns):
         span, pull = (none, desk.many[0]), LAST
         steps, far = descend(link, b, problem, p, desk.planes, span, np.int64(STEPS), warm, state, work)
@@ -189,8 +191,9 @@ def _rounds(link, limbs, b, problem, held, room, turns, warm, p, trail, desk, st
             less = overlap <= 0.0
         if less and breach < LEGAL:
             _keep(link, p, (error, breach, overlap, part), pull * error, trail, desk, state, work)
-        if overlap <= 0.0:
-            return error < REACHED and breach < LEGAL
+        lost += 1 if far else 0
+        if overlap <= 0.0 or lost > MOST_LOST:
+            return overlap <= 0.0 and error < REACHED and breach < LEGAL
         _build(limbs, b, room, count, stops, space, desk, work)
         warm = True
     return False
