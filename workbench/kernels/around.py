@@ -191,7 +191,7 @@ def _rounds(link, limbs, b, problem, held, room, turns, warm, p, trail, desk, st
             less = overlap <= 0.0
         if less and breach < LEGAL:
             _keep(link, p, (error, breach, overlap, part), pull * error, trail, desk, state, work)
-        lost += 1 if far else 0
+        lost += 1 if error >= REACHED else 0
         if overlap <= 0.0 or lost > MOST_LOST:
             return overlap <= 0.0 and error < REACHED and breach < LEGAL
         _build(limbs, b, room, count, stops, space, desk, work)
