@@ -95,9 +95,12 @@ def _blocked(trail: Trail, free: Bools) -> Ints:
 
 
 def _sampled(left: Ints, alike: Ints) -> Ints:
-    """Of rows left the first and the last of each kind, and one in EVERY between."""
+    """Of rows left the first and the last of each kind, and one in EVERY between; of few, at least four, if there are."""
     groups = np.split(left, np.flatnonzero(np.diff(alike[left])) + 1)
-    return np.concatenate([np.unique(np.append(group[::EVERY], group[-1])) for group in groups])
+    steps = [max(1, min(EVERY, len(group) // 4)) for group in groups]
+    return np.concatenate(
+        [np.unique(np.append(group[::step], group[-1])) for group, step in zip(groups, steps, strict=True)]
+    )
 
 
 def _guides(trail: Trail, left: Ints, alike: Ints, way: int) -> Ints:

@@ -81,7 +81,9 @@ def reach_people(
     person's seat by shift (B, 3) [m]. spare [m]: how far beyond a reached target to look for the farthest point that
     the limb still reaches, on the ray from its first joint (shoulder, hip) as it stands in the poses; to within 1 mm,
     obstacles aside. rotations: whether to give the postures found. threads: all cores where None; the answer does not
-    depend on it. UsageError where numbers of rows do not fit or bodies are not of one family.
+    depend on it. Who else is asked may lead somebody to another posture that is as good as any near it; whoever is said
+    to be kept from a target by obstacles has searched in vain, or stands between two who have. UsageError where numbers
+    of rows do not fit or bodies are not of one family.
     """
     goals = _targets(bodies, poses, targets)
     moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
