@@ -95,7 +95,7 @@ def _blocked(trail: Trail, free: Bools) -> Ints:
 
 
 def _sampled(left: Ints, alike: Ints) -> Ints:
-    """Of rows left the first and the last of each kind, and one in EVERY between; of few, at least four, if there are."""
+    """Of rows left the first and the last of each kind, and one in EVERY between; of few at least four."""
     groups = np.split(left, np.flatnonzero(np.diff(alike[left])) + 1)
     steps = [max(1, min(EVERY, len(group) // 4)) for group in groups]
     return np.concatenate(
