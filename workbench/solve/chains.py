@@ -113,7 +113,8 @@ def solved(
     """Solve all rows from their start angles (P, K, 3), again from `again` other postures where a row fails; or from
     the row of the same piece that they follow; or from what was found before for another target or other walls."""
     count, link = len(task), task.link
-    out = np.array(start), np.zeros((count, 8)), np.zeros((count, 6 + len(link.rows)))
+    # in one order always: for each other one the kernels would be compiled again
+    out = np.array(start, order="C"), np.zeros((count, 8)), np.zeros((count, 6 + len(link.rows)))
     planes, first = NO_PLANES, np.zeros(count + 1, dtype=np.int64)
     if walls is not None:
         at, normal, offset = (np.ascontiguousarray(walls.planes[:, c]) for c in (slice(1, 4), slice(4, 7), 7))
