@@ -28,8 +28,8 @@ from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.solve.collide import by_segment, collides, self_clearance
-from workbench.solve.fields import field_of, packed_faces
+from workbench.solve.contact.collide import by_segment, collides, self_clearance
+from workbench.solve.contact.fields import field_of, packed_faces
 
 POSES = 1000
 Row = tuple[str, str, str, float, str]

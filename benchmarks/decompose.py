@@ -17,13 +17,13 @@ import trimesh
 from workbench.files.meshes.reading import read_mesh
 from workbench.model.arrays import Floats
 from workbench.model.outlines import Outlines
-from workbench.shape.candidates import Limits
-from workbench.shape.decompose import decompose
-from workbench.shape.fewest import fewest_spheres
-from workbench.shape.fit_quality import fit_quality
+from workbench.shape.fitting.candidates import Limits
+from workbench.shape.fitting.decompose import decompose
+from workbench.shape.fitting.fewest import fewest_spheres
+from workbench.shape.fitting.fit_quality import fit_quality
+from workbench.shape.fitting.problem import Joints
+from workbench.shape.fitting.regions import Regions
 from workbench.shape.outlines import outline_surface
-from workbench.shape.problem import Joints
-from workbench.shape.regions import Regions
 from workbench.shape.surface import Surface, sealed
 
 BODY = Path(__file__).resolve().parents[2] / "shared" / "data" / "bodies" / "makehuman_derived" / "adult_male.obj"

@@ -20,10 +20,10 @@ from PIL import Image, ImageDraw
 
 import workbench as wb
 from workbench.draw.camera import Camera, standard_view
-from workbench.draw.circles import circles
 from workbench.draw.disks import disks
-from workbench.draw.frames import disks_of, flat_frame, shaded_frame
-from workbench.draw.outline import outline
+from workbench.draw.films.frames import disks_of, flat_frame, shaded_frame
+from workbench.draw.lines.circles import circles
+from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody, Spheres
 from workbench.draw.sources import scene_of
 from workbench.draw.views import fitted_view

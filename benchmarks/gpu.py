@@ -19,8 +19,8 @@ from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.solve.collide import by_segment
-from workbench.solve.posed import posed_collides
+from workbench.solve.contact.collide import by_segment
+from workbench.solve.contact.posed import posed_collides
 
 CHECKED = 2000
 

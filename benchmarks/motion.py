@@ -23,7 +23,7 @@ from workbench.files.motions.markers import read_c3d
 from workbench.files.motions.tables import angle_table_text, read_angle_table
 from workbench.model.arrays import Floats
 from workbench.model.moving import poses_at
-from workbench.solve.markers import bridged, poses_from_markers
+from workbench.solve.recorded.markers import bridged, poses_from_markers
 from workbench.solve.signals import hic
 
 FRAMES, RATE, SAMPLES = 2752, 120.0, 100_000

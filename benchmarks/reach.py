@@ -15,8 +15,8 @@ import numpy as np
 
 import workbench as wb
 from workbench.model.posing import compose
-from workbench.solve.limbs import limb
-from workbench.solve.posture import Pedals
+from workbench.solve.reaching.limbs import limb
+from workbench.solve.seating.posture import Pedals
 from workbench.solve.stops import stops
 
 WARM = 4

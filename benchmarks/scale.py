@@ -14,8 +14,8 @@ import numpy as np
 
 import workbench as wb
 from workbench.files.populations import load_population_model
-from workbench.shape.measure import MEASURES, measure
-from workbench.shape.scale import morph_to, scale, scale_many
+from workbench.shape.scaling.measure import MEASURES, measure
+from workbench.shape.scaling.scale import morph_to, scale, scale_many
 from workbench.study.crowd import SHOWN
 from workbench.study.persons import person_body
 

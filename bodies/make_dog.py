@@ -20,8 +20,8 @@ from scipy.ndimage import gaussian_filter
 
 import workbench as wb
 from workbench.files.postures import load_postures, posture_pose
+from workbench.shape.fitting.segmenting import Bones, SegmentedFit, fit_segments, regions_of
 from workbench.shape.marching import level_surface
-from workbench.shape.segmenting import Bones, SegmentedFit, fit_segments, regions_of
 from workbench.shape.surface import Surface, sealed
 
 __all__ = ["body_text", "dog_surface", "main"]

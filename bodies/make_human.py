@@ -34,7 +34,7 @@ from human.truth import allowances, fit_errors
 from human.write import BODY_SEGMENTS, archive, body_text
 from numpy.typing import NDArray
 
-from workbench.files.bodies import load_body
+from workbench.files.body.bodies import load_body
 from workbench.model.body import Body
 from workbench.shape.surface import Surface
 

@@ -14,9 +14,9 @@ from workbench.draw.disks import disks
 from workbench.draw.scene import Scene, SceneBody
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import Driver, Package
-from workbench.shape.measure import measure
 from workbench.shape.parts import moved
-from workbench.solve.driving import driving_posture
+from workbench.shape.scaling.measure import measure
+from workbench.solve.seating.driving import driving_posture
 
 IMAGES = Path(__file__).resolve().parent / "images"
 OPEN = ("left_*", "roof_*")  # what is taken off to see the driver

@@ -9,16 +9,16 @@ import numpy as np
 from PIL import Image
 
 import workbench as wb
-from workbench.draw.circles import circles
 from workbench.draw.disks import disks
-from workbench.draw.film import film_frames, write_film
-from workbench.draw.frames import flat_frame
-from workbench.draw.motion import every_pose, frame_times, scene_at
-from workbench.draw.outline import outline
+from workbench.draw.films.film import film_frames, write_film
+from workbench.draw.films.frames import flat_frame
+from workbench.draw.films.motion import every_pose, frame_times, scene_at
+from workbench.draw.films.strip import strip_image
+from workbench.draw.lines.circles import circles
+from workbench.draw.lines.outline import outline
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.sources import scene_of, source_of
-from workbench.draw.strip import strip_image
 from workbench.draw.views import framed_views
 from workbench.model.moving import poses_at
 

@@ -11,8 +11,8 @@ import numpy as np
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench.model.quaternions import exponential
-from workbench.solve.collide import by_segment
-from workbench.solve.posed import posed_collides
+from workbench.solve.contact.collide import by_segment
+from workbench.solve.contact.posed import posed_collides
 
 
 def main(body_file: Path) -> None:

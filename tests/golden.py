@@ -12,10 +12,10 @@ from pathlib import Path
 
 from tests.test_draw import BOX, boxes, spheres_body
 from workbench.draw.camera import Camera, standard_view
-from workbench.draw.circles import circles
-from workbench.draw.outline import outline
+from workbench.draw.films.strip import strip_svg
+from workbench.draw.lines.circles import circles
+from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Mark, Scene
-from workbench.draw.strip import strip_svg
 
 __all__ = ["FOLDER", "PICTURES"]
 

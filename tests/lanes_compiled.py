@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from workbench.kernels.field import list_of, list_ways
-from workbench.kernels.heads import near_heads
+from workbench.kernels.contact.field import list_of, list_ways
+from workbench.kernels.contact.heads import near_heads
+from workbench.kernels.contact.wide import near_boxes, point_lanes
 from workbench.kernels.lanes import (
     codes,
     corners,
@@ -38,7 +39,6 @@ from workbench.kernels.quads import (
     store_triples,
     upper,
 )
-from workbench.kernels.wide import near_boxes, point_lanes
 
 
 @njit

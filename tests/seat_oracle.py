@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from workbench.solve.limbs import limb
-from workbench.solve.posture import eye_points, pointed_foot, positions
-from workbench.solve.reach import reach
-from workbench.solve.seating import seat_attitude, seat_body, seat_planes
+from workbench.solve.reaching.limbs import limb
+from workbench.solve.reaching.reach import reach
+from workbench.solve.seating.posture import eye_points, pointed_foot, positions
+from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
 
 TURNS, LIFTS, SHORT, HEEL_IN_AIR = 3, 4, 1e-3, 10.0
 

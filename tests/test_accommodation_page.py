@@ -16,9 +16,9 @@ from tests.accommodations import few, made, panel_map, trainer, trainer_accommod
 from workbench.draw.contours import level_loops, spacing, spread
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
-from workbench.report.accommodation_charts import bar, margin_axis, margin_range, margin_strip, share_axis, whisker
-from workbench.report.accommodation_page import accommodation_page
-from workbench.report.accommodation_words import (
+from workbench.report.accommodation.charts import bar, margin_axis, margin_range, margin_strip, share_axis, whisker
+from workbench.report.accommodation.page import accommodation_page
+from workbench.report.accommodation.words import (
     accommodation_headline,
     gain_sentence,
     percent,

@@ -20,17 +20,17 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
-from workbench.files.accommodation_results import load_accommodation_result
-from workbench.files.accommodation_studies import load_accommodation
+from workbench.files.accommodation.results import load_accommodation_result
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.files.kinds import json_schemas
-from workbench.report.accommodation_data import accommodation_lines
+from workbench.report.accommodation.data import accommodation_lines
 from workbench.report.folder import write_report
 from workbench.shape.parts import moved
-from workbench.solve import index_cache
-from workbench.solve.limbs import limb
-from workbench.solve.people_gaps import Gap, people_gaps
+from workbench.solve.contact import index_cache
+from workbench.solve.contact.people_gaps import Gap, people_gaps
 from workbench.solve.people_placed import place_people
-from workbench.solve.reach import reach
+from workbench.solve.reaching.limbs import limb
+from workbench.solve.reaching.reach import reach
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.accommodation import accommodation_study, ready
 from workbench.study.accommodation.crew import crew_of

@@ -12,7 +12,7 @@ from tests.conftest import ROOT, SHARED
 from tests.toy_cockpit import ENVIRONMENT, STUDY, write_toy
 from workbench.cli import main
 from workbench.errors import MissingPartError
-from workbench.files.accommodation_studies import load_accommodation
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.model.accommodation import Requirement
 from workbench.model.study import Criterion
 from workbench.study.accommodation.accommodation import _hopeless

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ONE_ARM
-from workbench.files.body_writer import body_text
+from workbench.files.body.writer import body_text
 from workbench.model.blend import enclosing_spheres
 from workbench.model.quaternions import rotate
 

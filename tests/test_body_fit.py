@@ -13,9 +13,9 @@ from tests.conftest import ONE_ARM
 from tests.one_arm_cab import POSTURES
 from workbench.cli import main
 from workbench.errors import InputError, UsageError
-from workbench.shape.candidates import Limits
-from workbench.shape.polish import union_field
-from workbench.shape.sampling import random_samples
+from workbench.shape.fitting.candidates import Limits
+from workbench.shape.fitting.polish import union_field
+from workbench.shape.fitting.sampling import random_samples
 from workbench.study.fit_body import bound_of, fit_body, placed_skeleton, read_surface
 
 COARSE = ["--outward", "8 mm", "--inward", "8 mm", "--least-radius", "3 mm"]

@@ -11,15 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, boxes, crowd, front, painted_slowly, spheres_body
-from workbench.draw.arcs import arc_lengths, outline_arcs
 from workbench.draw.camera import VIEWS, fitted, look_at, metric, project, projective, standard_view, turned
-from workbench.draw.circles import circles
 from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
 from workbench.draw.cutting import cut_away
 from workbench.draw.disks import disks
-from workbench.draw.edges import drawn_edges
 from workbench.draw.eyes import eye_point, eye_view
-from workbench.draw.outline import outline
+from workbench.draw.lines.arcs import arc_lengths, outline_arcs
+from workbench.draw.lines.circles import circles
+from workbench.draw.lines.edges import drawn_edges
+from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.sources import scene_of
 from workbench.draw.views import fitted_view

@@ -11,9 +11,9 @@ import workbench as wb
 from tests import oracles
 from tests.conftest import box_part, environment_of
 from workbench.files.meshes.parts import RawPart
-from workbench.kernels.polygon import point_polygon, point_winding
+from workbench.kernels.contact.polygon import point_polygon, point_winding
 from workbench.model.contacts import relation
-from workbench.solve.collide import _faces, body_clearance, nearest, self_clearance
+from workbench.solve.contact.collide import _faces, body_clearance, nearest, self_clearance
 
 
 def at(body, *position, angles=None):

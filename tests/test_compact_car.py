@@ -10,8 +10,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.solve.packaging import eyellipse, heel_from_ball, pedal_plane_angle, seat_curve
-from workbench.solve.seating import seat_planes
+from workbench.solve.seating.packaging import eyellipse, heel_from_ball, pedal_plane_angle, seat_curve
+from workbench.solve.seating.seating import seat_planes
 from workbench.study.reaches import buried_controls
 
 FOLDER = ROOT / "environments" / "compact_car"

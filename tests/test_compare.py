@@ -22,8 +22,8 @@ from workbench.errors import InputError
 from workbench.model.comparison import Judged
 from workbench.people.paired import paired_share
 from workbench.people.share import share_of
-from workbench.report.compare_page import comparison_tables, write_comparison
-from workbench.report.compare_words import change_sentence, comparison_headline
+from workbench.report.comparison.page import comparison_tables, write_comparison
+from workbench.report.comparison.words import change_sentence, comparison_headline
 from workbench.report.folder import write_report
 from workbench.study.accommodation.compare import compare, judged
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from tests.conftest import ROOT
 from workbench.cli import main
 from workbench.errors import InputError
-from workbench.files.bodies import load_body
-from workbench.files.crash_studies import load_crash
+from workbench.files.body.bodies import load_body
+from workbench.files.crash.studies import load_crash
 from workbench.files.motions.tables import angle_table_text
 from workbench.model.motion import SegmentTrack
 from workbench.model.poses import Poses
@@ -21,7 +21,7 @@ from workbench.model.posing import compose, motion_of
 from workbench.report.movement import movement_sentences, spells
 from workbench.report.turning import Turning
 from workbench.solve.forward import place
-from workbench.solve.tracks import poses_from_track
+from workbench.solve.recorded.tracks import poses_from_track
 from workbench.study.crash.crash import crash_study
 
 BODY = load_body("bubbleman")

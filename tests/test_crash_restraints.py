@@ -11,10 +11,10 @@ import pytest
 from tests.crash_pit import SIMULATION, pit
 from tests.test_crash import BODY, standing
 from workbench.cli import main
-from workbench.files.crash_studies import load_crash
+from workbench.files.crash.studies import load_crash
 from workbench.files.motions.tables import angle_table_text
 from workbench.model.poses import Poses
-from workbench.report.crash_words import pulse_words
+from workbench.report.crash.words import pulse_words
 from workbench.solve.forward import place
 from workbench.study.crash.belts import with_belts
 from workbench.study.crash.crash import crash_ready, crash_study
@@ -142,7 +142,7 @@ def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surfac
 
 
 def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("workbench.report.crash_pictures._SECONDS", 0.5)
+    monkeypatch.setattr("workbench.report.crash.pictures._SECONDS", 0.5)
     path = fall("against: {file: fall.csv, move: [0, 0, 35], name: the other}\n")
     result = crash_study(load_crash(path))
     assert [v.passed for v in result.verdicts] == [False]

@@ -12,7 +12,7 @@ from tests.conftest import ROOT
 from tests.family import write_family
 from workbench.cli import main
 from workbench.model.measures import COCKPIT
-from workbench.shape.measure import measure
+from workbench.shape.scaling.measure import measure
 
 
 def run(*words):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.draw.svg import number_rows
+from workbench.draw.lines.svg import number_rows
 from workbench.errors import InputError
 
 

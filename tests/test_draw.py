@@ -14,10 +14,10 @@ import pytest
 from numpy.typing import ArrayLike
 
 from workbench.draw.camera import VIEWS, Camera, project, standard_view
-from workbench.draw.circles import circles
 from workbench.draw.disks import disks
-from workbench.draw.edges import drawn_edges, visible_lines
-from workbench.draw.marks import placed_marks
+from workbench.draw.lines.circles import circles
+from workbench.draw.lines.edges import drawn_edges, visible_lines
+from workbench.draw.marks.layout import placed_marks
 from workbench.draw.scene import Mark, Scene, SceneBody, numbered
 from workbench.draw.views import four_views
 from workbench.draw.visibility import projected_disks, visible_layers
@@ -257,7 +257,7 @@ def test_a_view_that_misses_the_scene_is_an_empty_page() -> None:
 
 def test_the_kernels_run_with_the_compiler_off() -> None:
     code = (
-        "import numpy as np; from workbench.kernels.raster import *;"
+        "import numpy as np; from workbench.kernels.pictures.raster import *;"
         "d = np.array([[5.0, 5.0, 3.0], [7.5, 5.2, 2.0]]); i = np.full((10, 12), -1); z = np.full((10, 12), -np.inf);"
         "sphere_depths(d, d[:, 0], d[:, 2] / 10, z);"
         "t = np.array([[[-3.0, 1, 0], [11, 2, 1], [4, 20, 2]]]); n = np.full((10, 12), -1); c = n > 0;"

@@ -13,17 +13,17 @@ from scipy.optimize import minimize
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.files.encumbrances import load_encumbrance
+from workbench.files.body.encumbrances import load_encumbrance
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import ANGLES, Driver, Package
 from workbench.model.environment import Rest, Seat
-from workbench.shape.measure import measure
+from workbench.shape.scaling.measure import measure
 from workbench.shape.wear import wear
-from workbench.solve.driving import driving_posture
-from workbench.solve.driving_angles import drawn_angles, driving_angles, h_point_offset
-from workbench.solve.driving_people import seat_drivers
-from workbench.solve.packaging import heel_from_ball, pedal_plane_angle, seat_curve
-from workbench.solve.spine import side_view, spine_of, spine_tilts
+from workbench.solve.seating.driving import driving_posture
+from workbench.solve.seating.driving_angles import drawn_angles, driving_angles, h_point_offset
+from workbench.solve.seating.driving_people import seat_drivers
+from workbench.solve.seating.packaging import heel_from_ball, pedal_plane_angle, seat_curve
+from workbench.solve.seating.spine import side_view, spine_of, spine_tilts
 
 SMALL = Driver("female", 1.525, 0.803, 51.3 / 1.525**2)
 MEDIAN = Driver("male", 1.755, 0.918, 27.47)

@@ -16,9 +16,9 @@ from workbench.dynamics.crash import simulate
 from workbench.dynamics.masses import carried, segment_inertia, segment_masses
 from workbench.dynamics.stops import STOP_SOFTNESS, packed_stops
 from workbench.errors import InputError
+from workbench.files.crash.simulations import load_simulation
 from workbench.files.motions.tables import read_angle_table
-from workbench.files.simulations import load_simulation
-from workbench.kernels.past_stops import past_stops
+from workbench.kernels.limbs.past_stops import past_stops
 from workbench.model.poses import Poses
 from workbench.model.posing import compose
 from workbench.model.pulse import gained

@@ -14,10 +14,10 @@ from tests.family import write_family
 from workbench.cli import main
 from workbench.files.populations import load_population_model
 from workbench.model.basis import in_order
-from workbench.shape.measure import measure
-from workbench.shape.morph import morph
-from workbench.shape.scale import scale, scale_many
-from workbench.shape.space import shape_space
+from workbench.shape.scaling.measure import measure
+from workbench.shape.scaling.morph import morph
+from workbench.shape.scaling.scale import scale, scale_many
+from workbench.shape.scaling.space import shape_space
 from workbench.study.persons import person_body
 
 SIX = ("stature", "sitting_height", "bideltoid_breadth", "knee_height_sitting", "shoulder_elbow_length", "foot_length")
@@ -142,7 +142,7 @@ def test_how_improbable_the_mix_is_stands_in_standard_deviations(adult):
 
 
 def test_a_length_is_what_its_knobs_add_to_it(adult):
-    from workbench.shape.measure import lengths
+    from workbench.shape.scaling.measure import lengths
 
     space = shape_space(adult)
     rng = np.random.default_rng(1)
@@ -153,8 +153,8 @@ def test_a_length_is_what_its_knobs_add_to_it(adult):
 
 
 def test_blended_spheres_are_measured_where_they_are_placed(adult):
-    from workbench.shape.manikin import Manikin
-    from workbench.shape.rig import POSTURES
+    from workbench.shape.scaling.manikin import Manikin
+    from workbench.shape.scaling.rig import POSTURES
 
     blended = replace(adult, blend_share=np.where(adult.blend_joint >= 0, 0.4, 0.0))
     manikin = Manikin(blended)

@@ -14,13 +14,13 @@ from tests.conftest import box_part, environment_of
 from tests.lanes_compiled import cell_mix, list_bounds
 from tests.test_fast import ZOO, moved
 from workbench.kernels import lanes
-from workbench.kernels.field import nearest_in, nearest_of, record_point, square_bound
-from workbench.kernels.inside import inside_part
-from workbench.kernels.polygon import point_polygon
-from workbench.kernels.triangles import ROWS
-from workbench.kernels.wide import DEEP, EIGHT
-from workbench.solve.batches import grouped_clearance, least_clearance
-from workbench.solve.fields import field_of, packed_faces, packed_records, packed_shells
+from workbench.kernels.contact.field import nearest_in, nearest_of, record_point, square_bound
+from workbench.kernels.contact.inside import inside_part
+from workbench.kernels.contact.polygon import point_polygon
+from workbench.kernels.contact.triangles import ROWS
+from workbench.kernels.contact.wide import DEEP, EIGHT
+from workbench.solve.contact.batches import grouped_clearance, least_clearance
+from workbench.solve.contact.fields import field_of, packed_faces, packed_records, packed_shells
 
 part = st.floats(0, 1, width=32)
 

@@ -15,16 +15,16 @@ from PIL import Image
 import workbench as wb
 from tests.conftest import ROOT
 from tests.test_draw import SVG, crowd, front, spheres_body
-from workbench.draw.circles import circles
 from workbench.draw.disks import disks
-from workbench.draw.film import film_frames, stamped, write_film
+from workbench.draw.films.film import film_frames, stamped, write_film
+from workbench.draw.films.motion import every_pose, frame_times, scene_at, timed
+from workbench.draw.films.strip import strip_image, strip_svg
 from workbench.draw.ghosts import ghost_strengths
+from workbench.draw.lines.circles import circles
 from workbench.draw.looks import look_for
-from workbench.draw.motion import every_pose, frame_times, scene_at, timed
 from workbench.draw.render import camera_of_all
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.sources import source_of
-from workbench.draw.strip import strip_image, strip_svg
 from workbench.draw.visibility import cut_depth, projected_disks
 from workbench.errors import InputError, MissingPartError, UsageError
 from workbench.model.moving import poses_at
@@ -172,7 +172,7 @@ def test_what_no_film_can_be_is_refused(tmp_path, name, fps, message):
 def test_mp4_without_its_encoder_names_the_package_and_exits_with_4(tmp_path):
     code = (
         "import sys; sys.modules['imageio_ffmpeg'] = None\n"
-        "from pathlib import Path; from PIL import Image; from workbench.draw.film import write_film\n"
+        "from pathlib import Path; from PIL import Image; from workbench.draw.films.film import write_film\n"
         "from workbench.errors import MissingPartError\n"
         "try: write_film(Path('film.mp4'), iter([Image.new('RGB', (8, 8))]), 1, fps=25)\n"
         "except MissingPartError as error: print(error.exit_code, error)\n"

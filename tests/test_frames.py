@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 from tests.conftest import printed_with_and_without_the_compiler
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
 from workbench.draw.camera import Camera, look_at, standard_view, turned
-from workbench.draw.circles import circles
 from workbench.draw.disks import MODES, POLYGONS, disks
-from workbench.draw.frames import disks_of, flat_frame, painted, shaded_frame, sphere_at, surfaces_of
+from workbench.draw.films.frames import disks_of, flat_frame, painted, shaded_frame, sphere_at, surfaces_of
+from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Scene, Spheres
 from workbench.draw.sources import scene_of
 from workbench.draw.visibility import visible_layers
 from workbench.errors import InputError, UsageError
-from workbench.kernels.frames import resort
+from workbench.kernels.pictures.frames import resort
 from workbench.model.arrays import Bools, Floats, Ints
 
 

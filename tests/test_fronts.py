@@ -13,8 +13,8 @@ import workbench as wb
 from tests.test_blend import random_blend
 from workbench.kernels import lanes
 from workbench.model.blend import enclosing_spheres
-from workbench.solve.collide import self_clearance
-from workbench.solve.crowd import blocks_of
+from workbench.solve.contact.collide import self_clearance
+from workbench.solve.contact.crowd import blocks_of
 
 
 def crowded(body, seed, *, most=200, grid=0.0):

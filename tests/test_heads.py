@@ -7,9 +7,9 @@ import pytest
 
 from tests.lanes_compiled import node_bounds
 from tests.test_fast import ZOO, moved
-from workbench.kernels.polygon import point_polygon
-from workbench.kernels.wide import DEEP, EIGHT
-from workbench.solve.fields import field_of, packed_faces
+from workbench.kernels.contact.polygon import point_polygon
+from workbench.kernels.contact.wide import DEEP, EIGHT
+from workbench.solve.contact.fields import field_of, packed_faces
 
 
 def below(field, c):

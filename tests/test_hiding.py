@@ -15,18 +15,18 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
-from workbench.draw.arcs import arc_points, outline_arcs
 from workbench.draw.camera import in_view, look_at, projective, standard_view, to_picture
-from workbench.draw.circles import circles, largest_difference
 from workbench.draw.disks import disks
-from workbench.draw.edges import drawn_edges
-from workbench.draw.frames import disks_of
-from workbench.draw.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
-from workbench.draw.motion import every_pose
-from workbench.draw.outline import outline
+from workbench.draw.films.frames import disks_of
+from workbench.draw.films.motion import every_pose
+from workbench.draw.lines.arcs import arc_points, outline_arcs
+from workbench.draw.lines.circles import circles, largest_difference
+from workbench.draw.lines.edges import drawn_edges
+from workbench.draw.lines.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
+from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
 from workbench.errors import UsageError
-from workbench.kernels.hiding import hidden_arcs, hidden_lines, hiding_planes
+from workbench.kernels.pictures.hiding import hidden_arcs, hidden_lines, hiding_planes
 from workbench.model.poses import Placed
 
 
@@ -157,7 +157,7 @@ def test_a_square_before_a_circle_hides_the_arc_inside_it_and_nothing_else():
 
 
 def hiders_by_hand(corners):
-    from workbench.kernels.hiding import Hiders
+    from workbench.kernels.pictures.hiding import Hiders
 
     inside = np.arange(len(corners))
     return Hiders(hiding_planes(corners, 0.0), 1e3, 1, 1, np.array([0, len(corners)]), inside)
@@ -292,7 +292,7 @@ def test_a_placed_body_outside_the_window_hides_nothing():
 
 def test_the_kernels_run_with_the_compiler_off():
     code = (
-        "import numpy as np; from workbench.kernels.hiding import *; r = np.random.default_rng(5);"
+        "import numpy as np; from workbench.kernels.pictures.hiding import *; r = np.random.default_rng(5);"
         "c = r.uniform(-3, 3, (20, 3, 3)); p = hiding_planes(c, 1e-3);"
         "h = Hiders(p, 10.0, 1, 1, np.array([0, 20]), np.arange(20)); m = r.uniform(-1, 1, (15, 3, 3));"
         "a = hidden_arcs(m, np.tile([0.3, 6.0], (15, 1)), h); e = r.uniform(0, 3, (15, 2, 3)); l = hidden_lines(e, h);"

@@ -30,7 +30,7 @@ HOMES = {
     "cyclopts": {"cli.py", *(f"{name}.py" for name in COMMANDS)},
     "rich": {"cli_progress.py"},
     "pyvista": {"draw/window.py"},
-    "imageio_ffmpeg": {"draw/film_mp4.py"},
+    "imageio_ffmpeg": {"draw/films/mp4.py"},
     "manifold3d": {"shape"},
     "mujoco": {"dynamics/mjcf.py"},
     "distributed": {"study/accommodation/cluster.py"},

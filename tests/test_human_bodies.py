@@ -10,10 +10,10 @@ import yaml
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.kernels.nearest import morton_order
-from workbench.shape.measure import MEASURES, measure
-from workbench.shape.morph import morph
-from workbench.shape.polish import union_field
+from workbench.kernels.contact.nearest import morton_order
+from workbench.shape.fitting.polish import union_field
+from workbench.shape.scaling.measure import MEASURES, measure
+from workbench.shape.scaling.morph import morph
 
 NAMES = ("adult_male", "adult_female", "child_6", "child_3")
 ADULTS = {"adult_male": 0, "adult_female": 1}

@@ -8,8 +8,8 @@ import pytest
 import workbench as wb
 from tests.conftest import environment_of
 from tests.test_fast import soup
-from workbench.solve import fields
-from workbench.solve.index_cache import MOST_FILES, cache_folder, content_key, kept
+from workbench.solve.contact import fields
+from workbench.solve.contact.index_cache import MOST_FILES, cache_folder, content_key, kept
 
 KEY = content_key([np.arange(3)])
 

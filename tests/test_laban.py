@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from workbench.cli import main
 from workbench.errors import InputError, UsageError
-from workbench.files.bodies import load_body
+from workbench.files.body.bodies import load_body
 from workbench.files.motions.laban import read_score, score_text
 from workbench.model.laban import (
     DIRECTIONS,

@@ -11,7 +11,7 @@ import pytest
 
 import workbench as wb
 from tests.test_crash import BODY, drop, standing
-from workbench.files.crash_studies import load_crash
+from workbench.files.crash.studies import load_crash
 from workbench.files.motions import bvh, opensim, tables
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.tables import angle_table_text
@@ -19,9 +19,10 @@ from workbench.model import poses as model_poses
 from workbench.model import spool
 from workbench.model.arrays import frozen
 from workbench.model.posing import motion_of
-from workbench.report import crash_data, movement
-from workbench.report.crash_data import crash_csv_tables, crash_result_file
-from workbench.solve import episodes as solve_episodes
+from workbench.report import movement
+from workbench.report.crash import data as crash_data
+from workbench.report.crash.data import crash_csv_tables, crash_result_file
+from workbench.solve.contact import episodes as solve_episodes
 from workbench.study import motions
 from workbench.study.crash import crash, frames
 from workbench.study.crash.crash import crash_study

@@ -7,16 +7,16 @@ import pytest
 
 from tests.conftest import SHARED
 from workbench.errors import InputError, UsageError
-from workbench.files.bodies import load_body
+from workbench.files.body.bodies import load_body
 from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.model.motion import Markers
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose, motion_of
 from workbench.solve.forward import place
-from workbench.solve.marker_names import marker_site
-from workbench.solve.marker_places import marker_places
-from workbench.solve.markers import bridged, poses_from_markers
+from workbench.solve.recorded.marker_names import marker_site
+from workbench.solve.recorded.marker_places import marker_places
+from workbench.solve.recorded.markers import bridged, poses_from_markers
 
 BODY = load_body("bubbleman")
 SIDED = ["FHD", "BHD", "SHO", "ELB", "IEL", "WRA", "WRB", "FIN", "ASI", "PSI", "THI", "KNE", "KNI", "TIB", "ANK", "HEE"]

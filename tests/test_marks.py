@@ -14,7 +14,11 @@ from PIL import ImageFont
 
 import workbench as wb
 from tests.test_draw import SVG, crowd, front, spheres_body
-from workbench.draw.annotations import (
+from workbench.draw.colours import MARKS
+from workbench.draw.disks import disks
+from workbench.draw.lines.circles import circles
+from workbench.draw.lines.outline import outline
+from workbench.draw.marks.annotations import (
     axes_marks,
     clearance_marks,
     contact_marks,
@@ -22,14 +26,10 @@ from workbench.draw.annotations import (
     segment_marks,
     stop_marks,
 )
-from workbench.draw.circles import circles
-from workbench.draw.colours import MARKS
-from workbench.draw.disks import disks
-from workbench.draw.marks import TEXT_SIZE, mark_shapes, placed_marks
-from workbench.draw.outline import outline
+from workbench.draw.marks.layout import TEXT_SIZE, mark_shapes, placed_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.errors import InputError, UsageError
-from workbench.solve.collide import nearest
+from workbench.solve.contact.collide import nearest
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import SHARED
 from workbench.cli import main
 from workbench.errors import InputError, UsageError
-from workbench.files.bodies import load_body
+from workbench.files.body.bodies import load_body
 from workbench.files.motions.bvh import read_bvh
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.lines import Pick
@@ -17,7 +17,7 @@ from workbench.files.motions.tables import angle_table_text, read_angle_table, r
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
 from workbench.solve.forward import place
-from workbench.solve.retarget import bone_positions, retarget
+from workbench.solve.recorded.retarget import bone_positions, retarget
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
 BODY = load_body("bubbleman")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from workbench.kernels.limits import Planes, rooms
-from workbench.kernels.linkage import move, new_state
-from workbench.kernels.newton import HOLD, INSIDE, equations, new_work
+from workbench.kernels.limbs.limits import Planes, rooms
+from workbench.kernels.limbs.linkage import move, new_state
+from workbench.kernels.limbs.newton import HOLD, INSIDE, equations, new_work
 from workbench.solve.family import family_of, packed_links
-from workbench.solve.limbs import limb
+from workbench.solve.reaching.limbs import limb
 
 STEP = 1e-4
 PLANE = Planes(np.array([3]), np.array([[0.01, 0.02, -0.2]]), np.array([[0.6, 0.0, 0.8]]), np.array([0.1]))

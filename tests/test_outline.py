@@ -15,15 +15,15 @@ from numpy.typing import ArrayLike
 
 from tests.conftest import printed_with_and_without_the_compiler
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
-from workbench.draw.arcs import outline_arcs
 from workbench.draw.camera import VIEWS, standard_view
-from workbench.draw.outline import outline
+from workbench.draw.lines.arcs import outline_arcs
+from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Mark, Scene, numbered
 from workbench.draw.sources import scene_of
 from workbench.draw.views import four_views
 from workbench.errors import UsageError
-from workbench.kernels.arcs import arc_chains, ends_met, rim_arcs
-from workbench.kernels.rims import parallel_rims
+from workbench.kernels.pictures.arcs import arc_chains, ends_met, rim_arcs
+from workbench.kernels.pictures.rims import parallel_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
 
@@ -246,7 +246,8 @@ def test_an_end_meets_another_chain_s_arc_only_along_its_angle() -> None:
 
 def test_the_kernels_run_with_the_compiler_off() -> None:
     code = (
-        "import numpy as np; from workbench.kernels.arcs import *; from workbench.kernels.rims import *;"
+        "import numpy as np; from workbench.kernels.pictures.arcs import *;"
+        "from workbench.kernels.pictures.rims import *;"
         "r = np.random.default_rng(5);"
         "b = np.column_stack([r.uniform(-3, 3, (30, 3)), r.uniform(0.1, 2, 30)]); s = np.arange(30) // 6;"
         "a, k = rim_arcs(parallel_rims(b, s, s // 3, np.eye(5) > 0, np.full(30, 0.4)));"

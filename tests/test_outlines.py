@@ -7,11 +7,11 @@ import pytest
 
 from tests.conftest import SHARED
 from workbench.errors import InputError
+from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import read_mesh
-from workbench.files.outlines import load_outlines
 from workbench.model.outlines import Outlines, crossing
-from workbench.shape.decompose import decompose
-from workbench.shape.fit_quality import fit_quality
+from workbench.shape.fitting.decompose import decompose
+from workbench.shape.fitting.fit_quality import fit_quality
 from workbench.shape.outlines import outline_surface
 from workbench.shape.surface import sealed
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
-from workbench.solve.packaging import (
+from workbench.solve.seating.packaging import (
     SEAT_CURVES,
     Eyellipse,
     eyellipse,

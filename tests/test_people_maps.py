@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from workbench.model.accommodation import MapTask
-from workbench.solve.reach_people import reach_people
+from workbench.solve.reaching.reach_people import reach_people
 from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.chunks import seated_chunk
 from workbench.study.accommodation.crew import crew_of

@@ -12,8 +12,8 @@ from tests.test_blend import random_blend
 from tests.test_fronts import crowded
 from workbench.kernels.order import stable_order
 from workbench.solve import forward
-from workbench.solve.batches import paired_clearance
-from workbench.solve.collide import self_clearance
+from workbench.solve.contact.batches import paired_clearance
+from workbench.solve.contact.collide import self_clearance
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
 

@@ -13,10 +13,10 @@ from tests.conftest import ROOT
 from tests.crash_pit import SIMULATION, pit
 from workbench.cli import main
 from workbench.errors import InputError
+from workbench.files.crash.pulses import read_pulse
+from workbench.files.crash.restraints import surface_point
+from workbench.files.crash.simulations import load_simulation
 from workbench.files.kinds import check_file, kind_of
-from workbench.files.pulses import read_pulse
-from workbench.files.restraints import surface_point
-from workbench.files.simulations import load_simulation
 from workbench.model.force import ForceLaw, force_at, force_history
 from workbench.model.pulse import STANDARD_GRAVITY, gained, half_sine, level_at, table_pulse, trapezoid
 

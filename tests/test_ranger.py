@@ -16,7 +16,7 @@ import workbench as wb
 from tests.conftest import SHARED
 from workbench.cli import main
 from workbench.files.inspection import inspect_environment
-from workbench.solve.collide import contacts
+from workbench.solve.contact.collide import contacts
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"
 DATA = Path(__file__).parent / "data"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench.model.posing import angles_of, compose
-from workbench.solve.limbs import Limb, limb
+from workbench.solve.reaching.limbs import Limb, limb
 from workbench.solve.stops import stops
 
 PLANAR = """

@@ -8,7 +8,7 @@ import pytest
 from tests.conftest import SHARED
 from workbench.files.motions.bvh import read_bvh
 from workbench.files.motions.lines import Pick
-from workbench.solve.retarget import bone_positions
+from workbench.solve.recorded.retarget import bone_positions
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
 

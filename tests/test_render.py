@@ -16,7 +16,7 @@ from tests.one_arm_cab import write_cab
 from workbench.cli import main
 from workbench.draw import window
 from workbench.draw.looks import DISPLAYS, ENDINGS, look_for
-from workbench.draw.marking import MARKS, marked
+from workbench.draw.marks.asked import MARKS, marked
 from workbench.draw.render import render
 from workbench.draw.sources import source_of
 from workbench.errors import InputError, MissingPartError, UsageError

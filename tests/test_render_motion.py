@@ -23,9 +23,9 @@ from tests.test_crash import drop  # noqa: F401
 from workbench.cli import main
 from workbench.draw.camera import standard_view
 from workbench.draw.cutting import cut_away, cut_of, opened
+from workbench.draw.films.recorded import Take, at_instants, in_motion, instants_of, laid_over, shown_span
 from workbench.draw.looks import look_for
-from workbench.draw.marking import marked
-from workbench.draw.recorded import Take, at_instants, in_motion, instants_of, laid_over, shown_span
+from workbench.draw.marks.asked import marked
 from workbench.draw.render import render
 from workbench.draw.scene import Scene
 from workbench.draw.sources import source_of

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import ROOT
 from tests.seat_oracle import seat_slowly
-from workbench.files.accommodation_studies import load_accommodation
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.model.environment import Rest, Seat
-from workbench.solve.posture import Pedals, positions
-from workbench.solve.seat_people import seat_people
-from workbench.solve.seating import seat_planes
+from workbench.solve.seating.posture import Pedals, positions
+from workbench.solve.seating.seat_people import seat_people
+from workbench.solve.seating.seating import seat_planes
 from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.crew import crew_of
 

@@ -7,9 +7,9 @@ import pytest
 import trimesh
 
 from workbench.errors import InputError, UsageError
-from workbench.shape.polish import union_field
-from workbench.shape.sampling import random_samples
-from workbench.shape.segmenting import Bones, fit_segments, regions_of
+from workbench.shape.fitting.polish import union_field
+from workbench.shape.fitting.sampling import random_samples
+from workbench.shape.fitting.segmenting import Bones, fit_segments, regions_of
 from workbench.shape.surface import sealed
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}

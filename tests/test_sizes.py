@@ -14,9 +14,9 @@ from tests.conftest import ROOT
 from workbench.cli import main
 from workbench.files.populations import load_population_model
 from workbench.files.postures import posture_pose
-from workbench.shape.manikin import Manikin
-from workbench.shape.measure import MEASURES, lengths, measure
-from workbench.shape.scale import scale
+from workbench.shape.scaling.manikin import Manikin
+from workbench.shape.scaling.measure import MEASURES, lengths, measure
+from workbench.shape.scaling.scale import scale
 from workbench.study.persons import person_body
 
 SIX = ("stature", "sitting_height", "eye_height_sitting", "acromial_height_sitting", "buttock_knee_length",
@@ -72,7 +72,7 @@ def test_bubbleman_measures_as_a_median_man(bubbleman):
 
 
 def test_a_length_is_linear_in_the_body_while_its_extreme_spheres_stay(bubbleman):
-    from workbench.shape.manikin import Shape
+    from workbench.shape.scaling.manikin import Shape
 
     base = Manikin(bubbleman)
     twice = base.changed(Shape(*(2 * getattr(base.shape, f) for f in ("centre", "radius", "in_parent", "in_child"))))

@@ -10,17 +10,17 @@ from tests.test_crash import drop
 from tests.test_markers import BODY, FULL, marked, walk
 from workbench.cli import main
 from workbench.errors import InputError
-from workbench.files.crash_studies import load_crash
+from workbench.files.crash.studies import load_crash
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.lines import Pick
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
-from workbench.shape.lengthen import lengthened
+from workbench.shape.scaling.lengthen import lengthened
 from workbench.solve.forward import place
-from workbench.solve.marker_names import marker_site
-from workbench.solve.marker_places import marker_places
-from workbench.solve.retarget import body_lengths
-from workbench.solve.subject import factors_from_markers, factors_from_track
+from workbench.solve.recorded.marker_names import marker_site
+from workbench.solve.recorded.marker_places import marker_places
+from workbench.solve.recorded.retarget import body_lengths
+from workbench.solve.recorded.subject import factors_from_markers, factors_from_track
 from workbench.study.crash.crash import crash_ready
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.subject import subject_body

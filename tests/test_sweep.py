@@ -20,7 +20,7 @@ from workbench.files.meshes.parts import RawPart
 from workbench.model.blend import enclosing_spheres
 from workbench.model.environment import Allowance
 from workbench.model.quaternions import from_matrices, matrices
-from workbench.solve.moving import centres_at, frames_of, jumps, pack_motion, ways
+from workbench.solve.contact.moving import centres_at, frames_of, jumps, pack_motion, ways
 
 EXACT = 2e-6
 

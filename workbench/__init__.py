@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from workbench.errors import MissingPartError as MissingPartError
     from workbench.errors import UsageError as UsageError
     from workbench.errors import WorkbenchError as WorkbenchError
-    from workbench.files.accommodation_studies import load_accommodation as load_accommodation
+    from workbench.files.accommodation.studies import load_accommodation as load_accommodation
     from workbench.files.ansur import read_ansur as read_ansur
-    from workbench.files.bodies import load_body as load_body
+    from workbench.files.body.bodies import load_body as load_body
     from workbench.files.environments import load_environment as load_environment
     from workbench.files.populations import load_population_model as load_population_model
     from workbench.files.studies import load_study as load_study
@@ -44,36 +44,36 @@ if TYPE_CHECKING:
     from workbench.model.study import Study as Study
     from workbench.people.boundary import boundary_cases as boundary_cases
     from workbench.people.draw import draw_people as draw_people
-    from workbench.shape.decompose import decompose as decompose
-    from workbench.shape.measure import measure as measure
-    from workbench.shape.scale import scale as scale
-    from workbench.shape.segmenting import Bones as Bones
-    from workbench.shape.segmenting import fit_segments as fit_segments
+    from workbench.shape.fitting.decompose import decompose as decompose
+    from workbench.shape.fitting.segmenting import Bones as Bones
+    from workbench.shape.fitting.segmenting import fit_segments as fit_segments
+    from workbench.shape.scaling.measure import measure as measure
+    from workbench.shape.scaling.scale import scale as scale
     from workbench.shape.surface import sealed as sealed
-    from workbench.solve.collide import body_clearance as body_clearance
-    from workbench.solve.collide import body_contacts as body_contacts
-    from workbench.solve.collide import clearance as clearance
-    from workbench.solve.collide import collides as collides
-    from workbench.solve.collide import contacts as contacts
-    from workbench.solve.collide import self_contacts as self_contacts
-    from workbench.solve.driving import driving_posture as driving_posture
-    from workbench.solve.driving_angles import driving_angles as driving_angles
-    from workbench.solve.episodes import body_episodes as body_episodes
-    from workbench.solve.episodes import episodes as episodes
-    from workbench.solve.episodes import self_episodes as self_episodes
+    from workbench.solve.contact.collide import body_clearance as body_clearance
+    from workbench.solve.contact.collide import body_contacts as body_contacts
+    from workbench.solve.contact.collide import clearance as clearance
+    from workbench.solve.contact.collide import collides as collides
+    from workbench.solve.contact.collide import contacts as contacts
+    from workbench.solve.contact.collide import self_contacts as self_contacts
+    from workbench.solve.contact.episodes import body_episodes as body_episodes
+    from workbench.solve.contact.episodes import episodes as episodes
+    from workbench.solve.contact.episodes import self_episodes as self_episodes
+    from workbench.solve.contact.sweep import body_sweep as body_sweep
+    from workbench.solve.contact.sweep import self_sweep as self_sweep
+    from workbench.solve.contact.sweep import sweep as sweep
     from workbench.solve.forward import place as place
     from workbench.solve.forward import rereference as rereference
     from workbench.solve.forward import update as update
-    from workbench.solve.limbs import limb as limb
-    from workbench.solve.packaging import eyellipse as eyellipse
-    from workbench.solve.packaging import seat_curve as seat_curve
-    from workbench.solve.reach import reach as reach
-    from workbench.solve.reach_people import reach_people as reach_people
-    from workbench.solve.seat_people import seat_people as seat_people
+    from workbench.solve.reaching.limbs import limb as limb
+    from workbench.solve.reaching.reach import reach as reach
+    from workbench.solve.reaching.reach_people import reach_people as reach_people
+    from workbench.solve.seating.driving import driving_posture as driving_posture
+    from workbench.solve.seating.driving_angles import driving_angles as driving_angles
+    from workbench.solve.seating.packaging import eyellipse as eyellipse
+    from workbench.solve.seating.packaging import seat_curve as seat_curve
+    from workbench.solve.seating.seat_people import seat_people as seat_people
     from workbench.solve.stops import stops as stops
-    from workbench.solve.sweep import body_sweep as body_sweep
-    from workbench.solve.sweep import self_sweep as self_sweep
-    from workbench.solve.sweep import sweep as sweep
     from workbench.study.accommodation.compare import compare as compare
     from workbench.study.envelope.envelope import reach_envelope as reach_envelope
     from workbench.study.envelope.people import people_envelope as people_envelope
@@ -90,8 +90,8 @@ _HOME: dict[str, str] = {
     "MissingPartError": "errors",
     "UsageError": "errors",
     "WorkbenchError": "errors",
-    "load_accommodation": "files.accommodation_studies",
-    "load_body": "files.bodies",
+    "load_accommodation": "files.accommodation.studies",
+    "load_body": "files.body.bodies",
     "load_environment": "files.environments",
     "load_study": "files.studies",
     "Body": "model.body",
@@ -100,10 +100,10 @@ _HOME: dict[str, str] = {
     "relation": "model.contacts",
     "Driver": "model.driving",
     "Package": "model.driving",
-    "driving_angles": "solve.driving_angles",
-    "driving_posture": "solve.driving",
-    "eyellipse": "solve.packaging",
-    "seat_curve": "solve.packaging",
+    "driving_angles": "solve.seating.driving_angles",
+    "driving_posture": "solve.seating.driving",
+    "eyellipse": "solve.seating.packaging",
+    "seat_curve": "solve.seating.packaging",
     "Environment": "model.environment",
     "Episodes": "model.episodes",
     "between": "model.moving",
@@ -113,25 +113,25 @@ _HOME: dict[str, str] = {
     "pose": "model.posing",
     "Result": "model.result",
     "Study": "model.study",
-    "body_clearance": "solve.collide",
-    "body_contacts": "solve.collide",
-    "clearance": "solve.collide",
-    "collides": "solve.collide",
-    "contacts": "solve.collide",
-    "self_contacts": "solve.collide",
-    "body_episodes": "solve.episodes",
-    "episodes": "solve.episodes",
-    "self_episodes": "solve.episodes",
-    "body_sweep": "solve.sweep",
-    "self_sweep": "solve.sweep",
-    "sweep": "solve.sweep",
+    "body_clearance": "solve.contact.collide",
+    "body_contacts": "solve.contact.collide",
+    "clearance": "solve.contact.collide",
+    "collides": "solve.contact.collide",
+    "contacts": "solve.contact.collide",
+    "self_contacts": "solve.contact.collide",
+    "body_episodes": "solve.contact.episodes",
+    "episodes": "solve.contact.episodes",
+    "self_episodes": "solve.contact.episodes",
+    "body_sweep": "solve.contact.sweep",
+    "self_sweep": "solve.contact.sweep",
+    "sweep": "solve.contact.sweep",
     "place": "solve.forward",
     "rereference": "solve.forward",
     "update": "solve.forward",
-    "limb": "solve.limbs",
-    "reach": "solve.reach",
-    "reach_people": "solve.reach_people",
-    "seat_people": "solve.seat_people",
+    "limb": "solve.reaching.limbs",
+    "reach": "solve.reaching.reach",
+    "reach_people": "solve.reaching.reach_people",
+    "seat_people": "solve.seating.seat_people",
     "Reach": "model.reach",
     "stops": "solve.stops",
     "reach_map": "study.reach_map",
@@ -141,12 +141,12 @@ _HOME: dict[str, str] = {
     "reach_envelope": "study.envelope.envelope",
     "Comparison": "model.comparison",
     "person_body": "study.persons",
-    "scale": "shape.scale",
-    "Bones": "shape.segmenting",
-    "decompose": "shape.decompose",
-    "fit_segments": "shape.segmenting",
+    "scale": "shape.scaling.scale",
+    "Bones": "shape.fitting.segmenting",
+    "decompose": "shape.fitting.decompose",
+    "fit_segments": "shape.fitting.segmenting",
     "sealed": "shape.surface",
-    "measure": "shape.measure",
+    "measure": "shape.scaling.measure",
     "boundary_cases": "people.boundary",
     "draw_people": "people.draw",
     "read_ansur": "files.ansur",

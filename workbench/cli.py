@@ -27,8 +27,8 @@ from workbench.cli_simulate import simulate
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 
 if TYPE_CHECKING:
-    from workbench.files.accommodation_results import AccommodationResultFile
-    from workbench.files.crash_results import CrashResultFile
+    from workbench.files.accommodation.results import AccommodationResultFile
+    from workbench.files.crash.results import CrashResultFile
     from workbench.files.inspection import Inspection
     from workbench.files.results import ResultFile
 

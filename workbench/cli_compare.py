@@ -35,7 +35,7 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
     """
     from workbench.files.comparison_results import MARK
     from workbench.files.results import check_folder
-    from workbench.report.compare_page import write_comparison
+    from workbench.report.comparison.page import write_comparison
     from workbench.study.accommodation.compare import compare as compared
 
     with Progress() as say:
@@ -65,7 +65,7 @@ def _judged(source: str, say: Callable[[str], None]) -> Given:
     """What a source says of its people, and the hashes of what it was made from: of a result as it stands, of a study
     run now."""
     from workbench.errors import InputError
-    from workbench.files.accommodation_results import load_accommodation_result
+    from workbench.files.accommodation.results import load_accommodation_result
     from workbench.model.accommodation import Accommodation
     from workbench.study.accommodation.compare import judged, judged_file
     from workbench.study.run import load, run

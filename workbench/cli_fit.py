@@ -12,7 +12,7 @@ from cyclopts import Parameter
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
-    from workbench.shape.candidates import Limits
+    from workbench.shape.fitting.candidates import Limits
 
 __all__ = ["body_fit"]
 
@@ -95,7 +95,7 @@ def body_fit(
 
 def _limits(*texts: str) -> Limits:
     """Least and greatest radius, outward and inward tolerance."""
-    from workbench.shape.candidates import Limits
+    from workbench.shape.fitting.candidates import Limits
 
     names = ("--least-radius", "--greatest-radius", "--outward", "--inward")
     least, greatest, outward, inward = (_metres(name, text) for name, text in zip(names, texts, strict=True))

@@ -137,7 +137,7 @@ def _read(
 ) -> tuple[Body, Poses, tuple[str, ...]]:
     import math
 
-    from workbench.files.bodies import load_body
+    from workbench.files.body.bodies import load_body
     from workbench.files.motions.lines import Pick
     from workbench.study.motions import MotionOptions, load_motion
     from workbench.study.subject import subject_body

@@ -118,7 +118,7 @@ def render(
         the case of a study, or several with commas between; its first where not given
     """
     look = _look(out, picture, movement)
-    from workbench.draw.marking import marked
+    from workbench.draw.marks.asked import marked
     from workbench.draw.render import render as write
 
     with Progress() as say:
@@ -147,7 +147,7 @@ def _look(out: Path, picture: Picture, movement: Movement) -> Look:
 
 def _found(source: str, chosen: tuple[str | None, str | None], movement: Movement) -> Source:
     """What is to be drawn, in motion where that is asked for, and over what lies under it."""
-    from workbench.draw.recorded import Take, in_motion, is_motion, laid_over
+    from workbench.draw.films.recorded import Take, in_motion, is_motion, laid_over
     from workbench.draw.sources import source_of
 
     (pose, case), motion, over = chosen, movement.motion, movement.over

@@ -12,7 +12,7 @@ from workbench.cli_progress import Progress
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
-    from workbench.files.simulations import SimulationPlan
+    from workbench.files.crash.simulations import SimulationPlan
     from workbench.model.simulation import Simulated
 
 __all__ = ["simulate"]
@@ -36,9 +36,9 @@ def simulate(
     forces
         also a .csv of the belts' tensions over time
     """
+    from workbench.files.crash.simulations import load_simulation
     from workbench.files.motions.tables import angle_table_text
     from workbench.files.results import write_file
-    from workbench.files.simulations import load_simulation
     from workbench.study.simulation import run_simulation
 
     for path in (out, forces):

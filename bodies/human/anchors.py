@@ -15,9 +15,9 @@ from human.basis import Basis, cells, volumes
 from human.skeleton import JOINTS, SEGMENTS
 from human.write import BODY_JOINTS, BODY_SEGMENTS
 from workbench.model.body import Body
-from workbench.shape.manikin import Manikin
-from workbench.shape.measure import lengths
-from workbench.shape.rig import Shape
+from workbench.shape.scaling.manikin import Manikin
+from workbench.shape.scaling.measure import lengths
+from workbench.shape.scaling.rig import Shape
 
 __all__ = ["DENSITY", "Family", "fitted_z"]
 

@@ -98,8 +98,8 @@ def _both(centre: Floats, radius: Floats, half: Ints, right: NDArray[np.bool_]) 
 def cells(centre: Floats, radius: Floats) -> tuple[Floats, Floats]:
     """What each sphere holds alone when every point belongs to the sphere it is deepest in: the share of its volume
     (S,), and the middle of that part (S, 3) from its centre in radii."""
-    from workbench.kernels.nearest import morton_order
-    from workbench.shape.polish import union_field
+    from workbench.kernels.contact.nearest import morton_order
+    from workbench.shape.fitting.polish import union_field
 
     count = 400
     k = np.arange(count)

@@ -14,7 +14,7 @@ from human.skeleton import JOINTS, SEGMENTS, Skeleton, posed
 from human.skin import Skin
 from human.source import Person, Source
 from human.transfer import Rig, rigged
-from workbench.shape.sampling import corner_normals
+from workbench.shape.fitting.sampling import corner_normals
 from workbench.shape.surface import Surface
 
 __all__ = ["FACTORS", "Template", "made_template", "rigs_of"]

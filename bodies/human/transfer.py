@@ -15,9 +15,9 @@ from scipy.spatial import cKDTree
 
 from human.fit import Given, Spheres, shares_at
 from human.skeleton import BETWEEN, JOINTS, SEGMENTS
-from workbench.kernels.nearest import morton_order
-from workbench.shape.polish import union_field
-from workbench.shape.sampling import even_samples
+from workbench.kernels.contact.nearest import morton_order
+from workbench.shape.fitting.polish import union_field
+from workbench.shape.fitting.sampling import even_samples
 from workbench.shape.surface import Surface
 
 __all__ = ["Rig", "rigged"]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError, one_of
-from workbench.kernels.projection import pixel_points, view_points
+from workbench.kernels.pictures.projection import pixel_points, view_points
 from workbench.model.arrays import Floats, frozen
 
 __all__ = [

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from workbench.draw.camera import VIEWS
 from workbench.draw.cutting import Cut, cut_of
-from workbench.draw.recorded import instants_of
+from workbench.draw.films.recorded import instants_of
 from workbench.errors import UsageError, one_of
 
 __all__ = ["DISPLAYS", "ENDINGS", "Display", "Look", "check_ghosts", "look_for"]

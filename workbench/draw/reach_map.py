@@ -10,11 +10,11 @@ import numpy as np
 
 from workbench.draw.camera import Camera, facing, in_view, project
 from workbench.draw.contours import level_loops, spacing, spread
-from workbench.draw.hiding import surroundings
-from workbench.draw.mark_pictures import svg_bar, svg_marks
-from workbench.draw.marks import placed_marks
+from workbench.draw.lines.hiding import surroundings
+from workbench.draw.lines.svg import environment_paths
+from workbench.draw.marks.layout import placed_marks
+from workbench.draw.marks.pictures import svg_bar, svg_marks
 from workbench.draw.scene import Mark, Scene
-from workbench.draw.svg import environment_paths
 from workbench.model.accommodation import ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.environment import Control, Environment

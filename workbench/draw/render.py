@@ -13,22 +13,22 @@ import numpy as np
 from PIL import Image
 
 from workbench.draw.camera import Camera, standard_view, turned
-from workbench.draw.circles import circles
 from workbench.draw.colours import FAMILIES
 from workbench.draw.cutting import opened
 from workbench.draw.disks import disks
 from workbench.draw.eyes import eye_view
-from workbench.draw.film import film_frames, write_film
-from workbench.draw.hiding import HIDDEN
+from workbench.draw.films.film import film_frames, write_film
+from workbench.draw.films.motion import every_pose, frame_times, scene_at
+from workbench.draw.films.recorded import at_instants, evenly, shown_span
+from workbench.draw.films.strip import strip_image, strip_svg
+from workbench.draw.lines.circles import circles
+from workbench.draw.lines.hiding import HIDDEN
+from workbench.draw.lines.outline import outline
 from workbench.draw.looks import Look
-from workbench.draw.marking import remarked
-from workbench.draw.motion import every_pose, frame_times, scene_at
-from workbench.draw.outline import outline
-from workbench.draw.recorded import at_instants, evenly, shown_span
+from workbench.draw.marks.asked import remarked
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.sources import Source
-from workbench.draw.strip import strip_image, strip_svg
 from workbench.draw.views import fitted_view, framed_views
 from workbench.draw.visibility import foremost, projected_disks
 from workbench.draw.window import window_image

@@ -10,11 +10,11 @@ import numpy as np
 
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
-from workbench.files.accommodation_studies import AccommodationPlan
-from workbench.files.bodies import load_body
+from workbench.files.accommodation.studies import AccommodationPlan
+from workbench.files.body.bodies import load_body
 from workbench.files.catalogue import find, names
-from workbench.files.crash_results import CrashResultFile
-from workbench.files.crash_studies import CrashPlan
+from workbench.files.crash.results import CrashResultFile
+from workbench.files.crash.studies import CrashPlan
 from workbench.files.environments import load_environment
 from workbench.files.kinds import kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose

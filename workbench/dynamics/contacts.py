@@ -11,8 +11,8 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.force import ForceLaw, force_at
 from workbench.model.poses import Placed
 from workbench.model.simulation import Simulation, depth_offset, law_of
-from workbench.solve.batches import touching
-from workbench.solve.collide import allowed_depth, clearance, self_clearance, self_contacts
+from workbench.solve.contact.batches import touching
+from workbench.solve.contact.collide import allowed_depth, clearance, self_clearance, self_contacts
 
 __all__ = ["Push", "Touch", "contact_pushes"]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.kernels.past_stops import StopPack, past_stops
+from workbench.kernels.limbs.past_stops import StopPack, past_stops
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.stops import StopKind

@@ -8,16 +8,18 @@ from typing import Any
 from pydantic import BaseModel
 
 from workbench.errors import InputError
-from workbench.files.accommodation_results import AccommodationResultFile
-from workbench.files.accommodation_schema import AccommodationFile
-from workbench.files.accommodation_studies import load_accommodation
-from workbench.files.bodies import load_body
-from workbench.files.body_schema import BodyFile
+from workbench.files.accommodation.results import AccommodationResultFile
+from workbench.files.accommodation.schema import AccommodationFile
+from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.body.bodies import load_body
+from workbench.files.body.encumbrances import EncumbranceFile, load_encumbrance
+from workbench.files.body.schema import BodyFile
 from workbench.files.comparison_results import ComparisonFile
-from workbench.files.crash_results import CrashResultFile
-from workbench.files.crash_schema import CrashFile, RulesFile
-from workbench.files.crash_studies import load_crash
-from workbench.files.encumbrances import EncumbranceFile, load_encumbrance
+from workbench.files.crash.results import CrashResultFile
+from workbench.files.crash.schema import CrashFile, RulesFile
+from workbench.files.crash.simulation_schema import SimulationFile
+from workbench.files.crash.simulations import load_simulation
+from workbench.files.crash.studies import load_crash
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import load_environment
 from workbench.files.growth import GrowthFile, load_growth
@@ -25,8 +27,6 @@ from workbench.files.populations import PopulationFile, load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.results import ResultFile
 from workbench.files.schema import validate
-from workbench.files.simulation_schema import SimulationFile
-from workbench.files.simulations import load_simulation
 from workbench.files.studies import load_study
 from workbench.files.study_schema import StudyFile
 from workbench.files.yaml_text import read_yaml

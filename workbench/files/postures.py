@@ -9,8 +9,8 @@ from typing import Annotated
 from pydantic import Field
 
 from workbench.errors import InputError, one_of
-from workbench.files.bodies import body_path
-from workbench.files.body_schema import BodyFile
+from workbench.files.body.bodies import body_path
+from workbench.files.body.schema import BodyFile
 from workbench.files.catalogue import find_beside
 from workbench.files.schema import FileModel, fail, validate
 from workbench.files.yaml_text import Document, read_yaml

@@ -11,7 +11,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
-from workbench.files.crash_results import CrashResultFile
+from workbench.files.crash.results import CrashResultFile
 
 __all__ = ["Content", "FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "load_result",
            "write_file", "write_folder"]  # fmt: skip

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.files.bodies import body_path, load_body
+from workbench.files.body.bodies import body_path, load_body
+from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import find
-from workbench.files.encumbrances import worn
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model

@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 from numba import config, cuda, float32, int64
 
+from workbench.kernels.contact.groups import group_clearance, group_collides
+from workbench.kernels.contact.wide import DEEP, EIGHT
 from workbench.kernels.forward import chain_transforms, place_spheres
-from workbench.kernels.groups import group_clearance, group_collides
-from workbench.kernels.wide import DEEP, EIGHT
 
 __all__ = ["THREADS", "clearance_kernel", "collide_kernel", "device_count", "place_kernel", "to_device", "to_host"]
 

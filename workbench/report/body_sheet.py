@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from workbench.files.bodies import load_body
+from workbench.files.body.bodies import load_body
 from workbench.files.catalogue import find, names
 from workbench.files.kinds import named_kind
 from workbench.files.postures import load_postures, posture_path

@@ -11,7 +11,7 @@ from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
 from workbench.model.result import Finding, PersonResult, Result, Verdict
 from workbench.model.vocabulary import DIRECTIONS
-from workbench.report.envelope_rows import envelope_rows
+from workbench.report.envelopes.rows import envelope_rows
 from workbench.report.reach_rows import reach_rows
 from workbench.report.words import contact_sentence, finding_sentence, person_words, verdict_sentence
 

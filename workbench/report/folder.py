@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from workbench.files.accommodation_results import AccommodationResultFile
-from workbench.files.crash_results import CrashResultFile
+from workbench.files.accommodation.results import AccommodationResultFile
+from workbench.files.crash.results import CrashResultFile
 from workbench.files.parquet import has_parquet, parquet_bytes
 from workbench.files.results import Content, ResultFile, dump_json, write_folder
 from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
-from workbench.report.accommodation_data import accommodation_file, accommodation_lines, accommodation_tables
-from workbench.report.accommodation_page import accommodation_page
-from workbench.report.accommodation_words import accommodation_headline
-from workbench.report.crash_data import crash_csv_tables, crash_result_file
-from workbench.report.crash_page import crash_page
-from workbench.report.crash_pictures import crash_film
-from workbench.report.crash_words import crash_headline
+from workbench.report.accommodation.data import accommodation_file, accommodation_lines, accommodation_tables
+from workbench.report.accommodation.page import accommodation_page
+from workbench.report.accommodation.words import accommodation_headline
+from workbench.report.crash.data import crash_csv_tables, crash_result_file
+from workbench.report.crash.page import crash_page
+from workbench.report.crash.pictures import crash_film
+from workbench.report.crash.words import crash_headline
 from workbench.report.data import result_file
-from workbench.report.envelope_rows import envelope_solids, envelope_tables
+from workbench.report.envelopes.rows import envelope_solids, envelope_tables
 from workbench.report.page import page
 from workbench.report.reach_rows import reach_tables
 from workbench.report.tables import csv_tables

@@ -13,18 +13,18 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
-from workbench.draw.circles import circles
 from workbench.draw.disks import disks
-from workbench.draw.envelope_sections import LEGEND
+from workbench.draw.envelopes.sections import LEGEND
+from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.sources import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.files.results import ResultFile
 from workbench.model.result import Finding, PersonResult, Result
-from workbench.report.envelope_pictures import envelope_pictures
+from workbench.report.envelopes.pictures import envelope_pictures
 from workbench.report.pictures import clearance_drawing
 from workbench.report.words import finding_sentence, headline, part_count, without_polygons
-from workbench.solve.collide import allowed_depth
+from workbench.solve.contact.collide import allowed_depth
 
 __all__ = ["page", "part_count", "template"]
 

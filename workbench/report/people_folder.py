@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from workbench.errors import InputError
-from workbench.files.bodies import body_path, load_body
-from workbench.files.body_writer import body_text
-from workbench.files.encumbrances import worn
+from workbench.files.body.bodies import body_path, load_body
+from workbench.files.body.encumbrances import worn
+from workbench.files.body.writer import body_text
 from workbench.files.results import check_folder, write_folder
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.report.tables import csv_text
-from workbench.shape.scale import morph_to
+from workbench.shape.scaling.scale import morph_to
 from workbench.shape.wear import wear
 from workbench.study.crowd import file_names, people_bodies
 

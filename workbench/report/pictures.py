@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 from markupsafe import Markup
 
-from workbench.draw.annotations import clearance_marks
 from workbench.draw.camera import project
-from workbench.draw.outline import outline
+from workbench.draw.lines.outline import outline
+from workbench.draw.marks.annotations import clearance_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views
 from workbench.model.result import PersonResult

@@ -8,7 +8,7 @@ from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.vocabulary import DIRECTIONS
-from workbench.shape.segmenting import Bones, SegmentedFit
+from workbench.shape.fitting.segmenting import Bones, SegmentedFit
 
 __all__ = ["bones_of", "named_rows", "spheres_in_frames"]
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError
-from workbench.kernels.nearest import Solid, build_solid, mesh_distance, morton_order
-from workbench.kernels.polygon import point_winding
+from workbench.kernels.contact.nearest import Solid, build_solid, mesh_distance, morton_order
+from workbench.kernels.contact.polygon import point_winding
 from workbench.model.arrays import Floats, Ints, frozen
 
 __all__ = ["Surface", "sealed"]

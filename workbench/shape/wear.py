@@ -13,7 +13,7 @@ from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance, Layer
 from workbench.model.settled import settled
 from workbench.model.vocabulary import DIRECTIONS
-from workbench.shape.manikin import Manikin
+from workbench.shape.scaling.manikin import Manikin
 
 __all__ = ["wear"]
 

@@ -10,16 +10,16 @@ import numpy as np
 
 from workbench.errors import UsageError
 from workbench.kernels.forward import Skin
-from workbench.kernels.limb_contacts import Limbs
-from workbench.kernels.linkage import Linkage
+from workbench.kernels.limbs.contacts import Limbs
+from workbench.kernels.limbs.linkage import Linkage
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.quaternions import matrices
 from workbench.model.window import logical_window, walk
 from workbench.solve.forward import packed_chain, packed_skin
-from workbench.solve.limbs import Limb, landmarks, solids
-from workbench.solve.linkage import joints_between, linkage
+from workbench.solve.reaching.limbs import Limb, landmarks, solids
+from workbench.solve.reaching.linkage import joints_between, linkage
 
 __all__ = ["Family", "family_of", "frames", "packed_limbs", "packed_links"]
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.errors import UsageError
-from workbench.kernels.crews import place_crew
+from workbench.kernels.contact.crews import place_crew
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.poses import Poses

@@ -8,7 +8,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.result import PersonResult, Result
 from workbench.model.study import Person, Study
-from workbench.solve.collide import (
+from workbench.solve.contact.collide import (
     body_clearance,
     body_contacts,
     contacts,

@@ -12,7 +12,7 @@ from workbench.model.contacts import Clearance
 from workbench.model.environment import Environment
 from workbench.model.result import ControlReach, Finding, PersonResult, Verdict
 from workbench.model.study import Criterion
-from workbench.solve.collide import allowed_depth
+from workbench.solve.contact.collide import allowed_depth
 
 __all__ = ["Measured", "verdict"]
 

@@ -10,8 +10,8 @@ from workbench.errors import InputError
 from workbench.model.body import Body
 from workbench.model.measures import MASS, check_measures
 from workbench.model.population import SEXES, Population
-from workbench.shape.measure import MEASURES
-from workbench.shape.scale import scale, scale_many
+from workbench.shape.scaling.measure import MEASURES
+from workbench.shape.scaling.scale import scale, scale_many
 from workbench.study.persons import APART, SizedBody
 
 __all__ = ["SHOWN", "file_names", "people_bodies"]
@@ -27,7 +27,7 @@ SHOWN = (
 def people_bodies(bodies: Mapping[str, Body], people: Population, shown: Sequence[str]) -> Iterator[SizedBody]:
     """The body of each person: of a man from bodies["male"], of a woman from bodies["female"].
 
-    shown: the measures it shows exactly (see shape.measure); the person's others are drawn near, masses add up to the
+    shown: the measures it shows exactly (see scaling.measure); the person's others are drawn near, masses add up to the
     person's. InputError names the person of whom there is no such body.
     """
     exact = check_measures(shown, [name for name in people.names if name in MEASURES])

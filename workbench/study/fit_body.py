@@ -9,21 +9,21 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import UsageError
-from workbench.files.bodies import body_path, load_body
-from workbench.files.fitted_body import FittedSegment, fitted_text
+from workbench.files.body.bodies import body_path, load_body
+from workbench.files.body.fitted import FittedSegment, fitted_text
+from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import axes, read_mesh, to_world
-from workbench.files.outlines import load_outlines
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.posing import angles_of, pose
-from workbench.shape.candidates import Limits
-from workbench.shape.fewest import fewest_spheres
+from workbench.shape.fitting.candidates import Limits
+from workbench.shape.fitting.fewest import fewest_spheres
+from workbench.shape.fitting.problem import Joints, packed
+from workbench.shape.fitting.regions import Regions
+from workbench.shape.fitting.segmenting import SegmentedFit, fit_segments, fit_whole, regions_of
 from workbench.shape.outlines import outline_surface
-from workbench.shape.problem import Joints, packed
-from workbench.shape.regions import Regions
-from workbench.shape.segmenting import SegmentedFit, fit_segments, fit_whole, regions_of
 from workbench.shape.skeleton import bones_of, named_rows, spheres_in_frames
 from workbench.shape.surface import Surface, sealed
 from workbench.solve.forward import place

@@ -18,9 +18,9 @@ from workbench.model.poses import Poses, stacked
 from workbench.model.posing import attitude_matrix
 from workbench.model.spool import pieces
 from workbench.solve.laban.laban import score_poses
-from workbench.solve.markers import bridged, poses_from_markers
-from workbench.solve.retarget import retarget
-from workbench.solve.tracks import poses_from_track
+from workbench.solve.recorded.markers import bridged, poses_from_markers
+from workbench.solve.recorded.retarget import retarget
+from workbench.solve.recorded.tracks import poses_from_track
 
 __all__ = ["MotionOptions", "load_motion"]
 

@@ -18,8 +18,8 @@ from workbench.people.conditional import condition, improbability
 from workbench.people.growth import growth_percentile, growth_values
 from workbench.people.percentile import percentile_values
 from workbench.people.scores import Scores, scores_of
-from workbench.shape.measure import MEASURES
-from workbench.shape.scale import morph_to, scale
+from workbench.shape.scaling.measure import MEASURES
+from workbench.shape.scaling.scale import morph_to, scale
 from workbench.shape.wear import wear
 
 __all__ = ["RARE", "SizedBody", "person_body", "sized"]
@@ -30,7 +30,7 @@ RARE = 4.0
 """A measure this many standard deviations from what the others make likely is no slip of the tape: it is told."""
 FAR = 0.1
 """The least percentile of the growth charts that is taken for a child's; the curves say nothing farther out."""
-# measures whose figures and definition on the sphere body are known not to agree (see shape.measure)
+# measures whose figures and definition on the sphere body are known not to agree (see shape.scaling.measure)
 APART = ("functional_leg_length", "hip_breadth_sitting", "cervicale_height", "cervicale_height_sitting")
 
 

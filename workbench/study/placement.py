@@ -10,7 +10,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.study import Person, Study
 from workbench.shape.parts import moved
 from workbench.solve.forward import place
-from workbench.solve.seating import seat_attitude, seat_body, seat_planes
+from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
 
 __all__ = ["adjusted_environment", "place_person", "seat_point"]
 

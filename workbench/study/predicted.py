@@ -9,12 +9,12 @@ from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.study import Aims, Person, Study
-from workbench.solve.driving import DrivingPosture, driving_posture
 from workbench.solve.forward import place
-from workbench.solve.limbs import limb
-from workbench.solve.posture import Pedals
-from workbench.solve.reach import reach
-from workbench.solve.seat_people import SeatedPeople, seat_people
+from workbench.solve.reaching.limbs import limb
+from workbench.solve.reaching.reach import reach
+from workbench.solve.seating.driving import DrivingPosture, driving_posture
+from workbench.solve.seating.posture import Pedals
+from workbench.solve.seating.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import driver_of, feet_of, package_of
 from workbench.study.placement import adjusted_environment
 

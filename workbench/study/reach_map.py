@@ -23,8 +23,8 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.solve.family import family_of, frames
-from workbench.solve.limbs import HANDS
-from workbench.solve.reach_people import reach_people
+from workbench.solve.reaching.limbs import HANDS
+from workbench.solve.reaching.reach_people import reach_people
 
 __all__ = ["from_coarse_to_fine", "groups", "part_points", "reach_map", "who_reaches"]
 

@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.kernels.polygon import point_winding
+from workbench.kernels.contact.polygon import point_winding
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.reach import Reach
 from workbench.model.result import ControlReach
 from workbench.model.study import Study
-from workbench.solve.limbs import FEET, HANDS, ZONES, limb
-from workbench.solve.reach import reach
+from workbench.solve.reaching.limbs import FEET, HANDS, ZONES, limb
+from workbench.solve.reaching.reach import reach
 
 __all__ = ["buried_controls", "control_reaches"]
 

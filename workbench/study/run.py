@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from workbench.errors import InputError, UsageError, one_of
-from workbench.files.accommodation_studies import AccommodationPlan, load_accommodation
+from workbench.files.accommodation.studies import AccommodationPlan, load_accommodation
 from workbench.files.catalogue import find
-from workbench.files.crash_studies import CrashPlan, load_crash
+from workbench.files.crash.studies import CrashPlan, load_crash
 from workbench.files.schema import fail
 from workbench.files.studies import load_study
 from workbench.files.yaml_text import read_yaml

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from workbench.dynamics.crash import simulate
-from workbench.files.restraints import law_in_si
-from workbench.files.simulations import SimulationPlan, load_simulation
+from workbench.files.crash.restraints import law_in_si
+from workbench.files.crash.simulations import SimulationPlan, load_simulation
 from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses

@@ -10,8 +10,8 @@ from workbench.errors import InputError
 from workbench.files.motions.reading import read_motion
 from workbench.model.body import Body
 from workbench.model.motion import Bones, Markers, SegmentTrack
-from workbench.shape.lengthen import lengthened
-from workbench.solve.subject import factors_from_bones, factors_from_markers, factors_from_track
+from workbench.shape.scaling.lengthen import lengthened
+from workbench.solve.recorded.subject import factors_from_bones, factors_from_markers, factors_from_track
 from workbench.study.motions import MotionOptions
 
 __all__ = ["subject_body"]

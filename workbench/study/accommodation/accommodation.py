@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.accommodation_studies import AccommodationPlan
+from workbench.files.accommodation.studies import AccommodationPlan
 from workbench.model.accommodation import MET, Accommodation, AccommodationStudy, GroupShare, IntervalRule
 from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
-from workbench.shape.scale import morph_to
+from workbench.shape.scaling.scale import morph_to
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
 from workbench.study.accommodation.cluster import Cluster
 from workbench.study.accommodation.crew import Crew, crew_of

@@ -19,8 +19,8 @@ from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
-from workbench.solve.index_cache import content_key
-from workbench.solve.limbs import FEET
+from workbench.solve.contact.index_cache import content_key
+from workbench.solve.reaching.limbs import FEET
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.forks import shared

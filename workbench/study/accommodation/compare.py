@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.accommodation_results import AccommodationResultFile
+from workbench.files.accommodation.results import AccommodationResultFile
 from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Bools
 from workbench.model.comparison import Comparison, Judged, PairedShare

@@ -3,7 +3,7 @@
 A chunk is fitted by itself, always with one thread for linear algebra, so that its bytes depend on nothing but the
 people in it: not on how many processes there are, nor on who else is in the study. Kept chunks are files of plain
 numbers, named by the hash of what they were made from, and read back as they were. WORKBENCH_CACHE says where they are
-kept, or that they are not, as for other things kept (see solve.index_cache).
+kept, or that they are not, as for other things kept (see solve.contact.index_cache).
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.population import SEXES, Population
-from workbench.shape.morph import morph
+from workbench.shape.scaling.morph import morph
 from workbench.shape.wear import wear
-from workbench.solve.index_cache import cache_folder, content_key
+from workbench.solve.contact.index_cache import cache_folder, content_key
 from workbench.solve.threads import cores
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.crew_fit import FIELDS, Fit, Task, fit_chunks

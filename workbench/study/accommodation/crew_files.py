@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.errors import InputError
-from workbench.solve.index_cache import write_whole
+from workbench.solve.contact.index_cache import write_whole
 
 __all__ = ["Kept", "read_kept", "write_kept"]
 

@@ -12,11 +12,11 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.shape.parts import moved
+from workbench.solve.contact.people_gaps import people_gaps
 from workbench.solve.forward import place
-from workbench.solve.limbs import FEET, HANDS, Limb, limb
-from workbench.solve.people_gaps import people_gaps
 from workbench.solve.people_placed import place_people
-from workbench.solve.reach_people import reach_people
+from workbench.solve.reaching.limbs import FEET, HANDS, Limb, limb
+from workbench.solve.reaching.reach_people import reach_people
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat

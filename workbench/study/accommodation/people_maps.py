@@ -11,8 +11,8 @@ from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
-from workbench.solve.limbs import HANDS
-from workbench.solve.seating import seat_planes
+from workbench.solve.reaching.limbs import HANDS
+from workbench.solve.seating.seating import seat_planes
 from workbench.study.accommodation.chunks import seat_key, seated_chunk
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.forks import shared

@@ -15,12 +15,12 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
-from workbench.solve.driving_people import seat_drivers
 from workbench.solve.forward import place
-from workbench.solve.limbs import FEET, HANDS
-from workbench.solve.posture import Pedals
-from workbench.solve.reach_people import reach_people
-from workbench.solve.seat_people import SeatedPeople, seat_people
+from workbench.solve.reaching.limbs import FEET, HANDS
+from workbench.solve.reaching.reach_people import reach_people
+from workbench.solve.seating.driving_people import seat_drivers
+from workbench.solve.seating.posture import Pedals
+from workbench.solve.seating.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import drivers_among, feet_of, package_of
 
 __all__ = ["SEAT_BACK", "SEAT_FORWARD", "Sitters", "seated", "with_hands", "without_seat"]

@@ -8,7 +8,7 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.study import Criterion
-from workbench.solve.people_gaps import Gap, PeopleGaps
+from workbench.solve.contact.people_gaps import Gap, PeopleGaps
 from workbench.solve.people_placed import PeoplePlaced
 
 __all__ = ["gap_of", "gap_toward", "gap_words"]

@@ -17,11 +17,11 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
+from workbench.solve.contact.people_gaps import people_gaps
 from workbench.solve.family import family_of, frames
-from workbench.solve.people_gaps import people_gaps
 from workbench.solve.people_placed import place_people
-from workbench.solve.reach_people import reach_people
-from workbench.solve.seating import seat_planes
+from workbench.solve.reaching.reach_people import reach_people
+from workbench.solve.seating.seating import seat_planes
 from workbench.solve.stops import stops
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import SEAT_BACK, SEAT_FORWARD, Sitters, seated, with_hands, without_seat

@@ -8,7 +8,7 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.study import Criterion
-from workbench.solve.seating import seat_planes
+from workbench.solve.seating.seating import seat_planes
 
 __all__ = ["TOO_HIGH", "TOO_LOW", "skyline", "view_margin", "view_words"]
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.files.crash.restraints import surface_point
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart
-from workbench.files.restraints import surface_point
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.crash import CrashStudy, ForceCurve

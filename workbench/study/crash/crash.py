@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.crash_restraints import Restraints
-from workbench.files.crash_schema import CrashFile, MotionSource
-from workbench.files.crash_studies import CrashPlan
+from workbench.files.crash.crash_restraints import Restraints
+from workbench.files.crash.restraints import rules_of
+from workbench.files.crash.schema import CrashFile, MotionSource
+from workbench.files.crash.simulations import with_airbags
+from workbench.files.crash.studies import CrashPlan
 from workbench.files.motions.lines import Pick
-from workbench.files.restraints import rules_of
-from workbench.files.simulations import with_airbags
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.crash import Agreement, CrashResult, CrashStudy
@@ -20,7 +20,7 @@ from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
 from workbench.model.simulation import ContactRule
 from workbench.model.spool import pieces
-from workbench.solve.episodes import episodes, self_episodes
+from workbench.solve.contact.episodes import episodes, self_episodes
 from workbench.solve.forward import place
 from workbench.study.crash.belts import belt_tensions, with_belts
 from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces

@@ -12,7 +12,7 @@ from workbench.model.body import Body
 from workbench.model.crash import CrashCriterion, CrashStudy, StopBreach
 from workbench.model.poses import Placed, Poses
 from workbench.model.spool import Spool, pieces
-from workbench.solve.collide import allowed_depth, clearance
+from workbench.solve.contact.collide import allowed_depth, clearance
 from workbench.solve.forward import place
 from workbench.solve.stops import stops
 from workbench.study.crash.forces import ruled_pairs

@@ -12,8 +12,8 @@ from workbench.model.crash import CrashStudy, Meeting
 from workbench.model.episodes import Episodes
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
-from workbench.solve.batches import pays
-from workbench.solve.collide import nearest, self_clearance
+from workbench.solve.contact.batches import pays
+from workbench.solve.contact.collide import nearest, self_clearance
 from workbench.solve.forward import place
 
 __all__ = ["environment_meetings", "own_meetings"]

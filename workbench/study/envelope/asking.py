@@ -11,11 +11,11 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
-from workbench.solve.chains import Found, Task, cold, legal, rows_of, tips_of
 from workbench.solve.family import family_of, frames, packed_links
-from workbench.solve.limbs import Limb
-from workbench.solve.linkage import joints_between
-from workbench.solve.reach import goals_of
+from workbench.solve.reaching.chains import Found, Task, cold, legal, rows_of, tips_of
+from workbench.solve.reaching.limbs import Limb
+from workbench.solve.reaching.linkage import joints_between
+from workbench.solve.reaching.reach import goals_of
 
 __all__ = ["Drawn", "anchors", "asked", "comfort_start", "drawn", "held_at", "merged", "rows_toward"]
 

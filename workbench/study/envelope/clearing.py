@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.kernels.limb_contacts import DEEPEST, limb_contacts
+from workbench.kernels.limbs.contacts import DEEPEST, limb_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
-from workbench.solve.chains import PIECE, Found, Task, Walls, rows_of, solved
 from workbench.solve.family import packed_limbs
-from workbench.solve.obstacles import obstacles_of
+from workbench.solve.reaching.chains import PIECE, Found, Task, Walls, rows_of, solved
+from workbench.solve.reaching.obstacles import obstacles_of
 from workbench.solve.threads import in_pieces
 
 __all__ = ["CLEAR", "REACHED", "Room", "Touched", "cleared_from", "touched"]

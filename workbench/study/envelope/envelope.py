@@ -14,8 +14,8 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.model.study import Study
-from workbench.solve.chains import Task
-from workbench.solve.limbs import limb
+from workbench.solve.reaching.chains import Task
+from workbench.solve.reaching.limbs import limb
 from workbench.study.envelope.asking import Drawn, asked, drawn
 from workbench.study.envelope.clearing import Room
 from workbench.study.envelope.ends import Ends, ray_ends

@@ -1,0 +1,1 @@
+"""Reach envelopes in pictures."""

@@ -1,0 +1,1 @@
+"""Films, strips and the motions they show."""

@@ -1,0 +1,1 @@
+"""Vector displays: circles and outlines, with what is hidden removed."""

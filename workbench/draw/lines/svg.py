@@ -1,0 +1,108 @@
+"""The parts that all vector displays have in common: the page and the environment's lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import cache
+from itertools import pairwise
+from xml.sax.saxutils import escape
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.draw.camera import Camera
+from workbench.draw.colours import PAPER, SECTION, hexadecimal
+from workbench.draw.lines.edges import Lines
+from workbench.draw.marks.pictures import svg_bar, svg_key, svg_marks
+from workbench.draw.scene import Scene
+from workbench.errors import InputError
+from workbench.kernels.pictures.decimals import write_rows
+from workbench.model.arrays import Floats, Ints
+
+__all__ = ["environment_paths", "number_rows", "page", "section_paths"]
+
+_FIELD = re.compile(r"\{:\.(\d)f\}")
+_FARTHEST = 1e9  # [pixels]
+_MOST_LINES = 9000  # keeps a picture under 400 kB
+
+
+def number_rows(pattern: str, values: Floats) -> list[str]:
+    """A text for each row of values (M, K): `pattern` with K fields such as {:.2f}. The text of str.format, but for
+    halves, which are rounded away from zero, and for zero, which has no sign.
+
+    InputError for numbers that are not finite or a billion and more.
+    """
+    words, start, places = _pattern(pattern)
+    if not np.all(np.abs(values) < _FARTHEST):
+        raise InputError("a drawing needs finite coordinates below a billion pixels")
+    out = np.empty(len(values) * (len(words) + 20 * len(places)) + 1, dtype=np.uint8)
+    rows = np.empty(len(values) + 1, dtype=np.int64)
+    write_rows(np.ascontiguousarray(values, dtype=np.float64), places, words, start, out, rows)
+    text, ends = out[: rows[-1]].tobytes().decode("ascii"), rows.tolist()
+    return [text[low:high] for low, high in pairwise(ends)]
+
+
+@cache
+def _pattern(pattern: str) -> tuple[NDArray[np.uint8], Ints, Ints]:
+    """The words between fields as bytes, where each begins, and the decimals of the fields."""
+    parts = _FIELD.split(pattern)
+    words = [part.encode("ascii") for part in parts[0::2]]
+    start = np.cumsum([0, *(len(word) for word in words)])
+    places = np.array([int(part) for part in parts[1::2]], dtype=np.int64)
+    return np.frombuffer(b"".join(words), dtype=np.uint8).copy(), start, places
+
+
+def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:
+    """SVG text of width x height of the camera, which holds `parts` on white paper, marks and a scale bar.
+
+    what: said of the display to those who cannot see it. No script, no reference to anything outside.
+    """
+    width, height = camera.width, camera.height
+    return "\n".join(
+        [
+            f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}"'
+            f' height="{height}" role="img">',
+            f"<title>{escape(scene.title)}</title>",
+            f"<desc>{escape(scene.description or _description(scene, camera, what))}</desc>",
+            f'<rect width="{width}" height="{height}" fill="{hexadecimal(PAPER)}"/>',
+            *parts,
+            *svg_marks(scene, camera),
+            *svg_key(scene, camera),
+            *svg_bar(camera),
+            "</svg>",
+            "",
+        ]
+    )
+
+
+def _description(scene: Scene, camera: Camera, what: str) -> str:
+    """What a reader who cannot see the picture should know."""
+    where = f" in {scene.environment.name}" if scene.environment is not None else ""
+    names = ", ".join(shown.placed.body.name for shown in scene.bodies) or "no body"
+    view = camera.name.replace("_", "-")
+    return f"{names}{where}, {view} view: {what}; {len(scene.marks)} points marked."
+
+
+def environment_paths(lines: Lines) -> list[str]:
+    """A group of two paths, faint and plain lines. Of more than 9,000 pieces the longest stay."""
+    length = np.linalg.norm(lines.ends[:, 1] - lines.ends[:, 0], axis=1)
+    kept = np.sort(np.argsort(-length, kind="stable")[:_MOST_LINES])
+    parts = ['<g class="environment" fill="none" stroke-linecap="round" stroke="#8d99a8">']
+    for faint, style in ((True, 'stroke-width="0.6" stroke-opacity="0.45"'), (False, 'stroke-width="0.8"')):
+        chosen = lines.ends[kept[lines.faint[kept] == faint]].reshape(-1, 4)
+        if len(chosen):
+            path = "".join(number_rows("M{:.1f} {:.1f}L{:.1f} {:.1f}", chosen))
+            parts.append(f'<path {style} d="{path}"/>')
+    return [*parts, "</g>"]
+
+
+def section_paths(sections: Iterable[list[Floats]], hidden: str) -> list[str]:
+    """The cut faces of solids, a path for each part from its loops (K, 2) [pixels]: opaque in the style hidden_line."""
+    paths = [
+        "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) + "Z" for loop in loops)
+        for loops in sections
+    ]
+    style = f'fill="{hexadecimal(SECTION)}" fill-opacity="{1.0 if hidden == "hidden_line" else 0.7:g}"'
+    group = f'<g class="section" {style} fill-rule="evenodd" stroke="#8d99a8" stroke-width="0.8">'
+    return [group, *(f'<path d="{path}"/>' for path in paths), "</g>"] if paths else []

@@ -1,0 +1,1 @@
+"""Marks: contacts, clearances, labels and the scale bar."""

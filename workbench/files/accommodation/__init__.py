@@ -1,0 +1,1 @@
+"""Accommodation studies and their results."""

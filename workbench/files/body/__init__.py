@@ -1,0 +1,1 @@
+"""Bodies, what they wear, and the outlines they are made from."""

@@ -1,0 +1,145 @@
+"""Body files: the tree is checked, put in depth-first order and packed into a Body."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.files.basis import load_basis
+from workbench.files.body.checks import depth_first, direction_table, segment_faults, tree_faults
+from workbench.files.body.schema import BodyFile, SegmentFile
+from workbench.files.body.stops import pack_stops, stop_faults
+from workbench.files.catalogue import find, find_beside
+from workbench.files.schema import fail, validate
+from workbench.files.yaml_text import Document, read_yaml
+from workbench.model.arrays import Floats
+from workbench.model.basis import in_order
+from workbench.model.body import Body
+from workbench.model.settled import settled
+from workbench.model.vocabulary import DIRECTIONS
+
+__all__ = ["body_path", "load_body"]
+
+
+def body_path(source: str | Path, *, near: Path | None = None) -> Path:
+    """The file of a body given by catalogue name or by path."""
+    return find("bodies", str(source), near=near)
+
+
+def load_body(source: str | Path, *, near: Path | None = None) -> Body:
+    """Load a body by catalogue name ("bubbleman") or by path.
+
+    near: the folder of the file that names it. InputError lists every fault of the file with its line.
+    """
+    document = read_yaml(body_path(source, near=near))
+    file = validate(document, BodyFile)
+    faults = tree_faults(document, file) + segment_faults(document, file) + stop_faults(document, file)
+    if faults:
+        raise InputError(faults)
+    body = settled(_pack(file, depth_first(file)))
+    return _of_family(document, file, body) if file.basis else body
+
+
+def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
+    """The body with the basis that lies beside its file; InputError where the two do not belong together."""
+    basis = load_basis(find_beside(document, ("basis",), str(file.basis)))
+    try:
+        basis = in_order(basis, body.segments, body.joints)
+    except InputError as error:
+        raise InputError(fail(document, ("basis",), str(error))) from None
+    if len(file.basis_at) != len(basis):
+        what = f"{len(basis)} coefficients are needed for {basis.name} (got {len(file.basis_at)})"
+        raise InputError(fail(document, ("basis_at",) if file.basis_at else ("basis",), what))
+    counts = np.diff(body.start).tolist()
+    levels = {level: np.bincount(detail.segment, minlength=len(counts)).tolist() for level, detail in
+              basis.details.items()}  # fmt: skip
+    if counts not in levels.values():
+        told = ", ".join(f"{level} {sum(each)}" for level, each in levels.items())
+        what = f"{basis.name} has spheres for {told}; this body's {sum(counts)} spheres fit none of these levels"
+        raise InputError(fail(document, ("basis",), what))
+    return replace(body, basis=basis, basis_at=np.array(file.basis_at))
+
+
+def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
+    order, joints = tree
+    segments = [file.segments[name] for name in order]
+    entries = [file.joints[name] for name in joints]
+    index = {name: i for i, name in enumerate(order)}
+    return Body(
+        name=file.body,
+        description=file.description,
+        segments=tuple(order),
+        segment_names=tuple(s.name for s in segments),
+        segment_numbers=tuple(s.number for s in segments),
+        joints=tuple(joints),
+        joint_names=tuple(j.name for j in entries),
+        joint_numbers=tuple(j.number for j in entries),
+        parent=np.array([-1] + [index[j.between[0]] for j in entries]),
+        stops=pack_stops(file, tree),
+        mass=np.array([s.mass for s in segments]),
+        directions=np.array([direction_table(s) for s in segments]),
+        allowance=_allowance(file, index),
+        fit_error=np.array([_fit_error(segment) for segment in segments]),
+        **_spheres(file, tree),
+    )
+
+
+def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any]:
+    """The fields of a Body that hold spheres and joints; what follows from both is still to be settled."""
+    order, joints = tree
+    segments = [file.segments[name] for name in order]
+    rows = [row for segment in segments for row in segment.spheres]
+    start = np.concatenate([[0], np.cumsum([len(segment.spheres) for segment in segments])])
+    centre, radius = np.array([row[:3] for row in rows]).reshape(-1, 3), np.array([row[3] for row in rows])
+    in_child = np.array([file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]).reshape(-1, 3)
+    in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(-1, 3)
+    twists = [joints.index(s.twist_along) if s.twist_along else -1 for s in segments]
+    return {
+        "joint_in_parent": in_parent,
+        "joint_in_child": in_child,
+        "centre": centre,
+        "radius": radius,
+        "start": start,
+        "enclosing_centre": np.zeros((len(order), 3)),
+        "enclosing_radius": np.zeros(len(order)),
+        "sphere_names": tuple(row[4] if len(row) > 4 else "" for row in rows),
+        "sphere_direction": np.array([DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64),
+        "twist_joint": np.array(twists, dtype=np.int64),
+        "twist_point": np.zeros((len(order), 3)),
+        "twist_axis": np.zeros((len(order), 3)),
+        "twist_share": np.zeros(len(rows)),
+        **_blend(segments, joints),
+    }
+
+
+def _blend(segments: list[SegmentFile], joints: list[str]) -> dict[str, Any]:
+    """The joint each sphere is blended across, -1 where none, and its share."""
+    joint: list[int] = []
+    share: list[float] = []
+    for segment in segments:
+        rows = {int(row): (joints.index(name), part) for name, parts in segment.blend.items()
+                for row, part in parts.items()}  # fmt: skip
+        found = [rows.get(row, (-1, 0.0)) for row in range(len(segment.spheres))]
+        joint += [at for at, _ in found]
+        share += [part for _, part in found]
+    return {"blend_joint": np.array(joint, dtype=np.int64), "blend_share": np.array(share)}
+
+
+def _allowance(file: BodyFile, index: dict[str, int]) -> Floats:
+    """(N, N) the overlap of soft flesh that is no contact, both ways."""
+    depth = np.zeros((len(index), len(index)))
+    for row in file.allowances:
+        a, b = (index[name] for name in row.between)
+        depth[a, b] = depth[b, a] = row.depth
+    return depth
+
+
+def _fit_error(segment: SegmentFile) -> tuple[float, float]:
+    """How far the true surface may lie outside and inside; NaN where the file does not say."""
+    told = segment.fit_error
+    return (told.outside, told.inside) if told else (math.nan, math.nan)

@@ -1,0 +1,1 @@
+"""Crash studies and simulations, with their restraints and pulses."""

@@ -1,0 +1,131 @@
+"""Batch loops of bodies against polygons: signed clearance by segment and part, and lists of contacts."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from workbench.kernels.contact.inside import inside_part
+from workbench.kernels.contact.polygon import point_polygon
+from workbench.kernels.contact.tree import box_gap, nearest_polygon
+
+__all__ = ["environment_contacts", "segment_clearance"]
+
+
+@njit(cache=True)
+def _segment_part(centres, radius, first, last, faces, shells, part, witness, stack):  # type: ignore[no-untyped-def]
+    """Least signed distance of spheres first..last to a part; writes the nearest point into witness (3,)."""
+    root = faces.root[part]
+    best, sphere, polygon = np.inf, -1, -1
+    start, promise = first, np.inf
+    for s in range(first, last):
+        gap = math.sqrt(box_gap(centres[s, 0], centres[s, 1], centres[s, 2], faces.low[root], faces.high[root]))
+        if gap - radius[s] < promise:
+            start, promise = s, gap - radius[s]
+    for turn in range(first - 1, last):
+        s = start if turn < first else turn
+        if turn == start:
+            continue
+        x, y, z = centres[s, 0], centres[s, 1], centres[s, 2]
+        gap = math.sqrt(box_gap(x, y, z, faces.low[root], faces.high[root]))
+        # a centre inside the box of a solid may be deeper than any outside
+        if gap - radius[s] > best and (gap > 0.0 or faces.solid[part] == 0):
+            continue
+        sign = -1.0 if inside_part(x, y, z, faces, shells, part, stack) else 1.0
+        reach = best + radius[s] + (1e-15 * (abs(best) + radius[s]) if best < np.inf else 0.0)
+        if sign > 0.0 and reach < 0.0:
+            continue
+        limit = np.inf if sign < 0.0 or reach == np.inf else reach * reach * (1.0 + 1e-12)
+        square, f, qx, qy, qz = nearest_polygon(x, y, z, faces, part, limit)
+        if f < 0:
+            continue
+        signed = sign * math.sqrt(square) - radius[s]
+        if signed < best or (signed == best and s < sphere):
+            best, sphere, polygon = signed, s, f
+            witness[0], witness[1], witness[2] = qx, qy, qz
+    return best, sphere, polygon
+
+
+@njit(cache=True)
+def segment_clearance(centres, radius, start, shown, faces, shells, checked, out):  # type: ignore[no-untyped-def]
+    """Signed clearance of every segment to every checked part, for every pose.
+
+    centres (P, S, 3); out: distance (P, N, K), sphere, polygon (P, N, K), point (P, N, K, 3), filled where shown.
+    """
+    distance, sphere, polygon, point = out
+    stack = np.empty(64, np.int64)
+    for p in range(centres.shape[0]):
+        for n in range(start.shape[0] - 1):
+            if shown[n] == 0 or start[n] == start[n + 1]:
+                continue
+            for k in range(faces.root.shape[0]):
+                if checked[k] == 0 or faces.root[k] < 0:
+                    continue
+                first, last = start[n], start[n + 1]
+                d, s, f = _segment_part(centres[p], radius, first, last, faces, shells, k, point[p, n, k], stack)
+                distance[p, n, k], sphere[p, n, k], polygon[p, n, k] = d, s, f
+
+
+@njit(cache=True)
+def _grow(rows, numbers):  # type: ignore[no-untyped-def]
+    wide, long = np.empty((2 * rows.shape[0], rows.shape[1]), np.int64), np.empty((2 * len(numbers), numbers.shape[1]))
+    for n in range(len(rows)):
+        for i in range(rows.shape[1]):
+            wide[n, i] = rows[n, i]
+        for i in range(numbers.shape[1]):
+            long[n, i] = numbers[n, i]
+    return wide, long
+
+
+@njit(cache=True, nogil=True)
+def environment_contacts(centres, radius, near, faces, shells, checked, margin, begin, end):  # type: ignore[no-untyped-def]
+    """All (sphere, polygon) pairs nearer than margin [m], and for a centre inside a solid its nearest polygon.
+
+    Of the spheres with near (P, S) 1, in the poses begin..end.
+
+    Returns rows (C, 4): pose, sphere, part, polygon; numbers (C, 5): signed distance, point, 1 where inside.
+    """
+    rows, numbers, used = np.empty((256, 4), np.int64), np.empty((256, 5)), 0
+    stack = np.empty(64, np.int64)
+    for p in range(begin, end):
+        for s in range(centres.shape[1]):
+            if near[p, s]:
+                x, y, z = centres[p, s, 0], centres[p, s, 1], centres[p, s, 2]
+                reach = max(radius[s] + margin, 0.0)
+                for k in range(faces.root.shape[0]):
+                    if checked[k] == 0 or faces.root[k] < 0:
+                        continue
+                    deep = -1
+                    if inside_part(x, y, z, faces, shells, k, stack):
+                        square, deep, qx, qy, qz = nearest_polygon(x, y, z, faces, k, np.inf)
+                        if used == len(rows):
+                            rows, numbers = _grow(rows, numbers)
+                        rows[used, 0], rows[used, 1], rows[used, 2], rows[used, 3] = p, s, k, deep
+                        numbers[used, 0] = -math.sqrt(square) - radius[s]
+                        numbers[used, 1], numbers[used, 2], numbers[used, 3], numbers[used, 4] = qx, qy, qz, 1.0
+                        used += 1
+                    stack[0], size = faces.root[k], 1
+                    while size > 0:
+                        size -= 1
+                        m = stack[size]
+                        if box_gap(x, y, z, faces.low[m], faces.high[m]) > reach * reach:
+                            continue
+                        if faces.child[m] >= 0:
+                            stack[size], stack[size + 1] = faces.child[m], faces.child[m] + 1
+                            size += 2
+                            continue
+                        for i in range(faces.first[m], faces.last[m]):
+                            f = faces.item[i]
+                            square, qx, qy, qz = point_polygon(x, y, z, faces, f, reach * reach)
+                            signed = math.sqrt(square) - radius[s]
+                            if f == deep or not signed < margin:
+                                continue
+                            if used == len(rows):
+                                rows, numbers = _grow(rows, numbers)
+                            rows[used, 0], rows[used, 1], rows[used, 2], rows[used, 3] = p, s, k, f
+                            numbers[used, 0] = signed
+                            numbers[used, 1], numbers[used, 2], numbers[used, 3], numbers[used, 4] = qx, qy, qz, 0.0
+                            used += 1
+    return rows[:used], numbers[:used]

@@ -1,0 +1,1 @@
+"""Chains of joints: inverse kinematics, stops, and what limbs enter."""

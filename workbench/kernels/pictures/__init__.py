@@ -1,0 +1,1 @@
+"""Pictures: rims, arcs, depth buffers, and what hides what."""

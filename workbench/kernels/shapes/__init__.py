@@ -1,0 +1,1 @@
+"""Unions of spheres as shapes: covers, spacing, volumes."""

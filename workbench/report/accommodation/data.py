@@ -1,0 +1,186 @@
+"""An accommodation result as the rows of result.json and of the CSV tables, rounded for reading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from workbench.files.accommodation.results import (
+    AccommodationResultFile,
+    GainRow,
+    GroupRow,
+    HardRow,
+    MapRow,
+    PeopleRow,
+    RequirementRow,
+)
+from workbench.model.accommodation import Accommodation
+from workbench.model.arrays import Floats
+from workbench.model.measures import MASS
+from workbench.model.population import SEXES
+from workbench.report.accommodation.words import accommodation_headline, gain_sentence, no_gain_words
+from workbench.report.tables import csv_text
+
+__all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables",
+           "people_table"]  # fmt: skip
+
+
+def accommodation_lines(result: Accommodation) -> list[str]:
+    """What the command line says: requirements that leave anybody out, worst first, gains, then groups."""
+    order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
+    lines = [f"{100 * result.single[r]:5.1f} %  {result.requirements[r].name}"
+             f" (alone leaves out {100 * result.alone[r]:.1f} %)" for r in order]  # fmt: skip
+    lines += [gain_sentence(gain) for gain in result.gains] or no_gain_words(result)
+    return lines + [f"{100 * row.share:5.1f} %  {row.group} ({100 * row.low:.1f} to {100 * row.high:.1f} %)"
+                    for row in result.shares]  # fmt: skip
+
+
+def accommodation_file(result: Accommodation) -> AccommodationResultFile:
+    """The rows of result.json: lengths in mm, shares 0 to 1."""
+    study = result.study
+    return AccommodationResultFile(
+        study=study.name,
+        kind=study.kind,
+        title=study.title,
+        environment=study.environment.name,
+        seat=study.seat,
+        body=study.body.name,
+        population=study.people.source,
+        people_hash=result.provenance.get("people", {}).get("measures", ""),
+        seed=study.seed,
+        confidence=study.confidence,
+        headline=accommodation_headline(result),
+        shares=[GroupRow(group=s.group, share=_share(s.share), low=_share(s.low), high=_share(s.high), count=s.count)
+                for s in result.shares],
+        requirements=[_requirement(result, r) for r in range(len(result.requirements))],
+        hardest=[_hard(result, row) for row in result.hardest],
+        gains=[GainRow(words=g.words, requirement=g.requirement, move_mm=_mm(g.move), rate_per_mm=_share(g.rate / 1000),
+                       margin_rate=None if math.isnan(g.margin_rate) else round(g.margin_rate, 4) + 0.0,
+                       before=_share(g.before), after=_share(g.after), joint_before=_share(g.joint_before),
+                       joint_after=_share(g.joint_after)) for g in result.gains],
+        maps=[MapRow(part=m.task.part, grip=m.task.grip, zone=m.task.zone, hand=m.task.hand, points_mm=_rows(m.points),
+                     flat_mm=_rows(m.flat), share=[_share(v) for v in m.share.tolist()]) for m in result.maps],
+        reasons=list(result.reasons),
+        people=_people(result),
+        warnings=list(result.warnings),
+        provenance={key: dict(rows) for key, rows in result.provenance.items()},
+    )  # fmt: skip
+
+
+def _requirement(result: Accommodation, r: int) -> RequirementRow:
+    row = result.requirements[r]
+    return RequirementRow(
+        name=row.name,
+        criterion=row.criterion,
+        check=row.check,
+        target=row.target,
+        zone=row.zone,
+        share=_share(float(result.single[r])),
+        without=_share(float(result.without[r])),
+        alone=_share(float(result.alone[r])),
+        spread_mm=[_number(value) for value in result.spread[r].tolist()],
+    )
+
+
+def _people(result: Accommodation) -> PeopleRow:
+    people = result.study.people
+    return PeopleRow(
+        label=_labels(result),
+        sex=[SEXES[int(code)] for code in people.sex],
+        weight=people.weight.tolist(),
+        stature_mm=[_mm(v) for v in people.column("stature").tolist()] if "stature" in people.names else None,
+        served=result.served.tolist(),
+        limiting=list(result.limiting),
+        seat_mm=_rows(result.seat),
+        margin_mm=_cells(result.margin),
+        reason=result.reason.tolist(),
+    )
+
+
+def _hard(result: Accommodation, row: int) -> HardRow:
+    r = int(np.nanargmin(result.margin[row]))
+    reason = int(result.reason[row, r])
+    return HardRow(
+        person=_labels(result)[row],
+        sex=SEXES[int(result.study.people.sex[row])],
+        requirement=result.requirements[r].name,
+        margin_mm=_mm(float(result.margin[row, r])),
+        reason=result.reasons[reason] if reason >= 0 else "",
+        limiting=result.limiting[row],
+    )
+
+
+def accommodation_tables(result: Accommodation, rows: AccommodationResultFile) -> dict[str, str]:
+    """File name to CSV text: shares, requirements, gains, and everybody with measures, margins and what limits."""
+    header, body = people_table(result)
+    levels = ["margin_1_percent_mm", "margin_5_percent_mm", "margin_50_percent_mm", "margin_95_percent_mm",
+              "margin_99_percent_mm"]  # fmt: skip
+    return {
+        "shares.csv": csv_text(["group", "share", "low", "high", "people"],
+                               ([s.group, s.share, s.low, s.high, s.count] for s in rows.shares)),
+        "requirements.csv": csv_text(
+            ["requirement", "criterion", "check", "target", "zone", "share", "without", "alone", *levels],
+            ([q.name, q.criterion, q.check, q.target, q.zone, q.share, q.without, q.alone, *q.spread_mm]
+             for q in rows.requirements),
+        ),
+        "gains.csv": csv_text(
+            ["change", "requirement", "move_mm", "share_per_mm", "margin_per_mm", "before", "after", "joint_before",
+             "joint_after"],
+            ([g.words, g.requirement, g.move_mm, g.rate_per_mm, g.margin_rate, g.before, g.after, g.joint_before,
+              g.joint_after] for g in rows.gains),
+        ),
+        "people.csv": csv_text(header, body),
+    }  # fmt: skip
+
+
+def people_table(result: Accommodation) -> tuple[list[str], Iterable[list[object]]]:
+    """Header and rows of everybody: who, seat, verdict, a margin and what limits for each requirement, measures."""
+    people = result.study.people
+    names = [row.name for row in result.requirements]
+    measures = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
+    header = ["person", "sex", "weight", "served", "limiting", "seat_forward_mm", "seat_up_mm",
+              *(f"{name} [mm]" for name in names), *(f"{name}: limited by" for name in names), *measures]  # fmt: skip
+    factor = np.array([1.0 if name == MASS else 1000.0 for name in people.names])
+    sizes = np.round(people.measures * factor, 1).tolist()
+
+    def rows() -> Iterable[list[object]]:
+        words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()  # -1: the last, nothing
+        served, seat, margins = result.served.tolist(), _cells(result.seat), _cells(result.margin)
+        for p, label in enumerate(_labels(result)):
+            yield [label, SEXES[int(people.sex[p])], float(people.weight[p]), "yes" if served[p] else "no",
+                   result.limiting[p], *seat[p], *margins[p], *words[p], *sizes[p]]  # fmt: skip
+
+    return header, rows()
+
+
+def _labels(result: Accommodation) -> list[str]:
+    people = result.study.people
+    return list(people.labels) or [str(row + 1) for row in range(len(people))]
+
+
+def _rows(values: Floats) -> list[Any]:
+    """Lengths [m] as rows of millimetres."""
+    return [tuple(_mm(value) for value in row) for row in values.tolist()]
+
+
+def _cells(metres: Floats) -> list[list[float | None]]:
+    """A table of lengths [m] in millimetres, None for NaN: many at once."""
+    cells = (np.round(1000 * metres, 3) + 0.0).astype(object)
+    cells[np.isnan(metres)] = None
+    found: list[list[float | None]] = cells.tolist()
+    return found
+
+
+def _number(metres: float) -> float | None:
+    return None if math.isnan(metres) else _mm(metres)
+
+
+def _mm(metres: float) -> float:
+    return round(1000 * metres, 3) + 0.0
+
+
+def _share(share: float) -> float:
+    return round(share, 6) + 0.0

@@ -1,0 +1,266 @@
+"""report.html of an accommodation study: who fits, who does not, by what and by how much; for a design review."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections import Counter
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.draw.camera import Camera, project
+from workbench.draw.disks import disks
+from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
+from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.views import four_views
+from workbench.model.accommodation import Accommodation, ReachMap, Shown
+from workbench.model.arrays import Floats
+from workbench.model.measures import MASS
+from workbench.report.accommodation.charts import (
+    bar,
+    margin_axis,
+    margin_range,
+    margin_strip,
+    share_axis,
+    whisker,
+)
+from workbench.report.accommodation.words import (
+    accommodation_headline,
+    gain_sentence,
+    millimetres_short,
+    no_gain_words,
+    percent,
+    person_sentence,
+    plain,
+    reason_words,
+    requirement_sentence,
+)
+from workbench.report.page import part_count, template
+
+__all__ = ["accommodation_page"]
+
+_PICTURE = 520
+_MOST_MEASURES = 12
+_FROM = {"front": "from the front", "left": "from the left", "top": "from above",
+         "three_quarter": "from the front left"}  # fmt: skip
+_NUMBERS = ("no", "one", "two", "three", "four", "five")
+
+
+def accommodation_page(
+    result: Accommodation,
+    *,
+    downloads: Sequence[str] = ("result.json", "people.csv"),
+    progress: Callable[[str], None] | None = None,
+) -> str:
+    """The HTML text of an accommodation study's report; the same bytes for the same result.
+
+    downloads: the files beside the page that it links to.
+    """
+    say = progress or (lambda _: None)
+    say("pictures of the hardest people")
+    ends = margin_range(result.spread)
+    everybody = result.shares[0]
+    least = max(0.0, np.floor(20 * (min(g.low for g in result.shares) - 0.02)) / 20)
+    return template("accommodation/page.html.j2").render(
+        result=result,
+        study=result.study,
+        title=result.study.title or plain(result.study.name),
+        headline=accommodation_headline(result),
+        fits=percent(everybody.share),
+        people=len(result.served),
+        parts=part_count(result.study.environment),
+        groups=[_group(result, index, least) for index in range(len(result.shares))],
+        group_axis=Markup(share_axis(least)),
+        confidence=f"{100 * result.study.confidence:g}",
+        worst=requirement_sentence(result),
+        criteria=_criteria(result),
+        requirements=_requirements(result, ends),
+        margin_axis=Markup(margin_axis(ends)),
+        women=bool((result.study.people.sex == 1).any() and (result.study.people.sex == 0).any()),
+        measures=_measures(result),
+        gains=[_gain(result, index) for index in range(len(result.gains))],
+        no_gain=no_gain_words(result),
+        cases=_NUMBERS[len(result.hardest)] if len(result.hardest) < len(_NUMBERS) else str(len(result.hardest)),
+        hardest=[_person(result, index) for index in range(len(result.hardest))],
+        maps=[_map(result, found) for found in result.maps],
+        key=_key(),
+        downloads=list(downloads),
+    )
+
+
+def _group(result: Accommodation, index: int, least: float) -> dict[str, Any]:
+    group = result.shares[index]
+    interval = f"{100 * group.low:.1f} to {100 * group.high:.1f} %"
+    said = f"{group.group}: {percent(group.share)} ({interval})"
+    chart = whisker(group.low, group.share, group.high, least=least, said=said)
+    return {"name": group.group, "share": percent(group.share), "interval": interval, "count": f"{group.count:,}",
+            "chart": Markup(chart)}  # fmt: skip
+
+
+def _weights(result: Accommodation) -> Floats:
+    weight = result.study.people.weight
+    share: Floats = weight / weight.sum()
+    return share
+
+
+def _criteria(result: Accommodation) -> list[dict[str, Any]]:
+    """For each criterion the share that fails any of its requirements, and nothing of the others; worst first."""
+    weight, met = _weights(result), result.met
+    rows: list[dict[str, Any]] = []
+    for name in dict.fromkeys(r.criterion for r in result.requirements):
+        mine = np.array([r.criterion == name for r in result.requirements])
+        failed, others = ~met[:, mine].all(axis=1), met[:, ~mine].all(axis=1)
+        rows.append({"name": plain(name), "count": int(mine.sum()), "people": int(failed.sum()),
+                     "out": float(weight @ failed), "alone": float(weight @ (failed & others))})  # fmt: skip
+    rows.sort(key=lambda row: -row["out"])
+    most = max([row["out"] for row in rows] + [0.05])
+    for row in rows:
+        said = f"{row['name']}: {percent(row['out'])} left out, {percent(row['alone'])} by it alone"
+        row["chart"] = Markup(bar(row["out"], row["alone"], most=most, said=said))
+        row |= {"met": percent(1 - row["out"]), "left": percent(row["out"]), "only": percent(row["alone"]),
+                "all": row["people"] == 0}  # fmt: skip
+    return rows
+
+
+def _requirements(result: Accommodation, ends: tuple[float, float]) -> list[dict[str, Any]]:
+    """A row for each requirement, worst first: shares, charts, margins in millimetres, what limits most often."""
+    weight, met, sex = _weights(result), result.met, result.study.people.sex
+    most = max(float(1 - result.single.min()), 0.05)
+    rows = []
+    for r in np.lexsort((result.spread[:, 1], result.single)).tolist():
+        requirement, out, alone = result.requirements[r], float(1 - result.single[r]), float(result.alone[r])
+        name = plain(requirement.name)
+        by_sex = [percent(float(weight[sex == s] @ met[sex == s, r]) / float(weight[sex == s].sum()))
+                  if (sex == s).any() else "–" for s in (1, 0)]  # fmt: skip
+        figures = [f"{1000 * v:.0f}".replace("-", "−") if np.isfinite(v) else "–" for v in result.spread[r]]
+        said = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
+        rows.append({
+            "name": name, "criterion": plain(requirement.criterion), "zone": requirement.zone or "",
+            "met": percent(1 - out), "left": percent(out), "only": percent(alone), "all": bool(met[:, r].all()),
+            "people": int((~met[:, r]).sum()), "by_sex": by_sex, "figures": figures,
+            "bar": Markup(bar(out, alone, most=most, said=f"{name}: {percent(out)} left out")),
+            "strip": Markup(margin_strip(result.spread[r], ends, said=said)),
+            "applies": bool(np.isfinite(result.margin[:, r]).any()),
+            "reason": _reason(result, r),
+        })  # fmt: skip
+    return rows
+
+
+def _reason(result: Accommodation, index: int) -> str:
+    """What limits most often those who do not meet a requirement, and for how many of them."""
+    found = Counter(int(code) for code in result.reason[~result.met[:, index], index] if code >= 0)
+    if not found:
+        return ""
+    code, count = min(found.items(), key=lambda item: (-item[1], item[0]))
+    words = reason_words(result.reasons[code], result.requirements[index].target)
+    total = int((~result.met[:, index]).sum())
+    return words if count == total else f"{words} ({count} of {total})"
+
+
+def _measures(result: Accommodation) -> list[dict[str, Any]]:
+    """For each limiting measure the people it limits, most first, and how they compare with all."""
+    people, weight = result.study.people, result.study.people.weight
+    limiting = np.array(result.limiting)
+    total = float(weight[limiting != ""].sum())
+    rows: list[dict[str, Any]] = []
+    for name in sorted(set(result.limiting) - {""}):
+        mine = limiting == name
+        row: dict[str, Any] = {
+            "name": plain(name),
+            "people": int(mine.sum()),
+            "share": float(weight[mine].sum()) / total,
+        }
+        if name in people.names:
+            values, factor = people.column(name), 1.0 if name == MASS else 1000.0
+            low, high = np.percentile(values, [5, 95])
+            rank = np.mean([(values < v).mean() + (values == v).mean() / 2 for v in values[mine]])
+            row["way"] = "small" if rank < 0.35 else "large" if rank > 0.65 else "either way"
+            row["theirs"] = _range(values[mine].min() * factor, values[mine].max() * factor)
+            row["all"] = _range(low * factor, high * factor) + (" kg" if name == MASS else " mm")
+        rows.append(row)
+    rows.sort(key=lambda row: (-row["share"], row["name"]))
+    for row in rows:
+        said = f"{row['name']}: {row['people']} people"
+        row["chart"] = Markup(bar(row["share"], row["share"], most=max(r["share"] for r in rows), said=said))
+        row["percent"] = percent(row["share"])
+    return rows[:_MOST_MEASURES]
+
+
+def _range(low: float, high: float) -> str:
+    return f"{low:,.0f} to {high:,.0f}" if f"{low:.0f}" != f"{high:.0f}" else f"{low:,.0f}"
+
+
+def _gain(result: Accommodation, index: int) -> dict[str, Any]:
+    """One change as a sentence, with what a millimetre of it gives at first where that says something."""
+    gain = result.gains[index]
+    joint = gain.joint_after - gain.joint_before
+    helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
+    told = []
+    if helps and gain.margin_rate >= 0.005:
+        told.append(f"gives those who lack it {gain.margin_rate:.2f} mm of margin on average")
+    if helps and np.isfinite(gain.rate) and gain.rate >= 0.05:
+        told.append(f"lets {0.1 * gain.rate:.2f} % more of the people meet it")
+    return {"sentence": gain_sentence(gain), "rate": " and ".join(told), "helps": helps}
+
+
+def _person(result: Accommodation, index: int) -> dict[str, Any]:
+    """One of the hardest: a sentence and, where the body is at hand, its picture."""
+    row = result.hardest[index]
+    found = next((s for s in result.shown if s.row == row), None)
+    picture = _picture(result, found) if found is not None else {}
+    return {"sentence": person_sentence(result, row), **picture}
+
+
+def _picture(result: Accommodation, found: Shown) -> dict[str, str]:
+    """The body in the cockpit as found, from where the line from tip to target shows longest."""
+    lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
+    name = plain(result.requirements[found.requirement].name)
+    marks: tuple[Mark, ...] = ()
+    if found.target is not None:
+        reach = result.requirements[found.requirement].check == "reach"
+        to = found.tip if found.tip is not None and found.tip != found.target else None
+        marks = (Mark(found.target, lack, "missed" if reach else "clearance" if to else "contact", to),)
+    scene = Scene((SceneBody(found.placed, 0, "warm"),), found.environment, marks, name, "as found at the worst")
+    views = four_views(scene, width=_PICTURE, height=_PICTURE)
+    view, camera = max(views, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
+    out = io.BytesIO()  # to look for the smallest file takes longer than to draw it, and saves a tenth
+    disks(scene, camera).save(out, "PNG")
+    text = "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
+    return {"png": text, "view": _FROM[view], "alt": f"{name}: {lack} are lacking, seen {_FROM[view]}"}
+
+
+def _length(camera: Camera, found: Shown) -> float:
+    """[pixels] of the line that is lacking; 0 where none is known."""
+    if found.target is None or found.tip is None:
+        return 0.0
+    ends = project(camera, np.array([found.target, found.tip]))[:, :2]
+    return round(float(np.linalg.norm(ends[1] - ends[0])), 3)
+
+
+def _map(result: Accommodation, found: ReachMap) -> dict[str, Any]:
+    """A reach map's picture, its caption, and the shares at the controls near it."""
+    task, environment = found.task, result.study.environment
+    hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
+    controls = []
+    for control in map_controls(found, environment):
+        nearest = int(np.argmin(np.linalg.norm(found.points - control.at, axis=1)))
+        controls.append({"name": plain(control.name), "share": percent(float(found.share[nearest]))})
+    area = [f"{percent(float(np.mean(found.share >= level)))} by {100 * level:.0f} %" for level in LEVELS]
+    return {
+        "part": plain(task.part),
+        "how": f"{hand}, {task.grip}, zone {task.zone}, {len(found.points):,} points",
+        "svg": Markup(reach_map_svg(found, environment, sitter=environment.seat(result.study.seat).srp)),
+        "controls": controls,
+        "areas": f"Reached of its points: {', '.join(area)} of the people or more.",
+    }
+
+
+def _key() -> list[dict[str, str]]:
+    """The colours of a reach map in words."""
+    edges = [f"{100 * level:.0f}" for level in LEVELS]
+    words = [f"under {edges[0]} %", *(f"{a} to {b} %" for a, b in pairwise(edges))]
+    return [{"words": w, "colour": c} for w, c in zip([*words, f"{edges[-1]} % and more"], BANDS, strict=True)]

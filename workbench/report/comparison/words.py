@@ -1,0 +1,79 @@
+"""A comparison of two designs in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.model.accommodation import MET
+from workbench.model.comparison import Comparison, Judged, PairedShare
+from workbench.report.accommodation.words import millimetres_short, percent, person_name, plain
+
+__all__ = ["chance_words", "change_sentence", "comparison_headline", "difference_words"]
+
+_NOUNS = ("man", "woman")
+
+
+def difference_words(pair: PairedShare) -> str:
+    """ "+2.9 points (95 % interval +0.9 to +5.2)" of a difference of shares, in points of per cent."""
+    interval = f"{100 * pair.confidence:g} % interval {_signed(pair.low)} to {_signed(pair.high)}"
+    return f"{_signed(pair.difference)} points ({interval})"
+
+
+def _signed(share: float) -> str:
+    text = f"{100 * share:+.1f}"
+    return "0.0" if text in ("+0.0", "-0.0") else text.replace("-", "−")
+
+
+def chance_words(chance: float) -> str:
+    """ "0.11", "under 0.001"."""
+    return "under 0.001" if chance < 0.001 else f"{chance:.2g}" if chance < 0.995 else "1"
+
+
+def comparison_headline(found: Comparison) -> str:
+    """The whole comparison in two sentences."""
+    everybody = found.groups[0]
+    shares = (
+        f"{percent(everybody.before)} of {everybody.count:,} people fit before and {percent(everybody.after)} after"
+    )
+    if not everybody.gainers and not everybody.losers:
+        return f"{shares}: the same people, nobody gains and nobody loses."
+    chance = f"so uneven a count would come by chance with a probability of {chance_words(everybody.chance)}"
+    if everybody.chance >= 0.995:
+        chance = "as even as chance would have it"
+    return (f"{shares}, {difference_words(everybody)}. {_people(everybody.gainers)} gain{_s(everybody.gainers)} and "
+            f"{_people(everybody.losers).lower()} lose{_s(everybody.losers)}: {chance}.")  # fmt: skip
+
+
+def _people(count: int) -> str:
+    return {0: "Nobody", 1: "One person"}.get(count, f"{count:,} people")
+
+
+def _s(count: int) -> str:
+    return "s" if count < 2 else ""
+
+
+def change_sentence(found: Comparison, row: int) -> str:
+    """Why somebody fits in one design only: "female 31, a woman of 1,512 mm: “reach flaps” was 41 mm short, 12 mm to
+    spare now."; the requirement that was, or is, missed by most, and how many others there are."""
+    gained = row in found.gained
+    failing, other = (found.before, found.after) if gained else (found.after, found.before)
+    short = np.flatnonzero(~failing.met[row])
+    worst = int(short[np.argmin(failing.margin[row, short])])
+    name = failing.requirements[worst]
+    lack = f"{millimetres_short(-float(failing.margin[row, worst]))} mm short"
+    spare = _spare(other, row, name)
+    tall = found.before.stature[row]
+    who = f"a {_NOUNS[int(found.before.sex[row])]}" + (f" of {1000 * tall:,.0f} mm" if np.isfinite(tall) else "")
+    told = f"was {lack}, {spare} now" if gained else f"is {lack}, {spare.replace('is ', 'was ')} before"
+    more = f"; {len(short) - 1} more as well" if len(short) > 1 else ""
+    return f"{person_name(found.before.labels[row])}, {who}: “{plain(name)}” {told}{more}."
+
+
+def _spare(judged: Judged, row: int, name: str) -> str:
+    """ "12 mm to spare" of a requirement in the other design."""
+    if name not in judged.requirements:
+        return "is not asked for"
+    margin = float(judged.margin[row, judged.requirements.index(name)])
+    if np.isnan(margin):
+        return "does not apply"
+    return f"{max(1000 * margin, 0):,.0f} mm to spare" if margin >= -MET else f"{millimetres_short(-margin)} mm short"

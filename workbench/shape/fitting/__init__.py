@@ -1,0 +1,1 @@
+"""Fitting: a closed surface as few spheres within a proved tolerance."""

@@ -1,0 +1,1 @@
+"""Scaling: bodies of other measures, and the measures of bodies."""

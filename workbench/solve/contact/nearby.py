@@ -1,0 +1,61 @@
+"""Which spheres of moving bodies may touch what: the broad phase of continuous contact."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.kernels.contact.advance import near_pairs, near_parts
+from workbench.model.arrays import Floats, Ints
+from workbench.solve.contact.advance import SLACK, Chase
+from workbench.solve.contact.moving import Mover, jumps, ways
+
+__all__ = ["candidates"]
+
+Swept = tuple[Floats, Floats, Floats]
+
+
+def candidates(chase: Chase, checked: Ints, allowed: Floats, begin: int, end: int) -> tuple[Ints, Floats]:
+    """Who (M, 3) may touch in the pose pairs begin..end, and the level (M,) [m] of each.
+
+    checked: 1 for the parts (K,) that take part, or the pairs of segments (Q, 2). allowed (N, K) or (N, N') [m]:
+    depth that is no contact.
+    """
+    one = _swept(chase.mover, begin, end)
+    segment, radius = chase.mover.levers.segment, chase.mover.body.radius
+    if isinstance(chase.against, Mover):
+        other = chase.against
+        who = near_pairs(one, _swept(other, begin, end), checked, allowed, SLACK)
+        level = radius[who[:, 1]] + other.body.radius[who[:, 2]]
+        level = level - allowed[segment[who[:, 1]], other.levers.segment[who[:, 2]]]
+        keep = level > 0
+    else:
+        faces, shells = chase.against
+        who = near_parts(*one, faces, shells, allowed, checked, SLACK)
+        level = radius[who[:, 1]] - allowed[segment[who[:, 1]], who[:, 2]]
+        # a surface cannot be deeper than the radius
+        keep = (level > 0) | (faces.solid[who[:, 2]] > 0)
+    who[:, 0] += begin
+    return who[keep], level[keep]
+
+
+def _swept(mover: Mover, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
+    """Enclosing spheres and spheres in pairs begin..end: where they begin and end, and how far their surfaces may be
+    from the chord; and the spheres of each segment."""
+    body, world = mover.body, mover.placed.world_from_segment
+    first, second, bound = mover.first[begin:end], mover.second[begin:end], mover.turns.bound[begin:end]
+    around = []
+    for frames in (first, second):
+        turned = np.einsum("pnij,nj->pni", world[frames][..., :3], body.enclosing_centre)
+        around.append(np.ascontiguousarray(turned + world[frames][..., 3]))
+    entry = np.zeros((len(body.segments), 3))
+    entry[mover.chain.to] = mover.chain.at_to
+    arm = np.linalg.norm(body.enclosing_centre - entry, axis=1)
+    size = body.enclosing_radius + 0.125 * (bound[..., 1] + (bound[..., 2] ** 2 + bound[..., 3]) * arm)
+    size[:, ~mover.placed.window] = np.nan
+    pairs, spheres = end - begin, len(body.radius)
+    pair, sphere = np.repeat(np.arange(begin, end), spheres), np.tile(np.arange(spheres), pairs)
+    way = ways(mover, pair, sphere, np.zeros(len(pair)), np.ones(len(pair)))
+    way[jumps(mover, pair, sphere) <= 1.0] = np.inf
+    reach = way.reshape(pairs, spheres) + body.radius
+    moved = mover.placed.centres[first], mover.placed.centres[second]
+    return (around[0], around[1], size * (1 + 1e-12) + 1e-9), (*moved, reach), body.start

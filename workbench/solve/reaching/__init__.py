@@ -1,0 +1,1 @@
+"""Reaching: limbs to targets, within the stops and clear of obstacles."""

@@ -1,0 +1,124 @@
+"""Reach: the most comfortable posture that brings a hand or foot to a target, within the joint stops and clear of
+obstacles; or how far it is missed and what limits it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import UsageError
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.poses import Poses
+from workbench.model.posing import angles_of
+from workbench.model.reach import Reach
+from workbench.solve.family import family_of, frames, packed_links
+from workbench.solve.reaching.chains import AGAIN, Found, Task, cold, posed, solved, tips_of
+from workbench.solve.reaching.limbs import Limb
+from workbench.solve.reaching.linkage import joints_between
+from workbench.solve.reaching.obstacles import Room, cleared
+
+__all__ = ["REACHED", "TURN_LEVER", "goals_of", "reach", "stopped_by"]
+
+REACHED = 1e-4
+"""A target is reached where the tip is this near to it [m]."""
+TURN_LEVER = 0.2
+"""What a radian between wanted and actual direction counts [m]."""
+SLACK = 0.03
+"""A stop that gives less than this [m/rad] is not what limits a reach."""
+
+
+def reach(
+    body: Body,
+    poses: Poses,
+    targets: ArrayLike,
+    *,
+    limb: Limb,
+    direction: ArrayLike | None = None,
+    environment: Environment | None = None,
+    start: Poses | None = None,
+    tries: int = AGAIN,
+) -> Reach:
+    """Reach for targets (P, 3) [m] from poses of the same number, or from one pose for all.
+
+    What the limb does not move stays as the poses have it. direction (3,) or (P, 3): the way the limb is to point on
+    arrival, any where None. environment: obstacles, with their allowances. start: postures near to the solutions,
+    which then is quicker; from the comfort modes where None. tries: from how many other postures to begin again where
+    a target is missed. UsageError where the numbers of rows do not fit.
+    """
+    task = _task(body, poses, np.atleast_2d(np.asarray(targets, dtype=np.float64)), limb, direction)
+    given = Poses(task.held, poses.reference, np.repeat(np.eye(3, 4)[None], len(task), axis=0))
+    angles = cold(task, angles_of(body, given)[:, task.joints])
+    if start is not None:
+        free = (slice(None), task.link.free_joint, task.link.free_axis)
+        angles[free] = angles_of(body, start)[:, task.joints][free]
+    found = solved(task, angles, tries)
+    if environment is not None:
+        still = np.zeros(len(environment.parts), dtype=np.int64)
+        found = cleared(task, found, Room(environment, still, np.zeros((1, 3))))
+    return _answer(task, found, environment)
+
+
+def _task(body: Body, poses: Poses, targets: Floats, limb: Limb, direction: ArrayLike | None) -> Task:
+    if targets.ndim != 2 or targets.shape[1] != 3 or not np.all(np.isfinite(targets)):
+        raise UsageError(f"targets are finite points (P, 3), got an array of shape {targets.shape}")
+    if len(poses) not in (1, len(targets)):
+        raise UsageError(f"{len(targets)} targets need one pose or {len(targets)}, got {len(poses)}")
+    family = family_of((body,))
+    base, rotations = frames(family, poses, limb.base), poses.rotations
+    if len(poses) != len(targets):
+        base, rotations = (np.repeat(array, len(targets), axis=0) for array in (base, rotations))
+    goal = goals_of(targets)
+    if direction is not None:
+        way = np.broadcast_to(np.asarray(direction, dtype=np.float64), targets.shape)
+        size = np.linalg.norm(way, axis=1, keepdims=True)
+        if not np.all(size > 1e-9):
+            raise UsageError("a direction is a vector (3,) or (P, 3) that has a length")
+        goal[:, 3:6], goal[:, 9:] = way / size, TURN_LEVER
+    joints = joints_between(body, limb.base, limb.end)
+    # arrays of one kind only: each new kind would have the kernels compiled again
+    who = np.zeros(len(targets), dtype=np.int64)
+    return Task(family, limb, packed_links(family, limb), joints, who, np.array(rotations), base, goal)
+
+
+def goals_of(targets: Floats) -> Floats:
+    """(P, 12) goals of the kernels for targets (P, 3), from any direction."""
+    goal = np.zeros((len(targets), 12))
+    goal[:, :3], goal[:, 6:9] = targets, 1.0
+    return goal
+
+
+def stopped_by(task: Task, found: Found, reached: Bools) -> tuple[Floats, Floats, Floats]:
+    """Joint, axis and side (P,) of the stop that limits each reach, -1 where none does."""
+    numbers = found.numbers
+    stopped = ~reached & (found.part < 0) & (numbers[:, 7] > 0) & (numbers[:, 3] >= 0) & (numbers[:, 6] > SLACK)
+    joint = np.array(task.joints)[numbers[:, 3].astype(np.int64)]
+    values = joint, numbers[:, 4], numbers[:, 5]
+    first, second, third = (np.where(stopped, value, -1) for value in values)
+    return first, second, third
+
+
+def _answer(task: Task, found: Found, environment: Environment | None) -> Reach:
+    link = task.link
+    at = tips_of(task, found.angles)
+    off = found.angles[:, link.free_joint, link.free_axis] - link.mode
+    reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
+    joint, axis, side = stopped_by(task, found, reached)
+    return Reach(
+        body=task.body,
+        limb=task.limb.name,
+        poses=Poses(posed(task, found.angles), task.limb.base, task.base),
+        target=task.goal[:, :3],
+        tip=at[:, :3],
+        reached=reached,
+        miss=np.linalg.norm(at[:, :3] - task.goal[:, :3], axis=1),
+        overlap=found.overlap,
+        discomfort=np.sum(link.weight * off * off, axis=1),
+        joint=joint.astype(np.int64),
+        axis=axis.astype(np.int64),
+        side=side.astype(np.int64),
+        part=np.where(reached, -1, found.part),
+        parts=environment.parts if environment is not None else (),
+    )

@@ -1,0 +1,210 @@
+"""Reaches of many people at once: one limb of B bodies of a family, each to its T targets.
+
+People are taken in the order of how far they must stretch for a target, so that each can follow the one before: his
+solution and its multipliers are a start that mostly needs three steps. The first of every PIECE of them starts from
+the comfort modes, as a single reach does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.errors import UsageError
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.people_reach import PeopleReach
+from workbench.model.poses import Poses
+from workbench.model.posing import angles_of
+from workbench.solve.family import Family, family_of, frames, packed_links
+from workbench.solve.reaching.chains import AGAIN, PIECE, Found, Task, cold, posed, rows_of, solved, tips_of
+from workbench.solve.reaching.limbs import HANDS, Limb, limb
+from workbench.solve.reaching.linkage import joints_between
+from workbench.solve.reaching.obstacles import Room, cleared
+from workbench.solve.reaching.outward import outward
+from workbench.solve.reaching.reach import REACHED, goals_of, stopped_by
+
+__all__ = ["reach_people"]
+
+MOST_PEOPLE = 512
+"""People packed at a time."""
+STEPS_BACK = 6
+"""Steps of the way back from obstacles: fewer than of a single reach."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The rows of the kernels: order (B T,) target by target, in each by how far people must stretch; follow (B T,):
+    the row whose solution each starts from, -1 where none; shoulder (B, 3) [m]."""
+
+    order: Ints
+    follow: Ints
+    shoulder: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class _Ask:
+    """What is asked of everybody: limb, grip, zone; environment and the parts that move; spare [m]; threads."""
+
+    limb: tuple[str, str | None, int]
+    environment: Environment | None
+    moves: Sequence[str]
+    spare: float
+    rotations: bool
+    threads: int | None
+
+
+def reach_people(
+    bodies: Sequence[Body],
+    poses: Poses,
+    targets: ArrayLike,
+    *,
+    name: str,
+    grip: str | None = None,
+    zone: int = 1,
+    environment: Environment | None = None,
+    moves: Sequence[str] = (),
+    shift: ArrayLike | None = None,
+    spare: float = 0.0,
+    rotations: bool = False,
+    threads: int | None = None,
+) -> PeopleReach:
+    """Reach with a limb of B bodies, one row of poses a body, for targets (T, 3) or (B, T, 3) [m].
+
+    bodies: of one family, with the same segments, joints and stops; only lengths and spheres differ. name, grip, zone:
+    as for `limb`. environment: obstacles, with their allowances; moves: its parts that have gone along with each
+    person's seat by shift (B, 3) [m]. spare [m]: how far beyond a reached target to look for the farthest point that
+    the limb still reaches, on the ray from its first joint (shoulder, hip) as it stands in the poses; to within 1 mm,
+    obstacles aside. rotations: whether to give the postures found. threads: all cores where None; the answer does not
+    depend on it. Who else is asked may lead somebody to another posture that is as good as any near it; whoever is said
+    to be kept from a target by obstacles has searched in vain, or stands between two who have. UsageError where numbers
+    of rows do not fit or bodies are not of one family.
+    """
+    goals = _targets(bodies, poses, targets)
+    moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
+    if moved_by.shape != (len(bodies), 3):
+        raise UsageError(f"a shift (B, 3) for {len(bodies)} bodies is needed, got {moved_by.shape}")
+    ask = _Ask((name, grip, zone), environment, moves, spare, rotations, threads)
+    family_of(tuple({id(body.stops): body for body in bodies}.values()))
+    answers = []
+    for first in range(0, len(bodies), MOST_PEOPLE):
+        some = slice(first, first + MOST_PEOPLE)
+        own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
+        answers.append(_some_people(family_of(tuple(bodies[some])), own, goals[some], moved_by[some], ask))
+    return answers[0] if len(answers) == 1 else _joined(answers)
+
+
+def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats:
+    """Targets (B, T, 3); UsageError where the numbers of rows do not fit."""
+    goals = np.asarray(targets, dtype=np.float64)
+    if len(poses) != len(bodies) or not len(bodies):
+        raise UsageError(f"{len(bodies)} bodies need as many poses, and one at least, got {len(poses)}")
+    if goals.ndim == 2:
+        goals = np.broadcast_to(goals, (len(bodies), *goals.shape))
+    if goals.ndim != 3 or goals.shape[0] != len(bodies) or goals.shape[2] != 3 or not np.all(np.isfinite(goals)):
+        raise UsageError(f"targets are finite points (T, 3) or (B, T, 3), got an array of shape {np.shape(targets)}")
+    return goals
+
+
+def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask: _Ask) -> PeopleReach:
+    name, grip, zone = ask.limb
+    chain = limb(family.bodies[0], name, grip=grip, zone=zone)
+    rows = _rows(family, poses, chain, goals)
+    people, count = goals.shape[:2]
+    who = rows.order % people
+    joints = joints_between(family.bodies[0], chain.base, chain.end)
+    base, link = frames(family, poses, chain.base), packed_links(family, chain)
+    goal = goals_of(goals.transpose(1, 0, 2).reshape(-1, 3)[rows.order])
+    task = Task(family, chain, link, joints, who, poses.rotations[who], base[who], goal)
+    start = cold(task, angles_of(family.bodies[0], poses)[who][:, joints])
+    free = solved(task, start, AGAIN, follow=rows.follow, threads=ask.threads)
+    found = free
+    if ask.environment is not None:
+        moving = np.isin(ask.environment.parts, list(ask.moves)).astype(np.int64)
+        room = Room(ask.environment, moving, shift, rows.order // people, STEPS_BACK, ask.threads)
+        found = cleared(task, free, room)
+    reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
+    spare = _spare(task, found, reached, rows, ask)
+    return _answer((task, found, reached), spare, rows.order, (people, count), ask)
+
+
+def _rows(family: Family, poses: Poses, chain: Limb, goals: Floats) -> _Rows:
+    body = family.bodies[0]
+    joint = body.joint(body.segments[chain.end][0] + ("S" if chain.name.split(",")[0] in HANDS else "H"))
+    world = frames(family, poses, joint + 1)
+    shoulder = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
+    beyond = range(joint + 1, chain.end)
+    length = sum(np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in beyond)
+    stretch = np.linalg.norm(goals - shoulder[:, None], axis=2) / np.maximum(length, 1e-6)[:, None]
+    people, count = goals.shape[:2]
+    order = (np.argsort(stretch, axis=0, kind="stable") + people * np.arange(count)).T.ravel()
+    place = np.arange(people * count)
+    follow = np.where((place % people == 0) | (place % PIECE == 0), -1, place - 1)
+    return _Rows(order, follow, shoulder)
+
+
+def _spare(task: Task, found: Found, reached: Bools, rows: _Rows, ask: _Ask) -> Floats:
+    """(P,) [m] how much farther out the limb reaches than where it does."""
+    spare = np.zeros(len(task))
+    at = np.flatnonzero(reached) if ask.spare > 0 else np.zeros(0, np.int64)
+    if len(at):
+        some = rows_of(task, at)
+        ways = some.goal[:, :3] - rows.shoulder[some.who]
+        alike = rows.order[at] // len(rows.shoulder)
+        spare[at] = outward(some, found.rows(at), ways, alike, most=ask.spare, threads=ask.threads)
+    return spare
+
+
+def _answer(
+    solution: tuple[Task, Found, Bools], spare: Floats, order: Ints, shape: tuple[int, int], ask: _Ask
+) -> PeopleReach:
+    """The rows back in their places (B, T)."""
+    task, found, reached = solution
+    people, count = shape
+    back = np.empty(len(order), dtype=np.int64)
+    back[order] = np.arange(len(order))
+    place = back.reshape(count, people).T
+    off = found.angles[:, task.link.free_joint, task.link.free_axis] - task.link.mode
+    gap = np.linalg.norm(tips_of(task, found.angles)[:, :3] - task.goal[:, :3], axis=1)
+    joint, axis, side = (values.astype(np.int64)[place] for values in stopped_by(task, found, reached))
+    return PeopleReach(
+        body=task.body,
+        limb=task.limb.name,
+        target=task.goal[place, :3],
+        reached=reached[place],
+        miss=gap[place],
+        overlap=found.overlap[place],
+        discomfort=np.sum(task.link.weight * off * off, axis=1)[place],
+        joint=joint,
+        axis=axis,
+        side=side,
+        part=np.where(reached, -1, found.part)[place],
+        spare=spare[place],
+        parts=ask.environment.parts if ask.environment is not None else (),
+        rotations=posed(task, found.angles)[place] if ask.rotations else None,
+    )
+
+
+def _joined(answers: Sequence[PeopleReach]) -> PeopleReach:
+    def whole(name: str) -> Any:
+        return np.concatenate([getattr(answer, name) for answer in answers])
+
+    return replace(
+        answers[0],
+        target=whole("target"),
+        reached=whole("reached"),
+        miss=whole("miss"),
+        overlap=whole("overlap"),
+        discomfort=whole("discomfort"),
+        joint=whole("joint"),
+        axis=whole("axis"),
+        side=whole("side"),
+        part=whole("part"),
+        spare=whole("spare"),
+        rotations=whole("rotations") if answers[0].rotations is not None else None,
+    )

@@ -1,0 +1,1 @@
+"""Recorded motion: bones and markers of a subject, told of a body."""

@@ -1,0 +1,55 @@
+"""What a sitter's posture is asked for: pedals with the floor below them, places along a seat's travel, the eyes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.poses import Placed
+from workbench.solve.reaching.limbs import Limb, limb
+
+__all__ = ["STEP", "Pedals", "eye_points", "pointed_foot", "positions"]
+
+STEP = 0.01
+"""Spacing [m] of the seat positions that are tried."""
+
+
+@dataclass(frozen=True)
+class Pedals:
+    """Where the balls of the feet go [m], by "left foot" and "right foot", and the height [m] of the floor that the
+    heels stand on, None where they stand on nothing."""
+
+    at: Mapping[str, tuple[float, float, float]]
+    floor: float | None = None
+
+
+def eye_points(placed: Placed) -> Floats:
+    """(P, 3) [m] the point midway between the two eyes. InputError where the body has no spheres of that name."""
+    names = placed.body.sphere_names
+    if "left eye" not in names or "right eye" not in names:
+        raise InputError(f"body {placed.body.name} has no spheres 'left eye' and 'right eye'")
+    middle: Floats = 0.5 * (placed.centres[:, names.index("left eye")] + placed.centres[:, names.index("right eye")])
+    return middle
+
+
+def positions(travel: tuple[float, float]) -> Floats:
+    """Positions from the rear to the front of a travel, its ends and zero among them."""
+    low, high = travel
+    grid = np.arange(np.ceil(low / STEP), np.floor(high / STEP) + 1) * STEP
+    ends = [low, min(max(0.0, low), high), high]
+    positions: Floats = np.unique(np.round(np.concatenate([ends, grid]), 9))
+    return positions
+
+
+@lru_cache(maxsize=64)
+def pointed_foot(body: Body, name: str) -> Limb:
+    """The foot that arrives by its ball, pointing from the heel to the ball."""
+    ball, heel = limb(body, name, grip="ball"), limb(body, name, grip="heel")
+    sole = ball.tip - heel.tip
+    return replace(ball, pointing=sole / np.linalg.norm(sole))
