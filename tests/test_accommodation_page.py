@@ -126,6 +126,7 @@ def test_a_gain_is_told_with_both_shares(gain, said):
 @pytest.mark.parametrize(("share", "said"), [
     (0.0, "0.0 %"), (1.0, "100.0 %"), (0.813, "81.3 %"), (0.00001, "under 0.1 %"), (0.99996, "over 99.9 %"),
     (0.9996, "over 99.9 %"), (1 - 1e-15, "100.0 %"), (1e-16, "0.0 %"), (0.9994, "99.9 %"), (0.0006, "0.1 %"),
+    (-1e-17, "0.0 %"),
 ])  # fmt: skip
 def test_a_share_is_never_rounded_to_all_or_nothing(share, said):
     assert percent(share) == said

@@ -136,7 +136,7 @@ def _requirements(result: Accommodation, ends: tuple[float, float]) -> list[dict
         name = plain(requirement.name)
         by_sex = [percent(float(weight[sex == s] @ met[sex == s, r]) / float(weight[sex == s].sum()))
                   if (sex == s).any() else "–" for s in (1, 0)]  # fmt: skip
-        figures = [f"{1000 * v:.0f}".replace("-", "−") if np.isfinite(v) else "–" for v in result.spread[r]]
+        figures = [f"{round(1000 * v) + 0:d}".replace("-", "−") if np.isfinite(v) else "–" for v in result.spread[r]]
         said = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
         rows.append({
             "name": name, "criterion": plain(requirement.criterion), "zone": requirement.zone or "",

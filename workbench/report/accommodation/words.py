@@ -31,7 +31,7 @@ def percent(share: float) -> str:
         return "under 0.1 %"
     if 0.9995 <= share < 1 - 1e-9:
         return "over 99.9 %"
-    return f"{100 * share:.1f} %"
+    return f"{abs(100 * share) if abs(share) < 1e-9 else 100 * share:.1f} %"
 
 
 def plain(name: str) -> str:
