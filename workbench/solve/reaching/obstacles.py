@@ -117,10 +117,7 @@ def _guides(trail: Trail, left: Ints, alike: Ints, way: int) -> Ints:
 def _settled(task: Task, room: Room, trail: Trail, rows: tuple[Ints, Ints, Ints, Bools], ways: int) -> None:
     """Keep some rows off obstacles, into the trail."""
     todo, guide, alike, asked = rows
-    limbs, obstacles = (
-        packed_limbs(task.family, task.limb),
-        obstacles_of(task.body, room.environment, room.moving, room.shift),
-    )
+    limbs, obstacles = _packed(task, room)
     settings = (*seeds_of(task.body, task.limb), TRIES)
     order = todo, guide, alike, asked.astype(np.int64)
 
@@ -168,10 +165,7 @@ def _plain(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
 def _overlap(task: Task, angles: Floats, room: Room) -> Floats:
     """(P,) [m] how deep limbs at angles (P, K, 3) are in obstacles beyond what is allowed."""
     found = np.zeros(len(angles))
-    limbs, obstacles = (
-        packed_limbs(task.family, task.limb),
-        obstacles_of(task.body, room.environment, room.moving, room.shift),
-    )
+    limbs, obstacles = _packed(task, room)
 
     def work(begin: int, end: int) -> None:
         overlaps(limbs, task.who, task.held, task.base, angles, obstacles, CLEAR, found, begin, end)
