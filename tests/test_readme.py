@@ -6,6 +6,7 @@ import re
 import shlex
 
 import pytest
+import yaml
 
 from tests.conftest import ROOT
 from workbench.cli import app
@@ -57,12 +58,15 @@ def test_the_quoted_sentence_is_what_the_study_says():
 
 def test_the_formats_document_shows_files_that_load(tmp_path):
     document = (ROOT / "docs" / "file-formats.md").read_text()
+    from workbench.files.accommodation.schema import AccommodationFile
     from workbench.files.postures import PosturesFile
     from workbench.files.schema import validate
     from workbench.files.study_schema import StudyFile
     from workbench.files.yaml_text import parse_yaml
 
     blocks = re.findall(r"```yaml\n(.*?)```", document, re.S)
-    assert len(blocks) == 6
+    assert len(blocks) == 7
     validate(parse_yaml(blocks[1], "postures"), PosturesFile)
+    drivers = yaml.safe_load((ROOT / "studies" / "car_driver.yaml").read_text()) | yaml.safe_load(blocks[5])
+    assert validate(parse_yaml(yaml.safe_dump(drivers), "drivers"), AccommodationFile).population.people == 200
     assert validate(parse_yaml(blocks[3], "study"), StudyFile).study == "trainer_clearance"
