@@ -25,7 +25,7 @@ from workbench.model.accommodation import MapTask
 from workbench.study.accommodation import tried
 from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.chunks import gathered, result_chunks
-from workbench.study.accommodation.crew import CHUNK, crew_of
+from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seated, with_hands
@@ -87,7 +87,7 @@ def main() -> None:
         mapped = time.perf_counter() - begun
     served = np.concatenate(met)
     assert np.array_equal(served, np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1))
-    print(f"{len(study.people)} people, {len(asked)} requirements, chunks of {CHUNK}, {os.cpu_count()} cores")
+    print(f"{len(study.people)} people, {len(asked)} requirements, chunks of {crew.size}, {os.cpu_count()} cores")
     for stage, used in clock.cpu.items():
         print(f"  {stage:20} {used:8.2f} s of CPU, {1000 * used / len(study.people):8.3f} ms a person")
     print(f"  first time {first:.1f} s more, then {alone:.1f} s of wall clock in one process, {wall:.1f} s in all; "

@@ -33,9 +33,9 @@ from workbench.solve.reaching.limbs import limb
 from workbench.solve.reaching.reach import reach
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.accommodation import accommodation_study, ready
-from workbench.study.accommodation.crew import crew_of
+from workbench.study.accommodation.crew import Crew, crew_of
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
-from workbench.study.accommodation.crew_fit import Task, fit_chunk, fit_chunks
+from workbench.study.accommodation.crew_fit import Fit, Task, fit_chunk, fit_chunks
 from workbench.study.accommodation.sitters import seated
 
 PEOPLE = 8
@@ -250,6 +250,17 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
     with pytest.raises(wb.InputError, match=r"\(No space left on device\)\n4 of 8 people are done and kept"):
         accommodation_study(load_accommodation(toy[0]), keep=tmp_path / "keep")
     assert len(list((tmp_path / "keep").iterdir())) == 2
+
+
+@pytest.mark.parametrize(("count", "size"), [(1, 64), (64, 64), (600, 64), (1100, 128), (2048, 256), (6068, 256)])
+def test_chunks_hold_everybody_once_and_are_larger_where_there_are_many(count, size):
+    people = wb.draw_people(wb.load_population_model("ansur2"), count, seed=1)
+    fits = [Fit({}, [""] * min(64, count - first)) for first in range(0, count, 64)]
+    crew = Crew(None, people, (), fits)
+    assert crew.size == size
+    assert np.concatenate([crew.index(chunk) for chunk in range(len(crew))]).tolist() == list(range(count))
+    held = [sum(len(fit.told) for fit in crew.fits_of(chunk)) for chunk in range(len(crew))]
+    assert held == [len(crew.index(chunk)) for chunk in range(len(crew))]
 
 
 def test_the_command_says_what_leaves_people_out(toy, tmp_path, capsys):

@@ -214,5 +214,6 @@ def result_key(base: bytes, crew: Crew, chunk: int) -> bytes:
     fields: list[Floats | bytes] = [base, who]
     people = crew.people.rows(rows)
     fields += [people.measures, people.sex.astype(np.float64)]
-    fields += [np.ascontiguousarray(values) for _, values in sorted(crew.fits[chunk].fields.items())]
+    for fit in crew.fits_of(chunk):
+        fields += [np.ascontiguousarray(values) for _, values in sorted(fit.fields.items())]
     return content_key(fields)

@@ -45,7 +45,7 @@ class Cluster:
     ) -> Generator[tuple[int, Kept]]:
         """The chunks of these numbers as they get ready."""
         common = (study, tuple(asked), crew.task, tuple(crew.wears))
-        pieces = [(crew.index(chunk).tolist(), _plain(crew.fits[chunk])) for chunk in chunks]
+        pieces = [(crew.index(chunk).tolist(), [_plain(fit) for fit in crew.fits_of(chunk)]) for chunk in chunks]
         for number, found in self._each(_tried, common, pieces):
             yield chunks[number], found
 
@@ -111,9 +111,10 @@ def _fitted(task: Task, people: Population) -> Fit | InputError:
 
 
 def _tried(
-    common: tuple[AccommodationStudy, Sequence[Asked], Task, Sequence[Any]], rows: Sequence[int], fit: Fit
+    common: tuple[AccommodationStudy, Sequence[Asked], Task, Sequence[Any]], rows: Sequence[int], fits: Sequence[Fit]
 ) -> Kept:
     """A worker's numbers of a chunk, the people of these rows."""
     study, asked, task, wears = common
-    bodies: list[Body] = Crew(task, study.people.rows(np.array(rows)), wears, [fit]).bodies(0)
+    crew = Crew(task, study.people.rows(np.array(rows)), wears, fits)
+    bodies: list[Body] = [crew.body(row) for row in range(len(rows))]
     return chunk_result(study, asked, bodies, rows)

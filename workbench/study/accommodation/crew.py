@@ -30,7 +30,9 @@ from workbench.study.accommodation.crew_fit import FIELDS, Fit, Task, fit_chunks
 __all__ = ["CHUNK", "FITTED", "Crew", "Fitters", "chunk_key", "crew_of", "templates"]
 
 CHUNK = 64
-"""People a chunk."""
+"""People fitted together, and least people of a chunk of work."""
+MOST_TOGETHER, LEAST_CHUNKS = 4, 8
+"""Chunks of work are up to so many times CHUNK people, where that leaves so many of them: people lead one another."""
 FITTED = (
     "stature", "sitting_height", "eye_height_sitting", "acromial_height_sitting", "thumb_tip_reach",
     "buttock_knee_length", "knee_height_sitting", "popliteal_height", "shoulder_elbow_length", "bideltoid_breadth",
@@ -42,22 +44,28 @@ MOST_CHUNKS = 512
 
 
 class Crew:
-    """The bodies of a population, chunk by chunk, made when they are asked for."""
+    """The bodies of a population, chunk by chunk, made when they are asked for; size: people a chunk."""
 
     def __init__(self, task: Task, people: Population, wears: Sequence[Encumbrance], fits: Sequence[Fit]) -> None:
         self.task, self.people, self.wears, self.fits = task, people, wears, fits
+        self.together = max(1, min(MOST_TOGETHER, len(fits) // LEAST_CHUNKS))
+        self.size = self.together * len(fits[0].told)
         self.sitting: dict[str, Any] = {}  # chunks that sit already, by all that this depends on
 
     def __len__(self) -> int:
-        return len(self.fits)
+        return (len(self.people) + self.size - 1) // self.size
 
     def rows(self, chunk: int) -> slice:
         """The people of a chunk."""
-        return slice(chunk * CHUNK, min((chunk + 1) * CHUNK, len(self.people)))
+        return slice(chunk * self.size, min((chunk + 1) * self.size, len(self.people)))
 
     def index(self, chunk: int) -> Ints:
         """The numbers of the people of a chunk."""
         return np.arange(*self.rows(chunk).indices(len(self.people)))
+
+    def fits_of(self, chunk: int) -> Sequence[Fit]:
+        """What was fitted of the people of a chunk."""
+        return self.fits[chunk * self.together : (chunk + 1) * self.together]
 
     def bodies(self, chunk: int) -> list[Body]:
         """The bodies of a chunk, dressed."""
@@ -69,8 +77,8 @@ class Crew:
 
     def _body(self, row: int) -> Body:
         template = self.task.templates[SEXES[int(self.people.sex[row])]]
-        fields = self.fits[row // CHUNK].fields
-        made = _member(template, {name: fields[name][row % CHUNK] for name in FIELDS})
+        number, at = divmod(row, len(self.fits[0].told))
+        made = _member(template, {name: self.fits[number].fields[name][at] for name in FIELDS})
         return wear(made, self.wears)
 
     @property
