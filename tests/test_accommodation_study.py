@@ -252,7 +252,7 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
     assert len(list((tmp_path / "keep").iterdir())) == 2
 
 
-@pytest.mark.parametrize(("count", "size"), [(1, 64), (64, 64), (600, 64), (1100, 128), (2048, 256), (6068, 256)])
+@pytest.mark.parametrize(("count", "size"), [(1, 1), (64, 64), (600, 64), (1100, 128), (2048, 256), (6068, 256)])
 def test_chunks_hold_everybody_once_and_are_larger_where_there_are_many(count, size):
     people = wb.draw_people(wb.load_population_model("ansur2"), count, seed=1)
     fits = [Fit({}, [""] * min(64, count - first)) for first in range(0, count, 64)]
