@@ -34,6 +34,11 @@ class PartSize:
     open_edges: int
     degenerate: int
     duplicate: int
+    against: int
+    one_sided: int
+    cavities: int
+    nested: int
+    crossing: int
     watertight: bool
     inverted: bool
     solid: bool
@@ -104,11 +109,26 @@ def _parts(environment: Environment) -> tuple[PartSize, ...]:
         polygons = environment.polygons(k)
         first, last = environment.triangle_start[[polygons.start, polygons.stop]]
         corners = environment.vertices[environment.triangles[first:last].ravel()]
-        parts.append(PartSize(
-            found.part, found.faces, found.polygons, _three(corners.min(axis=0)), _three(corners.max(axis=0)),
-            found.open_edges, found.degenerate, found.duplicate, found.watertight, found.inverted,
-            bool(environment.solid[k]),
-        ))  # fmt: skip
+        parts.append(
+            PartSize(
+                name=found.part,
+                faces=found.faces,
+                polygons=found.polygons,
+                low=_three(corners.min(axis=0)),
+                high=_three(corners.max(axis=0)),
+                open_edges=found.open_edges,
+                degenerate=found.degenerate,
+                duplicate=found.duplicate,
+                against=found.against,
+                one_sided=found.one_sided,
+                cavities=found.cavities,
+                nested=found.nested,
+                crossing=found.crossing,
+                watertight=found.watertight,
+                inverted=found.inverted,
+                solid=bool(environment.solid[k]),
+            )
+        )
     return tuple(parts)
 
 

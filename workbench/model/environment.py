@@ -63,7 +63,7 @@ class Seat:
 
 @dataclass(frozen=True)
 class Quality:
-    """What was found in the mesh of one part: counts of faces and of faults, told and never silently mended."""
+    """What was found in the mesh of one part: counts of faces and of faults, reported and never silently mended."""
 
     part: str
     faces: int
@@ -71,8 +71,20 @@ class Quality:
     degenerate: int
     duplicate: int
     open_edges: int
+    against: int
+    """Faces wound against most of those they are connected with."""
+    one_sided: int
+    """Patches with one side only, as a Moebius strip has."""
+    cavities: int
+    """Closed shells that bound a cavity."""
+    nested: int
+    """Closed shells inside others and wound alike."""
+    crossing: int
+    """Closed shells that cross others or themselves."""
     inverted: bool
     watertight: bool
+    declared: bool
+    """True where the environment's file says whether the part is solid."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -150,6 +162,12 @@ class Environment:
     def polygons(self, part: int) -> slice:
         """The polygons of one part."""
         return slice(int(self.part_start[part]), int(self.part_start[part + 1]))
+
+    @property
+    def undecided(self) -> tuple[int, ...]:
+        """The parts that are surfaces only because their mesh is not closed: nobody says that they are no solids."""
+        loose = {found.part for found in self.quality if not (found.watertight or found.declared)}
+        return tuple(k for k, name in enumerate(self.parts) if name in loose and not self.solid[k])
 
     @property
     def polygon_part(self) -> Ints:

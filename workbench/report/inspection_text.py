@@ -27,11 +27,11 @@ def inspection_lines(found: Inspection) -> list[str]:
                   f"size x y z, from x y z [{unit}]"]  # fmt: skip
     for p in found.parts:
         kind = "yes" if p.solid else "no"
-        kind += "*" if p.inverted else ""
+        kind += "*" if p.watertight and (p.inverted or p.against) else ""
         lines.append(f"{p.name:<{width}} {p.faces:>8} {p.polygons:>8} {p.open_edges:>6} {p.degenerate:>6} "
                      f"{p.duplicate:>6}  {kind:<5}  {numbers(p.size)}, from {numbers(p.low)}")  # fmt: skip
-    if any(p.inverted for p in found.parts):
-        lines.append("* wound inside out; turned for the question of inside and outside")
+    if any(p.watertight and (p.inverted or p.against) for p in found.parts):
+        lines.append("* wound inside out, or not all alike; turned for the question of inside and outside")
     lines += [f"warning: {warning}" for warning in found.warnings]
     if found.problem:
         lines.append(f"would be refused as an environment: {found.problem}")

@@ -1,16 +1,19 @@
-"""What a reader of a result must know that no criterion asks: stops breached, bodies swallowed, seats missed."""
+"""What a reader of a result must know that no criterion asks: stops breached, bodies swallowed or enclosed, seats
+missed."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from workbench.model.environment import Environment, Rest
+from workbench.model.poses import Placed
 from workbench.model.result import Finding, PersonResult, Verdict
 from workbench.model.study import Criterion, Study
+from workbench.solve.contact.enclosure import enclosed
 
-__all__ = ["result_warnings", "seat_verdicts"]
+__all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
 
 SEAT_TOLERANCE, SEAT_LOST = 0.01, 0.05
 """How far [m] the real sinking into a seat may be from the stated depth before it is told, and before it fails."""
@@ -24,6 +27,7 @@ def result_warnings(study: Study, environment: Environment, people: tuple[Person
     for person, asked in zip(people, study.people, strict=True):
         found += _breached(study, person)
         found += _swallowed(study, person)
+        found += enclosure_warnings(person.name, person.placed, environment, study.cases)
         if asked.seat is not None:
             seat = environment.seat(asked.seat)
             for rest, what in ((seat.cushion, "cushion"), (seat.back, "back")):
@@ -50,6 +54,28 @@ def _swallowed(study: Study, person: PersonResult) -> Iterator[str]:
         yield (
             f"{person.name}, {study.cases[case]}: the whole body is inside the solid part "
             f"{study.environment.parts[part]!r}; if that part is a shell around people, say 'solid: false' for it"
+        )
+
+
+def enclosure_warnings(
+    name: str, placed: Placed, environment: Environment, cases: Sequence[str] = ()
+) -> Iterator[str]:
+    """A sentence for each visible part that is open, not declared to be no solid, and encloses a body in some pose.
+
+    cases: the names of the poses, where they have any.
+    """
+    for part in environment.undecided:
+        if environment.hidden[part]:
+            continue
+        within = np.flatnonzero(enclosed(placed, environment, part) > 0.5)
+        if not len(within):
+            continue
+        where = f", {cases[int(within[0])]}" if cases else ""
+        where += f" and {len(within) - 1} more" if cases and len(within) > 1 else ""
+        yield (
+            f"{name}{where}: the body is enclosed by the open part {environment.parts[part]!r}, which counts as a "
+            "surface without an inside: mend its mesh if it is a solid, or say 'solid: false' for it if it is a shell "
+            "around people"
         )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.planes import degenerate_faces
 from workbench.files.meshes.shells import Shells, shell_labels, sorted_shells
-from workbench.files.meshes.winding import HalfEdges, Winding, balanced, consistent_winding, half_edges
+from workbench.files.meshes.winding import HalfEdges, Winding, balanced, consistent_winding, half_edges, way_round
 from workbench.model.arrays import Bools, Ints
 
 __all__ = ["Fault", "Faults", "examined"]
@@ -150,10 +150,7 @@ def _copies(faces: Ints) -> tuple[Ints, Ints]:
     label = np.unique(corners, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
     collapsed = np.flatnonzero((np.diff(corners, axis=1) == 0).any(axis=1))
     label[collapsed] = len(faces) + np.arange(len(collapsed))
-    first = np.argmin(faces, axis=1)
-    row = np.arange(len(faces))
-    sense = np.where(faces[row, (first + 1) % 3] < faces[row, (first + 2) % 3], 1, -1)
-    return label, sense
+    return label, way_round(faces)
 
 
 def _firsts(faces: Ints) -> Bools:

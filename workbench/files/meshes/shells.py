@@ -26,10 +26,10 @@ from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["Shells", "shell_labels", "sorted_shells"]
 
+_PLACES_ALONE = 200
+"""About so many places are looked at on a shell of few faces that is the only one of its part."""
 _PLACES = 1_000
-"""About so many places are looked at in a part of few faces."""
-_MOST_PLACES = 20_000
-"""Faces looked at in a part of many."""
+"""About so many places are looked at in a part of several shells, or of many faces."""
 _LEAST_PLACES = 4
 """Places looked at on the smallest shell."""
 _COLUMNS = 64
@@ -38,7 +38,7 @@ _NEAR = 1e-9
 """A crossing nearer than this share of the part's size to the place or to an edge is in doubt; the place is left out."""
 _ALONG = np.array([0.5377, 0.3183, 0.7807]) / np.linalg.norm([0.5377, 0.3183, 0.7807])
 """The direction looked along."""
-_SHALLOW = 5e-4
+_SHALLOW = 1e-3
 """Shells that cross no deeper than this [m] do not count as crossing: rounding and faces glued together do that."""
 
 
@@ -184,10 +184,11 @@ def _spread(corner: Floats, shell: Ints) -> _Places:
     order = np.argsort(shell, kind="stable")
     size = np.bincount(shell)
     rank = np.arange(total) - np.repeat(np.cumsum(size) - size, size)
-    wanted = np.clip(_MOST_PLACES * size // total, _LEAST_PLACES, size)
+    wanted = np.clip(_PLACES * size // total, _LEAST_PLACES, size)
     step = np.maximum(size // np.maximum(wanted, 1), 1)
     chosen = order[rank % np.repeat(step, size) == 0]
-    repeats = int(np.clip(_PLACES // len(chosen), 1, 64))
+    few = _PLACES if len(size) > 1 else _PLACES_ALONE
+    repeats = int(np.clip(few // len(chosen), 1, 64))
     face = np.repeat(chosen, repeats)
     u, v = _plastic(repeats)
     weight = np.stack([1.0 - u - v, u, v], axis=1)

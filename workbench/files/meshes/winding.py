@@ -15,7 +15,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Ints
 
-__all__ = ["HalfEdges", "Winding", "balanced", "component_labels", "consistent_winding", "half_edges"]
+__all__ = ["HalfEdges", "Winding", "balanced", "component_labels", "consistent_winding", "half_edges", "way_round"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +58,14 @@ def balanced(halves: HalfEdges, turned: Bools) -> bool:
     """True where each edge is run along as often one way as the other, once the `turned` faces (T,) are turned."""
     sense = np.where(turned[halves.face], -halves.sense, halves.sense)
     return len(halves.edge) > 0 and not np.any(np.bincount(halves.edge, sense, len(halves.uses)))
+
+
+def way_round(faces: Ints) -> Ints:
+    """(T,) +1 or -1: which way round triangles (T, 3) are wound on their corners."""
+    row = np.arange(len(faces))
+    first = np.argmin(faces, axis=1)
+    way: Ints = np.where(faces[row, (first + 1) % 3] < faces[row, (first + 2) % 3], 1, -1)
+    return way
 
 
 def consistent_winding(count: int, halves: HalfEdges) -> Winding:

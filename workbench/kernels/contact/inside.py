@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from workbench.kernels.contact.polygon import point_winding
 
-__all__ = ["Shells", "inside_part", "is_closed"]
+__all__ = ["Shells", "inside_part", "is_closed", "odd_shares"]
 
 DOUBT = 1 << 40
 ROUNDING = 1e-14
@@ -124,3 +124,28 @@ def inside_part(x, y, z, faces, shells, part, stack):  # type: ignore[no-untyped
             if total != DOUBT:
                 return total != 0
     return abs(point_winding(x, y, z, faces.corners, faces.corner_start[part], faces.corner_start[part + 1])) > 0.5
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def odd_shares(points, directions, faces, shells, part, stack, share):  # type: ignore[no-untyped-def]
+    """Share of the lines of sight from each point that cross a part an odd number of times.
+
+    points (Q, 3) [m]; directions (D, 3) without a component of zero; stack (64,) is working space; share (Q,) is
+    filled, with 0 for a point all of whose lines are in doubt. The sum of signed crossings is odd where their number
+    is, so that the winding of the part does not matter.
+    """
+    m = faces.root[part]
+    for q in range(len(points)):
+        x, y, z = points[q, 0], points[q, 1], points[q, 2]
+        sure, odd = 0, 0
+        if m >= 0:
+            far = max(abs(x), abs(y), abs(z))
+            for k in range(3):
+                far = max(far, abs(faces.low[m, k]), abs(faces.high[m, k]))
+            for d in range(len(directions)):
+                d0, d1, d2 = directions[d, 0], directions[d, 1], directions[d, 2]
+                total = _crossings(x, y, z, d0, d1, d2, faces, shells, m, 4e-12 * far, stack)
+                if total != DOUBT:
+                    sure += 1
+                    odd += total & 1
+        share[q] = odd / max(sure, 1)
