@@ -183,7 +183,7 @@ def test_a_joint_past_its_stop_is_warned_of_before_the_open_edges_of_the_mesh(st
     bent.write_text(text, encoding="utf-8")
     said = wb.run(wb.load_study(bent)).warnings
     assert "driver, driving: left elbow is 8.0 degrees past its stop in flexion" in said[:2]
-    assert "open edges" in said[-1]
+    assert any("open edges" in line for line in said[2:])
 
 
 def test_a_mesh_outside_its_folder_is_refused(study_file):

@@ -13,7 +13,9 @@ from workbench.model.accommodation import MET, Accommodation, AccommodationStudy
 from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
+from workbench.shape.parts import moved
 from workbench.shape.scaling.scale import morph_to
+from workbench.solve.forward import place
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
 from workbench.study.accommodation.cluster import Cluster
 from workbench.study.accommodation.crew import Crew, crew_of
@@ -23,8 +25,10 @@ from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.requirements import Asked, asked_of
 from workbench.study.accommodation.shares import group_shares, left_out_alone, share_single, share_without, spread_of
+from workbench.study.accommodation.sitters import seated
 from workbench.study.provenance import hashes, people_hash, versions
 from workbench.study.reaches import buried_controls
+from workbench.study.warnings import enclosure_warnings
 
 __all__ = ["accommodation_study", "ready"]
 
@@ -110,7 +114,13 @@ def accommodation_study(
             "people": {"measures": people_hash(study.people)},
             "versions": versions(),
         },
-        warnings=(*_told(crew), *_hopeless(asked, met), *buried_controls(study.environment), *study.warnings),
+        warnings=(
+            *_told(crew),
+            *_hopeless(asked, met),
+            *buried_controls(study.environment),
+            *_enclosed(study, crew, row=hardest[0] if hardest else 0),
+            *study.warnings,
+        ),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )
 
@@ -142,6 +152,16 @@ def _told(crew: Crew) -> list[str]:
         return []
     return [f"{len(told)} of {len(crew.people)} people could not be given all their measures exactly; they have them "
             f"nearly (the first because {told[0]})"]  # fmt: skip
+
+
+def _enclosed(study: AccommodationStudy, crew: Crew, *, row: int) -> list[str]:
+    """Open parts that enclose one of the people as they sit."""
+    if not study.environment.undecided:
+        return []
+    body = crew.body(row)
+    sitters = seated(study, [body], [row])
+    environment = moved(study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0])
+    return list(enclosure_warnings(f"person {row + 1}", place(body, sitters.held), environment))
 
 
 def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:

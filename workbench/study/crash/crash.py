@@ -32,8 +32,12 @@ from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.provenance import hashes, versions
 from workbench.study.simulation import bearing, seated_environment
 from workbench.study.subject import subject_body
+from workbench.study.warnings import enclosure_warnings
 
 __all__ = ["crash_ready", "crash_study"]
+
+_LOOKS = 16
+"""Frames in which the surroundings are searched for open parts that enclose the person."""
 
 
 def crash_study(plan: CrashPlan) -> CrashResult:
@@ -62,10 +66,19 @@ def _found(study: CrashStudy) -> CrashResult:
         agreements=(),
         verdicts=(),
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
-        warnings=(*frames.coarse, *study.warnings),
+        warnings=(*frames.coarse, *_enclosed(study), *study.warnings),
         forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),
     )
     return replace(result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria))
+
+
+def _enclosed(study: CrashStudy) -> tuple[str, ...]:
+    """Open parts that enclose the person in any of a few frames, spread over the motion."""
+    if not study.environment.undecided:
+        return ()
+    times = study.motion.clock[:: max(len(study.motion) // _LOOKS, 1)]
+    placed = place(study.body, poses_at(study.motion, times))
+    return tuple(enclosure_warnings(study.person, placed, study.environment))
 
 
 def crash_ready(plan: CrashPlan) -> CrashStudy:
