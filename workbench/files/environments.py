@@ -16,7 +16,8 @@ from workbench.files.meshes.assembly import built
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.reading import SMALLEST, axes, extent, implausible, read_mesh, stated_axes, to_world
-from workbench.files.schema import fail, validate
+from workbench.files.meshes.sizes import doubtful_sizes
+from workbench.files.schema import fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
 from workbench.model.environment import Allowance, Control, Environment, Rest, Seat
@@ -27,6 +28,11 @@ __all__ = ["environment_files", "environment_from_mesh", "load_environment"]
 _INNER = "environment.yaml"
 _UNEVEN = 0.001
 """Slack [m] on the depth a sitter sinks in: no cushion in a mesh is quite flat."""
+_SEAT_AWAY = 0.3
+"""A seat reference point farther [m] than this from the box of its cushion is not that seat's: cushions are 0.1 m thick
+and their backs stand up to 0.2 m behind them."""
+_SEAT_NEAR = 0.1
+"""A unit explains it where the reference point would be this near [m]."""
 _SMALL = 0.005
 """One of several meshes of an environment may be this small [m]; the whole may not."""
 
@@ -74,7 +80,8 @@ def environment_from_mesh(
     if wrong or metres is None:
         raise InputError(f"{source}: {wrong}")
     parts = to_world(raw, rotation, metres=metres)
-    environment, faults = built(source.stem, parts, solid=[solid] * len(parts), notes=raw.notes)
+    notes = (*doubtful_sizes(parts, metres, file=source.stem), *raw.notes)
+    environment, faults = built(source.stem, parts, solid=[solid] * len(parts), notes=notes)
     if faults:
         raise InputError([f"{source}: {what}" for _, what in faults])
     return environment
@@ -126,7 +133,8 @@ def _mesh(folder: Path, mesh: MeshFile, *, alone: bool) -> tuple[tuple[RawPart, 
         raise InputError(f"{mesh.file}: {wrong}")
     turn = attitude_matrix(yaw=mesh.turn.yaw, pitch=mesh.turn.pitch, roll=mesh.turn.roll)
     rotation: Floats = turn @ stated_axes(raw, mesh.up, mesh.forward)
-    return to_world(raw, rotation, metres=metres, move=np.array(mesh.move)), raw.notes
+    parts = to_world(raw, rotation, metres=metres, move=np.array(mesh.move))
+    return parts, (*doubtful_sizes(parts, metres, file=Path(mesh.file).stem), *raw.notes)
 
 
 def _matching(key: str, names: Iterable[str]) -> list[str]:
@@ -176,8 +184,36 @@ def _complete(environment: Environment, file: EnvironmentFile, found: tuple[list
         seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
         points=dict(file.points),
         controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in file.controls.items()),
-        warnings=(*notes, *environment.warnings),
+        warnings=(*notes, *_seats_away(environment, file), *environment.warnings),
     )
+
+
+def _seats_away(environment: Environment, file: EnvironmentFile) -> Iterator[str]:
+    """A sentence for each seat whose reference point is not at its cushion, with the mistaken unit that explains it.
+
+    A person is seated by the numbers of the YAML file, and must meet the mesh there.
+    """
+    still = not any(any(mesh.move) for mesh in file.meshes)
+    for name, seat in file.seats.items():
+        polygons = environment.polygons(environment.part(seat.cushion.part))
+        first, last = environment.triangle_start[[polygons.start, polygons.stop]]
+        corners = environment.vertices[environment.triangles[first:last].ravel()]
+        box = np.array([corners.min(axis=0), corners.max(axis=0)])
+        if (gap := _gap(box, seat.srp)) <= _SEAT_AWAY:
+            continue
+        units = [(used, right) for used in metres_in for right in metres_in if used != right]
+        fits = [(used, right) for used, right in units
+                if still and _gap(box * metres_in[right] / metres_in[used], seat.srp) <= _SEAT_NEAR]  # fmt: skip
+        hint = ": a wrong unit of length, or a wrong place?"
+        if fits:
+            hint = f": the mesh would be there if its unit were {fits[0][1]} where {fits[0][0]} is taken"
+        yield f"seat {name!r}: its reference point is {gap:.3g} m away from its cushion {seat.cushion.part!r}{hint}"
+
+
+def _gap(box: Floats, point: Iterable[float]) -> float:
+    """Distance [m] of a point to a box (2, 3)."""
+    at = np.array(tuple(point))
+    return float(np.linalg.norm(np.maximum(np.maximum(box[0] - at, at - box[1]), 0.0)))
 
 
 def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:

@@ -13,6 +13,7 @@ from workbench.files.environment_schema import unit_metres
 from workbench.files.environments import load_environment
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.reading import axes, implausible, read_mesh, to_world
+from workbench.files.meshes.sizes import doubtful_sizes
 from workbench.files.schema import metres_in
 from workbench.model.environment import Environment
 
@@ -84,7 +85,8 @@ def inspect_mesh(path: str | Path, *, length: str | None = None, up: str | None 
     except ValueError as error:
         raise InputError(f"{path}: length {length!r}: {error}") from None
     parts = to_world(raw, rotation, metres=metres or 1.0)
-    environment, _ = built(Path(path).stem, parts, solid=["auto"] * len(parts), notes=raw.notes)
+    doubts = () if metres is None else doubtful_sizes(parts, metres, file=Path(path).stem)
+    environment, _ = built(Path(path).stem, parts, solid=["auto"] * len(parts), notes=(*doubts, *raw.notes))
     size = _three(environment.bounds[1] - environment.bounds[0])
     units = max(size) / (metres or 1.0)
     return Inspection(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from workbench.files.body.bodies import body_path, load_body
 from workbench.files.body.fitted import FittedSegment, fitted_text
 from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import axes, read_mesh, to_world
+from workbench.files.meshes.sizes import doubtful_sizes, person_size
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
@@ -73,7 +74,10 @@ def read_surface(source: Path, *, length: str | None = None, up: str = "z", forw
     parts = to_world(raw, axes(up, forward), metres=metres)
     first = np.cumsum([0, *(len(p.vertices) for p in parts)])
     faces = np.concatenate([p.faces + n for p, n in zip(parts, first, strict=False)])
-    return sealed(np.concatenate([p.vertices for p in parts]), faces, what=str(source))
+    surface = sealed(np.concatenate([p.vertices for p in parts]), faces, what=str(source))
+    size = float(np.ptp(surface.vertices, axis=0).max())
+    doubts = doubtful_sizes(parts, metres, file=source.stem) or person_size(size, metres)
+    return replace(surface, notes=(*surface.notes, *doubts)) if doubts else surface
 
 
 def placed_skeleton(source: str | Path, *, posture: str | None = None, at: Floats | None = None) -> Skeleton:
