@@ -57,9 +57,7 @@ def _swallowed(study: Study, person: PersonResult) -> Iterator[str]:
         )
 
 
-def enclosure_warnings(
-    name: str, placed: Placed, environment: Environment, cases: Sequence[str] = ()
-) -> Iterator[str]:
+def enclosure_warnings(name: str, placed: Placed, environment: Environment, cases: Sequence[str] = ()) -> Iterator[str]:
     """A sentence for each visible part that is open, not declared to be no solid, and encloses a body in some pose.
 
     cases: the names of the poses, where they have any.

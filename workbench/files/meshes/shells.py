@@ -35,7 +35,8 @@ _LEAST_PLACES = 4
 _COLUMNS = 64
 """Strips into which places are sorted for the search of the faces above them."""
 _NEAR = 1e-9
-"""A crossing nearer than this share of the part's size to the place or to an edge is in doubt; the place is left out."""
+"""A crossing nearer to the place or to an edge than this share of the part's size is in doubt: the place is left
+out."""
 _ALONG = np.array([0.5377, 0.3183, 0.7807]) / np.linalg.norm([0.5377, 0.3183, 0.7807])
 """The direction looked along."""
 _SHALLOW = 1e-3
@@ -236,7 +237,7 @@ def _containment(corner: Floats, shell: Ints, places: _Places, sign: Ints) -> _C
 
 
 def _turns(corner: Floats, shell: Ints, places: _Places) -> _Turns:
-    """The winding numbers of shells about places that are not zero; a place's own face is left out, where it has one."""
+    """The winding numbers of shells about places that are not zero; the face that a place lies on is left out."""
     count = int(shell.max()) + 1
     hits = _hits(corner, places)
     sure = np.ones(len(places.face), dtype=np.bool_)
@@ -261,7 +262,8 @@ def _hits(corner: Floats, places: _Places) -> _Hits:
     base = low[:, 1].min()
 
     def column(values: Floats) -> Ints:
-        return np.clip((values - left) / width, 0, _COLUMNS - 1).astype(np.int64)
+        strip: Ints = np.clip((values - left) / width, 0, _COLUMNS - 1).astype(np.int64)
+        return strip
 
     key = column(x) * tall + (y - base)
     order = np.argsort(key, kind="stable")

@@ -69,15 +69,18 @@ THINGS: dict[tuple[str, ...], Thing] = {
 }  # fmt: skip
 """Plausible sizes of things by the words that name them, in lower case."""
 
-_PLACES = frozenset(
-    "left right front rear fore aft upper lower inner outer inside outside centre center middle main "
-    "driver passenger near far fl fr rl rr lf rf lr lh rh l r f d p geom geometry mesh object group part node shape "
-    "default gas brake clutch trim".split()
-)
-_WHOLES = frozenset(
-    "car suv van truck lorry bus tractor motorcycle motorbike bicycle wheelchair helicopter forklift human person man "
-    "woman adult male female mannequin manikin pilot occupant child boy girl baby".split()
-)
+_PLACES = frozenset([
+    "left", "right", "front", "rear", "fore", "aft", "upper", "lower", "inner", "outer", "inside", "outside", "centre",
+    "center", "middle", "main", "near", "far", "driver", "passenger", "gas", "brake", "clutch", "fl", "fr", "rl", "rr",
+    "lf", "rf", "lr", "lh", "rh", "l", "r", "f", "geom", "geometry", "mesh", "object", "group", "part", "node", "shape",
+    "default",
+])  # fmt: skip
+"""Words that say where a part is or what it works, and those that programs add."""
+_WHOLES = frozenset([
+    "car", "suv", "van", "truck", "lorry", "bus", "tractor", "motorcycle", "motorbike", "bicycle", "wheelchair",
+    "helicopter", "forklift", "human", "person", "man", "woman", "adult", "male", "female", "mannequin", "manikin",
+    "pilot", "occupant", "child", "boy", "girl", "baby",
+])  # fmt: skip
 """Things that a file may be as a whole."""
 _CHILDREN = frozenset({"child", "boy", "girl", "baby"})
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
