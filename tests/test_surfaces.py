@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tempfile
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
@@ -23,9 +25,10 @@ from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart, welded
 from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import read_mesh, to_world
+from workbench.files.postures import posture_pose
 from workbench.model.study import Criterion, Person, Study
 
-LOW, HIGH = [-1.5, -1.5, -1.5], [1.5, 1.5, 1.5]
+LOW, HIGH = [-1.5, -1.5, -0.5], [1.5, 1.5, 2.5]
 
 
 def turned(part, rows):
@@ -59,11 +62,6 @@ def written(path, part):
 
 @cache
 def ball():
-    path = SHARED  # only for its type
-    del path
-    import tempfile
-    from pathlib import Path
-
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "ball.yaml"
         file.write_text(BALL)
@@ -86,9 +84,9 @@ def slow_distance(part, point):
 
 
 @cache
-def closed_parts(most):
-    """The closed parts of the shipped environments with at most so many faces."""
-    meshes = [ROOT / "environments" / name / f"{name}.obj" for name in ("trainer", "compact_car")]
+def closed_parts(most, *names):
+    """The closed parts of shipped environments with at most so many faces."""
+    meshes = [ROOT / "environments" / name / f"{name}.obj" for name in names]
     parts = [part for path in meshes for part in read_mesh(path).parts if len(part.faces) <= most]
     return tuple(part for part in parts if examined(part)[1].closed)
 
@@ -109,16 +107,17 @@ def check_flips(good, rows, rng, *, points=4):
     places = rng.uniform(low - 0.05, high + 0.05, (50, 3))
     np.testing.assert_allclose(distances(bad_one, places), distances(good_one, places), atol=1e-12)
     for place in places[:points]:
-        assert distances(bad_one, place[None]).item() == pytest.approx(slow_distance(right, place), abs=1e-9)
+        assert distances(bad_one, place[None]).item() == pytest.approx(slow_distance(right, place), abs=2e-6)
 
 
+@settings(max_examples=12)
 @given(st.data())
 def test_any_faces_of_a_shipped_part_turned_round_leave_every_signed_distance_as_it_was(data):
-    good = data.draw(st.sampled_from(closed_parts(120)))
+    good = data.draw(st.sampled_from(closed_parts(120, "compact_car")))
     found = examined(good)[1]
     assert found.cavities == 0
     rows = data.draw(st.sets(st.integers(0, len(good.faces) - 1), min_size=1, max_size=len(good.faces)))
-    check_flips(good, sorted(rows), np.random.default_rng(len(rows)), points=2)
+    check_flips(good, sorted(rows), np.random.default_rng(len(rows)), points=1)
 
 
 @pytest.mark.nightly
@@ -140,22 +139,17 @@ def test_any_faces_of_a_real_part_turned_round_leave_every_signed_distance_as_it
 @pytest.mark.nightly
 def test_any_faces_of_any_shipped_part_turned_round_leave_every_signed_distance_as_it_was():
     rng = np.random.default_rng(4)
-    for part in closed_parts(5000):
+    for part in closed_parts(5000, "trainer", "compact_car"):
         for _ in range(3):
             rows = rng.choice(len(part.faces), int(rng.integers(1, len(part.faces) // 4)), replace=False)
             check_flips(part, rows, rng, points=1)
 
 
 def standing(bubbleman, postures, environment, *, at=(0.0, 0.0, 0.0)):
-    """A study of a man whose pelvis is at a place; he must be clear of everything."""
-    from workbench.files.postures import posture_pose
-
+    """A study of a man who stands at a place; he must be clear of everything."""
     pose = posture_pose(bubbleman, postures, "standing")
-    world = pose.world_from_reference.copy()
-    world[:, :, 3] = at
-    poses = wb.Poses(pose.rotations, pose.reference, world)
     clear = Criterion("clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0)
-    person = Person("man", bubbleman, poses, ("standing",), stand=at)
+    person = Person("man", bubbleman, pose, ("standing",), stand=at)
     return Study("inside", "clearance", "inside", "", environment, (person,), ("standing",), (clear,), {})
 
 
@@ -225,7 +219,7 @@ def test_a_klein_bottle_has_no_open_edge_and_is_a_surface_all_the_same():
 
 def test_a_box_with_a_fin_is_reported_as_a_surface_although_no_edge_is_without_a_partner():
     """Four faces at an edge of which two lie on both sides of a sheet: no winding makes them pairs."""
-    vertices = np.vstack([box_part("b", LOW, HIGH).vertices, [[0, 0, 3.0]]])
+    vertices = np.vstack([box_part("b", LOW, HIGH).vertices, [[0, 0, 4.0]]])
     fin = RawPart("finned", vertices, np.vstack([BOX_FACES, [[1, 7, 8]]]))
     found = examined(fin)[1]
     assert not found.closed
@@ -234,25 +228,11 @@ def test_a_box_with_a_fin_is_reported_as_a_surface_although_no_edge_is_without_a
 
 def test_the_wall_between_two_boxes_that_touch_is_no_hole_in_them():
     """Both have the wall, wound opposite ways; together they are one solid."""
-    left, right = box([0, 0, 0], [1, 1, 1]), box([1, 0, 0], [2, 1, 1])
-    both = together("pair", left, RawPart("right", right.vertices, mirrored_diagonal(right)))
+    both = together("pair", box([0, 0, 0], [1, 1, 1]), box([1, 0, 0], [2, 1, 1]))
     made, found = examined(both)
     assert (found.closed, found.duplicate, len(made.faces)) == (True, 4, 20)
     at = distances(environment_of(both), [[0.5, 0.5, 0.5], [1.0, 0.5, 0.5], [2.5, 0.5, 0.5]])[:, 0]
     assert at == pytest.approx([-0.5, -0.5, 0.5])
-
-
-def mirrored_diagonal(part):
-    """Faces of a unit box whose side x = 0 is cut along the diagonal that side x = 1 of its neighbour has."""
-    faces = part.faces.copy()
-    faces[[0, 1]] = [[0, 1, 2], [1, 3, 2]] if not shares_diagonal() else faces[[0, 1]]
-    return faces
-
-
-def shares_diagonal():
-    """Whether the boxes of the tests cut opposite sides along the same diagonal."""
-    low, high = {tuple(sorted(face)) for face in BOX_FACES[:2].tolist()}, BOX_FACES[2:4] - 4
-    return low == {tuple(sorted(face)) for face in high.tolist()}
 
 
 @pytest.mark.parametrize(("inner_inward", "outer_inward", "in_the_middle", "counts"), [
@@ -333,9 +313,9 @@ def test_nobody_is_reported_in_a_cabin_that_is_declared_not_to_be_solid(bubblema
 def test_nobody_is_reported_beside_an_open_block_in_a_bowl_or_between_double_walls(bubbleman, postures):
     block = without(box_part("block", LOW, HIGH), [0, 1])
     beside = wb.run(standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0)))
-    low_bowl = without(box_part("bowl", [-1, -1, -1.2], [1, 1, -0.8]), [10, 11])
+    low_bowl = without(box_part("bowl", [-1, -1, -0.2], [1, 1, 0.2]), [10, 11])
     bowl = wb.run(standing(bubbleman, postures, environment_of(low_bowl)))
-    walls = together("walls", box([-1.6] * 3, [1.6] * 3), box([-1.5] * 3, [1.5] * 3, inward=True))
+    walls = together("walls", box([-1.6, -1.6, -0.6], [1.6, 1.6, 2.6]), box(LOW, HIGH, inward=True))
     room = wb.run(standing(bubbleman, postures, environment_of(without(walls, [0]))))
     for result in (beside, bowl, room):
         assert not [line for line in result.warnings if "enclosed" in line]
@@ -350,8 +330,9 @@ def test_an_open_part_around_a_man_is_reported_by_check_run_and_the_page(tmp_pat
     study = tmp_path / "inside.yaml"
     study.write_text(
         "study: inside\nkind: clearance\nlength: mm\nenvironment: environment.yaml\n"
-        "people:\n  man: {body: bubbleman, stand: [0, 0, 0], posture: standing}\n"
-        "criteria:\n  - {name: clear, check: clearance, segments: all, parts: all, at_least: 0}\n"
+        "people:\n  man: {body: bubbleman, stand: {on: [0, 0, 0]}}\n"
+        "cases:\n  - {name: still, people: {man: {posture: standing}}}\n"
+        "criteria:\n  - {name: clear, check: clearance, at_least: 0}\n"
     )
     assert main(["check", str(tmp_path / "environment.yaml")]) == 0
     assert "a surface, not a solid" in capsys.readouterr().err
@@ -376,26 +357,26 @@ def test_copies_between_parts_are_counted_in_one_line_and_change_no_distance():
 
 def test_faces_of_solids_that_touch_are_no_copies():
     right = box([1, 0, 0], [2, 1, 1])
-    touching = environment_of(box_part("left", [0, 0, 0], [1, 1, 1]), RawPart("right", right.vertices, mirrored_diagonal(right)))
+    touching = environment_of(box_part("left", [0, 0, 0], [1, 1, 1]), replace(right, name="right"))
     assert touching.warnings == ()
 
 
-def test_a_thousand_parts_with_copies_are_told_in_one_line_for_each_kind():
+def test_many_parts_with_copies_are_told_in_one_line_for_each_kind():
     parts = []
-    for k in range(300):
+    for k in range(60):
         one = box_part(f"bolt_{k}", [2 * k, 0, 0], [2 * k + 1, 1, 1])
         parts.append(RawPart(one.name, one.vertices, np.vstack([one.faces, one.faces[: 1 + k % 5]])))
         parts.append(replace(one, name=f"copy_{k}"))
     made = environment_of(*parts)
     assert len(made.warnings) == 2
     assert made.warnings[0] == (
-        "parts bolt_4, bolt_9, bolt_14 and 297 more: 900 duplicate faces in all left out (exactly on others)"
+        "parts bolt_4, bolt_9, bolt_14 and 57 more: 180 duplicate faces in all left out (exactly on others)"
     )
-    assert made.warnings[1].startswith("3600 faces lie exactly on faces of other parts, most of them (12) in")
+    assert made.warnings[1].startswith("720 faces lie exactly on faces of other parts, most of them (12) in")
 
 
 def test_a_solid_part_that_cannot_be_wound_alike_is_refused_with_the_reason():
-    vertices = np.vstack([box_part("b", LOW, HIGH).vertices, [[0, 0, 3.0]]])
+    vertices = np.vstack([box_part("b", LOW, HIGH).vertices, [[0, 0, 4.0]]])
     _, faults = built("a", [without(box_part("b", LOW, HIGH), [0])], solid=[True])
     assert "3 of its edges are open" in faults[0][1]
     wall = RawPart("walled", vertices[:8], np.vstack([BOX_FACES, [[0, 3, 7], [0, 7, 4]]]))

@@ -147,7 +147,9 @@ def _copies(faces: Ints) -> tuple[Ints, Ints]:
     Faces collapsed to a line or a point are sets of their own.
     """
     corners = np.sort(faces, axis=1)
-    label = np.unique(corners, axis=0, return_inverse=True)[1].reshape(-1).astype(np.int64)
+    order = np.lexsort(corners.T)
+    label = np.empty(len(faces), dtype=np.int64)
+    label[order] = np.cumsum(np.append(False, (np.diff(corners[order], axis=0) != 0).any(axis=1)))[: len(faces)]
     collapsed = np.flatnonzero((np.diff(corners, axis=1) == 0).any(axis=1))
     label[collapsed] = len(faces) + np.arange(len(collapsed))
     return label, way_round(faces)

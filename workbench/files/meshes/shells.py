@@ -30,6 +30,8 @@ _PLACES_ALONE = 200
 """About so many places are looked at on a shell of few faces that is the only one of its part."""
 _PLACES = 1_000
 """About so many places are looked at in a part of several shells, or of many faces."""
+_FEW = 200
+"""Faces up to which a shell is first tried for being convex."""
 _LEAST_PLACES = 4
 """Places looked at on the smallest shell."""
 _COLUMNS = 64
@@ -135,41 +137,50 @@ def sorted_shells(vertices: Floats, faces: Ints, shell: Ints) -> Shells:
     corner = vertices[faces] - vertices[faces].reshape(-1, 3).mean(axis=0)
     volume = np.bincount(shell, np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6, count)
     sign = np.where(volume < 0, -1, 1)
+    if count == 1 and _convex(corner):
+        turned = bool(volume[0] < 0)
+        return Shells(np.full(len(faces), turned), int(turned), 0, 0, 0)
     seen = corner @ _frame().T
     found = _containment(seen, shell, _spread(seen, shell), sign)
-    final = _final_signs(found, sign, np.abs(volume))
+    parent = _parents(found, np.abs(volume))
+    final = _final_signs(parent, sign, np.abs(volume))
     wrong = final != sign
     crossing = found.itself.copy()
     crossing[found.inner[found.partly]] = True
     crossing[found.outer[found.partly]] = True
-    inside = np.zeros(count, dtype=np.bool_)
-    inside[found.inner[(found.share > 0.5) & ~found.partly]] = True
-    return Shells(
-        inward=wrong[shell],
-        turned=int(wrong.sum()),
-        cavities=int((final < 0).sum()),
-        nested=int((inside & (final > 0)).sum()),
-        crossing=int(crossing.sum()),
-    )
+    nested = (parent >= 0) & (final > 0) & (final[parent] > 0) & ~crossing
+    return Shells(wrong[shell], int(wrong.sum()), int((final < 0).sum()), int(nested.sum()), int(crossing.sum()))
 
 
-def _final_signs(found: _Containment, sign: Ints, size: Floats) -> Ints:
-    """(M,) +1 for shells that bound a solid from outside, -1 for those that bound a cavity; the largest go first.
-
-    sign (M,): of the volumes as wound; size (M,): of the volumes.
-    """
-    final = np.ones(len(sign), dtype=np.int64)
-    rank = np.empty(len(sign), dtype=np.int64)
-    rank[np.argsort(-size, kind="stable")] = np.arange(len(sign))
+def _parents(found: _Containment, size: Floats) -> Ints:
+    """(M,) the smallest of the larger shells that hold most of a shell, -1 for none; size (M,): of the volumes."""
+    rank = np.empty(len(size), dtype=np.int64)
+    rank[np.argsort(-size, kind="stable")] = np.arange(len(size))
     holds = (found.share > 0.5) & (rank[found.outer] < rank[found.inner])
     inner, outer = found.inner[holds], found.outer[holds]
-    order = np.lexsort((rank[outer], rank[inner]))
-    inner, outer = inner[order], outer[order]
-    last = np.append(inner[1:] != inner[:-1], True)[: len(inner)]  # the smallest that holds it
-    for one, parent in zip(inner[last], outer[last], strict=True):
-        if sign[one] != sign[parent]:
-            final[one] = -final[parent]
+    order = np.lexsort((rank[outer], inner))
+    parent = np.full(len(size), -1)
+    parent[inner[order]] = outer[order]  # the last one stays: of a repeated index numpy keeps the last value
+    return parent
+
+
+def _final_signs(parent: Ints, sign: Ints, size: Floats) -> Ints:
+    """(M,) +1 for shells that bound a solid from outside, -1 for those that bound a cavity; sign (M,): as wound."""
+    final = np.ones(len(sign), dtype=np.int64)
+    for one in np.argsort(-size, kind="stable"):  # a parent comes before what it holds
+        if parent[one] >= 0 and sign[one] != sign[parent[one]]:
+            final[one] = -final[parent[one]]
     return final
+
+
+def _convex(corner: Floats) -> bool:
+    """True where no corner of few faces lies on the outer side of any: such a shell cannot cross itself."""
+    if len(corner) > _FEW:
+        return False
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    height = np.einsum("tc,nc->tn", normal, corner.reshape(-1, 3)) - np.einsum("tc,tc->t", normal, corner[:, 0])[:, None]
+    slack = _NEAR * np.linalg.norm(normal, axis=1) * np.ptp(corner.reshape(-1, 3), axis=0).max()
+    return bool((height <= slack[:, None]).all() or (height >= -slack[:, None]).all())
 
 
 def _frame() -> Floats:
