@@ -1,4 +1,4 @@
-"""Which part has an inside: windings mended and reported, shells in shells, open parts around people, copies of faces."""
+"""Which part has an inside: windings mended and reported, shells in shells, open parts around people, copies."""
 
 from __future__ import annotations
 
@@ -290,7 +290,9 @@ def test_a_shell_that_crosses_itself_is_counted():
 @pytest.mark.parametrize("face", range(6))
 def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures, face):
     block = without(box_part("block", LOW, HIGH), [2 * face, 2 * face + 1])
-    (said,) = [line for line in wb.run(standing(bubbleman, postures, environment_of(block))).warnings if "enclosed" in line]
+    (said,) = [
+        line for line in wb.run(standing(bubbleman, postures, environment_of(block))).warnings if "enclosed" in line
+    ]
     assert said.startswith("man, standing: the body is enclosed by the open part 'block'")
 
 

@@ -49,7 +49,7 @@ def written(folder, *parts):
 
 
 @pytest.mark.parametrize(("name", "size", "metres", "words"), [
-    ("Front_Wheel_Left", (2.1, 0.6, 2.1), 1.0, "'Front_Wheel_Left' is 2.1 m large, and 0.1 to 1.7 m is plausible for 'wheel'"),
+    ("Wheel_Left", (2.1, 0.6, 2.1), 1.0, "'Wheel_Left' is 2.1 m large, and 0.1 to 1.7 m is plausible for 'wheel'"),
     ("seat", (1.5, 0.5, 1.2), 0.0254, "seat would be 0.591 m in cm"),
     ("SteeringWheel", (0.9, 0.9, 0.1), 0.0254, "SteeringWheel would be 0.354 m in cm"),
     ("left_door_handle", (0.01, 0.002, 0.002), 0.001, "handle would be 0.1 m in cm"),
@@ -77,7 +77,9 @@ def test_a_part_of_a_plausible_size_and_one_named_after_nothing_known_are_not_to
 def test_the_unit_that_fits_all_parts_is_told_once_for_the_mesh():
     parts = [sized("wheel", (0.065, 0.02, 0.065)), sized("seat", (0.05, 0.05, 0.1)), sized("pedal", (0.01, 0.01, 0.02))]
     (said,) = doubtful_sizes([*parts, sized("door", (0.12, 0.01, 0.1))], 0.001)
-    assert said.endswith("1 more named parts too: a wrong unit of length? wheel would be 0.65 m in cm, which fits all named parts")
+    assert said.endswith(
+        "1 more named parts too: a wrong unit of length? wheel would be 0.65 m in cm, which fits all named parts"
+    )
 
 
 def test_a_file_named_after_a_car_is_as_large_as_one():

@@ -28,15 +28,12 @@ def built(
     """
     checked = [examined(part) for part in parts]
     wanted = list(solid)
-    counts = [len(part.vertices) for part, _ in checked]
-    first = np.cumsum([0, *counts])
+    first = np.cumsum([0, *(len(part.vertices) for part, _ in checked)])
     vertices = np.concatenate([np.zeros((0, 3)), *(part.vertices for part, _ in checked)])
     shifted = [part.faces + start for (part, _), start in zip(checked, first, strict=False)]
-    faces = np.concatenate([np.zeros((0, 3), dtype=np.int64), *shifted])
-    merged = merge_coplanar(vertices, faces)
+    merged = merge_coplanar(vertices, np.concatenate([np.zeros((0, 3), dtype=np.int64), *shifted]))
     owner = np.searchsorted(first, merged.triangles[merged.triangle_start[:-1], 0], side="right") - 1
     part_start = np.searchsorted(owner, np.arange(len(checked) + 1))
-    polygons = np.diff(part_start)
     names = tuple(part.name for part, _ in checked)
     closed = [found.closed for _, found in checked]
     solids = np.array([c if w == "auto" else bool(w) for c, w in zip(closed, wanted, strict=True)], dtype=np.bool_)
@@ -61,13 +58,9 @@ def built(
         see_through=none,
         quality=tuple(
             _quality(part.name, found, int(n), declared=how != "auto")
-            for (part, found), n, how in zip(checked, polygons, wanted, strict=True)
+            for (part, found), n, how in zip(checked, np.diff(part_start), wanted, strict=True)
         ),
-        warnings=(
-            *notes,
-            *_grouped([(part.name, found.found()) for part, found in checked]),
-            *_shared(names, vertices, shifted, solids),
-        ),
+        warnings=(*notes, *_grouped(checked), *_shared(names, vertices, shifted, solids)),
     )
     return environment, faults
 
@@ -101,12 +94,12 @@ def _quality(name: str, found: Faults, polygons: int, *, declared: bool) -> Qual
     )
 
 
-def _grouped(found: Sequence[tuple[str, list[Fault]]]) -> list[str]:
+def _grouped(checked: Sequence[tuple[RawPart, Faults]]) -> list[str]:
     """One line for each kind of fault: the parts that have it, those with the most first, and how often in all."""
     kinds: dict[tuple[str, str], list[tuple[int, str]]] = {}
-    for name, faults in found:
-        for fault in faults:
-            kinds.setdefault((fault.what, fault.meaning), []).append((fault.count, name))
+    for part, found in checked:
+        for fault in found.found():
+            kinds.setdefault((fault.what, fault.meaning), []).append((fault.count, part.name))
     lines = []
     for (what, meaning), rows in kinds.items():
         names = [name for _, name in sorted(rows, key=lambda row: -row[0])]

@@ -178,7 +178,9 @@ def _convex(corner: Floats) -> bool:
     if len(corner) > _FEW:
         return False
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    height = np.einsum("tc,nc->tn", normal, corner.reshape(-1, 3)) - np.einsum("tc,tc->t", normal, corner[:, 0])[:, None]
+    height = (
+        np.einsum("tc,nc->tn", normal, corner.reshape(-1, 3)) - np.einsum("tc,tc->t", normal, corner[:, 0])[:, None]
+    )
     slack = _NEAR * np.linalg.norm(normal, axis=1) * np.ptp(corner.reshape(-1, 3), axis=0).max()
     return bool((height <= slack[:, None]).all() or (height >= -slack[:, None]).all())
 

@@ -114,13 +114,7 @@ def accommodation_study(
             "people": {"measures": people_hash(study.people)},
             "versions": versions(),
         },
-        warnings=(
-            *_told(crew),
-            *_hopeless(asked, met),
-            *buried_controls(study.environment),
-            *_enclosed(study, crew, row=hardest[0] if hardest else 0),
-            *study.warnings,
-        ),
+        warnings=(*_told(crew), *_hopeless(asked, met), *_around(study, crew, hardest), *study.warnings),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )
 
@@ -154,14 +148,16 @@ def _told(crew: Crew) -> list[str]:
             f"nearly (the first because {told[0]})"]  # fmt: skip
 
 
-def _enclosed(study: AccommodationStudy, crew: Crew, *, row: int) -> list[str]:
-    """Open parts that enclose one of the people as they sit."""
+def _around(study: AccommodationStudy, crew: Crew, hardest: tuple[int, ...]) -> list[str]:
+    """Controls that are buried, and open parts that enclose the hardest person, or the first, in the seat."""
+    buried = buried_controls(study.environment)
     if not study.environment.undecided:
-        return []
+        return list(buried)
+    row = hardest[0] if hardest else 0
     body = crew.body(row)
     sitters = seated(study, [body], [row])
     environment = moved(study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0])
-    return list(enclosure_warnings(f"person {row + 1}", place(body, sitters.held), environment))
+    return [*buried, *enclosure_warnings(f"person {row + 1}", place(body, sitters.held), environment)]
 
 
 def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
