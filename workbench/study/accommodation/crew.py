@@ -170,7 +170,7 @@ def _read(folder: Path | None, key: bytes) -> Fit | None:
     found = read_kept(path, key)
     if found is None or set(found.arrays) != set(FIELDS):
         return None
-    return Fit(found.arrays, found.texts["told"])
+    return Fit({name: found.arrays[name] for name in FIELDS}, found.texts["told"])
 
 
 def _keep(folder: Path | None, key: bytes, fit: Fit) -> None:
