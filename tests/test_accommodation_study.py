@@ -18,6 +18,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
+from tests.test_index_cache import DAMAGE
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.files.accommodation.results import load_accommodation_result
@@ -178,14 +179,13 @@ def test_kept_bodies_are_read_back_as_they_were(toy, tmp_path, monkeypatch):
     assert all(np.array_equal(first.fits[0].fields[n], again.fits[0].fields[n]) for n in first.fits[0].fields)
 
 
-def test_a_kept_file_that_was_altered_is_not_believed(tmp_path):
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_kept_file_that_was_altered_is_not_believed(tmp_path, damage):
     path = tmp_path / "x.chunk"
     write_kept(path, b"key", Kept({"a": np.arange(5.0)}, {"words": ["one"]}))
     assert read_kept(path, b"key").arrays["a"].tolist() == [0, 1, 2, 3, 4]
     assert read_kept(path, b"other") is None
-    data = bytearray(path.read_bytes())
-    data[-1] ^= 1
-    path.write_bytes(data)
+    path.write_bytes(DAMAGE[damage](path.read_bytes()))
     assert read_kept(path, b"key") is None
 
 

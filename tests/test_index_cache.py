@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import workbench as wb
 from tests.conftest import environment_of
 from tests.test_fast import soup
+from workbench.model.environment import Control
 from workbench.solve.contact import fields
-from workbench.solve.contact.index_cache import MOST_FILES, cache_folder, content_key, kept
+from workbench.solve.contact.index_cache import MOST_FILES, cache_folder, kept
+from workbench.solve.content import content_key
 
-KEY = content_key([np.arange(3)])
+KEY = content_key("test", np.arange(3))
 
 
 @pytest.fixture
@@ -36,14 +40,24 @@ def test_what_was_made_once_is_read_the_next_time(folder):
     assert [path.suffix for path in folder.iterdir()] == [".index"]
 
 
-@pytest.mark.parametrize("change", [lambda data: data[:-9], lambda data: b"", lambda data: b"hello", None])
+DAMAGE = {
+    "cut off": lambda data: data[:-9],
+    "half": lambda data: data[: len(data) // 2],
+    "empty": lambda data: b"",
+    "another's": lambda data: b"hello",
+    "zeroed": lambda data: bytes(len(data)),
+    "garbage": lambda data: np.random.default_rng(1).bytes(len(data)),
+    "a bit": lambda data: data[:100] + bytes([data[100] ^ 1]) + data[101:],
+    "longer": lambda data: data + bytes(64),
+}
+
+
+@pytest.mark.parametrize("change", DAMAGE)
 def test_a_torn_or_foreign_file_is_made_anew(folder, change):
     times = []
     kept(KEY, made_once(times))
     path = next(folder.iterdir())
-    data = bytearray(path.read_bytes())
-    data[len(data) // 2] ^= 1
-    path.write_bytes(bytes(data) if change is None else change(path.read_bytes()))
+    path.write_bytes(DAMAGE[change](path.read_bytes()))
     assert np.array_equal(kept(KEY, made_once(times))["a"], np.arange(5))
     kept(KEY, made_once(times))
     assert len(times) == 2
@@ -74,7 +88,7 @@ def test_a_folder_that_cannot_be_made_stops_nothing(tmp_path, monkeypatch):
 
 def test_the_files_used_longest_ago_give_way(folder):
     for n in range(MOST_FILES + 3):
-        kept(content_key([np.array([n])]), made_once([]))
+        kept(content_key("test", n), made_once([]))
     assert len(list(folder.iterdir())) == MOST_FILES
 
 
@@ -89,6 +103,18 @@ def test_a_field_from_disk_gives_the_same_answers_as_one_just_made(folder, one_a
     assert np.array_equal(*answers)
 
 
-def test_any_change_of_what_it_is_made_from_is_another_key():
-    keys = {content_key(values) for values in ([np.arange(3)], [np.arange(3.0)], [np.arange(3)[None]], [np.arange(4)])}
-    assert len(keys) == 4
+def test_an_index_stays_where_a_control_moves_and_is_made_anew_where_a_part_does(
+    folder, one_arm, random_arm, monkeypatch
+):
+    monkeypatch.setattr(fields, "WORTH_KEEPING", 10)
+    placed, environment = wb.place(one_arm, random_arm(80, 1)), environment_of(soup(1, 40))
+    knob = Control("knob", (0.0, 0.0, 1.0), "push", 1, environment.parts[0])
+    others = [
+        replace(environment, controls=(knob,), points={"eye": (0.0, 0.0, 1.0)}),
+        replace(environment, circle_radius=environment.circle_radius + 1e-9),
+    ]
+    counts = []
+    for one in (environment, *others):
+        wb.clearance(placed, one)
+        counts.append(len(list(folder.iterdir())))
+    assert counts == [1, 1, 2]

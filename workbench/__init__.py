@@ -4,12 +4,14 @@
     study = wb.load_study("trainer_clearance")
     result = wb.run(study)
 
-Every public name is loaded where it is first used, so that `import workbench` costs no more than NumPy.
+Every public name is loaded where it is first used, so that `import workbench` costs no more than NumPy. Public
+functions check their arguments (see workbench.model.arguments): a wrong one is a UsageError that names it.
 """
 
 from __future__ import annotations
 
 from importlib import import_module
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -227,7 +229,12 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
-        return getattr(import_module(f"workbench.{_HOME[name]}"), name)
+        found = getattr(import_module(f"workbench.{_HOME[name]}"), name)
+        if isinstance(found, FunctionType):
+            found = import_module("workbench.model.arguments").checked(found)
+            found.__module__ = __name__  # where pickle finds it
+        globals()[name] = found
+        return found
     raise AttributeError(f"module 'workbench' has no attribute {name!r}")
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.quads import FOUR, first_of, four, load_four, store_triples
 from workbench.kernels.rotation import product, quaternion_matrix, twist_angle
 

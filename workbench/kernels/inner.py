@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit
+from workbench.kernels.compiled import njit
 
 __all__ = ["inlined", "inner"]
 

@@ -12,11 +12,13 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import njit, types
+from numba import types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
+
+from workbench.kernels.compiled import njit
 
 __all__ = ["LANES", "LaneType", "codes", "compiles", "corners", "eight", "equal", "first_bit", "greatest", "how_many",
            "larger", "least", "load", "not_above", "pack", "root", "smaller", "store", "total", "where_below",

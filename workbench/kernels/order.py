@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["NONE", "ONE", "stable_order"]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from workbench.kernels.compiled import njit
 
 __all__ = ["product", "quaternion_matrix", "rotate_about", "swing_twist_quaternion", "twist_angle"]
 

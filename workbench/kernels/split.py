@@ -7,8 +7,9 @@ Source of the heuristic with bins: Wald, IEEE Symp. Interactive Ray Tracing 2007
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from workbench.kernels.compiled import njit
 
 __all__ = ["split_tree"]
 

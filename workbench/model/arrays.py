@@ -21,18 +21,38 @@ def frozen(values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: 
     """Return a read-only C-ordered copy of `values` with this dtype, or `values` itself where nobody can write to it;
     None in `shape` is any length.
 
-    Raises InputError where the shape is another, naming `what`.
+    Raises InputError, naming `what`, where the shape is another, or the values are no numbers of this dtype (whole ones
+    for integers, truth values for booleans).
     """
-    array: NDArray[Any]
-    if isinstance(values, np.ndarray) and _settled(values):
-        array = np.asarray(values, dtype=dtype, order="C")
-    else:
-        array = np.array(values, dtype=dtype, order="C")
+    array = _converted(values, dtype, what)
     fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
     if not fits:
-        raise InputError(f"{what}: an array of shape {shape} is needed (None: any), got {array.shape}")
+        wanted = str(shape).replace("None", "any")
+        raise InputError(f"{what}: expected an array of shape {wanted}, got {array.shape}")
     array.flags.writeable = False
     return array
+
+
+def _converted(values: ArrayLike, dtype: type, what: str) -> NDArray[Any]:
+    """A C-ordered array of this dtype, the values themselves where nobody can write to them; InputError where a value
+    would become another one."""
+    try:
+        given = np.asarray(values)
+        if given.dtype != dtype and given.size:
+            _same_numbers(given, dtype, what)
+        if isinstance(values, np.ndarray) and _settled(values):
+            return np.asarray(values, dtype=dtype, order="C")
+        return np.array(given, dtype=dtype, order="C")
+    except (ValueError, TypeError, OverflowError):
+        raise InputError(f"{what}: expected an array of {np.dtype(dtype)}, got {type(values).__name__}") from None
+
+
+def _same_numbers(given: NDArray[Any], dtype: type, what: str) -> None:
+    kinds = {"f": "fiub", "i": "iufb", "b": "b"}[np.dtype(dtype).kind]
+    if given.dtype.kind not in kinds:
+        raise InputError(f"{what}: expected an array of {np.dtype(dtype)}, got one of {given.dtype}")
+    if np.dtype(dtype).kind == "i" and given.dtype.kind == "f" and not np.all(given == np.rint(given)):
+        raise InputError(f"{what}: expected whole numbers, got {given[given != np.rint(given)].flat[0]:g}")
 
 
 def _settled(array: NDArray[Any]) -> bool:

@@ -7,11 +7,12 @@ column of the public ANSUR II files with its words set apart. Three differ: `mas
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Mapping
 
 from workbench.errors import InputError, one_of
 
-__all__ = ["COCKPIT", "MASS", "MEASURES", "ON_THE_BODY", "WORDS", "check_measures"]
+__all__ = ["COCKPIT", "MASS", "MEASURES", "ON_THE_BODY", "WORDS", "check_measures", "check_plausible"]
 
 MASS = "mass"
 # The six of the boundary manikins of cockpits: Zehner, Meindl & Hudson 1993, AL-TR-1992-0164.
@@ -139,3 +140,16 @@ def check_measures(names: Iterable[str], known: Iterable[str] = MEASURES) -> tup
     if faults:
         raise InputError(faults)
     return chosen
+
+
+def check_plausible(measures: Mapping[str, float]) -> None:
+    """InputError for a measure [m; mass in kg] that nobody has: most likely a wrong unit."""
+    faults = []
+    for name, value in measures.items():
+        low, high = MEASURES.get(name, (0.0, math.inf))
+        if not (math.isfinite(value) and value > 0 and low <= value <= high):
+            unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
+            faults.append(f"{name} {factor * value:g} {unit} is not a person's ({factor * low:g} to {factor * high:g} "
+                          f"{unit} is): a wrong unit?")  # fmt: skip
+    if faults:
+        raise InputError(faults)

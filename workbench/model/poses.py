@@ -12,7 +12,7 @@ from workbench.model.arrays import Bools, Floats, frozen
 from workbench.model.body import Body
 from workbench.model.spool import Spool, pieces
 
-__all__ = ["Placed", "Poses", "stacked"]
+__all__ = ["Placed", "Poses", "rotation_fault", "stacked"]
 
 _CHECKED = 65_536
 
@@ -35,14 +35,22 @@ class Poses:
 
     def __post_init__(self) -> None:
         rotations = frozen(self.rotations, np.float64, (None, None, 4), "poses.rotations")
-        poses = len(rotations)
+        poses, joints = rotations.shape[:2]
+        if not isinstance(self.reference, (int, np.integer)) or isinstance(self.reference, bool):
+            raise InputError(f"poses.reference: expected the index of a segment, got {self.reference!r}")
+        if not 0 <= self.reference <= joints:
+            words = f"expected 0 to {joints}, the segments of a body of {joints} joints"
+            raise InputError(f"poses.reference: {words}, got {self.reference}")
         place = frozen(self.world_from_reference, np.float64, (poses, 3, 4), "poses.world_from_reference")
         for rows in pieces(poses, size=_CHECKED):
-            _check(rotations[rows], place[rows])
+            _check(rotations[rows], place[rows], rows.start)
         object.__setattr__(self, "rotations", rotations)
         object.__setattr__(self, "world_from_reference", place)
         if self.time is not None:
-            object.__setattr__(self, "time", frozen(self.time, np.float64, (poses,), "poses.time"))
+            time = frozen(self.time, np.float64, (poses,), "poses.time")
+            if not np.all(np.isfinite(time)):
+                raise InputError("poses.time: expected finite times [s]")
+            object.__setattr__(self, "time", time)
 
     def __len__(self) -> int:
         return len(self.rotations)
@@ -104,10 +112,28 @@ def stacked(parts: Iterable[Poses]) -> Poses:
     return Poses(rotations, reference, place, time)
 
 
-def _check(rotations: Floats, place: Floats) -> None:
+def _check(rotations: Floats, place: Floats, first: int) -> None:
+    """InputError where a row is no pose; first: the number of the first row."""
     norm = np.linalg.norm(rotations, axis=-1)
     if rotations.size and not np.all(np.abs(norm - 1.0) < 1e-6):
-        raise InputError("poses.rotations: quaternions must be finite and of length 1 (w, x, y, z)")
-    gram = place[:, :, :3] @ place[:, :, :3].transpose(0, 2, 1)
-    if not (np.all(np.isfinite(place)) and np.allclose(gram, np.eye(3), rtol=0, atol=1e-6)):
-        raise InputError("poses.world_from_reference: a rotation (3, 3) and a finite position are needed")
+        row, joint = np.argwhere(~(np.abs(norm - 1.0) < 1e-6))[0].tolist()
+        got = f"one of length {norm[row, joint]:g} in row {first + row}, joint {joint}"
+        raise InputError(f"poses.rotations: expected quaternions (w, x, y, z) of length 1, got {got}")
+    fault = rotation_fault(place[:, :, :3])
+    if fault:
+        raise InputError(f"poses.world_from_reference: {fault}")
+    if not np.all(np.isfinite(place)):
+        raise InputError("poses.world_from_reference: expected finite positions [m]")
+
+
+def rotation_fault(matrices: Floats) -> str:
+    """What is wrong with rotations (P, 3, 3), in words; "" where nothing is. A mirror image is no rotation."""
+    gram = matrices @ matrices.transpose(0, 2, 1)
+    off = ~np.all(np.abs(gram - np.eye(3)) <= 1e-6, axis=(1, 2))
+    if off.any():
+        row = int(np.argmax(off))
+        return f"expected rotations (3, 3), got a matrix in row {row} whose rows are not unit vectors at right angles"
+    turned = np.einsum("pi,pi->p", np.cross(matrices[:, 0], matrices[:, 1]), matrices[:, 2]) < 0
+    if turned.any():
+        return f"expected rotations (3, 3), got a mirrored one (determinant -1) in row {int(np.argmax(turned))}"
+    return ""

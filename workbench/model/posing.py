@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, rotation_fault
 from workbench.model.quaternions import exponential, multiply, swing_twist
 
 __all__ = ["angles_of", "attitude_matrix", "compose", "join_poses", "motion_of", "pose"]
@@ -24,7 +25,7 @@ def pose(
     rotations: Mapping[str, Sequence[float]] | None = None,
     reference: str | None = None,
     position: Sequence[float] = (0.0, 0.0, 0.0),
-    attitude: Floats | None = None,
+    attitude: ArrayLike | None = None,
 ) -> Poses:
     """One pose (P = 1) of a body.
 
@@ -38,6 +39,8 @@ def pose(
     for name, motions in angles.items():
         j = body.joint(name)
         for motion, degrees in motions.items():
+            if not np.isfinite(degrees):
+                raise InputError(f"angles: joint {name}: {motion}: expected a finite angle, got {degrees}")
             axis, sign = motion_of(body, j, motion)
             swing[j, axis] += sign * np.radians(degrees)
     quaternion = compose(body, swing)
@@ -45,12 +48,28 @@ def pose(
         value = np.asarray(given, dtype=np.float64)
         length = float(np.linalg.norm(value))
         if value.shape != (4,) or not np.isfinite(length) or length < 1e-9:
-            raise InputError(f"joint {name}: a quaternion w, x, y, z is needed, got {list(given)}")
+            raise InputError(f"rotations: joint {name}: expected a quaternion w, x, y, z, got {list(given)}")
         quaternion[body.joint(name)] = value / length
     place = np.zeros((1, 3, 4))
-    place[0, :, :3] = np.eye(3) if attitude is None else attitude
-    place[0, :, 3] = position
+    place[0, :, :3] = np.eye(3) if attitude is None else _attitude(attitude)
+    place[0, :, 3] = _position(position)
     return Poses(quaternion[None], body.segment(reference) if reference else 0, place)
+
+
+def _attitude(given: ArrayLike) -> Floats:
+    matrix = np.asarray(given, dtype=np.float64)
+    if matrix.shape != (3, 3):
+        raise InputError(f"attitude: expected a rotation (3, 3), got an array {matrix.shape}")
+    if fault := rotation_fault(matrix[None]):
+        raise InputError(f"attitude: {fault.replace(' in row 0', '')}")
+    return matrix
+
+
+def _position(given: Sequence[float]) -> Floats:
+    point = np.asarray(given, dtype=np.float64)
+    if point.shape != (3,) or not np.all(np.isfinite(point)):
+        raise InputError(f"position: expected x, y, z [m], got {list(given)}")
+    return point
 
 
 def join_poses(rows: Sequence[Poses]) -> Poses:

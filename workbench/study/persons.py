@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
 from workbench.model.growth import Growth
-from workbench.model.measures import MEASURES as PLAUSIBLE
-from workbench.model.measures import WORDS
+from workbench.model.measures import WORDS, check_plausible
 from workbench.model.population import PopulationModel
 from workbench.model.study import Study
 from workbench.people.conditional import condition, improbability
@@ -61,7 +58,7 @@ def person_body(
     for name in measures:
         if name not in MEASURES and name != "mass":
             raise InputError(f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'], words=WORDS)}")
-    _plausible(measures)
+    check_plausible(measures)
     if isinstance(people, Growth):
         return _child(morph_to(body, detail), people, (sex, age), measures)
     if age is not None:
@@ -140,16 +137,3 @@ def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
     against = "what the other measures make likely" if len(known) > 1 else "the middle of the population"
     return (f"{name} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
             f"there may be no such person",)  # fmt: skip
-
-
-def _plausible(measures: Mapping[str, float]) -> None:
-    """InputError for a measure that nobody has: most likely a wrong unit."""
-    faults = []
-    for name, value in measures.items():
-        low, high = PLAUSIBLE.get(name, (0.0, np.inf))
-        if not low <= value <= high:
-            unit, factor = ("kg", 1.0) if name == "mass" else ("mm", 1000.0)
-            faults.append(f"{name} {factor * value:g} {unit} is not a person's ({factor * low:g} to {factor * high:g} "
-                          f"{unit} is): a wrong unit?")  # fmt: skip
-    if faults:
-        raise InputError(faults)

@@ -17,8 +17,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.inside import inside_part
 from workbench.kernels.contact.polygon import point_polygon
 from workbench.kernels.contact.tree import box_gap, nearest_polygon

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.lanes import LANES, codes, corners, eight, larger, load, root, smaller, store, total, whole
 
 __all__ = ["FAR", "Lanes", "bound_lanes", "carry", "frame_of", "gathered", "in_solid_box"]

@@ -15,9 +15,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.heads import near_heads
 from workbench.kernels.contact.inside import inside_part
 from workbench.kernels.contact.tree import wider

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.wide import DEEP, widest
 from workbench.kernels.lanes import LANES, eight, larger, load, not_above, root, store
 

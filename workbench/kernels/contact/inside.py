@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.polygon import point_winding
 
 __all__ = ["Shells", "inside_part", "is_closed", "odd_shares"]

@@ -19,9 +19,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.rotation import quaternion_matrix
 
 __all__ = ["Levers", "Turns", "aim", "bound_segments", "strays", "turn_on"]

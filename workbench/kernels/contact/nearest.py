@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.tree import box_gap, build_tree
 
 __all__ = ["Solid", "build_solid", "mesh_distance", "morton_order", "nearest_triangle", "shrink_balls"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from workbench.kernels.compiled import njit
 
 __all__ = ["segment_overlaps", "union_volumes"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.fronts import SPARE, first_pairs, foremost_pair, place_blocks
 
 __all__ = ["pair_clearance", "sphere_contacts"]

@@ -9,8 +9,8 @@ looks at three to eight of them, none waiting for another, in place of a walk do
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.heads import SPARE
 from workbench.kernels.contact.polygon import point_polygon
 from workbench.kernels.lanes import LANES, eight, larger, load, not_above, root, store

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.bounds import FAR, bound_lanes, carry, frame_of, gathered, in_solid_box
 from workbench.kernels.contact.field import (
     deepest,

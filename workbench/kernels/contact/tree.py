@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.polygon import point_polygon
 from workbench.kernels.order import stable_order
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.lanes import LANES, eight, larger, load, root, smaller, where_below
 
 __all__ = ["ROWS", "SPARE", "rows_of", "triangle_ways"]

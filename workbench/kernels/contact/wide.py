@@ -7,9 +7,9 @@ those: the eight boxes lie coordinate after coordinate and are looked at by eigh
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.lanes import LANES, eight, larger, load, not_above, store
 
 __all__ = ["DEEP", "EIGHT", "near_boxes", "point_lanes", "widened", "widest"]

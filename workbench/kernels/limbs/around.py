@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.inner import inlined, inner
 from workbench.kernels.limbs.contacts import new_space, touch, wall
 from workbench.kernels.limbs.descent import LAST, REACHED, approach, descend, look, put_row, take, take_row

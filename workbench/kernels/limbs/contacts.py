@@ -6,9 +6,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.field import Field, deepest, record_gap, square_bound
 from workbench.kernels.contact.heads import near_heads
 from workbench.kernels.contact.inside import Shells

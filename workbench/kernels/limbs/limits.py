@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.inner import inlined
 
 __all__ = ["SIDE_ROWS", "WHOLE_CONE", "WHOLE_POLYGON", "WHOLE_TURN", "Planes", "nearest_side", "rooms", "within"]

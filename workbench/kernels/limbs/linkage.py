@@ -11,9 +11,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.inner import inlined
 
 __all__ = ["Linkage", "State", "move", "new_state"]

@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.inner import inlined, inner
 from workbench.kernels.limbs.limits import WHOLE_CONE, WHOLE_POLYGON
 

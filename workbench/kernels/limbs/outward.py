@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.inner import inner
 from workbench.kernels.limbs.descent import EASE, FORCE, KEPT, LAST, REACHED, descend, look, put_row, take, take_row
 from workbench.kernels.limbs.limits import within

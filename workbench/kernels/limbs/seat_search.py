@@ -5,8 +5,8 @@ discomfort; beyond where heels can be on the floor only as far as lifting them m
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.limbs.sitting import (
     ALOFT,
     DOWN,

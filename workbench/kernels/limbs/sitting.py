@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.limbs.contacts import Limbs, least_heights
 from workbench.kernels.limbs.inverse import solve_chains, tips
 from workbench.kernels.limbs.limits import Planes

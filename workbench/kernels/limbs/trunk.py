@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from workbench.kernels.compiled import njit
 
 __all__ = ["trunk_turns"]
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.order import NONE, ONE
 from workbench.kernels.pictures.rims import (
     COINCIDE,

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from workbench.kernels.compiled import njit
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["compose_solids", "compose_veils", "darken_rims"]

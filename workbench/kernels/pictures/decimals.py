@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from workbench.kernels.compiled import njit
 from workbench.kernels.order import NONE
 from workbench.model.arrays import Floats, Ints
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["edge_pieces", "paint_lines"]

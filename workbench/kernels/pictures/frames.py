@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from workbench.kernels.compiled import njit
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["disk_span", "paint_disks", "project_spheres", "resort"]

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
-
+from workbench.kernels.compiled import njit
 from workbench.kernels.pictures.frames import disk_span
 from workbench.model.arrays import Bools, Floats, Ints
 

@@ -17,8 +17,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.order import stable_order
 from workbench.model.arrays import Bools, Floats, Ints
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["BLOCK", "light_surfaces", "paint_rays", "surface_depths"]

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from workbench.kernels.compiled import njit
 
 __all__ = ["BLOCK", "block_bounds", "covered_by", "nearest_ball", "widest_gap"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.contact.nearest import nearest_triangle
 
 __all__ = ["deep_patches"]

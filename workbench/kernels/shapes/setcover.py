@@ -9,7 +9,8 @@ from __future__ import annotations
 import heapq
 
 import numpy as np
-from numba import njit
+
+from workbench.kernels.compiled import njit
 
 __all__ = ["greedy_cover", "improve_cover", "prune_cover", "transposed"]
 

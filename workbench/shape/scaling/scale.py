@@ -15,6 +15,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.measures import check_plausible
 from workbench.shape.scaling.likely import check_likely
 from workbench.shape.scaling.manikin import Length, Manikin
 from workbench.shape.scaling.measure import lengths
@@ -62,10 +63,11 @@ def scale(body: Body, measures: Measures, *, others: Measures | None = None, det
 
     others: measures [m] that it should come near without having to, such as the means of people with the given ones.
     detail: the level of detail of its family to make it in, its own where None. Masses go with the volume of each
-    segment. InputError where measures contradict one another, are not positive, or would bend the body beyond any
-    person.
+    segment. InputError where measures contradict one another, are not a person's (see model.measures), or would bend the
+    body beyond any person.
     """
     _refuse(measures)
+    check_plausible(others or {})
     space = shape_space(morph_to(body, detail))
     return rebuilt(space, *_fitted(space, measures, others or {}, space.neutral))
 
@@ -113,8 +115,8 @@ def _nothing() -> Iterator[None]:
 
 
 def _refuse(measures: Measures) -> None:
-    faults = [f"{name}: a positive length is needed, got {1000 * value:g} mm" for name, value in measures.items()
-              if not (np.isfinite(value) and value > 0)]  # fmt: skip
+    check_plausible(measures)
+    faults = []
     for longer, shorter in LONGER:
         if longer in measures and shorter in measures and measures[longer] <= measures[shorter]:
             faults.append(f"{longer} {1000 * measures[longer]:g} mm is shorter than {shorter} "

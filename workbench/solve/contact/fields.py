@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
@@ -19,8 +20,9 @@ from workbench.kernels.split import split_tree
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 from workbench.solve.contact.cells import pack_cells
-from workbench.solve.contact.index_cache import content_key, kept
+from workbench.solve.contact.index_cache import kept
 from workbench.solve.contact.patches import Patches, cell_lists, patches_of
+from workbench.solve.content import content_key
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Groups", "field_of", "packed_faces", "packed_records", "packed_shells"]
@@ -36,9 +38,13 @@ WORTH_KEEPING = 1_000
 Groups = tuple[tuple[int, ...], ...]
 
 
-@lru_cache(maxsize=16)
 def packed_faces(environment: Environment) -> Faces:
     """The polygons and a tree of boxes a part, once an environment (nouns are frozen and compare by identity)."""
+    return _faces(_shape(environment))
+
+
+@lru_cache(maxsize=16)
+def _faces(environment: Environment) -> Faces:
     head, tail = environment.vertices[environment.edges[:, 0]], environment.vertices[environment.edges[:, 1]]
     low, high = _boxes(environment)
     off, radius = _thickness(environment)
@@ -59,19 +65,27 @@ def packed_faces(environment: Environment) -> Faces:
     )
 
 
-@lru_cache(maxsize=16)
 def packed_shells(environment: Environment) -> Shells:
     """The triangles of each polygon, and which solids are closed."""
+    return _shells(_shape(environment))
+
+
+@lru_cache(maxsize=16)
+def _shells(environment: Environment) -> Shells:
     ends = environment.triangle_start[environment.part_start]
     closed = [bool(solid) and is_closed(environment.triangles[a:b])
               for solid, a, b in zip(environment.solid, ends[:-1], ends[1:], strict=True)]  # fmt: skip
     return Shells(environment.triangle_start, np.array(closed, dtype=np.int64))
 
 
-@lru_cache(maxsize=4)
 def packed_records(environment: Environment) -> tuple[Floats, Ints, Ints]:
     """Polygons as records in the order of the trees' leaves: record, begin (F + 1,), rank (F,) of each polygon."""
-    faces = packed_faces(environment)
+    return _records(_shape(environment))
+
+
+@lru_cache(maxsize=4)
+def _records(environment: Environment) -> tuple[Floats, Ints, Ints]:
+    faces = _faces(environment)
     order, count = faces.item, np.diff(environment.edge_start)[faces.item]
     begin = np.concatenate([[0], np.cumsum(RECORD + 6 * count)])
     record = np.empty(int(begin[-1]))
@@ -93,23 +107,40 @@ def packed_records(environment: Environment) -> tuple[Floats, Ints, Ints]:
 @lru_cache(maxsize=4)
 def field_of(environment: Environment, groups: Groups) -> Field:
     """Grids and trees of groups of parts, made on all cores and kept for the next batch, large ones also on disk."""
-    record, begin, _ = packed_records(environment)
+    shape = _shape(environment)
+    record, begin, _ = _records(shape)
 
     def make() -> dict[str, NDArray[Any]]:
-        made = _made(environment, groups)._asdict()
+        made = _made(shape, groups)._asdict()
         return {name: values for name, values in made.items() if name not in ("record", "begin")}
 
     if len(begin) < WORTH_KEEPING:
         return Field(record, begin, **make())
-    said = repr((groups, CELL, WIDE_CELL, MOST_NODES)).encode()
-    names = ("vertices", "edges", "edge_start", "normal", "circle_centre", "triangles", "triangle_start", "part_start",
-             "solid")  # fmt: skip
-    return Field(record, begin, **kept(content_key([said, *(getattr(environment, name) for name in names)]), make))
+    return Field(record, begin, **kept(content_key("contact index", shape, groups), make))
+
+
+@lru_cache(maxsize=16)
+def _shape(environment: Environment) -> Environment:
+    """The polygons and parts of an environment, without its seats, points, controls, rules and words.
+
+    An index is made from this alone: so it stays the same where only a control or a rule is another one.
+    """
+    return replace(
+        environment,
+        name="",
+        description="",
+        allowances=(),
+        seats=(),
+        points={},
+        controls=(),
+        quality=(),
+        warnings=(),
+    )
 
 
 def _made(environment: Environment, groups: Groups) -> Field:
-    faces, shells = packed_faces(environment), packed_shells(environment)
-    record, begin, rank = packed_records(environment)
+    faces, shells = _faces(environment), _shells(environment)
+    record, begin, rank = _records(environment)
     none = np.zeros(0, dtype=np.int64)
     lists = [np.concatenate([none, *(np.arange(*environment.part_start[[k, k + 1]]) for k in group)])
              for group in groups]  # fmt: skip
@@ -206,7 +237,7 @@ def _grids(own: Floats, environment: Environment) -> tuple[Floats, Ints, Ints]:
     shape[1:, 3] = np.cumsum(shape[:-1, :3].prod(axis=1))
     reach = np.abs(environment.vertices).max(initial=0.0) + 1.0
     grid[:, 5] = 1e-9 * grid[:, 3] ** 2 + 1e-14 * reach * grid[:, 3] * shape[:, :3].max(axis=1, initial=2)
-    grid[:, 6] = packed_faces(environment).off.max(initial=0.0)
+    grid[:, 6] = _faces(environment).off.max(initial=0.0)
     return grid, shape, wide
 
 

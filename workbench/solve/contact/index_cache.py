@@ -1,4 +1,4 @@
-"""Indexes kept on disk between runs, by the hash of what they were made from.
+"""Indexes kept on disk between runs, by the key of what they were made from (see `solve.content`).
 
 A file holds a hash of its key and contents before the contents, so that one that is torn, altered, of another
 version or of somebody else is not believed: it is made anew. Names, types and places of the arrays come first, as JSON,
@@ -14,17 +14,15 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cache_folder", "content_key", "kept", "write_whole"]
+__all__ = ["cache_folder", "kept", "write_whole"]
 
-VERSION = b"workbench index 4"
-"""Another one where the meaning of the arrays changes: older files are then not believed."""
 MOST_FILES = 32
 """The files used longest ago give way."""
 _DIGEST = hashlib.sha256().digest_size
@@ -47,18 +45,6 @@ def cache_folder() -> Path | None:
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME") or "~/.cache")
     return base.expanduser() / "workbench"
-
-
-def content_key(values: Iterable[NDArray[Any] | bytes]) -> bytes:
-    """A hash of arrays, their types and shapes."""
-    digest = hashlib.sha256(VERSION)
-    for value in values:
-        if not isinstance(value, bytes):
-            digest.update(f"{value.dtype.str} {value.shape} ".encode())
-            digest.update(_bytes(value).data)
-        else:
-            digest.update(value)
-    return digest.digest()
 
 
 def kept(key: bytes, make: Callable[[], Arrays]) -> Arrays:

@@ -1,14 +1,15 @@
 """The work of an accommodation study in chunks of people, each written whole: a run that is killed goes on from there.
 
-A chunk's file is named by the hash of all that its numbers rest on, the people of the chunk among them; so a file is
-used again for nothing else. Chunks may be worked on by this process, or by the workers of a Dask cluster: the numbers
-are the same.
+A chunk's file is named by its key (see `solve.content`), which is made from the whole study, the chunk's fitted bodies
+and the program: a file is used again for nothing else. Chunks may be worked on by this process, or by the workers of a
+Dask cluster: the numbers are the same.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from contextlib import closing, suppress
+from functools import lru_cache
 from pathlib import Path
 from time import monotonic
 from typing import Protocol
@@ -19,15 +20,13 @@ from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
-from workbench.solve.contact.index_cache import content_key
-from workbench.solve.reaching.limbs import FEET
+from workbench.solve.content import content_key
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.forks import shared
 from workbench.study.accommodation.requirements import Asked
-from workbench.study.accommodation.sitters import Sitters, seated
+from workbench.study.accommodation.sitters import Sitters, seated, seating_study
 from workbench.study.accommodation.tried import Tried, judged, met_by, sitting
-from workbench.study.provenance import versions
 
 __all__ = [
     "Chunk",
@@ -35,10 +34,8 @@ __all__ = [
     "forget_chunks",
     "gathered",
     "result_chunks",
-    "result_key",
     "seat_key",
     "seated_chunk",
-    "study_key",
     "time_left",
 ]
 
@@ -79,8 +76,7 @@ def result_chunks(
     workers: who does the work, this process where None; the numbers are the same. InputError where a chunk cannot be
     written; those written before stay.
     """
-    base = study_key(study, asked) if keep is not None else b""
-    keys = [result_key(base, crew, chunk) if keep is not None else b"" for chunk in range(len(crew))]
+    keys = _chunk_keys(study, asked, crew) if keep is not None else []
     paths = [keep / f"{chunk:05d}-{key[:8].hex()}.chunk" for chunk, key in enumerate(keys)] if keep is not None else []
     found = {chunk: kept for chunk, path in enumerate(paths) if (kept := read_kept(path, keys[chunk])) is not None}
     missing = [chunk for chunk in range(len(crew)) if chunk not in found]
@@ -107,13 +103,22 @@ def result_chunks(
     return [Chunk(found[chunk]) for chunk in range(len(crew))]
 
 
+def _chunk_keys(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew) -> list[bytes]:
+    """The key of each chunk: of the study, of what is asked, and of the chunk's people, what they wear and their
+    fitted bodies."""
+    base = content_key("accommodation", study, tuple(asked), crew.task, crew.people, tuple(crew.wears))
+    return [content_key("chunk", base, crew.index(chunk), tuple(crew.fits_of(chunk))) for chunk in range(len(crew))]
+
+
 def _here(
     study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
 ) -> Generator[tuple[int, Kept]]:
     """The chunks by processes of this machine, which also hand back where people sit: what is tried next needs it."""
 
+    key = seat_key(study)
+
     def work(chunk: int) -> tuple[Kept, Sitters | None]:
-        known = seat_key(study, chunk) in crew.sitting
+        known = (key, chunk) in crew.sitting
         sitters = seated_chunk(study, crew, chunk)
         kept = packed(judged(study, asked, sitting(study, asked, sitters)))
         return kept, None if known else Sitters((), sitters.seat, sitters.held)
@@ -124,27 +129,24 @@ def _here(
     with closing(shared(work, chunks)) as ready:
         for chunk, (kept, sitters) in ready:
             if sitters is not None:
-                crew.sitting[seat_key(study, chunk)] = Sitters(crew.bodies(chunk), sitters.seat, sitters.held)
+                crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), sitters.seat, sitters.held)
             yield chunk, kept
 
 
 def seated_chunk(study: AccommodationStudy, crew: Crew, chunk: int) -> Sitters:
     """The people of a chunk in the seat; who has been seated already, for a study with the same seat, pedals and view,
     stays so."""
-    key = seat_key(study, chunk)
-    if key not in crew.sitting:
-        crew.sitting[key] = seated(study, crew.bodies(chunk), crew.index(chunk).tolist())
-    found: Sitters = crew.sitting[key]
+    at = seat_key(study), chunk
+    if at not in crew.sitting:
+        crew.sitting[at] = seated(study, crew.bodies(chunk), crew.index(chunk).tolist())
+    found: Sitters = crew.sitting[at]
     return found
 
 
-def seat_key(study: AccommodationStudy, chunk: int) -> str:
-    """All that it depends on where the people of a chunk sit, as text."""
-    controls = {control.name: control.at for control in study.environment.controls}
-    held = [(limb, controls[name]) for limb, name in study.aims.controls.items() if limb in FEET]
-    points = study.environment.points
-    view = [points[name] for name in (study.aims.eyes, study.aims.heels) if name]
-    return repr((chunk, study.environment.seat(study.seat), held, view, study.aims.driving))
+@lru_cache(maxsize=16)
+def seat_key(study: AccommodationStudy) -> bytes:
+    """The key of where people sit: of the part of the study that decides it."""
+    return content_key("seating", seating_study(study))
 
 
 def forget_chunks(keep: Path) -> None:
@@ -192,28 +194,3 @@ def gathered(chunks: Sequence[Chunk]) -> tuple[Chunk, tuple[str, ...]]:
         reasons.append(table[chunk.reason])
     arrays = {name: np.concatenate([getattr(chunk, name) for chunk in chunks]) for name in ("margin", "toward", "seat")}
     return Chunk(Kept(arrays | {"reason": np.concatenate(reasons)}, {"words": words})), tuple(words)
-
-
-def study_key(study: AccommodationStudy, asked: Sequence[Asked]) -> bytes:
-    """The hash of all that numbers of a study rest on, but its people."""
-    assert study.pose is not None
-    room = study.environment
-    told = (tuple(asked), room.seats, room.controls, room.points, room.allowances, room.parts, study.seat,
-            dict(study.aims.controls), study.aims.eyes, study.aims.heels, study.aims.driving, study.wears,
-            versions())  # fmt: skip
-    arrays = [room.vertices, room.edges, room.edge_start, room.part_start, room.solid, room.hidden,
-              study.pose.rotations, study.pose.world_from_reference]  # fmt: skip
-    stops = [study.body.stops.limits, study.body.stops.axes, study.body.stops.kind.astype(np.int64)]
-    return content_key([f"accommodation 1 {told!r}".encode(), *arrays, *stops])
-
-
-def result_key(base: bytes, crew: Crew, chunk: int) -> bytes:
-    """The hash of all that a chunk's numbers rest on; base: that of the study."""
-    rows = crew.index(chunk)  # a driver's posture goes by who it is, not by the body alone
-    who = f"rows from {rows[0]} {crew.people.names}".encode()
-    fields: list[Floats | bytes] = [base, who]
-    people = crew.people.rows(rows)
-    fields += [people.measures, people.sex.astype(np.float64)]
-    for fit in crew.fits_of(chunk):
-        fields += [np.ascontiguousarray(values) for _, values in sorted(fit.fields.items())]
-    return content_key(fields)

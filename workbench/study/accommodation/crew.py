@@ -2,8 +2,8 @@
 
 A chunk is fitted by itself, always with one thread for linear algebra, so that its bytes depend on nothing but the
 people in it: not on how many processes there are, nor on who else is in the study. Kept chunks are files of plain
-numbers, named by the hash of what they were made from, and read back as they were. WORKBENCH_CACHE says where they are
-kept, or that they are not, as for other things kept (see solve.contact.index_cache).
+numbers, named by the key of what they were made from (see `solve.content`), and read back as they were. WORKBENCH_CACHE
+says where they are kept, or that they are not, as for other things kept (see solve.contact.index_cache).
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ from workbench.model.encumbrance import Encumbrance
 from workbench.model.population import SEXES, Population
 from workbench.shape.scaling.morph import morph
 from workbench.shape.wear import wear
-from workbench.solve.contact.index_cache import cache_folder, content_key
+from workbench.solve.contact.index_cache import cache_folder
+from workbench.solve.content import content_key
 from workbench.solve.threads import cores
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.crew_fit import FIELDS, Fit, Task, fit_chunks
 
-__all__ = ["CHUNK", "FITTED", "Crew", "Fitters", "chunk_key", "crew_of", "templates"]
+__all__ = ["CHUNK", "FITTED", "Crew", "Fitters", "crew_of", "templates"]
 
 CHUNK = 64
 """People fitted together, and least people of a chunk of work."""
@@ -50,7 +51,7 @@ class Crew:
         self.task, self.people, self.wears, self.fits = task, people, wears, fits
         self.together = max(1, min(MOST_TOGETHER, len(fits) // LEAST_CHUNKS))
         self.size = self.together * len(fits[0].told)
-        self.sitting: dict[str, Any] = {}  # chunks that sit already, by all that this depends on
+        self.sitting: dict[tuple[bytes, int], Any] = {}  # chunks that sit already, by what decides it and their number
 
     def __len__(self) -> int:
         return (len(self.people) + self.size - 1) // self.size
@@ -110,7 +111,8 @@ def crew_of(
     """
     task = Task(templates(body), FITTED)
     chunks = [people.rows(np.arange(a, min(a + CHUNK, len(people)))) for a in range(0, len(people), CHUNK)]
-    keys = [chunk_key(task, chunk) for chunk in chunks]
+    base = content_key("fitting", task)
+    keys = [content_key("fitted bodies", base, chunk) for chunk in chunks]
     folder = _folder()
     fits = [_read(folder, key) for key in keys]
     missing = [number for number, fit in enumerate(fits) if fit is None]
@@ -147,18 +149,6 @@ def templates(body: Body) -> dict[str, Body]:
     return {sex: morph(body, anchors[f"adult_{sex}"], level) for sex in SEXES}
 
 
-def chunk_key(task: Task, people: Population) -> bytes:
-    """The hash of all that the bodies of a chunk are made from."""
-    values: list[Floats | Ints | bytes] = [f"crew 1 {FITTED} {people.names}".encode(), people.measures, people.sex]
-    for sex in SEXES:
-        body = task.templates[sex]
-        values += [f"{sex} {body.segments} {body.joints} {body.sphere_names}".encode(), body.start, body.parent]
-        values += [getattr(body, name) for name in FIELDS] + [body.blend_joint, body.blend_share]
-        if body.basis is not None:
-            values += [body.basis.anchor_spread, body.basis.joint_basis]
-    return content_key(values)
-
-
 def _member(template: Body, fields: dict[str, Floats]) -> Body:
     """The template with other fields, which were checked when they were made: checking thousands again costs more than
     all else that is done with them."""
@@ -180,7 +170,7 @@ def _read(folder: Path | None, key: bytes) -> Fit | None:
     found = read_kept(path, key)
     if found is None or set(found.arrays) != set(FIELDS):
         return None
-    return Fit(found.arrays, found.texts["told"])
+    return Fit({name: found.arrays[name] for name in FIELDS}, found.texts["told"])
 
 
 def _keep(folder: Path | None, key: bytes, fit: Fit) -> None:

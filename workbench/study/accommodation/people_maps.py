@@ -49,8 +49,8 @@ def people_maps(study: AccommodationStudy, crew: Crew, *, say: Callable[[str], N
 
 def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[list[Body], Poses]:
     """Everybody in the seat; who has not been seated yet is, by all processes."""
-    keys = [seat_key(study, chunk) for chunk in range(len(crew))]
-    missing = [chunk for chunk, key in enumerate(keys) if key not in crew.sitting]
+    key = seat_key(study)
+    missing = [chunk for chunk in range(len(crew)) if (key, chunk) not in crew.sitting]
 
     def work(chunk: int) -> Sitters:
         found = seated_chunk(study, crew, chunk)
@@ -58,8 +58,8 @@ def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[list[Body], Poses
 
     with closing(shared(work, missing)) as ready:
         for chunk, found in ready:
-            crew.sitting[keys[chunk]] = Sitters(crew.bodies(chunk), found.seat, found.held)
-    sitters = [crew.sitting[key] for key in keys]
+            crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), found.seat, found.held)
+    sitters = [crew.sitting[key, chunk] for chunk in range(len(crew))]
     poses = [one.seat.poses for one in sitters]
     rotations, world = (np.concatenate([getattr(p, n) for p in poses]) for n in ("rotations", "world_from_reference"))
     return [body for one in sitters for body in one.bodies], Poses(rotations, poses[0].reference, world)

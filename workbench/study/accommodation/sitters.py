@@ -23,7 +23,7 @@ from workbench.solve.seating.posture import Pedals
 from workbench.solve.seating.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import drivers_among, feet_of, package_of
 
-__all__ = ["SEAT_BACK", "SEAT_FORWARD", "Sitters", "seated", "with_hands", "without_seat"]
+__all__ = ["SEAT_BACK", "SEAT_FORWARD", "Sitters", "seated", "seating_study", "with_hands", "without_seat"]
 
 SEAT_BACK, SEAT_FORWARD = "the seat stops too far back", "the seat stops too far forward"
 
@@ -40,6 +40,7 @@ class Sitters:
 def seated(study: AccommodationStudy, bodies: Sequence[Body], rows: Sequence[int]) -> Sitters:
     """B bodies, these rows of the study's people, in the seat, feet on the pedals, arms as in the posture they sit
     like."""
+    study = seating_study(study)
     environment, aims = study.environment, study.aims
     controls = {control.name: control for control in environment.controls}
     at = {limb: controls[name].at for limb, name in aims.controls.items() if limb in FEET}
@@ -58,6 +59,52 @@ def seated(study: AccommodationStudy, bodies: Sequence[Body], rows: Sequence[int
             package=package_of(aims, environment), feet=feet_of(aims, environment), eye=eye, numbers=list(rows),
         )  # fmt: skip
     return Sitters(bodies, found, found.poses)
+
+
+def seating_study(study: AccommodationStudy) -> AccommodationStudy:
+    """The part of a study that decides where people sit: the seat, pedals and points, the people and their posture.
+
+    People are seated with this study alone, so what is left out cannot move them: parts and their polygons, controls
+    of the hands, criteria and words.
+    """
+    room, aims = study.environment, study.aims
+    feet = {limb: name for limb, name in aims.controls.items() if limb in FEET}
+    nothing = np.zeros((0, 3))
+    whole = np.zeros(0, dtype=np.int64)
+    empty = Environment(
+        name=room.name,
+        description="",
+        parts=(),
+        part_start=np.zeros(1, dtype=np.int64),
+        vertices=nothing,
+        edges=whole.reshape(0, 2),
+        edge_start=np.zeros(1, dtype=np.int64),
+        normal=nothing,
+        offset=np.zeros(0),
+        circle_centre=nothing,
+        circle_radius=np.zeros(0),
+        triangles=whole.reshape(0, 3),
+        triangle_start=np.zeros(1, dtype=np.int64),
+        solid=np.zeros(0, dtype=np.bool_),
+        hidden=np.zeros(0, dtype=np.bool_),
+        see_through=np.zeros(0, dtype=np.bool_),
+        seats=(room.seat(study.seat),),
+        points=room.points,
+        controls=tuple(control for control in room.controls if control.name in feet.values()),
+    )
+    return replace(
+        study,
+        title="",
+        description="",
+        environment=empty,
+        aims=replace(aims, controls=feet),
+        criteria=(),
+        mixes={},
+        maps=(),
+        inputs={},
+        warnings=(),
+        changes=(),
+    )
 
 
 def with_hands(study: AccommodationStudy, sitters: Sitters) -> Sitters:
@@ -93,8 +140,3 @@ def without_seat(environment: Environment, seat: str) -> Environment:
     """The environment without the sitters' own seat: a thigh presses the cushion down, it does not stop there."""
     gone = np.isin(environment.parts, environment.seat(seat).moves)
     return replace(environment, hidden=environment.hidden | gone)
-
-
-__all__ = ["SEAT_BACK", "SEAT_FORWARD", "Sitters", "seated", "with_hands", "without_seat"]
-
-SEAT_BACK, SEAT_FORWARD = "the seat stops too far back", "the seat stops too far forward"

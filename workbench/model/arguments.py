@@ -1,0 +1,174 @@
+"""The check of what public functions are called with: each argument against its annotation, before the call.
+
+`import workbench` hands out every public function inside `checked`. So a wrong type, a number that is not finite or a
+ragged array is refused in one place and in one way: the argument's name, what is expected, what was given. What only
+the function itself can know (a name that must exist, numbers of rows that must agree) it says itself.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from functools import lru_cache, wraps
+from inspect import Parameter, signature
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from workbench.errors import UsageError
+
+__all__ = ["argument_fault", "checked", "given_words"]
+
+F = TypeVar("F", bound=Callable[..., Any])
+_LONGEST = 60
+
+
+class _Finite:
+    """Stands for the annotation of arrays that are given: finite numbers."""
+
+
+class _Numbers:
+    """Stands for the annotations of arrays that come out of other functions, with NaN and infinity where nothing is."""
+
+
+_ARRAYS = {"ArrayLike": _Finite, "Floats": _Numbers, "Ints": _Numbers, "Bools": _Numbers}
+
+
+def checked(function: F) -> F:
+    """The function, with its arguments checked against its annotations; it raises UsageError for the first that does
+    not fit."""
+
+    @wraps(function)
+    def call(*args: Any, **options: Any) -> Any:
+        names, kinds = _annotated(function)
+        rest = names[-1:] * (len(args) - len(names))  # what a last *name takes
+        for name, value in [*zip((*names, *rest), args, strict=False), *options.items()]:
+            if name in kinds and (fault := argument_fault(name, value, kinds[name])):
+                raise UsageError(fault)
+        return function(*args, **options)
+
+    return call  # type: ignore[return-value]
+
+
+@lru_cache(maxsize=256)
+def _annotated(function: Callable[..., Any]) -> tuple[tuple[str, ...], dict[str, Any]]:
+    """The names of what a function takes by place, and the annotations of all that it takes."""
+    named = signature(function).parameters.values()
+    placed = tuple(p.name for p in named if p.kind not in (Parameter.KEYWORD_ONLY, Parameter.VAR_KEYWORD))
+    kinds = get_type_hints(function, localns=_ARRAYS)
+    kinds.pop("return", None)
+    return placed, kinds
+
+
+def argument_fault(name: str, value: object, kind: Any) -> str:
+    """What is wrong with an argument, in words; "" where nothing is."""
+    origin, inner = get_origin(kind), get_args(kind)
+    if kind is Any:
+        return ""
+    if origin in (Union, types.UnionType):
+        faults = [argument_fault(name, value, one) for one in inner]
+        return "" if "" in faults else _nearest(name, value, kind, faults)
+    if kind in (_Finite, _Numbers) or (origin is Sequence and inner == (float,)):
+        return _numbers_fault(name, value, finite=kind is not _Numbers)
+    if origin is Literal:
+        return "" if value in inner else _words(name, value, kind)
+    if isinstance(value, _LIKE.get(kind, ())) and not (isinstance(value, bool) and kind in (int, float)):
+        finite = kind is not float or np.isfinite(value)  # type: ignore[call-overload]
+        return "" if finite else f"{name}: expected a finite number, got {value}"
+    if origin is None:
+        same = kind in (None, type(None)) and value is None
+        plain = isinstance(kind, type) and kind not in _LIKE and isinstance(value, kind)
+        return "" if same or plain else _words(name, value, kind)
+    return _container_fault(name, value, kind)
+
+
+_LIKE: dict[Any, tuple[type, ...]] = {
+    float: (Real,),
+    int: (Integral,),
+    bool: (bool, np.bool_),
+    str: (str,),
+    Path: (Path,),
+}
+"""What may be given for plain annotations."""
+
+
+def _container_fault(name: str, value: object, kind: Any) -> str:
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin is Callable:
+        return "" if callable(value) else _words(name, value, kind)
+    if not isinstance(value, Iterable) or isinstance(value, (str, bytes)):
+        return _words(name, value, kind)
+    if origin in (Mapping, dict):
+        if not isinstance(value, Mapping):
+            return _words(name, value, kind)
+        pairs = [(f"{name}: a key", key, inner[0]) for key in value]
+        pairs += [(f"{name}[{key!r}]", item, inner[1]) for key, item in value.items()]
+    elif origin is tuple and inner[-1] is not Ellipsis:
+        if not isinstance(value, (tuple, list)) or len(value) != len(inner):
+            return _words(name, value, kind)
+        pairs = [(f"{name}[{n}]", item, one) for n, (item, one) in enumerate(zip(value, inner, strict=True))]
+    elif isinstance(value, Collection):
+        pairs = [(f"{name}[{n}]", item, inner[0]) for n, item in enumerate(value)]
+    else:  # a stream is read once, by the function itself
+        return "" if origin is Iterable else _words(name, value, kind)
+    return next((fault for pair in pairs if (fault := argument_fault(*pair))), "")
+
+
+def _numbers_fault(name: str, value: object, *, finite: bool) -> str:
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError):
+        return f"{name}: expected numbers in rows of equal length, got {given_words(value)}"
+    if array.dtype.kind not in "fiub":
+        return f"{name}: expected numbers, got {given_words(value)}"
+    if finite and array.dtype.kind == "f" and not np.all(np.isfinite(array)):
+        place = tuple(np.argwhere(~np.isfinite(array))[0].tolist())
+        where = f" at {place}" if place else ""
+        return f"{name}: expected finite numbers, got {array[place]}{where}"
+    return ""
+
+
+def _nearest(name: str, value: object, kind: Any, faults: Sequence[str]) -> str:
+    """The fault of the one alternative that the value comes near to; else all alternatives in words."""
+    whole = f", got {given_words(value)}"
+    inside = [fault for fault in faults if not fault.endswith(whole)]
+    return inside[0] if inside else _words(name, value, kind)
+
+
+def _words(name: str, value: object, kind: Any) -> str:
+    return f"{name}: expected {_kind_words(kind)}, got {given_words(value)}"
+
+
+_PLAIN = {float: "a number", int: "a whole number", bool: "True or False", str: "a text", Path: "a path",
+          None: "None", type(None): "None", _Numbers: "numbers", _Finite: "numbers"}  # fmt: skip
+
+
+def _kind_words(kind: Any) -> str:
+    origin, inner = get_origin(kind), get_args(kind)
+    if origin in (Union, types.UnionType):
+        return " or ".join(_kind_words(one) for one in inner)
+    if origin is Literal:
+        return " or ".join(repr(one) for one in inner)
+    if origin is Callable:
+        return "a function"
+    if origin in (Mapping, dict):
+        return f"a mapping of {_kind_words(inner[0])} to {_kind_words(inner[1])}"
+    if origin is tuple and inner[-1] is not Ellipsis:
+        return f"({', '.join(_kind_words(one) for one in inner)})"
+    if origin is not None and inner:
+        return f"a sequence of which each is {_kind_words(inner[0])}"
+    name = getattr(kind, "__name__", str(kind))
+    return _PLAIN.get(kind, f"{'an' if name[:1] in 'AEIOU' else 'a'} {name}")
+
+
+def given_words(value: object) -> str:
+    """What was given, in a few words."""
+    if isinstance(value, np.ndarray) and value.ndim:
+        return f"an array {value.shape} of {value.dtype}"
+    text = repr(value)
+    if len(text) <= _LONGEST and "\n" not in text and " at 0x" not in text:
+        return text
+    size = f" of {len(value)}" if isinstance(value, Collection) else ""
+    return f"a {type(value).__name__}{size}"
