@@ -13,6 +13,7 @@ from workbench.model.accommodation import MET, Accommodation, AccommodationStudy
 from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
+from workbench.shape.pieces import piece_warnings
 from workbench.shape.scaling.scale import morph_to
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
 from workbench.study.accommodation.cluster import Cluster
@@ -110,7 +111,13 @@ def accommodation_study(
             "people": {"measures": people_hash(study.people)},
             "versions": versions(),
         },
-        warnings=(*_told(crew), *_hopeless(asked, met), *buried_controls(study.environment), *study.warnings),
+        warnings=(
+            *piece_warnings([(study.body.name, study.body)]),
+            *_told(crew),
+            *_hopeless(asked, met),
+            *buried_controls(study.environment),
+            *study.warnings,
+        ),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )
 
