@@ -73,15 +73,15 @@ def piece_warnings(bodies: Iterable[tuple[str, Body]]) -> list[str]:
     Returns
     -------
     list[str]
-        A sentence for each body in pieces, with the widest gap, the segments, and the levels of detail of its family
-        whose bodies are whole.
+        A sentence for each body in pieces, with all who have it, the widest gap, the segments, and the levels of
+        detail of its family whose bodies are whole.
     """
-    told = []
+    told: dict[str, list[str]] = {}
     for name, body in bodies:
         found = body_pieces(body)
         if found.count > 1:
-            told.append(f"{name}: {_sentence(body, found)}")
-    return told
+            told.setdefault(_sentence(body, found), []).append(name)
+    return [f"{', '.join(names)}: {sentence}" for sentence, names in told.items()]
 
 
 def _flood(centres: Floats, radius: Floats, found: Ints, *, first: int, number: int) -> None:

@@ -63,7 +63,7 @@ def _found(study: CrashStudy) -> CrashResult:
         agreements=(),
         verdicts=(),
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
-        warnings=(*piece_warnings([(study.person, body)]), *frames.coarse, *study.warnings),
+        warnings=(*frames.coarse, *piece_warnings([(study.person, body)]), *study.warnings),
         forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),
     )
     return replace(result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria))
