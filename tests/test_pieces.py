@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.accommodations import ACCOMMODATIONS
 from tests.toy_cockpit import write_toy
 from workbench.files.accommodation.studies import load_accommodation
 from workbench.people.share import TENTHS_FROM
@@ -63,9 +63,7 @@ def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_
     assert "Each body is adult_male at that person’s measures: 152 spheres, level of detail coarse." in text
 
 
-@pytest.mark.parametrize("name", sorted(
-    path.stem for path in ROOT.glob("studies/*.yaml") if "\nkind: accommodation" in path.read_text(encoding="utf-8")
-))  # fmt: skip
+@pytest.mark.parametrize("name", ACCOMMODATIONS)
 def test_a_shipped_accommodation_study_has_whole_bodies_and_enough_people(name):
     study = ready(wb.load_accommodation(name))
     assert [body_pieces(body).count for body in templates(study.body).values()] == [1, 1]

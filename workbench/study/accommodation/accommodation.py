@@ -111,13 +111,7 @@ def accommodation_study(
             "people": {"measures": people_hash(study.people)},
             "versions": versions(),
         },
-        warnings=(
-            *piece_warnings([(study.body.name, study.body)]),
-            *_told(crew),
-            *_hopeless(asked, met),
-            *buried_controls(study.environment),
-            *study.warnings,
-        ),
+        warnings=_warnings(study, asked, crew, met),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )
 
@@ -141,6 +135,17 @@ def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk)
     for row, name in zip(rows, limiting_measures(study.people, rows, bearing), strict=True):
         names[int(row)] = name
     return tuple(names)
+
+
+def _warnings(study: AccommodationStudy, asked: tuple[Asked, ...], crew: Crew, met: Bools) -> tuple[str, ...]:
+    """Collect what a reader of the shares must know, what bears on all of them first."""
+    return (
+        *piece_warnings([(study.body.name, study.body)]),
+        *_told(crew),
+        *_hopeless(asked, met),
+        *buried_controls(study.environment),
+        *study.warnings,
+    )
 
 
 def _told(crew: Crew) -> list[str]:
