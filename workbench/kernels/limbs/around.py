@@ -45,6 +45,8 @@ LOTS = (8, 24)
 """How many starts a search takes, one lot after the other."""
 CLOSE, OFF = 0.01, 0.05
 """Distance [m] and breach [rad] within which a posture that the search begins at reaches the target."""
+WALKS, WAY = 32, 24
+"""How many ways back from obstacles are gone, and their steps."""
 MOST_JOINT, MOST_SLOW, BETTER = 60, 10, 0.97
 """Steps toward target, clearance and stops at once; those in a row that leave more than so much of what is missing."""
 PULL, EASE, DAMPING = 1e4, 1e-4, 1.0
@@ -367,6 +369,49 @@ def _search(job, settings, trail, desk, state, work, space):  # type: ignore[no-
 
 
 @inner
+def _stand(job, angles, near, desk, state, work, space):  # type: ignore[no-untyped-def]
+    """Stand at angles (K, 3), with walls of what is as near as `near` [m], and without multipliers."""
+    link, limbs, b, problem, held, room, p = job
+    none, anew = np.int64(0), np.bool_(True)
+    take(angles, state.angles)
+    work.pushed[:] = 0.0
+    work.press[:] = 0.0
+    put_row(state.angles, desk.trial, 0)
+    count = touch(limbs, b, held, problem[0], p, desk.trial, none, room, near, space)
+    _build(limbs, b, room, count, link.rows.shape[0], anew, space, desk, work)
+
+
+@inner
+def _walk(job, settings, desk, state, space):  # type: ignore[no-untyped-def]
+    """From postures of all kinds that enter nothing straight toward the free one, as far as nothing is entered: into
+    desk.kept[0] where the tip is nearest to the target then; False where there is none."""
+    link, _, _, problem, _, _, p = job
+    base, goal = problem
+    seeds, seed_tips = settings
+    least = np.inf
+    desk.tried[:] = 0
+    desk.many[0] = 0
+    for _ in range(WALKS):
+        at = next_seed(base, goal, p, seed_tips, desk.tried)
+        if at < 0:
+            break
+        desk.tried[at] = 1
+        for step in range(WAY + 1):
+            share = step / WAY
+            take(desk.free, state.angles)
+            for d in range(link.mode.shape[0]):
+                k, axis = link.free_joint[d], link.free_axis[d]
+                state.angles[k, axis] = share * desk.free[k, axis] + (1.0 - share) * seeds[at, k, axis]
+            error, breach, overlap, _, _ = _look_at(job, desk, state, space)
+            if overlap > 0.0 or breach >= LEGAL:
+                break
+            if error < least:
+                least = error
+                take(state.angles, desk.kept[0])
+    return least < np.inf
+
+
+@inner
 def _begin(job, trail, desk, state, work):  # type: ignore[no-untyped-def]
     """Stand at the free posture without walls, with the multipliers with which it was found."""
     link, p = job[0], job[6]
@@ -407,7 +452,10 @@ def settle(link, limbs, who, held, problem, room, settings, asked, trail, begin,
             continue
         if asked[p] and _search(job, settings, trail, desk, state, work, space):
             _ease(job, trail, desk, state, work, space)
-        elif trail.overlap[p] > 0.0:
-            _begin(job, trail, desk, state, work)
-            work.press[:] = 0.0
-            _rounds(job, MOST_TURNS, hard, trail, desk, state, work, space)
+            continue
+        if asked[p] or trail.overlap[p] > 0.0:
+            _stand(job, desk.free, CLEAR, desk, state, work, space)
+            _rounds(job, np.int64(MOST_TURNS), hard, trail, desk, state, work, space)
+        if trail.overlap[p] > 0.0 and _walk(job, settings, desk, state, space):
+            _stand(job, desk.kept[0], NEAR, desk, state, work, space)
+            _rounds(job, np.int64(MOST_TURNS), hard, trail, desk, state, work, space)
