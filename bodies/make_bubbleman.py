@@ -1,12 +1,13 @@
 """Writes bubbleman.yaml from bubbleman_sections.yaml: cross sections chosen by hand become spheres.
 
-Run `python bodies/make_bubbleman.py` from anywhere; the same sections always give the same file. Lengths [mm],
+Run `python bodies/make_bubbleman.py [FOLDER]` from anywhere; the same sections always give the same file. Lengths [mm],
 angles [deg], masses [kg]. The data file holds the left half in the world of the zero pose; here it is filled with
 spheres, mirrored, moved into segment frames, and written one sphere a line.
 """
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -61,9 +62,10 @@ class Ball:
 
 
 def main() -> None:
-    """Write bubbleman.yaml beside this file."""
+    """Write bubbleman.yaml into a folder, beside this file where none is given."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
     data = yaml.safe_load((HERE / "bubbleman_sections.yaml").read_text(encoding="utf-8"))
-    (HERE / "bubbleman.yaml").write_text(body_text(data), encoding="utf-8")
+    (folder / "bubbleman.yaml").write_text(body_text(data), encoding="utf-8")
 
 
 def body_text(data: Row) -> str:

@@ -8,6 +8,7 @@ the field is cut by the nearest bone and each segment fitted. Limbs are fitted o
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -269,11 +270,12 @@ def _flow(value: Any) -> str:
 
 
 def main() -> None:
-    """Write dog.yaml."""
+    """Write dog.yaml into a folder, beside this file where none is given."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
     data = yaml.safe_load((HERE / "dog_outlines.yaml").read_text(encoding="utf-8"))
     segments, joints = both_sides(data)
     rows = fitted(dog_surface(data["parts"]), segments, data["claims"])
-    file = HERE / "dog.yaml"
+    file = folder / "dog.yaml"
     text = body_text(data, rows, joints)
     file.write_text(text, encoding="utf-8")
     pairs = [f"  - {_flow({'between': pair, 'depth': depth})}" for pair, depth in folds(file).items()]

@@ -1,8 +1,8 @@
 """Writes populations/ansur2.yaml and populations/cdc_growth.yaml from raw public tables: figures only, no person.
 
-Run `python bodies/make_populations.py [FOLDER]`; FOLDER holds `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US Army) and
+Run `python bodies/make_populations.py [FOLDER [OUT]]`; FOLDER holds `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US Army) and
 `growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup ships them). What
-is not there is said and left as it is. The same tables always give the same files.
+is not there is said and left as it is. OUT is `populations` beside this file where it is not given. The same tables always give the same files.
 """
 
 from __future__ import annotations
@@ -54,17 +54,18 @@ length: mm
 def main() -> None:
     """Write what the raw tables of the folder given allow, then read it back."""
     raw = Path(sys.argv[1]) if len(sys.argv) > 1 else RAW
+    out = Path(sys.argv[2]) if len(sys.argv) > 2 else HERE / "populations"
     survey = [raw / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
     if all(path.is_file() for path in survey):
         description = "soldiers of the US Army, measured 2010 to 2012; fitter and leaner than civilians"
         model = fit_population(read_ansur(*survey), name="ansur2", description=description)
-        _write("ansur2.yaml", population_text(model))
-        print(load_population_model(HERE / "populations" / "ansur2.yaml"))
+        _write(out / "ansur2.yaml", population_text(model))
+        print(load_population_model(out / "ansur2.yaml"))
     else:
         print(f"{raw / 'ansur2'}: raw files not here; ansur2.yaml is left as it is")
     if (raw / "growth").is_dir():
-        _write("cdc_growth.yaml", growth_text(raw / "growth"))
-        print(load_growth(HERE / "populations" / "cdc_growth.yaml"))
+        _write(out / "cdc_growth.yaml", growth_text(raw / "growth"))
+        print(load_growth(out / "cdc_growth.yaml"))
     else:
         print(f"{raw / 'growth'}: raw files not here; cdc_growth.yaml is left as it is")
 
@@ -115,10 +116,9 @@ def _row(name: str, cells: Iterable[str], indent: int) -> str:
                          break_long_words=False, break_on_hyphens=False) + "\n"  # fmt: skip
 
 
-def _write(name: str, text: str) -> None:
-    folder = HERE / "populations"
-    folder.mkdir(exist_ok=True)
-    (folder / name).write_text(text, encoding="utf-8")
+def _write(path: Path, text: str) -> None:
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
 import workbench as wb
+from tests.conftest import ROOT, tracked
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
     Accommodation,
@@ -25,10 +27,25 @@ from workbench.people.draw import draw_people
 from workbench.people.share import share_of
 from workbench.study.placement import place_person
 
-__all__ = ["made", "panel_map", "trainer_accommodation", "trainer_people"]
+__all__ = ["ACCOMMODATIONS", "made", "panel_map", "smaller_study", "trainer_accommodation", "trainer_people"]
+
+ACCOMMODATIONS = [
+    path.stem for path in tracked("studies/*.yaml") if "\nkind: accommodation" in path.read_text(encoding="utf-8")
+]
+"""Names of the shipped accommodation studies."""
 
 REASONS = ("length of the limb", "right shoulder (flexion)", "instrument_panel", "the seat's travel")
 LEVELS = (1, 5, 50, 95, 99)
+
+
+def smaller_study(name, folder, *, people, detail="coarse"):
+    """Write a shipped accommodation study with fewer people at another level of detail; returns its path."""
+    text, counts = re.subn(r"people: \d+", f"people: {people}", (ROOT / "studies" / f"{name}.yaml").read_text())
+    text, details = re.subn(r"^detail: \w+", f"detail: {detail}", text, flags=re.MULTILINE)
+    assert (counts, details) == (1, 1)
+    path = folder / f"{name}.yaml"
+    path.write_text(text)
+    return path
 
 
 @cache

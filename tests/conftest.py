@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 os.environ.setdefault("NO_COLOR", "1")
@@ -21,6 +22,8 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
+FOLDERS = (".ci", "benchmarks", "bodies", "docs", "environments", "studies", "tests", "workbench")
+"""Folders of the repository, for where it is no checkout and nobody knows what is tracked."""
 
 settings.register_profile(
     "tests",
@@ -92,6 +95,31 @@ joints:
 allowances:
   - {between: [BASE, LOWER], depth: 5}
 """
+
+
+def pytest_configure(config):
+    """Make warnings errors in collection and in tests, but not while plugins load: those of others warn as they like."""
+    config.addinivalue_line("filterwarnings", "error")
+
+
+@cache
+def repository_files(root: Path = ROOT) -> tuple[Path, ...]:
+    """The files of the repository: those that git tracks, so that a stray folder in a checkout is nobody's concern."""
+    try:
+        done = subprocess.run(["git", "ls-files", "-z"], cwd=root, capture_output=True, text=True, check=True)
+        names = [name for name in done.stdout.split("\0") if name]
+    except (OSError, subprocess.CalledProcessError):
+        names = []
+    files = [root / name for name in names]
+    if not files:
+        files = [*root.glob("*"), *(path for folder in FOLDERS for path in (root / folder).rglob("*"))]
+    return tuple(sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts))
+
+
+def tracked(*patterns: str) -> list[Path]:
+    """The files of the repository that match a pattern from its root ("studies/*.yaml")."""
+    known = set(repository_files())
+    return sorted({path for pattern in patterns for path in ROOT.glob(pattern)} & known)
 
 
 @pytest.fixture(scope="session")

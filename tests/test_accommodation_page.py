@@ -16,12 +16,12 @@ from tests.accommodations import few, made, panel_map, trainer, trainer_accommod
 from workbench.draw.contours import level_loops, spacing, spread
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
+from workbench.people.share import percent, percent_number
 from workbench.report.accommodation.charts import bar, margin_axis, margin_range, margin_strip, share_axis, whisker
 from workbench.report.accommodation.page import accommodation_page
 from workbench.report.accommodation.words import (
     accommodation_headline,
     gain_sentence,
-    percent,
     person_sentence,
     reason_words,
     requirement_sentence,
@@ -83,11 +83,11 @@ def ten():
 
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
     said = accommodation_headline(ten)
-    assert said == ("40.0 % of the population fits (95 % interval 16.8 to 68.7 %, 10 people). Most are left out by "
-                    "“reach flaps”: 40.0 % of the people, 30.0 % by this alone.")  # fmt: skip
+    assert said == ("40 % of the population fits (95 % interval 17 to 69 %, 10 people). Most are left out by "
+                    "“reach flaps”: 40 % of the people, 30 % by this alone.")  # fmt: skip
     assert requirement_sentence(ten) == (
-        "“reach flaps” leaves out most people: 40.0 %. Dropping it would gain most: the share that meets all would go "
-        "from 40.0 % to 70.0 %."
+        "“reach flaps” leaves out most people: 40 %. Dropping it would gain most: the share that meets all would go "
+        "from 40 % to 70 %."
     )
 
 
@@ -120,16 +120,23 @@ def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
      "25.0 %."),
 ])  # fmt: skip
 def test_a_gain_is_told_with_both_shares(gain, said):
-    assert gain_sentence(gain) == said
+    assert gain_sentence(gain, 500) == said
 
 
-@pytest.mark.parametrize(("share", "said"), [
-    (0.0, "0.0 %"), (1.0, "100.0 %"), (0.813, "81.3 %"), (0.00001, "under 0.1 %"), (0.99996, "over 99.9 %"),
-    (0.9996, "over 99.9 %"), (1 - 1e-15, "100.0 %"), (1e-16, "0.0 %"), (0.9994, "99.9 %"), (0.0006, "0.1 %"),
-    (-1e-17, "0.0 %"),
+@pytest.mark.parametrize(("share", "few", "many"), [
+    (0.0, "0 %", "0.0 %"), (1.0, "100 %", "100.0 %"), (0.813, "81 %", "81.3 %"),
+    (0.00001, "under 1 %", "under 0.1 %"), (0.99996, "over 99 %", "over 99.9 %"), (0.9996, "over 99 %", "over 99.9 %"),
+    (1 - 1e-15, "100 %", "100.0 %"), (1e-16, "0 %", "0.0 %"), (0.9994, "over 99 %", "99.9 %"),
+    (0.0006, "under 1 %", "0.1 %"), (-1e-17, "0 %", "0.0 %"), (0.005, "under 1 %", "0.5 %"),
+    (0.995, "over 99 %", "99.5 %"), (0.0051, "1 %", "0.5 %"),
 ])  # fmt: skip
-def test_a_share_is_never_rounded_to_all_or_nothing(share, said):
-    assert percent(share) == said
+def test_a_share_is_never_rounded_to_all_or_nothing_and_has_tenths_from_500_people_on(share, few, many):
+    assert percent(share, 499) == few
+    assert percent(share, 500) == many
+
+
+def test_a_difference_that_rounds_to_nothing_has_no_sign():
+    assert [percent_number(share, 100) for share in (-0.004, 0.004, -0.016)] == ["0", "0", "-2"]
 
 
 def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
@@ -179,13 +186,13 @@ def test_the_page_is_whole_closed_and_the_same_each_time(usual):
 
 def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
     html = accommodation_page(replace(ten, shown=()))
-    assert "engine and cabin: 40.0 % left out, 30.0 % by it alone" in html
-    assert "room: 30.0 % left out, 20.0 % by it alone" in html
+    assert "engine and cabin: 40 % left out, 30 % by it alone" in html
+    assert "room: 30 % left out, 20 % by it alone" in html
 
 
 @pytest.mark.parametrize(("margin", "said"), [
-    (0.01, "Everybody fits (95 % interval 88.6 to 100.0 %, 30 people)."),
-    (-0.01, "Nobody fits (95 % interval 0.0 to 11.4 %, 30 people)."),
+    (0.01, "Everybody fits (95 % interval 89 to 100 %, 30 people)."),
+    (-0.01, "Nobody fits (95 % interval 0 to 11 %, 30 people)."),
 ])  # fmt: skip
 def test_everybody_and_nobody(margin, said):
     result = made(trainer_people(30), [FLAPS], np.full((30, 1), margin))
@@ -212,7 +219,7 @@ def test_margins_that_do_not_apply_are_no_misses():
     html = accommodation_page(made(trainer_people(8), [FLAPS, KNEE], margin))
     parsed(html)
     assert "applies to nobody" in html
-    assert "87.5 % of the population fits" in html
+    assert "88 % of the population fits" in html
 
 
 def test_names_are_text_and_never_markup():
@@ -239,7 +246,7 @@ def test_forty_requirements_and_a_name_of_two_hundred_letters():
 def test_weights_count_in_every_share(ten):
     people = replace(ten.study.people, weight=np.array([7, 1, 1, 1, 1, 1, 1, 1, 1, 1.0]))
     result = made(people, ten.requirements, ten.margin)
-    assert "room: 56.2 % left out, 12.5 % by it alone" in accommodation_page(result)  # (7 + 1 + 1) / 16
+    assert "room: 56 % left out, 12 % by it alone" in accommodation_page(result)  # (7 + 1 + 1) / 16
 
 
 def test_a_part_of_the_people_gives_a_page_too(usual):

@@ -121,7 +121,7 @@ def test_who_gains_and_who_loses_by_hand(before, after):
         ("everybody", 3, 2, 10), ("men", 3, 0, 5), ("women", 0, 2, 5)]  # fmt: skip
     assert [(p.name, p.gainers, p.losers) for p in found.pairs] == [("reach flaps", 3, 0), (KNEE.name, 0, 2)]
     assert comparison_headline(found).startswith(
-        "40.0 % of 10 people fit before and 50.0 % after, +10.0 points (95 % interval −29.0 to +45.1)"
+        "40 % of 10 people fit before and 50 % after, +10 points (95 % interval −29 to +45)"
     )
     assert "3 people gain and 2 people lose: as even as chance would have it." in comparison_headline(found)
 
@@ -142,7 +142,7 @@ def test_a_design_compared_with_itself_changes_nothing(before):
     found = compare(before, before)
     assert found.gained == found.lost == ()
     assert comparison_headline(found) == (
-        "40.0 % of 10 people fit before and 40.0 % after: the same people, nobody gains and nobody loses."
+        "40 % of 10 people fit before and 40 % after: the same people, nobody gains and nobody loses."
     )
     assert all(pair.low <= 0 <= pair.high and pair.chance == 1 for pair in found.pairs)
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.conftest import ROOT
+from tests.conftest import tracked
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.body.bodies import load_body
@@ -146,7 +146,7 @@ def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):
 
 
 def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fails(drop):
-    for path in sorted((ROOT / "studies/rules").glob("*.yaml")):
+    for path in tracked("studies/rules/*.yaml"):
         assert main(["check", str(path)]) == 0
     drop.write_text(STUDY.replace("check: stops", "check: rules").replace("body: bub", "rules: fmvss_208\nbody: bub"))
     verdict = crash_study(load_crash(drop)).verdicts[2]

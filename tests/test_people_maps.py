@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.accommodations import smaller_study
 from workbench.model.accommodation import MapTask
 from workbench.solve.reaching.reach_people import reach_people
 from workbench.study.accommodation.accommodation import ready
@@ -17,9 +18,9 @@ from workbench.study.run import load
 
 
 @pytest.fixture(scope="module")
-def two():
+def two(tmp_path_factory):
     """Two people of the trainer's study, the second counting three times, and a map of few points by either hand."""
-    study = ready(load("trainer_accommodation").what)
+    study = ready(load(smaller_study("trainer_accommodation", tmp_path_factory.mktemp("study"), people=30)).what)
     people = study.people.rows(np.array([0, len(study.people) - 1]))
     task = MapTask("instrument_panel", "push", 2, "either", 14)
     study = replace(study, people=replace(people, weight=np.array([1.0, 3.0])), maps=(task,))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.accommodations import smaller_study
 from workbench.model.population import SEXES, Population
 from workbench.people.draw import draw_people
 from workbench.people.percentile import percentile_values
@@ -41,8 +42,8 @@ def just_cleared(criterion, margin):
 
 
 @pytest.mark.parametrize("count", [60, pytest.param(400, marks=pytest.mark.nightly)])
-def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(count):
-    plan = wb.load_accommodation("trainer_accommodation")
+def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(count, tmp_path):
+    plan = wb.load_accommodation(smaller_study("trainer_accommodation", tmp_path, people=count))
     model = wb.load_population_model("ansur2")
     criteria = tuple(c for c in plan.criteria if c.name in BEARING)
     assert len(criteria) == 8

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.conftest import ROOT
+from tests.conftest import tracked
 from tests.crash_pit import SIMULATION, pit
 from workbench.cli import main
 from workbench.errors import InputError
@@ -112,7 +112,7 @@ def test_a_point_of_a_belt_lies_on_the_surface_of_its_segment(bubbleman):
 
 
 def test_simulations_that_come_along_check_and_tell_their_kind():
-    for path in sorted((ROOT / "studies/simulations").glob("*.yaml")):
+    for path in tracked("studies/simulations/*.yaml"):
         assert kind_of(path) == "simulation"
         assert check_file(path) == []
 

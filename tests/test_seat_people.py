@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.accommodations import smaller_study
 from tests.seat_oracle import seat_slowly
 from workbench.files.accommodation.studies import load_accommodation
 from workbench.model.environment import Rest, Seat
@@ -110,13 +110,9 @@ def test_downhill_comes_to_the_place_that_trying_all_comes_to(crowd, seat, name)
 @pytest.mark.parametrize(("study", "drivers"), [("trainer_accommodation", ""), ("car_driver", "driver: {.*}")])
 def test_drawn_people_sit_where_trying_all_places_puts_them(tmp_path, study, drivers):
     """Downhill and everywhere: the same place for each of 40 people drawn from ANSUR II, in their own bodies."""
-    text = (ROOT / "studies" / f"{study}.yaml").read_text(encoding="utf-8")
-    text = re.sub(r"people: \d+", "people: 40", re.sub(drivers, "", text) if drivers else text)
-    for name in ("environments", "bodies"):
-        (tmp_path / name).symlink_to(ROOT / name)
-    (tmp_path / "studies").mkdir()
-    (tmp_path / "studies" / "drawn.yaml").write_text(text, encoding="utf-8")
-    plan = ready(load_accommodation(tmp_path / "studies" / "drawn.yaml"))
+    path = smaller_study(study, tmp_path, people=40)
+    path.write_text(re.sub(drivers, "", path.read_text()) if drivers else path.read_text())
+    plan = ready(load_accommodation(path))
     crew = crew_of(plan.body, plan.people, plan.wears, say=lambda words: None)
     bodies = [crew.body(row) for row in range(len(plan.people))]
     controls = {control.name: control.at for control in plan.environment.controls}

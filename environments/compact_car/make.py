@@ -162,10 +162,10 @@ def seat_parts() -> Parts:
 
 
 def main() -> None:
-    """Write compact_car.obj beside this file."""
+    """Write compact_car.obj into a folder, beside this file where none is given."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     parts = shell_parts() | door_parts() | seat_parts() | cockpit_parts()
-    path = Path(__file__).with_name("compact_car.obj")
-    write_obj(path, parts, "front of a compact car inside, made by make.py")
+    write_obj(folder / "compact_car.obj", parts, "front of a compact car inside, made by make.py")
 
 
 if __name__ == "__main__":

@@ -331,7 +331,8 @@ def lever_parts() -> Parts:
 
 
 def main() -> None:
-    """Write trainer.obj beside this file."""
+    """Write trainer.obj into a folder, beside this file where none is given."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
     parts = (
         hull_parts()
         | glass_parts()
@@ -342,7 +343,7 @@ def main() -> None:
         | lever_parts()
         | panel_parts()
     )
-    write_obj(Path(__file__).with_name("trainer.obj"), parts, "two-seat side-by-side light trainer, made by make.py")
+    write_obj(folder / "trainer.obj", parts, "two-seat side-by-side light trainer, made by make.py")
 
 
 if __name__ == "__main__":

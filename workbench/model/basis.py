@@ -105,6 +105,13 @@ class ShapeBasis:
             raise InputError(f"basis {self.name}: no detail {level!r}; {one_of(level, self.details)}")
         return self.details[level]
 
+    def level(self, counts: Ints) -> str:
+        """The level of detail with so many spheres in each segment (N,); "" where no level has."""
+        for level, detail in self.details.items():
+            if np.array_equal(np.bincount(detail.segment, minlength=len(self.segments)), counts):
+                return level
+        return ""
+
     def nearest_anchor(self, z: Floats) -> int:
         """The anchor that coefficients (K,) are nearest to."""
         return int(np.argmin(np.linalg.norm(self.anchors - z, axis=1)))

@@ -143,6 +143,11 @@ class Body:
         return np.repeat(np.arange(len(self.segments)), np.diff(self.start))
 
     @property
+    def detail(self) -> str:
+        """The level of detail at which its family has these spheres; "" without a family, or with worn things on."""
+        return self.basis.level(np.diff(self.start)) if self.basis is not None else ""
+
+    @property
     def zero_origins(self) -> Floats:
         """(N, 3) [m] where each segment's origin is in the zero pose, the stage's at 0."""
         at = np.zeros((len(self.segments), 3))

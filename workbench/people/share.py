@@ -18,9 +18,21 @@ from workbench.model.measures import COCKPIT, check_measures
 from workbench.model.population import SEXES, Population, PopulationModel
 from workbench.people.percentile import percentile_values
 
-__all__ = ["METHODS", "Share", "bootstrap_share", "inside_limits", "inside_own_percentiles", "share_of"]
+__all__ = [
+    "METHODS",
+    "TENTHS_FROM",
+    "Share",
+    "bootstrap_share",
+    "inside_limits",
+    "inside_own_percentiles",
+    "percent",
+    "percent_number",
+    "share_of",
+]
 
 METHODS = ("wilson", "exact")
+TENTHS_FROM = 500
+"""People from which a share is shown to a tenth of a percent. Of fewer one person is more than 0.2 %."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +47,27 @@ class Share:
     confidence: float
 
     def __str__(self) -> str:
-        interval = f"{100 * self.low:.1f} to {100 * self.high:.1f} %"
-        return f"{100 * self.share:.1f} % of {self.count} people ({100 * self.confidence:g} % confidence: {interval})"
+        share, low, high = (percent_number(value, self.count) for value in (self.share, self.low, self.high))
+        return f"{share} % of {self.count} people ({100 * self.confidence:g} % confidence: {low} to {high} %)"
+
+
+def percent(share: float, count: int) -> str:
+    """Write a share of so many people: "81 %", and "81.3 %" from TENTHS_FROM people on.
+
+    What is not all or nothing is never rounded to it: "under 1 %", "over 99.9 %".
+    """
+    least = 0.001 if count >= TENTHS_FROM else 0.01
+    if 1e-9 < share <= least / 2:
+        return f"under {100 * least:g} %"
+    if 1 - least / 2 <= share < 1 - 1e-9:
+        return f"over {100 * (1 - least):g} %"
+    return f"{percent_number(share, count)} %"
+
+
+def percent_number(share: float, count: int) -> str:
+    """Write a share of so many people, or a difference of shares, as a number of percent: "81", "81.3", "-0.4"."""
+    text = f"{100 * share:.{1 if count >= TENTHS_FROM else 0}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
 
 
 def share_of(

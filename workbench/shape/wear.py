@@ -76,8 +76,10 @@ def _dressed(body: Body, item: Encumbrance) -> Body:
 
 def _once(rows: list[int], centre: list[Floats], radius: list[float]) -> list[int]:
     """The copies without those that two layers make alike."""
-    keys = [(row, *np.round(at, 9), round(size, 9)) for row, at, size in zip(rows, centre, radius, strict=True)]
-    return [i for i, key in enumerate(keys) if keys.index(key) == i]
+    first: dict[tuple[float, ...], int] = {}
+    for i, (row, at, size) in enumerate(zip(rows, centre, radius, strict=True)):
+        first.setdefault((row, *np.round(at, 9).tolist(), round(size, 9)), i)
+    return list(first.values())
 
 
 def _numbered(names: tuple[str, ...], segments: list[int]) -> list[str]:

@@ -8,6 +8,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.result import PersonResult, Result
 from workbench.model.study import Person, Study
+from workbench.shape.pieces import piece_warnings
 from workbench.solve.contact.collide import (
     body_clearance,
     body_contacts,
@@ -57,6 +58,7 @@ def clearance_study(study: Study) -> Result:
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
         warnings=(
             *told,
+            *piece_warnings((person.name, person.body) for person in study.people),
             *short,
             *(buried_controls(environment) if reaches else ()),
             *result_warnings(study, environment, tuple(people.values())),

@@ -55,12 +55,9 @@ def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
     if len(file.basis_at) != len(basis):
         what = f"{len(basis)} coefficients are needed for {basis.name} (got {len(file.basis_at)})"
         raise InputError(fail(document, ("basis_at",) if file.basis_at else ("basis",), what))
-    counts = np.diff(body.start).tolist()
-    levels = {level: np.bincount(detail.segment, minlength=len(counts)).tolist() for level, detail in
-              basis.details.items()}  # fmt: skip
-    if counts not in levels.values():
-        told = ", ".join(f"{level} {sum(each)}" for level, each in levels.items())
-        what = f"{basis.name} has spheres for {told}; this body's {sum(counts)} spheres fit none of these levels"
+    if not basis.level(np.diff(body.start)):
+        told = ", ".join(f"{level} {len(detail.names)}" for level, detail in basis.details.items())
+        what = f"{basis.name} has spheres for {told}; this body's {len(body.radius)} spheres fit none of these levels"
         raise InputError(fail(document, ("basis",), what))
     return replace(body, basis=basis, basis_at=np.array(file.basis_at))
 

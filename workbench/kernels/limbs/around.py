@@ -1,8 +1,10 @@
-"""Reaches kept off obstacles: what a posture enters becomes walls that its spheres must stay behind, and the posture is
-solved again from where it stands with the multipliers that it has, until nothing is entered.
+"""Reaches kept off obstacles: from a posture that enters something to one that reaches the target and enters nothing.
 
-A row begins from the walls and multipliers of a row alike that has come clear, from its own free posture, from those of
-a row that has not come clear, and last from postures of all kinds that reach the target, those first that enter least.
+A row is led away in comfort first: what its posture enters becomes walls that its spheres must stay behind, and the
+posture is solved again from where it stands. Where that fails, the tip is brought to the target, the spheres out of the
+obstacles and the joints within their stops at once, comfort aside: damped Gauss-Newton steps, with walls made anew of
+the contacts at each. They begin at the row's own posture, then at postures of all kinds that reach the target, those
+first that enter least. What comes clear is made comfortable afterwards. A row knows of no other row.
 """
 
 from __future__ import annotations
@@ -19,63 +21,69 @@ from workbench.kernels.limbs.descent import LAST, REACHED, approach, descend, lo
 from workbench.kernels.limbs.inverse import LEGAL, holder, next_seed, worth
 from workbench.kernels.limbs.limits import Planes, within
 from workbench.kernels.limbs.linkage import new_state
-from workbench.kernels.limbs.newton import new_work
+from workbench.kernels.limbs.newton import equations, go, new_work, newton
 
-__all__ = ["BLOCKED", "FREE", "LED", "MISSED", "MOST_WALLS", "OWN", "SEARCH", "Trail", "settle"]
+__all__ = ["Trail", "settle"]
 
-FREE, LED, BLOCKED, MISSED = 0, 1, 2, 3
-"""What becomes of a row: clear at once, led around obstacles, kept from its target by them, out of reach anyway."""
-FROM_FREE, FROM_FOUND = -1, -2
-OWN, SEARCH = 1, 2
-"""What a row tries besides following: its own free posture, a search among others."""
 MOST_WALLS = 16
 CLEAR = 2e-4
 """How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
-NEAR = 0.03
-"""How near [m] an obstacle is minded at once where a reach begins again from a posture that is clear."""
+NEAR, HINT = 0.03, 2e-3
+"""How near [m] an obstacle is minded where a clear posture is made comfortable, and where one is sought."""
 STEPS, FEW = 24, 16
 """Steps of a descent against walls, and of one to where walls end."""
-TURNS, LAST_TURNS = 6, 2
+TURNS, LAST_TURNS, MOST_TURNS, EASY_TURNS = 6, 2, 12, 3
+"""How often walls are added: to a target that is reached but for obstacles; to another; on the way to where a limb gets
+with obstacles; how often a clear posture is made more comfortable."""
+MOST_NEW = 8
+"""Walls that a turn adds."""
 MOST_LOST = 1
-"""Times that walls may keep the target out of reach before they are taken to close the way."""
-SAME = 0.9
-"""Cosine between normals of walls before the same sphere that are taken to be one."""
-MOST_NEW, BEST = 8, 4
+"""Times that walls may keep the target out of reach before comfort is given up."""
+SAME, ALIKE = 0.9, 0.95
+"""Cosine between normals of walls before the same sphere that are taken to be one: over several turns, at once."""
+LOTS = (8, 24)
+"""How many starts a search takes, one lot after the other."""
+CLOSE, OFF = 0.01, 0.05
+"""Distance [m] and breach [rad] within which a posture that the search begins at reaches the target."""
+WALKS, WAY = 32, 24
+"""How many ways back from obstacles are gone, and their steps."""
+MOST_JOINT, MOST_SLOW, BETTER = 60, 10, 0.97
+"""Steps toward target, clearance and stops at once; those in a row that leave more than so much of what is missing."""
+PULL, EASE, DAMPING = 1e4, 1e-4, 1.0
+ARRIVED, INSIDE, RADIAN = 5e-5, 2e-4, 0.3
+"""Distance [m] and breach [rad] with which such steps have arrived; what a radian past a stop counts [m]."""
+GAIN = 0.98
+"""Share of the discomfort above which no further turn is worth it."""
 
 
 class Trail(NamedTuple):
     """What P rows have come to: angles (P, K, 3), numbers (P, 8) and held (P, 6 + R) as in limbs.inverse; overlap
-    (P,) [m]; part (P,) that is entered deepest or holds the limb, -1 where none; walls (P, MOST_WALLS, 6): sphere,
-    normal (3), height [m], part; press (P, MOST_WALLS); many (P,); status (P,)."""
+    (P,) [m]; part (P,) that is entered deepest or holds the limb, -1 where none."""
 
     angles: NDArray[np.float64]
     numbers: NDArray[np.float64]
     held: NDArray[np.float64]
     overlap: NDArray[np.float64]
     part: NDArray[np.int64]
-    walls: NDArray[np.float64]
-    press: NDArray[np.float64]
-    many: NDArray[np.int64]
-    status: NDArray[np.int64]
 
 
 class _Desk(NamedTuple):
-    """Working space: walls (MOST_WALLS, 6) and the planes made of them, many (1,); trial (1, K, 3), free (K, 3), held
-    (6 + R,), tried (M,), kept (M, K, 3), depth (M,)."""
+    """Working space: walls (MOST_WALLS, 6): sphere, normal (3), height [m], part; the planes made of them, many (1,);
+    inside (MOST_WALLS, 2): sphere and part of contacts whose centre is inside; trial (1, K, 3), free (K, 3), tried
+    (M,), kept (M, K, 3), depth (M,)."""
 
     walls: NDArray[np.float64]
     planes: Planes
     many: NDArray[np.int64]
     trial: NDArray[np.float64]
     free: NDArray[np.float64]
-    held: NDArray[np.float64]
     tried: NDArray[np.int64]
     kept: NDArray[np.float64]
     depth: NDArray[np.float64]
 
 
 @njit(cache=True)
-def _new_desk(joints, stops, seeds):  # type: ignore[no-untyped-def]
+def _new_desk(joints, seeds):  # type: ignore[no-untyped-def]
     planes = Planes(
         np.zeros(MOST_WALLS, np.int64), np.zeros((MOST_WALLS, 3)), np.zeros((MOST_WALLS, 3)), np.zeros(MOST_WALLS)
     )
@@ -85,7 +93,6 @@ def _new_desk(joints, stops, seeds):  # type: ignore[no-untyped-def]
         np.zeros(1, np.int64),
         np.zeros((1, joints, 3)),
         np.zeros((joints, 3)),
-        np.zeros(6 + stops),
         np.zeros(seeds, np.int64),
         np.zeros((seeds, joints, 3)),
         np.zeros(seeds),
@@ -114,17 +121,37 @@ def _plane(limbs, b, room, space, desk):  # type: ignore[no-untyped-def]
         planes.offset[m] = high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part] + 2.0 * CLEAR
 
 
+@inlined
+def _contrary(room, i, count, space):  # type: ignore[no-untyped-def]
+    """Whether contact i is from outside a part that the same sphere's centre is inside of: it would push farther in."""
+    found = space.found
+    if found[0, i, 6] > 0.0:
+        return False
+    part = room.owner[int(found[0, i, 2])]
+    for m in range(count):
+        if found[0, m, 6] > 0.0 and found[0, m, 1] == found[0, i, 1] and room.owner[int(found[0, m, 2])] == part:
+            return True
+    return False
+
+
 @inner
-def _build(limbs, b, room, count, stops, space, desk, work):  # type: ignore[no-untyped-def]
-    """Walls of the deepest of the `count` contacts in space: new ones, or in the place of those they follow upon."""
+def _build(limbs, b, room, count, stops, anew, space, desk, work):  # type: ignore[no-untyped-def]
+    """Walls of the `count` contacts in space, deepest first: new ones only where `anew`; else besides those there are,
+    in the place of those they follow upon."""
     walls, many = desk.walls, desk.many
-    for i in range(min(count, MOST_NEW)):
+    if anew:
+        many[0] = 0
+    for i in range(count):
+        if _contrary(room, i, count, space):
+            continue
         s, n0, n1, n2, high, part = wall(limbs, b, room, i, space)
         at = -1
         for m in range(many[0]):
             along = n0 * walls[m, 1] + n1 * walls[m, 2] + n2 * walls[m, 3]
-            if int(walls[m, 0]) == s and along > SAME:
+            if int(walls[m, 0]) == s and along > (ALIKE if anew else SAME):
                 at = m
+        if at >= 0 and anew:
+            continue
         if at < 0 and many[0] < MOST_WALLS:
             at = many[0]
             many[0] += 1
@@ -141,109 +168,167 @@ def _build(limbs, b, room, count, stops, space, desk, work):  # type: ignore[no-
 
 
 @inner
+def _look_at(job, desk, state, space):  # type: ignore[no-untyped-def]
+    """Bring the angles of a state inside what can be clipped, and look at them: distance from the target, breach of the
+    stops, overlap, the part that is entered deepest or -1, and how many contacts are in space."""
+    link, limbs, b, problem, held, room, p = job
+    base, goal = problem
+    none, breach = np.int64(0), 0.0  # a plain 0 would have all that it is passed to compiled for itself
+    within(link, state.angles)
+    look(link, b, base, p, desk.planes, (none, desk.many[0]), state)
+    error, _ = worth(goal, p, state)
+    for r in range(link.rows.shape[0]):
+        breach = max(breach, -state.room[r])
+    put_row(state.angles, desk.trial, 0)
+    count = touch(limbs, b, held, base, p, desk.trial, none, room, CLEAR, space)
+    overlap = max(0.0, space.found[0, 0, 0]) if count > 0 else 0.0
+    part = room.owner[int(space.found[0, 0, 2])] if overlap > 0.0 else -1
+    return error, breach, overlap, part, count
+
+
+@inner
 def _keep(link, p, worthy, force, trail, desk, state, work):  # type: ignore[no-untyped-def]
-    """Keep the state for row p with its walls, those that press or are near."""
-    error, breach, overlap, part = worthy
-    stops, numbers = link.rows.shape[0], trail.numbers
+    """Keep the state for row p."""
+    error, breach, overlap, part, _ = worthy
+    numbers = trail.numbers
     put_row(state.angles, trail.angles, p)
     numbers[p, 0], numbers[p, 1], trail.overlap[p], trail.part[p] = error, breach, overlap, part
     holder(state, work.press, force, p, numbers)
     if overlap <= 0.0 and numbers[p, 7] > 0.0 and numbers[p, 3] < 0.0:
         trail.part[p] = int(desk.walls[int(numbers[p, 4]), 5])
-    for i in range(6 + stops):
+    for i in range(6 + link.rows.shape[0]):
         trail.held[p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
-    trail.many[p] = 0
-    for m in range(desk.many[0]):
-        if work.press[stops + m] > 0.0 or state.room[stops + m] < NEAR:
-            at = trail.many[p]
-            trail.press[p, at] = work.press[stops + m]
-            for i in range(6):
-                trail.walls[p, at, i] = desk.walls[m, i]
-            trail.many[p] += 1
+
+
+@inlined
+def _arrived(worthy):  # type: ignore[no-untyped-def]
+    """Whether a state that was looked at reaches the target within the stops and enters nothing."""
+    error, breach, overlap, _, _ = worthy
+    return overlap <= 0.0 and error < REACHED and breach < LEGAL
+
+
+@inlined
+def _less(worthy, p, trail):  # type: ignore[no-untyped-def]
+    """Whether a state that was looked at is better than what is kept for row p: clear, then nearer to the target."""
+    error, breach, overlap, _, _ = worthy
+    if breach >= LEGAL:
+        return False
+    if (overlap <= 0.0) != (trail.overlap[p] <= 0.0):
+        return overlap <= 0.0
+    return error + 2.0 * overlap < trail.numbers[p, 0] + 2.0 * trail.overlap[p] - 1e-9
 
 
 @inner
-def _rounds(link, limbs, b, problem, held, room, turns, warm, p, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
-    """Solve row p from a state against walls, and with what it enters as more of them, until it enters nothing; True
-    where it then reaches the target. What is better than what is there is kept."""
-    base, goal = problem
-    stops, numbers = link.rows.shape[0], trail.numbers
-    none, lost = np.int64(0), 0  # a plain 0 would have all that it is passed to compiled for itself
+def _rounds(job, turns, easy, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
+    """Solve a row from a state against walls, and with what it enters as more of them, until it enters nothing: in
+    comfort where easy, else as near to the target as can be. True where it reaches the target then. What is better than
+    what is kept is kept."""
+    link, limbs, b, problem, _, room, p = job
+    stops, none, lost = link.rows.shape[0], np.int64(0), 0
+    anew, cold, warm = np.bool_(False), np.int64(FEW if easy else STEPS), np.bool_(True)
     for _ in range(turns):
-        span, pull = (none, desk.many[0]), LAST
-        steps, far = descend(link, b, problem, p, desk.planes, span, np.int64(STEPS), warm, state, work)
+        span, pull, far = (none, desk.many[0]), LAST, True
+        if easy:
+            steps, far = descend(link, b, problem, p, desk.planes, span, np.int64(STEPS), warm, state, work)
+            trail.numbers[p, 2] += steps
         if far:
-            more, pull = approach(link, b, problem, p, desk.planes, span, np.int64(FEW), state, work)
-            steps += more
-        numbers[p, 2] += steps
-        within(link, state.angles)
-        look(link, b, base, p, desk.planes, span, state)
-        error, _ = worth(goal, p, state)
-        breach = 0.0
-        for r in range(stops):
-            breach = max(breach, -state.room[r])
-        put_row(state.angles, desk.trial, 0)
-        count = touch(limbs, b, held, base, p, desk.trial, none, room, CLEAR, space)
-        overlap = max(0.0, space.found[0, 0, 0]) if count > 0 else 0.0
-        part = room.owner[int(space.found[0, 0, 2])] if overlap > 0.0 else -1
-        less = error + 2.0 * overlap < numbers[p, 0] + 2.0 * trail.overlap[p] - 1e-9
-        if (overlap <= 0.0) != (trail.overlap[p] <= 0.0):
-            less = overlap <= 0.0
-        if less and breach < LEGAL:
-            _keep(link, p, (error, breach, overlap, part), pull * error, trail, desk, state, work)
-        lost += 1 if error >= REACHED else 0
-        if overlap <= 0.0 or lost > MOST_LOST:
-            return overlap <= 0.0 and error < REACHED and breach < LEGAL
-        _build(limbs, b, room, count, stops, space, desk, work)
-        warm = True
+            steps, pull = approach(link, b, problem, p, desk.planes, span, cold, state, work)
+            trail.numbers[p, 2] += steps
+        worthy = _look_at(job, desk, state, space)
+        if _less(worthy, p, trail):
+            _keep(link, p, worthy, pull * worthy[0], trail, desk, state, work)
+        lost += 1 if easy and worthy[0] >= REACHED else 0
+        if worthy[2] <= 0.0 or lost > MOST_LOST:
+            return _arrived(worthy)
+        _build(limbs, b, room, min(worthy[4], MOST_NEW), stops, anew, space, desk, work)
     return False
 
 
 @inner
-def _begin(link, limbs, b, p, what, base, held, room, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
-    """Stand where row p begins again: with a row's walls and multipliers if `what` is that row; in its own free posture
-    if FROM_FREE; else in the posture that the search has found to enter least, minding all that is near. Returns how
-    many contacts there are."""
-    stops, near, none = link.rows.shape[0], CLEAR, np.int64(0)
-    take(desk.free, state.angles)
-    desk.many[0] = 0
-    if what >= 0:
-        for d in range(link.mode.shape[0]):
-            k, axis = link.free_joint[d], link.free_axis[d]
-            state.angles[k, axis] = trail.angles[what, k, axis]
-        desk.many[0], near = trail.many[what], -1.0  # nothing is so deep: the spheres are to be placed only
-        for m in range(desk.many[0]):
-            work.press[stops + m] = trail.press[what, m]
-            for i in range(6):
-                desk.walls[m, i] = trail.walls[what, m, i]
-    elif what == FROM_FOUND:
-        least = 0
-        for i in range(desk.depth.shape[0]):
-            if desk.depth[i] < desk.depth[least]:
-                least = i
-        desk.depth[least], near = np.inf, NEAR
-        take(desk.kept[least], state.angles)
-    for i in range(6 + stops):
-        value = trail.held[what, i] if what >= 0 else desk.held[i]
-        if i < 6:
-            work.pushed[i] = value
-        else:
-            work.press[i - 6] = value
-    put_row(state.angles, desk.trial, 0)
-    count = touch(limbs, b, held, base, p, desk.trial, none, room, near, space)
-    _build(limbs, b, room, count, stops, space, desk, work)
-    return count
+def _join(job, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
+    """Bring the tip to the target, the spheres out of obstacles and the angles within the stops at once, comfort aside,
+    against walls of the contacts at each step; True where all three are had."""
+    link, limbs, b, problem, held, room, p = job
+    base, goal = problem
+    stops, none, bent, anew = link.rows.shape[0], np.int64(0), np.bool_(False), np.bool_(True)
+    least, slow = np.inf, 0
+    work.pushed[:] = 0.0
+    work.press[:] = 0.0
+    for _ in range(MOST_JOINT):
+        put_row(state.angles, desk.trial, 0)
+        count = touch(limbs, b, held, base, p, desk.trial, none, room, HINT, space)
+        depth = max(0.0, space.found[0, 0, 0] + CLEAR) if count > 0 else 0.0
+        _build(limbs, b, room, count, stops, anew, space, desk, work)
+        look(link, b, base, p, desk.planes, (none, desk.many[0]), state)
+        error, _ = worth(goal, p, state)
+        for i in range(6):
+            work.force[i] = PULL * goal[p, 6 + i] ** 2 * (goal[p, i] - state.at[i])
+        breach = 0.0
+        for r in range(stops):
+            breach = max(breach, -state.room[r])
+        if error < ARRIVED and depth <= 0.0 and breach < INSIDE:
+            return _arrived(_look_at(job, desk, state, space))
+        left = error + depth + RADIAN * breach
+        slow = 0 if left < BETTER * least else slow + 1
+        least = min(least, left)
+        if slow > MOST_SLOW:
+            return False
+        equations(link, goal, p, state, work, PULL, EASE, bent)
+        trail.numbers[p, 2] += 1
+        if not newton(link, state, work, DAMPING):
+            return False
+        go(link, state, work)
+    return False
+
+
+@inlined
+def _discomfort(link, angles):  # type: ignore[no-untyped-def]
+    """The weighted square of the distance of angles (K, 3) from the comfort modes."""
+    total = 0.0
+    for i in range(link.mode.shape[0]):
+        off = angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
+        total += link.weight[i] * off * off
+    return total
 
 
 @inner
-def _search(link, limbs, b, problem, held, room, settings, p, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
-    """Postures of all kinds that reach the target of row p, and how deep they enter obstacles; returns how many."""
+def _ease(job, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
+    """Make a state that has arrived comfortable, against walls of all that is near; what arrives and is better is kept
+    in the place of it."""
+    link, limbs, b, problem, held, room, p = job
+    stops, none, anew, warm = link.rows.shape[0], np.int64(0), np.bool_(True), np.bool_(False)
+    _keep(link, p, _look_at(job, desk, state, space), 0.0, trail, desk, state, work)
+    best = _discomfort(link, state.angles)
+    for _ in range(EASY_TURNS):
+        put_row(state.angles, desk.trial, 0)
+        count = touch(limbs, b, held, problem[0], p, desk.trial, none, room, NEAR, space)
+        _build(limbs, b, room, count, stops, anew, space, desk, work)
+        steps, _ = descend(
+            link, b, problem, p, desk.planes, (none, desk.many[0]), np.int64(STEPS), warm, state, work
+        )
+        trail.numbers[p, 2] += steps
+        worthy = _look_at(job, desk, state, space)
+        if _arrived(worthy):
+            value = _discomfort(link, state.angles)
+            if value < best:
+                _keep(link, p, worthy, 0.0, trail, desk, state, work)
+            if value > GAIN * best:
+                return
+            best = value
+        elif worthy[0] >= CLOSE:
+            return
+
+
+@inner
+def _starts(job, settings, lot, desk, state, work, space):  # type: ignore[no-untyped-def]
+    """Up to `lot` postures of all kinds that reach the target but for obstacles, from seeds not yet tried, into
+    desk.kept, and how deep they enter into desk.depth; returns how many."""
+    link, limbs, b, problem, held, room, p = job
     base, goal = problem
-    seeds, seed_tips, tries = settings
+    seeds, seed_tips = settings
     count, none = 0, np.int64(0)
-    desk.tried[:] = 0
     desk.depth[:] = np.inf
-    for _ in range(tries):
+    for _ in range(lot):
         at = next_seed(base, goal, p, seed_tips, desk.tried)
         if at < 0:
             break
@@ -252,77 +337,125 @@ def _search(link, limbs, b, problem, held, room, settings, p, trail, desk, state
         for d in range(link.mode.shape[0]):
             k, axis = link.free_joint[d], link.free_axis[d]
             state.angles[k, axis] = seeds[at, k, axis]
+        desk.many[0] = 0
         work.press[:] = 0.0
-        steps, _ = approach(link, b, problem, p, desk.planes, (none, none), np.int64(STEPS), state, work)
-        trail.numbers[p, 2] += steps
-        within(link, state.angles)
-        look(link, b, base, p, desk.planes, (none, none), state)
-        error, breach = worth(goal, p, state)
-        if error > 10.0 * REACHED or breach >= LEGAL:
-            continue
-        put_row(state.angles, desk.trial, 0)
-        touched = touch(limbs, b, held, base, p, desk.trial, none, room, CLEAR, space)
-        take(state.angles, desk.kept[count])
-        desk.depth[count] = space.found[0, 0, 0] if touched > 0 else 0.0
-        count += 1
+        approach(link, b, problem, p, desk.planes, (none, none), np.int64(STEPS), state, work)
+        error, breach, overlap, _, _ = _look_at(job, desk, state, space)
+        if error < CLOSE and breach < OFF:
+            take(state.angles, desk.kept[count])
+            desk.depth[count] = overlap + error
+            count += 1
     return count
 
 
-@inlined
-def _own(p, count, asked, room, trail, desk, space):  # type: ignore[no-untyped-def]
-    """Take down what the free posture of row p enters; True where that is nothing."""
-    trail.overlap[p] = max(0.0, space.found[0, 0, 0]) if count > 0 else 0.0
-    if trail.overlap[p] <= 0.0:
-        trail.status[p] = FREE if asked else MISSED
+@inner
+def _search(job, settings, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
+    """Seek a posture that arrives, from the free one and then from those of all kinds; True where state is one."""
+    take(desk.free, state.angles)
+    if _join(job, trail, desk, state, work, space):
         return True
-    trail.part[p] = room.owner[int(space.found[0, 0, 2])]
+    desk.tried[:] = 0
+    for lot in LOTS:
+        for _ in range(_starts(job, settings, lot, desk, state, work, space)):
+            least = 0
+            for i in range(desk.depth.shape[0]):
+                if desk.depth[i] < desk.depth[least]:
+                    least = i
+            desk.depth[least] = np.inf
+            take(desk.kept[least], state.angles)
+            if _join(job, trail, desk, state, work, space):
+                return True
     return False
 
 
+@inner
+def _stand(job, angles, near, desk, state, work, space):  # type: ignore[no-untyped-def]
+    """Stand at angles (K, 3), with walls of what is as near as `near` [m], and without multipliers."""
+    link, limbs, b, problem, held, room, p = job
+    none, anew = np.int64(0), np.bool_(True)
+    take(angles, state.angles)
+    work.pushed[:] = 0.0
+    work.press[:] = 0.0
+    put_row(state.angles, desk.trial, 0)
+    count = touch(limbs, b, held, problem[0], p, desk.trial, none, room, near, space)
+    _build(limbs, b, room, count, link.rows.shape[0], anew, space, desk, work)
+
+
+@inner
+def _walk(job, settings, desk, state, space):  # type: ignore[no-untyped-def]
+    """From postures of all kinds that enter nothing straight toward the free one, as far as nothing is entered: into
+    desk.kept[0] where the tip is nearest to the target then; False where there is none."""
+    link, _, _, problem, _, _, p = job
+    base, goal = problem
+    seeds, seed_tips = settings
+    least = np.inf
+    desk.tried[:] = 0
+    desk.many[0] = 0
+    for _ in range(WALKS):
+        at = next_seed(base, goal, p, seed_tips, desk.tried)
+        if at < 0:
+            break
+        desk.tried[at] = 1
+        for step in range(WAY + 1):
+            share = step / WAY
+            take(desk.free, state.angles)
+            for d in range(link.mode.shape[0]):
+                k, axis = link.free_joint[d], link.free_axis[d]
+                state.angles[k, axis] = share * desk.free[k, axis] + (1.0 - share) * seeds[at, k, axis]
+            error, breach, overlap, _, _ = _look_at(job, desk, state, space)
+            if overlap > 0.0 or breach >= LEGAL:
+                break
+            if error < least:
+                least = error
+                take(state.angles, desk.kept[0])
+    return least < np.inf
+
+
+@inner
+def _begin(job, trail, desk, state, work):  # type: ignore[no-untyped-def]
+    """Stand at the free posture without walls, with the multipliers with which it was found."""
+    link, p = job[0], job[6]
+    take(desk.free, state.angles)
+    desk.many[0] = 0
+    work.press[:] = 0.0
+    for i in range(6 + link.rows.shape[0]):
+        if i < 6:
+            work.pushed[i] = trail.held[p, i]
+        else:
+            work.press[i - 6] = trail.held[p, i]
+
+
 @njit(cache=True, nogil=True)
-def settle(link, limbs, who, held, problem, room, settings, ways, rows, trail, begin, end):  # type: ignore[no-untyped-def]
-    """Keep reaches off obstacles, those that rows = (todo (Q,), guide (P,), alike (P,), asked (P,)) names, of
-    todo[begin..end] one after another.
+def settle(link, limbs, who, held, problem, room, settings, asked, trail, begin, end):  # type: ignore[no-untyped-def]
+    """Keep reaches off obstacles, rows begin..end of P, each by itself.
 
     link, limbs: of B bodies; who (P,), held (P, J, 4), problem: base (P, 3, 4) and goal (P, 12). settings: seeds
-    (M, K, 3), their tips (M, 6), how many to try. ways: OWN, SEARCH. guide: a row to follow, or -1: then the last one
-    alike that was led around; asked: 1 where the target would be reached but for obstacles. trail: free postures in,
-    what they have come to out.
+    (M, K, 3) and their tips (M, 6). asked (P,): 1 where the
+    target may be reached but for obstacles, so that a search is worth it. trail: free postures in, what they have come to out.
     """
-    todo, guide, alike, asked = rows
     joints, stops = link.axes.shape[0], link.rows.shape[0]
     state = new_state(joints, link.mode.shape[0], stops + MOST_WALLS)
     work = new_work(joints, link.mode.shape[0], stops + MOST_WALLS)
-    space, desk = new_space(limbs, held.shape[1]), _new_desk(joints, stops, len(settings[0]))
-    led, stuck, group = -1, -1, -1
-    for at in range(begin, end):
-        p, found = todo[at], 0
-        if alike[p] != group:
-            led, stuck, group = -1, -1, alike[p]
+    space, desk = new_space(limbs, held.shape[1]), _new_desk(joints, len(settings[0]))
+    anew, easy, hard = np.bool_(False), np.bool_(True), np.bool_(False)
+    for p in range(begin, end):
+        job = (link, limbs, who[p], problem, held, room, p)
         take_row(trail.angles, p, desk.free)
-        for i in range(6 + stops):
-            desk.held[i] = trail.held[p, i]
-        lead, trail.status[p] = guide[p] if guide[p] >= 0 else led, BLOCKED if asked[p] else MISSED
-        for attempt in range(4 + BEST):
-            what = lead if attempt == 1 else stuck if attempt == 3 else FROM_FREE if attempt < 3 else FROM_FOUND
-            if attempt == 4 and ways & SEARCH:
-                found = _search(link, limbs, who[p], problem, held, room, settings, p, trail, desk, state, work, space)
-            if attempt >= 4 + found or (attempt % 2 == 0 and attempt < 4 and not ways & OWN):
+        _begin(job, trail, desk, state, work)
+        worthy = _look_at(job, desk, state, space)
+        trail.overlap[p], trail.part[p] = worthy[2], worthy[3]
+        if worthy[2] > 0.0:
+            _build(limbs, who[p], room, min(worthy[4], MOST_NEW), stops, anew, space, desk, work)
+            if _rounds(job, TURNS if asked[p] else LAST_TURNS, easy, trail, desk, state, work, space):
                 continue
-            if attempt in (1, 3) and not (asked[p] and what >= 0):
-                continue
-            count = _begin(link, limbs, who[p], p, what, problem[0], held, room, trail, desk, state, work, space)
-            if attempt == 0:
-                if _own(p, count, asked[p], room, trail, desk, space):
-                    break
-                continue
-            turns = TURNS if asked[p] and attempt != 3 else LAST_TURNS
-            if _rounds(
-                link, limbs, who[p], problem, held, room, turns, attempt < 4, p, trail, desk, state, work, space
-            ):
-                trail.status[p] = LED
-                break
-        if trail.status[p] == LED:
-            led = p
-        elif trail.status[p] == BLOCKED:
-            stuck = p
+        elif worthy[0] < REACHED:
+            continue
+        if asked[p] and _search(job, settings, trail, desk, state, work, space):
+            _ease(job, trail, desk, state, work, space)
+            continue
+        if asked[p] or trail.overlap[p] > 0.0:
+            _stand(job, desk.free, CLEAR, desk, state, work, space)
+            _rounds(job, np.int64(MOST_TURNS), hard, trail, desk, state, work, space)
+        if trail.overlap[p] > 0.0 and _walk(job, settings, desk, state, space):
+            _stand(job, desk.kept[0], NEAR, desk, state, work, space)
+            _rounds(job, np.int64(MOST_TURNS), hard, trail, desk, state, work, space)

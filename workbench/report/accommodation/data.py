@@ -21,21 +21,27 @@ from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
+from workbench.people.share import percent, percent_number
 from workbench.report.accommodation.words import accommodation_headline, gain_sentence, no_gain_words
 from workbench.report.tables import csv_text
 
-__all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables",
-           "people_table"]  # fmt: skip
+__all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables", "people_table"]
 
 
 def accommodation_lines(result: Accommodation) -> list[str]:
     """What the command line says: requirements that leave anybody out, worst first, gains, then groups."""
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
-    lines = [f"{100 * result.single[r]:5.1f} %  {result.requirements[r].name}"
-             f" (alone leaves out {100 * result.alone[r]:.1f} %)" for r in order]  # fmt: skip
-    lines += [gain_sentence(gain) for gain in result.gains] or no_gain_words(result)
-    return lines + [f"{100 * row.share:5.1f} %  {row.group} ({100 * row.low:.1f} to {100 * row.high:.1f} %)"
-                    for row in result.shares]  # fmt: skip
+    count = len(result.served)
+    lines = [
+        f"{percent(float(result.single[r]), count):>7}  {result.requirements[r].name}"
+        f" (alone leaves out {percent(float(result.alone[r]), count)})"
+        for r in order
+    ]
+    lines += [gain_sentence(gain, count) for gain in result.gains] or no_gain_words(result)
+    for row in result.shares:
+        low, high = (percent_number(value, row.count) for value in (row.low, row.high))
+        lines.append(f"{percent(row.share, row.count):>7}  {row.group} ({low} to {high} %)")
+    return lines
 
 
 def accommodation_file(result: Accommodation) -> AccommodationResultFile:

@@ -18,8 +18,9 @@ from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
 from workbench.model.accommodation import Accommodation, ReachMap, Shown
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
+from workbench.people.share import TENTHS_FROM, percent, percent_number
 from workbench.report.accommodation.charts import (
     bar,
     margin_axis,
@@ -33,7 +34,6 @@ from workbench.report.accommodation.words import (
     gain_sentence,
     millimetres_short,
     no_gain_words,
-    percent,
     person_sentence,
     plain,
     reason_words,
@@ -70,9 +70,10 @@ def accommodation_page(
         study=result.study,
         title=result.study.title or plain(result.study.name),
         headline=accommodation_headline(result),
-        fits=percent(everybody.share),
+        fits=percent(everybody.share, len(result.served)),
         people=len(result.served),
         parts=part_count(result.study.environment),
+        spheres=f"{len(result.study.body.radius):,}",
         groups=[_group(result, index, least) for index in range(len(result.shares))],
         group_axis=Markup(share_axis(least)),
         confidence=f"{100 * result.study.confidence:g}",
@@ -94,10 +95,12 @@ def accommodation_page(
 
 def _group(result: Accommodation, index: int, least: float) -> dict[str, Any]:
     group = result.shares[index]
-    interval = f"{100 * group.low:.1f} to {100 * group.high:.1f} %"
-    said = f"{group.group}: {percent(group.share)} ({interval})"
+    share = percent(group.share, group.count)
+    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
+    interval = f"{low} to {high} %"
+    said = f"{group.group}: {share} ({interval})"
     chart = whisker(group.low, group.share, group.high, least=least, said=said)
-    return {"name": group.group, "share": percent(group.share), "interval": interval, "count": f"{group.count:,}",
+    return {"name": group.group, "share": share, "interval": interval, "count": f"{group.count:,}",
             "chart": Markup(chart)}  # fmt: skip
 
 
@@ -110,6 +113,7 @@ def _weights(result: Accommodation) -> Floats:
 def _criteria(result: Accommodation) -> list[dict[str, Any]]:
     """For each criterion the share that fails any of its requirements, and nothing of the others; worst first."""
     weight, met = _weights(result), result.met
+    count = len(met)
     rows: list[dict[str, Any]] = []
     for name in dict.fromkeys(r.criterion for r in result.requirements):
         mine = np.array([r.criterion == name for r in result.requirements])
@@ -119,35 +123,47 @@ def _criteria(result: Accommodation) -> list[dict[str, Any]]:
     rows.sort(key=lambda row: -row["out"])
     most = max([row["out"] for row in rows] + [0.05])
     for row in rows:
-        said = f"{row['name']}: {percent(row['out'])} left out, {percent(row['alone'])} by it alone"
+        row |= {
+            "met": percent(1 - row["out"], count),
+            "left": percent(row["out"], count),
+            "only": percent(row["alone"], count),
+            "all": row["people"] == 0,
+        }
+        said = f"{row['name']}: {row['left']} left out, {row['only']} by it alone"
         row["chart"] = Markup(bar(row["out"], row["alone"], most=most, said=said))
-        row |= {"met": percent(1 - row["out"]), "left": percent(row["out"]), "only": percent(row["alone"]),
-                "all": row["people"] == 0}  # fmt: skip
     return rows
 
 
 def _requirements(result: Accommodation, ends: tuple[float, float]) -> list[dict[str, Any]]:
     """A row for each requirement, worst first: shares, charts, margins in millimetres, what limits most often."""
     weight, met, sex = _weights(result), result.met, result.study.people.sex
+    count = len(met)
     most = max(float(1 - result.single.min()), 0.05)
     rows = []
     for r in np.lexsort((result.spread[:, 1], result.single)).tolist():
         requirement, out, alone = result.requirements[r], float(1 - result.single[r]), float(result.alone[r])
         name = plain(requirement.name)
-        by_sex = [percent(float(weight[sex == s] @ met[sex == s, r]) / float(weight[sex == s].sum()))
-                  if (sex == s).any() else "–" for s in (1, 0)]  # fmt: skip
+        by_sex = [_share_of_some(weight, sex == s, met[:, r]) for s in (1, 0)]
         figures = [f"{round(1000 * v) + 0:d}".replace("-", "−") if np.isfinite(v) else "–" for v in result.spread[r]]
         said = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
         rows.append({
             "name": name, "criterion": plain(requirement.criterion), "zone": requirement.zone or "",
-            "met": percent(1 - out), "left": percent(out), "only": percent(alone), "all": bool(met[:, r].all()),
+            "met": percent(1 - out, count), "left": percent(out, count), "only": percent(alone, count),
+            "all": bool(met[:, r].all()),
             "people": int((~met[:, r]).sum()), "by_sex": by_sex, "figures": figures,
-            "bar": Markup(bar(out, alone, most=most, said=f"{name}: {percent(out)} left out")),
+            "bar": Markup(bar(out, alone, most=most, said=f"{name}: {percent(out, count)} left out")),
             "strip": Markup(margin_strip(result.spread[r], ends, said=said)),
             "applies": bool(np.isfinite(result.margin[:, r]).any()),
             "reason": _reason(result, r),
         })  # fmt: skip
     return rows
+
+
+def _share_of_some(weight: Floats, some: Bools, met: Bools) -> str:
+    """The share of some people (P,) who meet a requirement, "–" where there are none."""
+    if not some.any():
+        return "–"
+    return percent(float(weight[some] @ met[some]) / float(weight[some].sum()), int(some.sum()))
 
 
 def _reason(result: Accommodation, index: int) -> str:
@@ -186,7 +202,7 @@ def _measures(result: Accommodation) -> list[dict[str, Any]]:
     for row in rows:
         said = f"{row['name']}: {row['people']} people"
         row["chart"] = Markup(bar(row["share"], row["share"], most=max(r["share"] for r in rows), said=said))
-        row["percent"] = percent(row["share"])
+        row["percent"] = percent(row["share"], int((limiting != "").sum()))
     return rows[:_MOST_MEASURES]
 
 
@@ -196,15 +212,15 @@ def _range(low: float, high: float) -> str:
 
 def _gain(result: Accommodation, index: int) -> dict[str, Any]:
     """One change as a sentence, with what a millimetre of it gives at first where that says something."""
-    gain = result.gains[index]
+    gain, count = result.gains[index], len(result.served)
     joint = gain.joint_after - gain.joint_before
     helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
     told = []
     if helps and gain.margin_rate >= 0.005:
         told.append(f"gives those who lack it {gain.margin_rate:.2f} mm of margin on average")
-    if helps and np.isfinite(gain.rate) and gain.rate >= 0.05:
+    if helps and np.isfinite(gain.rate) and gain.rate >= 0.05 and count >= TENTHS_FROM:
         told.append(f"lets {0.1 * gain.rate:.2f} % more of the people meet it")
-    return {"sentence": gain_sentence(gain), "rate": " and ".join(told), "helps": helps}
+    return {"sentence": gain_sentence(gain, count), "rate": " and ".join(told), "helps": helps}
 
 
 def _person(result: Accommodation, index: int) -> dict[str, Any]:
@@ -245,14 +261,16 @@ def _map(result: Accommodation, found: ReachMap) -> dict[str, Any]:
     """A reach map's picture, its caption, and the shares at the controls near it."""
     task, environment = found.task, result.study.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
+    people = len(result.served)
     controls = []
     for control in map_controls(found, environment):
         nearest = int(np.argmin(np.linalg.norm(found.points - control.at, axis=1)))
-        controls.append({"name": plain(control.name), "share": percent(float(found.share[nearest]))})
-    area = [f"{percent(float(np.mean(found.share >= level)))} by {100 * level:.0f} %" for level in LEVELS]
+        controls.append({"name": plain(control.name), "share": percent(float(found.share[nearest]), people)})
+    points = len(found.points)
+    area = [f"{percent(float(np.mean(found.share >= level)), points)} by {100 * level:.0f} %" for level in LEVELS]
     return {
         "part": plain(task.part),
-        "how": f"{hand}, {task.grip}, zone {task.zone}, {len(found.points):,} points",
+        "how": f"{hand}, {task.grip}, zone {task.zone}, {points:,} points",
         "svg": Markup(reach_map_svg(found, environment, sitter=environment.seat(result.study.seat).srp)),
         "controls": controls,
         "areas": f"Reached of its points: {', '.join(area)} of the people or more.",

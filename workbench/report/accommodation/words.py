@@ -7,31 +7,24 @@ import numpy as np
 from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare
 from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
+from workbench.people.share import TENTHS_FROM, percent, percent_number
 
 __all__ = [
     "accommodation_headline",
     "gain_sentence",
     "interval_words",
-    "limiting_words", "millimetres_short",
+    "limiting_words",
+    "millimetres_short",
     "no_gain_words",
-    "percent",
-    "person_name", "person_sentence",
+    "person_name",
+    "person_sentence",
     "plain",
     "reason_words",
     "requirement_sentence",
-]  # fmt: skip
+]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
 _FEW = 20  # people of one sex: below, shares among them say little
-
-
-def percent(share: float) -> str:
-    """ "81.3 %"; never 100.0 or 0.0 of what is not all or nothing."""
-    if 1e-9 < share < 0.0005:
-        return "under 0.1 %"
-    if 0.9995 <= share < 1 - 1e-9:
-        return "over 99.9 %"
-    return f"{abs(100 * share) if abs(share) < 1e-9 else 100 * share:.1f} %"
 
 
 def plain(name: str) -> str:
@@ -40,8 +33,9 @@ def plain(name: str) -> str:
 
 
 def interval_words(group: GroupShare, confidence: float) -> str:
-    """ "95 % interval 79.2 to 83.2 %"."""
-    return f"{100 * confidence:g} % interval {100 * group.low:.1f} to {100 * group.high:.1f} %"
+    """ "95 % interval 79 to 83 %"."""
+    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
+    return f"{100 * confidence:g} % interval {low} to {high} %"
 
 
 def accommodation_headline(result: Accommodation) -> str:
@@ -55,7 +49,7 @@ def accommodation_headline(result: Accommodation) -> str:
         return f"Everybody fits ({people})."
     if not result.served.any():
         return f"Nobody fits ({people})." + _worst(result)
-    return f"{percent(everybody.share)} of the population fits ({people})." + _worst(result)
+    return f"{percent(everybody.share, count)} of the population fits ({people})." + _worst(result)
 
 
 def _worst(result: Accommodation) -> str:
@@ -66,8 +60,10 @@ def _worst(result: Accommodation) -> str:
     name = result.requirements[worst].name
     if len(out) == 1 or len(result.served) == 1:
         return f" {_capital(plain(name))} is not met."
-    only = f"{percent(float(result.alone[worst]))} by this alone" if result.alone[worst] > 0 else "nobody by this alone"
-    return f" Most are left out by “{plain(name)}”: {percent(float(out[worst]))} of the people, {only}."
+    count = len(result.served)
+    alone = float(result.alone[worst])
+    only = f"{percent(alone, count)} by this alone" if alone > 0 else "nobody by this alone"
+    return f" Most are left out by “{plain(name)}”: {percent(float(out[worst]), count)} of the people, {only}."
 
 
 def requirement_sentence(result: Accommodation) -> str:
@@ -75,19 +71,21 @@ def requirement_sentence(result: Accommodation) -> str:
     if result.served.all():
         return "Everybody meets every requirement."
     most, gain = int(np.argmin(result.single)), int(np.argmax(result.alone))
-    text = f"“{plain(result.requirements[most].name)}” leaves out most people: {percent(1 - result.single[most])}."
+    count = len(result.served)
+    out = percent(1 - float(result.single[most]), count)
+    text = f"“{plain(result.requirements[most].name)}” leaves out most people: {out}."
     if result.alone[gain] <= 0:
         return text + " No requirement leaves anybody out by itself: to drop a single one would gain nothing."
-    shares = f"from {percent(result.shares[0].share)} to {percent(float(result.without[gain]))}"
+    shares = f"from {percent(result.shares[0].share, count)} to {percent(float(result.without[gain]), count)}"
     name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
     return text + f" Dropping {name} would gain most: the share that meets all would go {shares}."
 
 
-def gain_sentence(gain: Gain) -> str:
-    """ "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 %, and all together from 81.3 to 84.2 %."."""
-    one, two, all_one, all_two = (
-        f"{100 * v:.1f}" for v in (gain.before, gain.after, gain.joint_before, gain.joint_after)
-    )
+def gain_sentence(gain: Gain, count: int) -> str:
+    """ "Moving flaps 32 mm aft takes “reach flaps” from 88 to 95 %, and all together from 81 to 84 %." of so many
+    people."""
+    shares = (gain.before, gain.after, gain.joint_before, gain.joint_after)
+    one, two, all_one, all_two = (percent_number(share, count) for share in shares)
     joint = f"leaves all requirements together at {all_one} %"
     if all_one != all_two:
         joint = f"all requirements together from {all_one} to {all_two} %"
@@ -187,8 +185,7 @@ def limiting_words(result: Accommodation, row: int) -> str:
     weight = people.weight[others] / people.weight[others].sum()
     more, less = (float(weight @ found) for found in (values[others] > value, values[others] < value))
     share, way = (more, "more") if more >= less else (less, "less")
-    told = f"{100 * share:.0f} %" if share < 0.99 else percent(share)
-    return f"{text}; {told} of the {plural} here have {way}."
+    return f"{text}; {percent(share, min(int(others.sum()), TENTHS_FROM - 1))} of the {plural} here have {way}."
 
 
 def millimetres_short(metres: float) -> str:

@@ -13,8 +13,9 @@ from workbench.files.comparison_results import MARK, ChangedPersonRow, Compariso
 from workbench.files.results import dump_json, write_folder
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.population import SEXES
+from workbench.people.share import percent
 from workbench.report.accommodation.charts import change_whisker, changes_axis
-from workbench.report.accommodation.words import percent, plain
+from workbench.report.accommodation.words import plain
 from workbench.report.comparison.words import chance_words, change_sentence, comparison_headline, difference_words
 from workbench.report.page import template
 from workbench.report.tables import csv_text
@@ -125,7 +126,13 @@ def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
 
 def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:
     said = f"{pair.name}: {difference_words(pair)}"
-    return {"name": plain(pair.name), "before": percent(pair.before), "after": percent(pair.after),
-            "gained": f"{pair.gainers:,}", "lost": f"{pair.losers:,}", "difference": difference_words(pair),
-            "chance": chance_words(pair.chance),
-            "chart": Markup(change_whisker(pair.low, pair.difference, pair.high, reach=reach, said=said))}  # fmt: skip
+    return {
+        "name": plain(pair.name),
+        "before": percent(pair.before, pair.count),
+        "after": percent(pair.after, pair.count),
+        "gained": f"{pair.gainers:,}",
+        "lost": f"{pair.losers:,}",
+        "difference": difference_words(pair),
+        "chance": chance_words(pair.chance),
+        "chart": Markup(change_whisker(pair.low, pair.difference, pair.high, reach=reach, said=said)),
+    }

@@ -6,7 +6,8 @@ import numpy as np
 
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
-from workbench.report.accommodation.words import millimetres_short, percent, person_name, plain
+from workbench.people.share import percent, percent_number
+from workbench.report.accommodation.words import millimetres_short, person_name, plain
 
 __all__ = ["chance_words", "change_sentence", "comparison_headline", "difference_words"]
 
@@ -14,14 +15,14 @@ _NOUNS = ("man", "woman")
 
 
 def difference_words(pair: PairedShare) -> str:
-    """ "+2.9 points (95 % interval +0.9 to +5.2)" of a difference of shares, in points of per cent."""
-    interval = f"{100 * pair.confidence:g} % interval {_signed(pair.low)} to {_signed(pair.high)}"
-    return f"{_signed(pair.difference)} points ({interval})"
+    """ "+3 points (95 % interval +1 to +5)" of a difference of shares, in points of per cent."""
+    difference, low, high = (_signed(share, pair.count) for share in (pair.difference, pair.low, pair.high))
+    return f"{difference} points ({100 * pair.confidence:g} % interval {low} to {high})"
 
 
-def _signed(share: float) -> str:
-    text = f"{100 * share:+.1f}"
-    return "0.0" if text in ("+0.0", "-0.0") else text.replace("-", "−")
+def _signed(share: float, count: int) -> str:
+    text = percent_number(share, count)
+    return text.replace("-", "−") if float(text) <= 0 else f"+{text}"
 
 
 def chance_words(chance: float) -> str:
@@ -32,8 +33,9 @@ def chance_words(chance: float) -> str:
 def comparison_headline(found: Comparison) -> str:
     """The whole comparison in two sentences."""
     everybody = found.groups[0]
+    count = everybody.count
     shares = (
-        f"{percent(everybody.before)} of {everybody.count:,} people fit before and {percent(everybody.after)} after"
+        f"{percent(everybody.before, count)} of {count:,} people fit before and {percent(everybody.after, count)} after"
     )
     if not everybody.gainers and not everybody.losers:
         return f"{shares}: the same people, nobody gains and nobody loses."

@@ -1,14 +1,14 @@
 """Reaches kept off obstacles.
 
-What a posture touches beyond what is allowed becomes walls that its spheres must stay behind, and the posture is solved
-again from where it stands (kernels.limbs.around); where that leads nowhere, from the postures of people alike who
-come clear, and from postures of all kinds that reach the target, always the same ones in the same order.
+A row is in doubt where its posture enters something, or misses the target by little. It is solved anew from the comfort
+modes, by itself, and then led around what it enters (kernels.limbs.around): who is reached does not depend on who else
+is asked. A reach is what its posture shows: the tip on the target, the joints within their stops, nothing entered.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -18,114 +18,71 @@ from numpy.typing import NDArray
 from workbench.kernels.contact.field import Field
 from workbench.kernels.contact.inside import Shells
 from workbench.kernels.contact.polygon import Faces
-from workbench.kernels.limbs.around import BLOCKED, LED, MOST_WALLS, OWN, SEARCH, Trail, settle
+from workbench.kernels.limbs.around import Trail, settle
 from workbench.kernels.limbs.contacts import Limbs, Obstacles, overlaps
-from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.solve.contact.collide import allowed_depth
 from workbench.solve.contact.fields import field_of, packed_faces, packed_shells
 from workbench.solve.family import packed_limbs
-from workbench.solve.reaching.chains import PIECE, Found, Task, legal, rows_of, seeds_of, tips_of
+from workbench.solve.reaching.chains import AGAIN, PIECE, Found, Task, cold, rows_of, seeds_of, solved
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Room", "cleared", "obstacles_of"]
 
 CLEAR = 2e-4
 """Overlap [m] below which nothing is touched."""
-REACHED = 1e-4
-TRIES = 32
-"""Postures that reach a target which a search looks at."""
-EVERY = 16
-"""Of people alike who are kept from a target, in the order of how far they must stretch, one in so many searches."""
-SEEDS = 32
+REACHED, NEARLY = 1e-4, 2e-3
+"""Distances [m] within which a target is reached, and within which a search may still find that it is."""
 SMALL = 8
+"""Rows that a thread searches for at a time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for each body.
-
-    alike (P,): rows of the same number are of people alike, who may lead one another; steps: of the way back from
-    obstacles.
-    """
+    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for each body."""
 
     environment: Environment
     moving: Ints
     shift: Floats
-    alike: Ints | None = None
-    steps: int = 24
     threads: int | None = None
 
 
-def cleared(task: Task, found: Found, room: Room) -> Found:
-    """The same reaches kept off obstacles.
+def cleared(task: Task, found: Found, room: Room, *, anew: bool = False) -> Found:
+    """The same reaches kept off obstacles. anew: whether the rows have followed one another, so that one in doubt is to
+    be solved again by itself."""
+    overlap = _overlap(task, found.angles, room)
+    miss = found.numbers[:, 0]
+    clear = overlap <= 0.0
+    doubt = np.flatnonzero(~clear | ((miss > REACHED) & (miss <= NEARLY)))
+    if not len(doubt):
+        return found
+    some = rows_of(task, doubt)
+    own = found.rows(doubt)
+    if anew:
+        nearly = np.flatnonzero(miss[doubt] <= NEARLY)
+        alone = rows_of(some, nearly)
+        start = cold(alone, own.angles[nearly])
+        own = own.changed(nearly, solved(alone, start, AGAIN, threads=room.threads))
+    return found.changed(doubt, _settled(some, own, room))
 
-    Of people alike those who do not come clear search among other postures, one in EVERY; the others follow who has
-    found a way. Whoever is kept from a target lies between two who have searched in vain.
-    """
+
+def _settled(task: Task, found: Found, room: Room) -> Found:
+    """Rows kept off obstacles, each by itself."""
     count = len(task)
-    alike = np.arange(count) if room.alike is None else room.alike
-    free = found.numbers[:, 0] <= REACHED
-    asked = free if room.alike is not None else np.ones(count, dtype=np.bool_)
     trail = Trail(
-        np.array(found.angles), np.array(found.numbers), np.array(found.held), np.zeros(count),
-        np.full(count, -1), np.zeros((count, MOST_WALLS, 6)), np.zeros((count, MOST_WALLS)),
-        np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64),
-    )  # fmt: skip
-    every, none = np.arange(count), np.full(count, -1)
-    _settled(task, room, trail, (every, none, alike, asked), OWN)
-    left = _blocked(trail, free)
-    if len(left):
-        _settled(task, room, trail, (_sampled(left, alike), none, alike, asked), SEARCH)
-        for way in (1, -1):
-            left = _blocked(trail, free)[::way]
-            guide = _guides(trail, left, alike, way)
-            led = left[np.isin(alike[left], alike[trail.status == LED])] if room.alike is not None else left[:0]
-            _settled(task, room, trail, (led, guide, alike, asked), 0)
-    best = Found(trail.angles, trail.numbers, trail.held, trail.overlap, trail.part)
-    left = np.flatnonzero(asked & (trail.overlap > 0))
-    return _walked(task, best, left, room) if len(left) else best
-
-
-def _blocked(trail: Trail, free: Bools) -> Ints:
-    """Rows that enter obstacles, or miss a target that would be reached without them."""
-    missed = free & (trail.numbers[:, 0] > REACHED)
-    return np.flatnonzero((trail.status == BLOCKED) & ((trail.overlap > 0) | missed))
-
-
-def _sampled(left: Ints, alike: Ints) -> Ints:
-    """Of rows left the first and the last of each kind, and one in EVERY between; of few at least four."""
-    groups = np.split(left, np.flatnonzero(np.diff(alike[left])) + 1)
-    steps = [max(1, min(EVERY, len(group) // 4)) for group in groups]
-    return np.concatenate(
-        [np.unique(np.append(group[::step], group[-1])) for group, step in zip(groups, steps, strict=True)]
+        np.array(found.angles), np.array(found.numbers), np.array(found.held), np.zeros(count), np.full(count, -1)
     )
-
-
-def _guides(trail: Trail, left: Ints, alike: Ints, way: int) -> Ints:
-    """(P,) for each row left the nearest before it (after it where way is -1) that is alike and was led around."""
-    guide, led = np.full(len(alike), -1), np.flatnonzero(trail.status == LED)
-    if len(led):
-        at = np.searchsorted(led, left) - (1 if way > 0 else 0)
-        near = led[np.clip(at, 0, len(led) - 1)]
-        good = (at >= 0) & (at < len(led)) & (alike[near] == alike[left])
-        guide[left[good]] = near[good]
-    return guide
-
-
-def _settled(task: Task, room: Room, trail: Trail, rows: tuple[Ints, Ints, Ints, Bools], ways: int) -> None:
-    """Keep some rows off obstacles, into the trail."""
-    todo, guide, alike, asked = rows
     limbs, obstacles = _packed(task, room)
-    settings = (*seeds_of(task.body, task.limb), TRIES)
-    order = todo, guide, alike, asked.astype(np.int64)
+    asked = (found.numbers[:, 0] <= NEARLY).astype(np.int64)
+    seeds = seeds_of(task.body, task.limb)
 
     def work(begin: int, end: int) -> None:
-        settle(task.link, limbs, task.who, task.held, (task.base, task.goal), obstacles, settings, ways, order, trail,
-               begin, end)  # fmt: skip
+        settle(task.link, limbs, task.who, task.held, (task.base, task.goal), obstacles, seeds, asked, trail, begin, end)
 
-    in_pieces(work, len(todo), PIECE if ways & OWN else SMALL, threads=room.threads)
+    in_pieces(work, count, SMALL, threads=room.threads)
+    return Found(trail.angles, trail.numbers, trail.held, trail.overlap, trail.part)
 
 
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
@@ -172,32 +129,3 @@ def _overlap(task: Task, angles: Floats, room: Room) -> Floats:
 
     in_pieces(work, len(angles), PIECE, threads=room.threads)
     return found
-
-
-def _walked(task: Task, best: Found, left: Ints, room: Room) -> Found:
-    """Rows left, which enter obstacles, back to the last clear posture on the way from one that is clear, if any."""
-    seeds = seeds_of(task.body, task.limb)[0][:SEEDS]
-    one = rows_of(task, np.repeat(left[:1], len(seeds)))
-    clear = np.flatnonzero((_overlap(one, seeds, room) <= 0) & legal(one, seeds))
-    if not len(clear):
-        return best
-    some, angles = rows_of(task, left), best.angles[left]
-    free = (slice(None), task.link.free_joint, task.link.free_axis)
-    ends = angles[free]
-    near = np.linalg.norm(seeds[clear][free][None] - ends[:, None], axis=2).argmin(axis=1)
-    begins = seeds[clear][free][near]
-    good, on, started = begins.copy(), np.ones(len(left), dtype=np.bool_), np.zeros(len(left), dtype=np.bool_)
-    for step in range(room.steps + 1):
-        angles[free] = begins + (ends - begins) * (step / room.steps)
-        on &= (_overlap(some, angles, room) <= 0) & legal(some, angles)
-        started |= on
-        good[on] = angles[free][on]
-        if not on.any():
-            break
-    angles[free] = good
-    rows, angles = left[started], angles[started]
-    error = np.linalg.norm(task.goal[rows, 6:] * (task.goal[rows, :6] - tips_of(rows_of(task, rows), angles)), axis=1)
-    changed = replace(best, angles=best.angles.copy(), numbers=best.numbers.copy(), overlap=best.overlap.copy())
-    changed.angles[rows], changed.overlap[rows] = angles, 0.0
-    changed.numbers[rows, 0], changed.numbers[rows, 1:] = error, 0.0
-    return changed

@@ -33,8 +33,6 @@ __all__ = ["reach_people"]
 
 MOST_PEOPLE = 512
 """People packed at a time."""
-STEPS_BACK = 6
-"""Steps of the way back from obstacles: fewer than of a single reach."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,9 +79,9 @@ def reach_people(
     person's seat by shift (B, 3) [m]. spare [m]: how far beyond a reached target to look for the farthest point that
     the limb still reaches, on the ray from its first joint (shoulder, hip) as it stands in the poses; to within 1 mm,
     obstacles aside. rotations: whether to give the postures found. threads: all cores where None; the answer does not
-    depend on it. Who else is asked may lead somebody to another posture that is as good as any near it; whoever is said
-    to be kept from a target by obstacles has searched in vain, or stands between two who have. UsageError where numbers
-    of rows do not fit or bodies are not of one family.
+    depend on it. A posture may depend slightly on the other people, because each solution starts from a neighbour's;
+    who is kept from a target by obstacles does not, because everybody in doubt is solved alone. UsageError where
+    numbers of rows do not fit or bodies are not of one family.
     """
     goals = _targets(bodies, poses, targets)
     moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
@@ -126,8 +124,8 @@ def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask
     found = free
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moves)).astype(np.int64)
-        room = Room(ask.environment, moving, shift, rows.order // people, STEPS_BACK, ask.threads)
-        found = cleared(task, free, room)
+        room = Room(ask.environment, moving, shift, ask.threads)
+        found = cleared(task, free, room, anew=True)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     spare = _spare(task, found, reached, rows, ask)
     return _answer((task, found, reached), spare, rows.order, (people, count), ask)

@@ -14,6 +14,7 @@ from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
 from workbench.shape.parts import moved
+from workbench.shape.pieces import piece_warnings
 from workbench.shape.scaling.scale import morph_to
 from workbench.solve.forward import place
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
@@ -114,7 +115,7 @@ def accommodation_study(
             "people": {"measures": people_hash(study.people)},
             "versions": versions(),
         },
-        warnings=(*_told(crew), *_hopeless(asked, met), *_around(study, crew, hardest), *study.warnings),
+        warnings=(*_warnings(study, asked, crew, met), *_around(study, crew, hardest), *study.warnings),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )
 
@@ -140,6 +141,16 @@ def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk)
     return tuple(names)
 
 
+def _warnings(study: AccommodationStudy, asked: tuple[Asked, ...], crew: Crew, met: Bools) -> tuple[str, ...]:
+    """Collect what a reader of the shares must know, what bears on all of them first."""
+    return (
+        *piece_warnings([(study.body.name, study.body)]),
+        *_told(crew),
+        *_hopeless(asked, met),
+        *buried_controls(study.environment),
+    )
+
+
 def _told(crew: Crew) -> list[str]:
     told = [words for words in crew.told if words]
     if not told:
@@ -149,15 +160,14 @@ def _told(crew: Crew) -> list[str]:
 
 
 def _around(study: AccommodationStudy, crew: Crew, hardest: tuple[int, ...]) -> list[str]:
-    """Controls that are buried, and open parts that enclose the hardest person, or the first, in the seat."""
-    buried = buried_controls(study.environment)
+    """Report open parts that enclose the hardest person, or the first, in the seat."""
     if not study.environment.undecided:
-        return list(buried)
+        return []
     row = hardest[0] if hardest else 0
     body = crew.body(row)
     sitters = seated(study, [body], [row])
     environment = moved(study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0])
-    return [*buried, *enclosure_warnings(f"person {row + 1}", place(body, sitters.held), environment)]
+    return list(enclosure_warnings(f"person {row + 1}", place(body, sitters.held), environment))
 
 
 def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:

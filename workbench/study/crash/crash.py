@@ -20,6 +20,7 @@ from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
 from workbench.model.simulation import ContactRule
 from workbench.model.spool import pieces
+from workbench.shape.pieces import piece_warnings
 from workbench.solve.contact.episodes import episodes, self_episodes
 from workbench.solve.forward import place
 from workbench.study.crash.belts import belt_tensions, with_belts
@@ -66,7 +67,7 @@ def _found(study: CrashStudy) -> CrashResult:
         agreements=(),
         verdicts=(),
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
-        warnings=(*frames.coarse, *_enclosed(study), *study.warnings),
+        warnings=(*frames.coarse, *piece_warnings([(study.person, body)]), *_enclosed(study), *study.warnings),
         forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),
     )
     return replace(result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria))

@@ -1,0 +1,70 @@
+"""Bodies in pieces: spheres that do not touch are counted and told, and the shipped studies have none."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.accommodations import ACCOMMODATIONS
+from tests.toy_cockpit import write_toy
+from workbench.files.accommodation.studies import load_accommodation
+from workbench.people.share import TENTHS_FROM
+from workbench.report.accommodation.page import accommodation_page
+from workbench.shape.pieces import body_pieces, piece_warnings
+from workbench.shape.scaling.scale import morph_to
+from workbench.study.accommodation.accommodation import accommodation_study, ready
+from workbench.study.accommodation.crew import templates
+
+
+@pytest.fixture(scope="module")
+def man():
+    return wb.load_body("adult_male")
+
+
+def test_two_balls_of_10_mm_at_100_mm_are_two_pieces_80_mm_apart(two_spheres):
+    found = body_pieces(two_spheres)
+    assert found.count == 2
+    assert found.piece.tolist() == [0, 0, 1, 1]
+    assert found.gap == pytest.approx([0.08, 0.08])
+
+
+def test_balls_that_just_touch_are_one_piece(two_spheres):
+    radius = two_spheres.radius.copy()
+    radius[[0, 3]] = 0.05
+    assert body_pieces(replace(two_spheres, radius=radius)).count == 1
+    radius[0] -= 1e-9
+    assert body_pieces(replace(two_spheres, radius=radius)).count == 2
+
+
+@pytest.mark.parametrize(("level", "count", "gap"), [("coarse", 23, 0.0094), ("medium", 3, 0.0002), ("fine", 1, 0.0)])
+def test_a_man_of_each_level_is_in_so_many_pieces(man, level, count, gap):
+    body = morph_to(man, level)
+    found = body_pieces(body)
+    assert body.detail == level
+    assert found.count == count == len(np.unique(found.piece))
+    assert found.gap[1:].max(initial=0.0) == pytest.approx(gap, abs=1e-4)
+    assert np.all(np.diff(np.bincount(found.piece)) <= 0)
+
+
+def test_a_warning_names_the_level_the_gap_and_where_the_body_is_whole(man):
+    (told,) = piece_warnings([("anna", morph_to(man, "coarse")), ("bert", man), ("carl", morph_to(man, "coarse"))])
+    assert told.startswith("anna, carl: the body at level of detail coarse is in 23 pieces with gaps of up to 9.4 mm (")
+    assert "left hand" in told and told.endswith("; whole at: fine")
+
+
+def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_spheres(tmp_path):
+    page = accommodation_page(accommodation_study(load_accommodation(write_toy(tmp_path, people=1))))
+    text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)
+    assert "adult_male: the body at level of detail coarse is in 23 pieces" in text
+    assert "Each body is adult_male at that person’s measures: 152 spheres, level of detail coarse." in text
+
+
+@pytest.mark.parametrize("name", ACCOMMODATIONS)
+def test_a_shipped_accommodation_study_has_whole_bodies_and_enough_people(name):
+    study = ready(wb.load_accommodation(name))
+    assert [body_pieces(body).count for body in templates(study.body).values()] == [1, 1]
+    assert 200 <= len(study.people) < TENTHS_FROM
