@@ -71,14 +71,16 @@ def body_fit(
     bound
         say how few spheres could do at the very best
     """
-    from workbench.files.results import write_file
+    from workbench.files.output_file import check_file, write_file
     from workbench.study.fit_body import bound_of, figures, fit_body, fitted_body_text, placed_skeleton, read_surface
 
     if bound and count is not None:
         raise UsageError("--bound is about tolerances: leave --count out")
     limits = _limits(least_radius, greatest_radius, outward, inward)
+    check_file(out)
     surface = read_surface(source, length=length, up=up, forward=forward)
     placed = placed_skeleton(skeleton, posture=posture, at=_place(at)) if skeleton is not None else None
+    check_file(out)  # again, now that all inputs are known
     cut = fit_body(surface, placed, limits, count=count, seed=seed)
     told = figures(surface, cut)
     if bound:
