@@ -7,10 +7,12 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import numpy as np
 import pytest
 
+from tests.toy_cockpit import write_toy
 from workbench import cli
 from workbench.cli import main
 
@@ -61,11 +63,14 @@ def test_an_error_that_came_of_an_interruption_is_told_as_one(monkeypatch, capsy
 
 
 def interrupted(delay, *arguments):
-    """Exit code and stderr of a command that gets Ctrl-C after so many seconds."""
-    command = [sys.executable, "-m", "workbench", *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    """Exit code and stderr of a command that gets Ctrl-C, as all its children do, after so many seconds."""
+    command = [sys.executable, "-m", "workbench", *map(str, arguments)]
+    process = subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
     time.sleep(delay)
-    process.send_signal(signal.SIGINT)
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGINT)
     _, told = process.communicate(timeout=120)
     return process.returncode, told
 
@@ -113,6 +118,15 @@ def test_ctrl_c_at_any_time_leaves_no_traceback(tmp_path):
         assert code in (0, 130, -signal.SIGINT), delay
         codes.add(code)
     assert 130 in codes
+
+
+@pytest.mark.nightly
+def test_ctrl_c_while_bodies_are_fitted_by_several_processes_leaves_no_traceback(tmp_path):
+    path = write_toy(tmp_path, people=64 * 3)
+    for delay in np.linspace(1.5, 8.0, 14):
+        code, told = interrupted(delay, "run", path, "--out", tmp_path / "out")
+        assert "Traceback" not in told and told.count("\n") == 1, (delay, told)
+        assert code == 130 and told.startswith("stopped"), delay
 
 
 def test_the_exit_codes_of_the_program_and_of_its_help_are_the_same(capsys):

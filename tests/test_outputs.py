@@ -433,7 +433,7 @@ def write_inputs(cab):
     trimesh.creation.box().export(cab / "environments/glass/box.glb")
     text = "environment: glass\nlength: mm\nmeshes: [{file: box.glb}]\n"
     (cab / "environments/glass/environment.yaml").write_text(text)
-    (cab / "move.csv").write_text("time [s], ELBOW flexion [deg]\n0, 0\n1, 90\n")
+    (cab / "move.csv").write_text("time [s], ELBOW.flexion [deg]\n0, 0\n1, 90\n")
 
 
 def test_people_are_not_written_over_the_body_that_they_are_made_from(tmp_path, capsys):
