@@ -12,6 +12,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
+from tests.conftest import ROOT
 from tests.toy_cockpit import write_toy
 from workbench import cli
 from workbench.cli import main
@@ -73,6 +74,13 @@ def interrupted(delay, *arguments):
         os.killpg(process.pid, signal.SIGINT)
     _, told = process.communicate(timeout=120)
     return process.returncode, told
+
+
+def test_nothing_is_imported_before_ctrl_c_is_understood():
+    code = "import sys; before = set(sys.modules); import workbench.__main__; print(*sorted(set(sys.modules) - before))"
+    done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert set(done.stdout.split()) <= {"__future__", "_signal", "os", "posixpath", "genericpath", "stat", "_stat", "abc",
+                                        "_abc", "_collections_abc", "os.path", "workbench", "workbench.__main__"}  # fmt: skip
 
 
 def test_ctrl_c_while_the_command_line_is_imported_is_130_with_one_line():

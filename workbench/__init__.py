@@ -9,10 +9,10 @@ Every public name is loaded where it is first used, so that `import workbench` c
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in typing, which takes some milliseconds to import
 if TYPE_CHECKING:
+    from typing import Any
+
     from workbench.draw.sources import scene_of as scene_of
     from workbench.draw.window import to_pyvista as to_pyvista
     from workbench.errors import InputError as InputError
@@ -227,6 +227,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
+        from importlib import import_module
+
         return getattr(import_module(f"workbench.{_HOME[name]}"), name)
     raise AttributeError(f"module 'workbench' has no attribute {name!r}")
 
