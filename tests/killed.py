@@ -59,6 +59,8 @@ def _is_about(event: str, arguments: tuple[Any, ...], folder: str) -> bool:
         return arguments[1] in ("renameat2", "renamex_np")
     if event == "open" and not _writes(arguments):
         return False
+    if event in ("os.remove", "os.rmdir") and arguments[1] != -1:  # beside an open folder: a tree that is removed
+        return True
     return any(isinstance(word, (str, os.PathLike)) and os.fspath(word).startswith(folder) for word in arguments)
 
 

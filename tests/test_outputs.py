@@ -233,6 +233,23 @@ def test_killed_at_any_step_the_old_result_is_whole_or_the_new_one_and_nothing_i
 
 
 @linux
+@pytest.mark.parametrize("seed", range(12))
+def test_killed_again_and_again_also_while_it_cleans_up_nothing_is_lost(tmp_path, seed):
+    random, out = np.random.default_rng(seed), tmp_path / "out"
+    write(out, OLD)
+    add(out, MINE)
+    wanted = [as_bytes(files | {f"{k}.csv": "x"}) for files in (OLD, NEW) for k in range(5)] + [as_bytes(OLD)]
+    for k in range(5):
+        files = (NEW, OLD)[k % 2] | {f"{k}.csv": "x"}
+        killed_before(int(random.integers(1, 45)), tmp_path, lambda files=files: write(out, files))
+        assert own(out) in wanted
+        assert as_bytes(MINE).items() <= content(out).items()
+    write(out, NEW)
+    assert content(out).keys() == {*NEW, *MINE, MANIFEST}
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
+
+
+@linux
 def test_killed_in_the_middle_of_a_file_the_old_result_stays(folder):
     def parts():
         yield "half of it"
