@@ -34,6 +34,7 @@ from workbench.solve.reaching.limbs import limb
 from workbench.solve.reaching.reach import reach
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.accommodation import accommodation_study, ready
+from workbench.study.accommodation.chunks import forget_chunks
 from workbench.study.accommodation.crew import Crew, crew_of
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.crew_fit import Fit, Task, fit_chunk, fit_chunks
@@ -234,6 +235,41 @@ def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(toy, tmp_path):
     assert sorted(file.name for file in (tmp_path / "killed").iterdir()) == names
     for name in names:
         assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+@pytest.mark.nightly
+@pytest.mark.skipif(sys.platform != "linux", reason="audit hooks announce other paths elsewhere")
+def test_a_run_killed_at_any_step_of_its_chunks_goes_on_and_gives_the_same_bytes(toy, tmp_path):
+    """Before each file of a chunk is opened or renamed, and before each is removed when the work is done."""
+    subprocess.run(command(toy[0], tmp_path / "whole"), check=True, capture_output=True)
+    number, killed = 0, True
+    while killed:
+        number += 1
+        kept = tmp_path / f".{number}.chunks"
+        run = command(toy[0], tmp_path / str(number))
+        run[2] = f"import pathlib, tests.killed as k; k.kill_before({number}, pathlib.Path({str(kept)!r})); {run[2]}"
+        killed = subprocess.run(run, capture_output=True, cwd=ROOT, check=False).returncode == -signal.SIGKILL
+        subprocess.run(command(toy[0], tmp_path / str(number)), check=True, capture_output=True)
+        for file in (tmp_path / "whole").iterdir():
+            assert (tmp_path / str(number) / file.name).read_bytes() == file.read_bytes(), (number, file.name)
+        assert not kept.exists(), number
+    assert number > 12
+
+
+def test_what_was_half_written_when_a_run_was_killed_goes_with_its_chunks(tmp_path):
+    for name in ("00000-a.chunk", "new-half"):
+        (tmp_path / "keep").mkdir(exist_ok=True)
+        (tmp_path / "keep" / name).write_text("x")
+    forget_chunks(tmp_path / "keep")
+    assert not list(tmp_path.iterdir())
+
+
+def test_half_written_files_of_the_cache_go_after_a_day(tmp_path):
+    for name, age in (("new-old", 2 * 86400), ("new-now", 0), ("other", 2 * 86400)):
+        (tmp_path / name).write_text("x")
+        os.utime(tmp_path / name, (time.time() - age,) * 2)
+    index_cache.forget_partial(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"new-now", "other"}
 
 
 def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, monkeypatch):

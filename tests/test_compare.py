@@ -177,7 +177,7 @@ def test_different_people_are_told_with_the_first_difference(before, change, tol
 def test_the_page_and_tables_are_whole_and_the_same_each_time(before, after, tmp_path):
     rows = write_comparison(compare(before, after), tmp_path / "one")
     write_comparison(compare(before, after), tmp_path / "two")
-    names = {"comparison.json", "people.csv", "requirements.csv", "report.html"}
+    names = {"manifest.json", "comparison.json", "people.csv", "requirements.csv", "report.html"}
     assert {p.name for p in (tmp_path / "one").iterdir()} == names
     for name in names:
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
@@ -226,7 +226,7 @@ def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys
         assert told in capsys.readouterr().err
         assert not out.exists()
     assert main(["compare", str(folders / "before"), str(folders / "after"), "--out", str(folders / "before")]) == 3
-    assert "is not a result of the workbench" in capsys.readouterr().err
+    assert "holds a result, not a comparison" in capsys.readouterr().err
 
 
 def test_compare_is_public():

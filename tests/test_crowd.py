@@ -27,7 +27,7 @@ def test_percentile_people_are_bodies_that_show_their_measures(tmp_path, capsys)
     out = tmp_path / "men"
     assert run("percentile", "--sex", "male", "--p", 5, 95, "--measures", "stature,sitting_height",
                "--bodies", out) == 0  # fmt: skip
-    assert sorted(path.name for path in out.iterdir()) == ["male_5.yaml", "male_95.yaml", "people.csv"]
+    assert sorted(path.name for path in out.iterdir()) == ["male_5.yaml", "male_95.yaml", "manifest.json", "people.csv"]
     assert capsys.readouterr().out == f"{out}\n"
     for row in rows_of(out):
         body = wb.load_body(out / row["file"])
@@ -42,7 +42,7 @@ def test_the_same_people_give_the_same_bytes_and_replace_earlier_ones(tmp_path):
     for name in ("one", "two", "two"):
         assert run(*words, tmp_path / name) == 0
     files = sorted(path.name for path in (tmp_path / "one").iterdir())
-    assert files == ["female_1.yaml", "female_2.yaml", "male_1.yaml", "male_2.yaml", "people.csv"]
+    assert files == ["female_1.yaml", "female_2.yaml", "male_1.yaml", "male_2.yaml", "manifest.json", "people.csv"]
     assert all((tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes() for name in files)
 
 

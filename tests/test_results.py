@@ -90,10 +90,17 @@ class Page(HTMLParser):
         self.text += data
 
 
-def test_a_result_is_seven_files(folder):
+def test_a_result_is_seven_files_and_a_manifest(folder):
     assert sorted(path.name for path in folder.iterdir()) == [
-        "breaches.csv", "clearance.csv", "contacts.csv", "report.html", "result.json", "stops.csv", "verdicts.csv"
-    ]  # fmt: skip
+        "breaches.csv",
+        "clearance.csv",
+        "contacts.csv",
+        "manifest.json",
+        "report.html",
+        "result.json",
+        "stops.csv",
+        "verdicts.csv",
+    ]
 
 
 def test_result_json_is_valid_and_comes_back_as_it_was(folder, data):

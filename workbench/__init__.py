@@ -10,11 +10,10 @@ functions check their arguments (see workbench.model.arguments): a wrong one is 
 
 from __future__ import annotations
 
-from importlib import import_module
-from types import FunctionType
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in typing, which takes some milliseconds to import
 if TYPE_CHECKING:
+    from typing import Any
+
     from workbench.draw.sources import scene_of as scene_of
     from workbench.draw.window import to_pyvista as to_pyvista
     from workbench.errors import InputError as InputError
@@ -229,6 +228,9 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name in _HOME:
+        from importlib import import_module
+        from types import FunctionType
+
         found = getattr(import_module(f"workbench.{_HOME[name]}"), name)
         if isinstance(found, FunctionType):
             found = import_module("workbench.model.arguments").checked(found)

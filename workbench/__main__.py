@@ -1,10 +1,41 @@
-"""`python -m workbench` is the command `workbench`."""
+"""The command `workbench`, and `python -m workbench`.
+
+Ctrl-C while the command line is imported ends the process at once, with exit code 130 and one line. No file is open
+then.
+"""
 
 from __future__ import annotations
 
+import _signal as signal  # type: ignore[import-not-found]  # the module signal takes milliseconds for its names
+import os
 import sys
 
-from workbench.cli import main
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from types import FrameType
+
+__all__ = ["main"]
+
+
+def main() -> int:
+    """Import the command line and run it; returns the exit code."""
+    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not so in the background of a shell
+    if heard:
+        signal.signal(signal.SIGINT, _stop)
+    from workbench.cli import main as run_command
+
+    if heard:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    code = run_command()
+    if heard:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # no traceback from the end of the interpreter
+    return code
+
+
+def _stop(number: int, frame: FrameType | None) -> None:
+    os.write(2, b"stopped\n")
+    os._exit(130)
+
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -1,6 +1,7 @@
 """The command `workbench`: the only place that prints. Data goes to stdout, talk to stderr.
 
-Exit codes: 0 fine, 1 ran and a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing.
+Exit codes: 0 fine, 1 ran and a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing, 70 an internal
+error, 130 stopped by Ctrl-C.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import io
 import json
 import os
 import sys
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -25,6 +27,7 @@ from workbench.cli_progress import Progress, tell
 from workbench.cli_render import render
 from workbench.cli_simulate import simulate
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
+from workbench.files.inputs import noted_inputs
 
 if TYPE_CHECKING:
     from workbench.files.accommodation.results import AccommodationResultFile
@@ -35,11 +38,16 @@ if TYPE_CHECKING:
 
 __all__ = ["app", "main"]
 
+INTERNAL_ERROR = 70
+"""Exit code of an error that the program did not expect, EX_SOFTWARE of sysexits.h."""
+INTERRUPTED = 130
+
 app = App(
     name="workbench",
     version=__version__,
     help="Human factors with sphere bodies: reach, clearance and collision studies from files.",
-    help_epilogue="Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing.",
+    help_epilogue="Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing, "
+    "70 an internal error, 130 stopped by Ctrl-C.",
     suppress_keyboard_interrupt=False,
 )
 body_app.command(body_fit, name="fit")
@@ -58,12 +66,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # a terminal that cannot show a letter shows its number
     try:
-        code = app(
-            list(sys.argv[1:] if arguments is None else arguments),
-            exit_on_error=False,
-            print_error=False,
-            result_action="return_value",
-        )
+        with noted_inputs():
+            code = app(
+                list(sys.argv[1:] if arguments is None else arguments),
+                exit_on_error=False,
+                print_error=False,
+                result_action="return_value",
+            )
         sys.stdout.flush()
     except CycloptsError as error:
         tell(f"workbench: {error}".rstrip() + "\nworkbench --help lists the commands.")
@@ -79,8 +88,43 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 3
     except KeyboardInterrupt as error:
         tell(str(error) or "stopped")
-        return 130
+        return INTERRUPTED
+    except Exception as error:  # noqa: BLE001 (the one place for errors that nobody expects)
+        return _unexpected(error)
     return code if isinstance(code, int) else 0
+
+
+def _unexpected(error: Exception) -> int:
+    """Report an error that the program did not raise on purpose; returns the exit code."""
+    if _was_interrupted(error):
+        tell("stopped")
+        return INTERRUPTED
+    if os.environ.get("WORKBENCH_TRACEBACK", "") not in ("", "0"):
+        tell("".join(traceback.format_exception(error)).rstrip())
+    said = " ".join(str(error).split())
+    if isinstance(error, MemoryError):
+        why = f" ({said})" if said else ""
+        tell(f"out of memory{why}: give fewer people, frames, points or pixels, or a simpler mesh")
+        return WorkbenchError.exit_code
+    if isinstance(error, RecursionError):
+        what = "an input is nested too deeply, or the workbench calls itself without end"
+    else:
+        frame = traceback.extract_tb(error.__traceback__)[-1]
+        what = f"{type(error).__name__} in {Path(frame.filename).name}, line {frame.lineno}: {said or 'no reason'}"
+    tell(f"internal error: {what}")
+    tell("Please report this with the command and its files. WORKBENCH_TRACEBACK=1 shows where it happened.")
+    return INTERNAL_ERROR
+
+
+def _was_interrupted(error: BaseException | None) -> bool:
+    """Whether an error came of Ctrl-C: an import that is interrupted may raise another one instead."""
+    seen = set()
+    while error is not None and id(error) not in seen:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        seen.add(id(error))
+        error = error.__cause__ or error.__context__
+    return False
 
 
 @app.command
@@ -100,24 +144,27 @@ def run(
     cluster
         of an accommodation study: a Dask scheduler's address that does the work (tcp://host:8786), or local
     """
-    from workbench.files.results import check_folder
+    from workbench.files.output_folder import check_folder
     from workbench.model.accommodation import Accommodation
     from workbench.report.folder import report_headline, report_lines, write_report
     from workbench.study.accommodation.chunks import forget_chunks
     from workbench.study.run import filmed, load
     from workbench.study.run import run as run_study
 
+    kept: list[str] = []
     with Progress() as say:
+        if out is not None:
+            check_folder(out, holds="result")  # before the work, not after it
         say(f"reading {study}")
         loaded = filmed(load(study)) if film else load(study)
         folder = out or Path("out") / loaded.name
-        check_folder(folder)  # before the work, not after it
+        place = check_folder(folder, holds="result")  # again, now that all inputs are known
         say("measuring")
-        keep = folder.with_name(f".{folder.name}.chunks")
+        keep = place.with_name(f".{place.name}.chunks")
         result = run_study(loaded, keep=keep, say=say, cluster=cluster)
-        rows = write_report(result, folder, progress=say)
+        rows = write_report(result, folder, progress=say, tell=kept.append)
         forget_chunks(keep)
-    for warning in rows.warnings:
+    for warning in (*kept, *rows.warnings):
         tell(f"warning: {warning}")
     if as_json:
         print(_dumped(rows))

@@ -106,13 +106,14 @@ def body_scale(
     from workbench.files.body.encumbrances import worn
     from workbench.files.body.writer import body_text
     from workbench.files.growth import load_growth
+    from workbench.files.output_file import check_file, write_file
     from workbench.files.populations import load_population_model
-    from workbench.files.results import write_file
     from workbench.shape.wear import wear as dress
     from workbench.study.persons import person_body
 
     if not measures and age is None:
         raise UsageError('workbench body scale: give one measure or more, such as --stature "1625 mm"')
+    check_file(out)
     wanted = {name.replace("-", "_"): _quantity(name.replace("-", "_"), text) for name, text in measures.items()}
     people = load_population_model(population or "ansur2") if age is None else load_growth(population or "cdc_growth")
     made = person_body(load_body(body), people, sex=sex, measures=wanted, age=age, detail=detail)

@@ -6,19 +6,22 @@ import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
 from workbench.cli_progress import Progress, tell
 
 if TYPE_CHECKING:
+    from workbench.files.accommodation.results import AccommodationResultFile
     from workbench.model.comparison import Judged
+    from workbench.study.run import Loaded
 
 __all__ = ["compare"]
 
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
 Given = tuple["Judged", dict[str, str]]
+Say = Callable[[str], None]
 
 
 def compare(before: str, after: str, *, out: Path | None = None, as_json: Json = False) -> int:
@@ -33,22 +36,24 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
     out
         the folder to write; out/<before>_and_<after> where not given
     """
-    from workbench.files.comparison_results import MARK
-    from workbench.files.results import check_folder
+    from workbench.files.output_folder import check_folder
     from workbench.report.comparison.page import write_comparison
     from workbench.study.accommodation.compare import compare as compared
 
+    kept: list[str] = []
     with Progress() as say:
         if out is not None:
-            check_folder(out, mark=MARK)  # before the work, not after it
-        one, first = _judged(before, say)
-        two, second = _judged(after, say)
+            check_folder(out, holds="comparison")  # before the work, not after it
+        sides = [_side(source, say) for source in (before, after)]
+        folder = out or Path("out") / "_and_".join(side.name for side in sides)
+        check_folder(folder, holds="comparison")  # again, now that all inputs are known
+        (one, first), (two, second) = (_judged(side, say) for side in sides)
         found = compared(one, two)
-        folder = out or Path("out") / f"{one.name}_and_{two.name}"
-        check_folder(folder, mark=MARK)
         say("writing the page")
         made = {"before": first, "after": second}
-        rows = write_comparison(found, folder, provenance=made)
+        rows = write_comparison(found, folder, provenance=made, tell=kept.append)
+    for line in kept:
+        tell(f"warning: {line}")
     for when, names in (("before", rows.only_before), ("after", rows.only_after)):
         if names:
             tell(f"warning: asked for {when} only: {', '.join(names)}")
@@ -61,25 +66,40 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
     return 0
 
 
-def _judged(source: str, say: Callable[[str], None]) -> Given:
-    """What a source says of its people, and the hashes of what it was made from: of a result as it stands, of a study
-    run now."""
+class _Side(NamedTuple):
+    """One of the two designs: a result as it stands, or a study that is still to be run."""
+
+    name: str
+    source: AccommodationResultFile | Loaded
+
+
+def _side(source: str, say: Say) -> _Side:
+    """Read a source. InputError where it has nothing to do with accommodation."""
     from workbench.errors import InputError
     from workbench.files.accommodation.results import load_accommodation_result
-    from workbench.model.accommodation import Accommodation
-    from workbench.study.accommodation.compare import judged, judged_file
-    from workbench.study.run import load, run
+    from workbench.study.run import load
 
+    say(f"reading {source}")
     path = Path(source)
     if path.is_dir() or path.suffix == ".json":
-        say(f"reading {source}")
         rows = load_accommodation_result(path)
-        return judged_file(rows), rows.provenance.get("inputs", {})
-    say(f"reading {source}")
+        return _Side(rows.study, rows)
     loaded = load(source)
     if loaded.kind != "accommodation":
         raise InputError(f"{source}: is a {loaded.kind} study; accommodation studies, or their results, are compared")
-    say(f"measuring {loaded.name}")
-    result = run(loaded, say=say)
+    return _Side(loaded.name, loaded)
+
+
+def _judged(side: _Side, say: Say) -> Given:
+    """What a side says of its people, and the hashes of what it was made from; a study is run now."""
+    from workbench.files.accommodation.results import AccommodationResultFile
+    from workbench.model.accommodation import Accommodation
+    from workbench.study.accommodation.compare import judged, judged_file
+    from workbench.study.run import run
+
+    if isinstance(side.source, AccommodationResultFile):
+        return judged_file(side.source), side.source.provenance.get("inputs", {})
+    say(f"measuring {side.name}")
+    result = run(side.source, say=say)
     assert isinstance(result, Accommodation)
     return judged(result), dict(result.provenance.get("inputs", {}))

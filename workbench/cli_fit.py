@@ -71,25 +71,23 @@ def body_fit(
     bound
         say how few spheres could do at the very best
     """
-    from workbench.files.results import write_file
+    from workbench.files.output_file import check_file, write_file
     from workbench.study.fit_body import bound_of, figures, fit_body, fitted_body_text, placed_skeleton, read_surface
 
     if bound and count is not None:
         raise UsageError("--bound is about tolerances: leave --count out")
     limits = _limits(least_radius, greatest_radius, outward, inward)
+    check_file(out)
     surface = read_surface(source, length=length, up=up, forward=forward)
     placed = placed_skeleton(skeleton, posture=posture, at=_place(at)) if skeleton is not None else None
+    check_file(out)  # again, now that all inputs are known
     cut = fit_body(surface, placed, limits, count=count, seed=seed)
     told = figures(surface, cut)
     if bound:
         told["fewest_spheres"] = bound_of(surface, placed, limits, seed=seed)
     write_file(out, fitted_body_text(surface, cut, placed, name=out.stem, source=f"spheres fitted to {source.name}",
                                      description=_description(source, skeleton, told)))  # fmt: skip
-    if as_json:
-        print(json.dumps({"body": str(out)} | told, indent=1, allow_nan=False))
-    else:
-        _print(told)
-        print(out)
+    _print(told, out, as_json=as_json)
     return 0
 
 
@@ -129,8 +127,11 @@ def _description(source: Path, skeleton: str | None, told: dict[str, Any]) -> st
     return f"{source.stem} as {whole['spheres']} spheres, {whole['mean_mm']:.2f} mm from it in the mean{like}"
 
 
-def _print(told: dict[str, Any]) -> None:
+def _print(told: dict[str, Any], out: Path, *, as_json: bool) -> None:
     """A row for each segment and one for the whole; what was mended goes to stderr."""
+    if as_json:
+        print(json.dumps({"body": str(out)} | told, indent=1, allow_nan=False))
+        return
     for note in told["notes"]:
         print(f"note: {note}", file=sys.stderr)
     heads = ("spheres", "mean", "95 %", "to spheres", "to surface", "outside", "inside", "volume", "IoU")
@@ -144,3 +145,4 @@ def _print(told: dict[str, Any]) -> None:
         spheres = told["whole"]["spheres"]
         more = 100 * (spheres / fewest - 1)
         print(f"of the spheres to choose from, no fewer than {fewest} can do: at most {more:.0f} % above the fewest")
+    print(out)

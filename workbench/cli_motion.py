@@ -12,7 +12,7 @@ from cyclopts import App, Parameter
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
-    from workbench.files.results import Content
+    from workbench.files.output_file import Content
     from workbench.model.body import Body
     from workbench.model.poses import Poses
 
@@ -116,14 +116,16 @@ def convert(
     tempo
         beats a minute of a score that is written
     """
-    from workbench.files.results import write_file
+    from workbench.files.output_file import check_file, write_file
 
     forms = (".csv", ".bvh", ".glb", ".laban")
     if out.suffix.lower() not in forms:
         raise UsageError(f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}")
     if (out.suffix.lower() == ".laban") != (tempo is not None):
         raise UsageError(f"{out}: a .laban file is written in beats and needs its --tempo; no other file has one")
+    check_file(out)
     who, poses, notes = _read(motion, body, ((up, unit, scale), (start, end, every)))
+    check_file(out)  # again, now that all inputs are known
     poses = _timed(poses, rate, speed)
     write_file(out, _written(who, poses, out.suffix.lower(), tempo))
     for note in notes:

@@ -77,6 +77,7 @@ def percentile(
     """
     from workbench.people.percentile import percentile_people
 
+    _check(made)
     people = percentile_people(_source(population), sex, p or [5, 50, 95])
     if _write(made, people, _split(measures)):
         return 0
@@ -110,6 +111,7 @@ def boundary(
     from workbench.model.measures import COCKPIT
     from workbench.people.boundary import boundary_cases
 
+    _check(made)
     chosen = tuple(_split(measures)) or COCKPIT
     cases = boundary_cases(_source(population), sex, share=share / 100, measures=chosen)
     if _write(made, cases.people, list(chosen)):
@@ -153,6 +155,7 @@ def draw(
 
     if as_json and as_csv:
         raise UsageError("one of --json and --csv can be printed, not both")
+    _check(made)
     source = _source(population)
     model = source if isinstance(source, PopulationModel) else fit_population(source, name=source.source)
     people = draw_people(model, count, seed=seed, men=men)
@@ -184,10 +187,19 @@ def growth(*, sex: Sex, age: float, p: Numbers = None, made: Made | None = None,
     from workbench.files.growth import load_growth
     from workbench.people.growth import growth_people
 
+    _check(made)
     people = growth_people(load_growth(), sex, p or [5, 50, 95], age=age)
     if not _write(made, people, ["stature"]):
         _show(people, as_json=as_json)
     return 0
+
+
+def _check(made: Made | None) -> None:
+    """InputError, before any work, where a folder of bodies is asked for and cannot be written."""
+    from workbench.files.output_folder import check_folder
+
+    if made is not None and made.bodies is not None:
+        check_folder(made.bodies, holds="people")
 
 
 def _write(made: Made | None, people: Population, shown: list[str]) -> bool:

@@ -117,13 +117,17 @@ def render(
     case
         the case of a study, or several with commas between; its first where not given
     """
+    from workbench.files.output_file import check_file
+
     look = _look(out, picture, movement)
+    check_file(out)
     from workbench.draw.marks.asked import marked
     from workbench.draw.render import render as write
 
     with Progress() as say:
         say(f"reading {source}")
         found = _found(source, (pose, case), movement)
+        check_file(out)  # again, now that all inputs are known
         if picture.marks is not None:
             found = marked(found, tuple(name.strip() for name in picture.marks.split(",")))
         write(found, look, out, progress=lambda done, count: say(f"frame {done} of {count}"))

@@ -38,15 +38,22 @@ def simulate(
     """
     from workbench.files.crash.simulations import load_simulation
     from workbench.files.motions.tables import angle_table_text
-    from workbench.files.results import write_file
+    from workbench.files.output_file import check_file, write_file
     from workbench.study.simulation import run_simulation
 
     for path in (out, forces):
         if path is not None and path.suffix.lower() != ".csv":
             raise UsageError(f"{path}: a simulated motion and its forces are written as .csv")
+        if path is not None:
+            check_file(path)
+    if forces is not None and forces.resolve() == out.resolve():
+        raise UsageError(f"{forces}: the motion and the forces need a file each")
     with Progress() as say:
         say(f"reading {simulation}")
         plan = load_simulation(simulation)
+        for path in (out, forces):
+            if path is not None:
+                check_file(path)
         say(f"simulating {plan.file.duration:g} ms")
         made = run_simulation(plan)
     first, *rest = angle_table_text(plan.body, made.motion)

@@ -35,7 +35,7 @@ from workbench.draw.window import window_image
 from workbench.errors import UsageError, one_of
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
-from workbench.files.results import write_file
+from workbench.files.output_file import write_file
 from workbench.model.arrays import Floats
 from workbench.model.poses import Placed
 from workbench.shape.solid import body_solid

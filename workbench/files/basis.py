@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.inputs import note_input
 from workbench.model.arrays import Floats
 from workbench.model.basis import Detail, ShapeBasis
 from workbench.model.vocabulary import DIRECTIONS
@@ -26,6 +27,7 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 
 def load_basis(path: Path) -> ShapeBasis:
     """The basis in a file `NAME.npz`; the same noun for the same file. InputError says which array is wrong and how."""
+    note_input(path)
     return _loaded(path.resolve(), path.stat().st_mtime_ns)
 
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from workbench.errors import InputError
+from workbench.files.inputs import note_input
 
 __all__ = ["readable"]
 
@@ -14,7 +15,8 @@ __all__ = ["readable"]
 @contextmanager
 def readable(path: Path, kind: str) -> Iterator[None]:
     """Within it a file is opened and read; InputError where it is missing, a folder ("a YAML file is needed"), or the
-    system refuses. kind: with its article, "a YAML file"."""
+    system refuses. kind: with its article, "a YAML file". The file is noted as an input, see `inputs`."""
+    note_input(path)
     try:
         yield
     except FileNotFoundError:

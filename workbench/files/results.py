@@ -1,24 +1,19 @@
-"""Result files: their published shape, and output folders that appear complete or not at all."""
+"""Result files: their published shape."""
 
 from __future__ import annotations
 
 import json
-import shutil
-import tempfile
-from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
 from workbench.files.crash.results import CrashResultFile
+from workbench.files.inputs import note_input
 
-__all__ = ["Content", "FindingRow", "PersonRow", "ResultFile", "VerdictRow", "check_folder", "dump_json", "load_result",
-           "write_file", "write_folder"]  # fmt: skip
+__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "dump_json", "load_result"]
 
 MARK = "result.json"
-Content = str | bytes | Iterable[str]
-"""What a file holds: a text, bytes, or a text in parts that are made as they are written."""
 
 
 class _Row(BaseModel):
@@ -194,6 +189,7 @@ def dump_json(result: BaseModel) -> str:
 def load_result(path: Path) -> ResultFile | CrashResultFile:
     """Read a result.json, or the one in a result's folder. InputError where it is none of this version."""
     file = path / MARK if path.is_dir() else path
+    note_input(file)
     try:
         text = file.read_bytes()
         crash = b'"kind": "crash"' in text[:1000]
@@ -205,78 +201,3 @@ def load_result(path: Path) -> ResultFile | CrashResultFile:
         where = ".".join(str(key) for key in first["loc"])
         said = f"{where}: {first['msg']}" if where else first["msg"]
         raise InputError(f"{file}: is no result of this version of the workbench ({said})") from None
-
-
-def write_file(path: Path, content: Content) -> None:
-    """Write one file that appears at once or not at all. InputError where it cannot be written."""
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        _put(partial, content)
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def write_folder(folder: Path, files: Mapping[str, Content], *, mark: str = MARK) -> None:
-    """Write all files into a folder that appears at once, replacing an earlier result.
-
-    InputError where the folder holds something that is not a result, or cannot be written.
-    """
-    folder = check_folder(folder, mark=mark)
-    try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=".partial-", dir=folder.parent))
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
-    try:
-        for name, content in files.items():
-            path = partial / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            _put(path, content)
-        partial.chmod(0o755)
-        _swap(partial, folder)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
-
-
-def _put(path: Path, content: Content) -> None:
-    if isinstance(content, (str, bytes)):
-        path.write_bytes(content.encode() if isinstance(content, str) else content)
-        return
-    with path.open("wb") as file:
-        for part in content:
-            file.write(part.encode())
-
-
-def check_folder(folder: Path, *, mark: str = MARK) -> Path:
-    """The place of an output folder; InputError where something is there that is not an earlier result, nor empty."""
-    try:
-        place = folder.resolve()
-        foreign = place.exists() and (not place.is_dir() or (any(place.iterdir()) and not (place / mark).is_file()))
-    except RuntimeError:
-        raise InputError(f"{folder}: cannot be written (symbolic links in a circle)") from None
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from None
-    if foreign:
-        raise InputError(f"{folder}: is there already and is not a result of the workbench; choose another --out")
-    return place
-
-
-def _swap(partial: Path, folder: Path) -> None:
-    """Put the complete folder in place of an old one, which comes back if that fails."""
-    if not folder.exists():
-        partial.rename(folder)
-        return
-    old = Path(tempfile.mkdtemp(prefix=".replaced-", dir=folder.parent))
-    try:
-        folder.replace(old)
-        partial.rename(folder)
-    finally:
-        if not folder.exists():
-            old.rename(folder)
-        shutil.rmtree(old, ignore_errors=True)

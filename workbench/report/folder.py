@@ -1,4 +1,4 @@
-"""Everything a study leaves behind: result.json, CSV tables, report.html."""
+"""Everything a study leaves behind: result.json, CSV tables, report.html, and the manifest that lists them."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from pathlib import Path
 
 from workbench.files.accommodation.results import AccommodationResultFile
 from workbench.files.crash.results import CrashResultFile
+from workbench.files.output_file import Content
+from workbench.files.output_folder import write_folder
 from workbench.files.parquet import has_parquet, parquet_bytes
-from workbench.files.results import Content, ResultFile, dump_json, write_folder
+from workbench.files.results import ResultFile, dump_json
 from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
@@ -33,17 +35,20 @@ AnyResult = Result | CrashResult | Accommodation
 AnyFile = ResultFile | CrashResultFile | AccommodationResultFile
 
 
-def write_report(result: AnyResult, folder: Path, *, progress: Say | None = None) -> AnyFile:
+def write_report(
+    result: AnyResult, folder: Path, *, progress: Say | None = None, tell: Say = lambda line: None
+) -> AnyFile:
     """Write a result into a folder, all of it or nothing; returns the rows of result.json.
 
-    The same inputs and versions give the same bytes. InputError where the folder cannot be written.
+    The same inputs and versions give the same bytes. tell: called with a line for each of the user's files that is kept
+    under another name, see write_folder. InputError where the folder cannot be written.
     """
     rows: AnyFile
     if isinstance(result, Accommodation):
         rows, files = _accommodation(result, progress)
     else:
         rows, files = _crash(result, progress) if isinstance(result, CrashResult) else _clearance(result, progress)
-    write_folder(folder, files)
+    write_folder(folder, files, holds="result", tell=tell)
     return rows
 
 

@@ -9,7 +9,8 @@ from workbench.errors import InputError
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.body.encumbrances import worn
 from workbench.files.body.writer import body_text
-from workbench.files.results import check_folder, write_folder
+from workbench.files.output_file import Content
+from workbench.files.output_folder import check_folder, write_folder
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.report.tables import csv_text
@@ -31,17 +32,20 @@ def write_people(
     detail: str | None = None,
     wears: Sequence[str] = (),
 ) -> list[str]:
-    """Write the bodies of people and people.csv into a folder; returns what is improbable about them, a line each.
+    """Write the bodies of people and people.csv into a folder.
+
+    Returns a line for each thing that is improbable about them, and for each file that is kept, see write_folder.
 
     sources: the body that men ("male") and women ("female") are made from; shown: the measures that each body shows
     exactly; detail: of their family; wears: what they are dressed in. InputError, and nothing is written, where there
     is no such person or the folder holds something else.
     """
-    check_folder(folder, mark=TABLE)  # before the work, not after it
+    check_folder(folder, holds="people")  # before the work, not after it
     loaded = {name: morph_to(load_body(name), detail) for name in dict.fromkeys(sources.values())}
     dressing = {name: worn(list(wears), body) for name, body in loaded.items()}
-    files: dict[str, str | bytes] = {}
-    told, rows = [], []
+    files: dict[str, Content] = {}
+    told: list[str] = []
+    rows = []
     bodies = {sex: loaded[name] for sex, name in sources.items()}
     names = file_names(people)
     for name, made, code, label in zip(
@@ -57,7 +61,8 @@ def write_people(
     if not rows:
         raise InputError(f"{people.source}: there is nobody to make bodies of")
     units = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
-    write_folder(folder, {TABLE: csv_text(["file", "sex", "label", *units], rows), **files}, mark=TABLE)
+    table = csv_text(["file", "sex", "label", *units], rows)
+    write_folder(folder, {TABLE: table, **files}, holds="people", tell=told.append)
     return told
 
 

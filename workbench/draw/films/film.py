@@ -23,7 +23,8 @@ from workbench.draw.films.motion import scene_at
 from workbench.draw.films.mp4 import Encoder
 from workbench.draw.marks.layout import TEXT_SIZE
 from workbench.draw.scene import Scene
-from workbench.errors import InputError, UsageError, one_of
+from workbench.errors import UsageError, one_of
+from workbench.files.output_file import staged
 from workbench.model.arrays import Floats
 
 __all__ = ["FILMS", "film_frames", "stamped", "write_film"]
@@ -70,13 +71,8 @@ def write_film(
         raise UsageError(f"{path}: a film is a .mp4, .gif or .webp file; {one_of(kind, FILMS)}")
     if not 0.1 <= fps <= _FASTEST[kind]:
         raise UsageError(f"{path}: a {kind} film shows 0.1 to {_FASTEST[kind]:g} frames a second, got {fps:g}")
-    partial = path.with_name(f".{path.name}.partial")
     reel = _Reel(frames, count, progress)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from None
-    try:
+    with staged(path) as partial:
         with _stops_after_a_frame(reel):
             if kind == ".mp4":
                 _write_mp4(partial, reel, fps)
@@ -84,11 +80,6 @@ def write_film(
                 _write_animation(partial, kind, reel, fps)
         if not reel.done:
             raise reel.stopped or UsageError(f"{path}: a film needs at least one frame")
-        partial.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from None
-    finally:
-        partial.unlink(missing_ok=True)
     if reel.stopped is not None:
         raise KeyboardInterrupt(f"{path}: stopped after {reel.done} of {count} frames, which it holds") from None
     return reel.done

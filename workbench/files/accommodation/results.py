@@ -7,6 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
+from workbench.files.inputs import note_input
 from workbench.files.results import MARK
 
 __all__ = ["AccommodationResultFile", "GainRow", "GroupRow", "HardRow", "MapRow", "PeopleRow", "RequirementRow",
@@ -129,6 +130,7 @@ class AccommodationResultFile(_Row):
 def load_accommodation_result(path: Path) -> AccommodationResultFile:
     """Read the result.json of an accommodation study, or the one in its folder. InputError where it is none."""
     file = path / MARK if path.is_dir() else path
+    note_input(file)
     try:
         return AccommodationResultFile.model_validate_json(file.read_bytes())
     except OSError as error:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.files.catalogue import is_file, roots
+from workbench.files.inputs import note_input
 from workbench.files.schema import metres_in
 from workbench.files.yaml_text import read_yaml
 from workbench.model.body import Body
@@ -55,6 +56,7 @@ def body_text(body: Body, origin: Path, *, name: str, description: str, folder: 
 def _named(name: str, origin: Path, folder: Path | None) -> str:
     """How a file that the origin names beside itself is named from another folder."""
     beside = origin.parent / name
+    note_input(beside)  # the new file names it too
     if folder is None or not is_file(beside) or any(is_file(root / "bodies" / name) for root in roots()[1:]):
         return name
     return Path(os.path.relpath(beside.resolve(), folder.resolve())).as_posix()

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError, MissingPartError, UsageError
+from workbench.files.inputs import note_input
 from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
@@ -86,6 +87,7 @@ def read_c3d(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Ma
 def _opened(source: Path) -> Any:
     if not source.is_file():
         raise InputError(f"{source}: no such file")
+    note_input(source)
     try:
         import ezc3d
     except ImportError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,9 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.files.comparison_results import MARK, ChangedPersonRow, ComparisonFile, PairRow
-from workbench.files.results import dump_json, write_folder
+from workbench.files.output_file import Content
+from workbench.files.output_folder import write_folder
+from workbench.files.results import dump_json
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.population import SEXES
 from workbench.people.share import percent
@@ -26,13 +28,19 @@ _MOST = 40  # people told on the page
 
 
 def write_comparison(
-    found: Comparison, folder: Path, *, provenance: Mapping[str, Mapping[str, str]] | None = None
+    found: Comparison,
+    folder: Path,
+    *,
+    provenance: Mapping[str, Mapping[str, str]] | None = None,
+    tell: Callable[[str], None] = lambda line: None,
 ) -> ComparisonFile:
-    """Write a comparison into a folder, all of it or nothing; returns what is in comparison.json. InputError where the
-    folder holds something else or cannot be written."""
+    """Write a comparison into a folder, all of it or nothing; returns what is in comparison.json.
+
+    tell: see write_folder. InputError where the folder holds something else or cannot be written.
+    """
     rows = comparison_file(found, provenance=provenance or {})
-    files: dict[str, str | bytes] = {MARK: dump_json(rows), **comparison_tables(found)}
-    write_folder(folder, files | {"report.html": comparison_page(found, rows)}, mark=MARK)
+    files: dict[str, Content] = {MARK: dump_json(rows), **comparison_tables(found)}
+    write_folder(folder, files | {"report.html": comparison_page(found, rows)}, holds="comparison", tell=tell)
     return rows
 
 

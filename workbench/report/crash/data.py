@@ -16,7 +16,7 @@ from workbench.files.crash.results import (
     MeetingRow,
     SignalRow,
 )
-from workbench.files.results import Content
+from workbench.files.output_file import Content
 from workbench.model.crash import CrashResult, CrashVerdict, Meeting, Signal
 from workbench.model.spool import pieces
 from workbench.report.crash.words import breach_sentence, crash_headline, meeting_sentence, pulse_words

@@ -8,7 +8,8 @@ import re
 import numpy as np
 
 from workbench.files.exports.solids import stl_bytes
-from workbench.files.results import Content, EnvelopeRayRow, EnvelopeRow, ResultFile
+from workbench.files.output_file import Content
+from workbench.files.results import EnvelopeRayRow, EnvelopeRow, ResultFile
 from workbench.model.envelope import Envelope
 from workbench.model.ray_reach import RayReach
 from workbench.model.result import Result

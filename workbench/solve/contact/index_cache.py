@@ -14,15 +14,20 @@ import json
 import os
 import sys
 import tempfile
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["cache_folder", "kept", "write_whole"]
+__all__ = ["PARTIAL", "cache_folder", "forget_partial", "kept", "write_whole"]
 
+PARTIAL = "new-"
+"""How the names of files begin that are being written."""
+_DAY = 86_400.0
 MOST_FILES = 32
 """The files used longest ago give way."""
 _DIGEST = hashlib.sha256().digest_size
@@ -98,6 +103,7 @@ def _write(path: Path, key: bytes, arrays: Arrays) -> None:
         files = sorted(path.parent.glob("*.index"), key=lambda file: file.stat().st_mtime)
         for old in files[:-MOST_FILES]:
             old.unlink(missing_ok=True)
+        forget_partial(path.parent)
     except OSError:
         return
 
@@ -119,11 +125,19 @@ def _checksum(key: bytes, data: NDArray[np.uint8]) -> bytes:
     return hashlib.sha256(said + data[whole:].tobytes()).digest()
 
 
+def forget_partial(folder: Path) -> None:
+    """Remove from a folder of kept files what processes that were killed had half written, more than a day ago."""
+    for path in folder.glob(f"{PARTIAL}*"):
+        with suppress(OSError):
+            if time.time() - path.stat().st_mtime > _DAY:
+                path.unlink()
+
+
 def write_whole(path: Path, contents: bytes) -> None:
     """Write a file in one step, its folder with it; OSError where the disk does not let us, and then nothing is left of
     it and what was there before stays."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, prefix="new-", delete=False) as part:
+    with tempfile.NamedTemporaryFile(dir=path.parent, prefix=PARTIAL, delete=False) as part:
         try:
             part.write(contents)
             part.close()

@@ -20,6 +20,7 @@ from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.solve.contact.index_cache import PARTIAL
 from workbench.solve.content import content_key
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
@@ -150,10 +151,14 @@ def seat_key(study: AccommodationStudy) -> bytes:
 
 
 def forget_chunks(keep: Path) -> None:
-    """Remove the chunks that were kept in a folder, and the folder if nothing else is in it: the work is done."""
+    """Remove the chunks that were kept in a folder, and the folder if nothing else is in it: the work is done.
+
+    What was half written when a run was killed goes too.
+    """
     if keep.is_dir():
-        for path in keep.glob("*.chunk"):
-            path.unlink(missing_ok=True)
+        for pattern in ("*.chunk", f"{PARTIAL}*"):
+            for path in keep.glob(pattern):
+                path.unlink(missing_ok=True)
         with suppress(OSError):
             keep.rmdir()
 

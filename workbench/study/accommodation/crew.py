@@ -22,7 +22,7 @@ from workbench.model.encumbrance import Encumbrance
 from workbench.model.population import SEXES, Population
 from workbench.shape.scaling.morph import morph
 from workbench.shape.wear import wear
-from workbench.solve.contact.index_cache import cache_folder
+from workbench.solve.contact.index_cache import cache_folder, forget_partial
 from workbench.solve.content import content_key
 from workbench.solve.threads import cores
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
@@ -187,3 +187,4 @@ def _forget(folder: Path | None) -> None:
     files = sorted(folder.glob("*.crew"), key=lambda path: path.stat().st_mtime)
     for path in files[:-MOST_CHUNKS]:
         path.unlink(missing_ok=True)
+    forget_partial(folder)

@@ -136,7 +136,10 @@ class _Child:
     def __init__(self, task: Task) -> None:
         settings = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
         command = [sys.executable, "-c", "from workbench.study.accommodation.crew_fit import main; main()"]
-        self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=settings)
+        # in a session of its own: Ctrl-C in a terminal reaches the parent only, which then ends this process
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=settings, start_new_session=True
+        )
         self.task = task
 
     def serve(self, chunks: Sequence[Population], waiting: SimpleQueue[int], ready: SimpleQueue[object]) -> None:
