@@ -15,7 +15,7 @@ import trimesh
 
 from tests.conftest import SHARED
 from workbench.errors import InputError, MissingPartError, UsageError
-from workbench.files.meshes import reading, scene
+from workbench.files.meshes import bounds, reading, threemf
 from workbench.files.meshes.parts import unique_names
 from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import axes, extent, read_mesh
@@ -198,7 +198,7 @@ def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, mo
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("3D/3dmodel.model", b"\0" * 2**24)
-    monkeypatch.setattr(scene, "_MOST_UNPACKED", 2**23)
+    monkeypatch.setattr(threemf, "_MOST_UNPACKED", 2**23)
     refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to")
 
 
@@ -273,7 +273,7 @@ def test_damaged_files_are_read_or_refused_and_never_end_in_a_traceback(tmp_path
 
 
 def test_a_mesh_too_large_for_the_memory_says_what_it_needs(tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "_free_memory", lambda: 100_000)
+    monkeypatch.setattr(reading, "free_memory", lambda: 100_000)
     refused(written(tmp_path, "a.stl", b"\0" * 2**20), "1 MiB", "of memory")
 
 

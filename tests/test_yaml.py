@@ -125,7 +125,7 @@ def test_what_is_not_a_file_is_said_to_be_none(tmp_path):
 
 
 def test_a_file_beyond_64_mib_is_not_parsed(tmp_path):
-    assert "too large for a text file" in problem_of_bytes(tmp_path, b"#" * (64 * 2**20 + 1))
+    assert "too many for a YAML file" in problem_of_bytes(tmp_path, b"#" * (64 * 2**20 + 1))
 
 
 @pytest.mark.parametrize("text", ["\ufeffa: 1\r\nb:\r\n  - x\r\n", "a: 1\rb:\r  - x\r", "a: 1\nb:\n  - x\n"])
