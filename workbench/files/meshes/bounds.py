@@ -8,14 +8,16 @@ from pathlib import Path
 from workbench.errors import InputError
 from workbench.model.arrays import Ints
 
-__all__ = ["MOST_CORNERS", "MOST_DEEP", "check_corners", "check_faces", "free_memory"]
+__all__ = ["MOST_CORNERS", "MOST_PLACED", "check_corners", "check_faces", "free_memory"]
 
 MOST_CORNERS = 10_000
 """Corners of one face at most. The time to triangulate one grows with their square: 2 s for a tangle of as many."""
-MOST_DEEP = 10_000
-"""Levels of nested nodes or components at most."""
+MOST_PLACED = 100_000
+"""Nodes or components placed at most: those within others can name one any number of times."""
 _FACE_BYTES = 1100
 """Memory that a triangle takes until it is part of an environment (measured on meshes of a million triangles)."""
+_CORNER_BYTES = 96
+"""Memory that a corner takes which no triangle names: its coordinates, a few times over."""
 
 
 def free_memory() -> int | None:
@@ -29,14 +31,16 @@ def free_memory() -> int | None:
         return None
 
 
-def check_faces(path: Path, faces: int) -> None:
-    """Raise InputError if a file places more triangles than there is memory for; copies cost a file next to nothing."""
-    need = faces * _FACE_BYTES
-    have = free_memory()
+def check_faces(path: Path, faces: int, corners: int) -> None:
+    """Raise InputError if a file places more triangles, or corners, than there is memory for.
+
+    Copies cost a file next to nothing, so this is asked before they are made.
+    """
+    need, have = faces * _FACE_BYTES + corners * _CORNER_BYTES, free_memory()
     if have is not None and need > have:
         raise InputError(
-            f"{path}: places {faces} triangles, which need up to {need / 2**30:.1f} GiB of memory, "
-            f"{have / 2**30:.1f} GiB are free: simplify the mesh or split it"
+            f"{path}: places {faces} triangles with {corners} corners, which need up to {need / 2**30:.1f} GiB of "
+            f"memory, {have / 2**30:.1f} GiB are free: simplify the mesh or split it"
         )
 
 

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import check_corners, check_faces
+from workbench.files.meshes.bounds import MOST_PLACED, check_corners, check_faces
 from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
 from workbench.model.arrays import Floats, Ints
 
@@ -35,8 +35,6 @@ _Placed = tuple[Any, Floats, str]
 """A geometry of pycollada, its transform (4, 4) in the world, and the name of its part."""
 _MOST_DEEP = 200
 """Elements within elements at most: what reads them calls itself for each level."""
-_MOST_PLACED = 1_000_000
-"""Nodes placed at most: nodes within nodes can name one node any number of times."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +50,6 @@ class _Below:
     """Name that a node placed by another takes from the one that places it, empty if that has none."""
     prefix: str = ""
     """What names within an instance begin with."""
-    depth: int = 0
 
 
 class _Plain(ElementTree.TreeBuilder):
@@ -91,7 +88,8 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
             document = collada.Collada(io.BytesIO(ElementTree.tostring(tree)), ignore=None)
             nodes = document.scene.nodes if document.scene else []
             placed = list(_walk(collada, nodes))
-            check_faces(path, sum(_face_count(collada, geometry) for geometry, _, _ in placed))
+            sizes = [_size(collada, geometry) for geometry, _, _ in placed]
+            check_faces(path, sum(faces for faces, _ in sizes), sum(corners for _, corners in sizes))
             parts = [part for one in placed for part in _part(collada, path, one)]
     except problems as error:
         raise InputError(f"{path}: broken COLLADA: {_first_line(error)}") from None
@@ -140,8 +138,8 @@ def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:
     while stack:
         one = stack.pop()
         count += 1
-        if count > _MOST_PLACED or one.depth > _MOST_DEEP:
-            raise ValueError(f"nodes are placed more than {_MOST_PLACED} times, or within themselves")
+        if count > MOST_PLACED:
+            raise ValueError(f"nodes are placed more than {MOST_PLACED} times, or within themselves")
         if isinstance(one.node, collada.scene.GeometryNode):
             yield one.node.geometry, one.world, one.name
         elif isinstance(one.node, collada.scene.Node):
@@ -149,7 +147,7 @@ def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:
             name, prefix, named = _names(collada, one)
             for child in reversed(one.node.children):
                 placing = name if named and isinstance(child, collada.scene.NodeNode) else ""
-                stack.append(_Below(child, world, name, placing, prefix, one.depth + 1))
+                stack.append(_Below(child, world, name, placing, prefix))
 
 
 def _names(collada: Any, one: _Below) -> tuple[str, str, bool]:
@@ -167,15 +165,16 @@ def _names(collada: Any, one: _Below) -> tuple[str, str, bool]:
     return (f"{one.prefix}_{own}" if one.prefix else own), one.prefix, bool(node.name)
 
 
-def _face_count(collada: Any, geometry: Any) -> int:
-    """Triangles that the surfaces of a geometry make."""
-    faces = 0
+def _size(collada: Any, geometry: Any) -> tuple[int, int]:
+    """Triangles that the surfaces of a geometry make, and corners that they hold."""
+    faces = corners = 0
     for primitive in geometry.primitives:
-        if isinstance(primitive, collada.triangleset.TriangleSet):
-            faces += len(primitive)
-        elif not isinstance(primitive, collada.lineset.LineSet):
-            faces += int(np.sum(np.asarray(primitive.vcounts, dtype=np.int64) - 2))
-    return faces
+        if isinstance(primitive, collada.lineset.LineSet) or primitive.vertex is None:
+            continue
+        triangles = isinstance(primitive, collada.triangleset.TriangleSet)
+        faces += len(primitive) if triangles else int(np.sum(np.asarray(primitive.vcounts, dtype=np.int64) - 2))
+        corners += len(primitive.vertex)
+    return faces, corners
 
 
 def _part(collada: Any, path: Path, placed: _Placed) -> Iterator[RawPart]:

@@ -103,9 +103,11 @@ def _read(path: Path, text: bytes, chunk: bytes | None) -> RawMesh:
         file = _File(path, tree, chunk)
         _check_version(path, tree)
         _check_extensions(path, tree)
-        placements, notes = _placements(file)
-        check_faces(path, sum(_face_count(tree, one.mesh) * len(one.copies) for one in placements))
+        for buffer in tree.get("buffers", []):
+            _check_beside(path, buffer.get("uri"))
         with np.errstate(all="ignore"):  # read_mesh tells what is not finite
+            placements, notes = _placements(file)
+            _check_size(file, placements)
             parts = tuple(_parts(file, placements))
     except _BROKEN as error:
         lacks = f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
@@ -150,6 +152,7 @@ def _placements(file: _File) -> tuple[list[_Placement], list[str]]:
         k for k in range(len(nodes)) if k not in children]  # fmt: skip
     found: list[_Placement] = []
     met: set[int] = set()
+    transforms = _transforms(nodes)
     stack = [(int(root), np.eye(4)) for root in reversed(roots)]
     while stack:
         k, parent = stack.pop()
@@ -157,7 +160,7 @@ def _placements(file: _File) -> tuple[list[_Placement], list[str]]:
             raise ValueError(f"node {k} stands in two places")
         met.add(k)
         node = nodes[k]
-        world = parent @ _transform(node, k)
+        world = parent @ transforms[k]
         if "mesh" in node:
             name = _name(node) or _name(tree["meshes"][node["mesh"]])
             found.append(_Placement(name, int(node["mesh"]), world @ _copies(file, node)))
@@ -171,20 +174,20 @@ def _name(item: dict[str, Any]) -> str:
     return name if isinstance(name, str) else ""
 
 
-def _transform(node: dict[str, Any], k: int) -> Floats:
-    """(4, 4) parent-from-node."""
-    if "matrix" in node:
-        given: Floats = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-        return given
+def _transforms(nodes: list[dict[str, Any]]) -> Floats:
+    """(N, 4, 4) parent-from-node transforms of all nodes."""
     made = _rigid(
-        np.array([node.get("translation", (0, 0, 0))], dtype=np.float64),
-        np.array([node.get("rotation", (0, 0, 0, 1))], dtype=np.float64),
-        np.array([node.get("scale", (1, 1, 1))], dtype=np.float64),
+        np.array([node.get("translation", (0, 0, 0)) for node in nodes], dtype=np.float64).reshape(len(nodes), 3),
+        np.array([node.get("rotation", (0, 0, 0, 1)) for node in nodes], dtype=np.float64).reshape(len(nodes), 4),
+        np.array([node.get("scale", (1, 1, 1)) for node in nodes], dtype=np.float64).reshape(len(nodes), 3),
     )
-    if not np.isfinite(made).all():
-        raise ValueError(f"node {k} has no transform of finite numbers")
-    one: Floats = made[0]
-    return one
+    for k, node in enumerate(nodes):
+        if "matrix" in node:
+            made[k] = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    wrong = np.flatnonzero(~np.isfinite(made).all(axis=(1, 2)))
+    if len(wrong):
+        raise ValueError(f"node {wrong[0]} has no transform of finite numbers")
+    return made
 
 
 def _rigid(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
@@ -215,15 +218,27 @@ def _copies(file: _File, node: dict[str, Any]) -> Floats:
     )
 
 
-def _face_count(tree: dict[str, Any], mesh: int) -> int:
-    """Triangles that a mesh announces."""
-    faces = 0
-    for primitive in tree["meshes"][mesh]["primitives"]:
-        mode = primitive.get("mode", _TRIANGLES)
-        if mode >= _TRIANGLES:
-            corners = int(tree["accessors"][primitive.get("indices", primitive["attributes"]["POSITION"])]["count"])
-            faces += corners // 3 if mode == _TRIANGLES else corners
-    return faces
+def _check_size(file: _File, placements: list[_Placement]) -> None:
+    """Raise InputError if there is no memory for all copies of all meshes, by the counts that they announce."""
+    faces = corners = 0
+    for one in placements:
+        for primitive in file.tree["meshes"][one.mesh]["primitives"]:
+            mode = primitive.get("mode", _TRIANGLES)
+            positions = primitive["attributes"]["POSITION"]
+            count = _count(file, primitive.get("indices", positions))
+            faces += len(one.copies) * (count // 3 if mode == _TRIANGLES else count)
+            corners += len(one.copies) * _count(file, positions)
+    check_faces(file.path, faces, corners)
+
+
+def _count(file: _File, number: int) -> int:
+    """Rows of an accessor; ValueError where there are more than it can hold."""
+    accessor = file.tree["accessors"][number]
+    count = int(accessor["count"])
+    view = file.tree["bufferViews"][accessor["bufferView"]] if "bufferView" in accessor else {}
+    if not 0 <= count <= max(_MOST_MADE_UP, int(view.get("byteLength", 0))):
+        raise ValueError(f"accessor {number}: announces {count} rows that it does not hold")
+    return count
 
 
 def _parts(file: _File, placements: list[_Placement]) -> Iterator[RawPart]:
@@ -289,12 +304,10 @@ def _indices(file: _File, number: int) -> Ints:
 def _accessor(file: _File, number: int) -> Floats:
     """(count, width) numbers of an accessor: sparse values put in, normalized whole numbers as fractions of 1."""
     accessor = file.tree["accessors"][number]
-    dtype, count = np.dtype(_COMPONENTS[accessor["componentType"]]), int(accessor["count"])
+    dtype, count = np.dtype(_COMPONENTS[accessor["componentType"]]), _count(file, number)
     width = _WIDTHS[accessor["type"]]
     if "bufferView" in accessor:
         rows = _view(file, accessor, dtype, (count, width))
-    elif not 0 <= count <= _MOST_MADE_UP:
-        raise ValueError(f"accessor {number}: announces {count} rows that it does not hold")
     elif "sparse" not in accessor:
         raise ValueError(f"accessor {number}: holds no data")
     else:
@@ -337,6 +350,17 @@ def _buffer(file: _File, number: int) -> bytes:
     return file.buffers[number]
 
 
+def _check_beside(path: Path, uri: str | None) -> None:
+    """Raise InputError if a buffer that stands in a file of its own is outside the folder of the mesh, or missing."""
+    if uri is None or uri.startswith("data:"):
+        return
+    name = unquote(uri)
+    if outside_folder(name):
+        raise InputError(f"{path}: refers to a file outside its own folder ({uri[:80]})")
+    if not (path.parent / name).exists():
+        raise InputError(f"{path}: its buffer {name[:80]!r} is missing: it belongs beside it, in {path.parent}")
+
+
 def _resource(file: _File, number: int, uri: str | None) -> bytes:
     """The bytes of a buffer: inside the binary file, inside the JSON as a data URI, or in a file beside it."""
     if uri is None:
@@ -349,10 +373,4 @@ def _resource(file: _File, number: int, uri: str | None) -> bytes:
             return base64.b64decode(body, validate=True) if head.endswith(";base64") else unquote_to_bytes(body)
         except binascii.Error as error:
             raise ValueError(f"buffer {number}: not base64 ({error})") from None
-    name = unquote(uri)
-    if outside_folder(name):
-        raise InputError(f"{file.path}: refers to a file outside its own folder ({uri[:80]})")
-    beside = file.path.parent / name
-    if not beside.exists():
-        raise InputError(f"{file.path}: its buffer {name!r} is missing; it belongs beside it ({beside})")
-    return read_whole(beside, "a buffer of a glTF file")
+    return read_whole(file.path.parent / unquote(uri), "a buffer of a glTF file")

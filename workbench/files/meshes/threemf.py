@@ -23,7 +23,7 @@ from xml.parsers import expat
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MOST_DEEP, check_faces
+from workbench.files.meshes.bounds import MOST_PLACED, check_faces
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.model.arrays import Floats, Ints
 
@@ -36,8 +36,6 @@ _MOST_RATIO = 200
 _SMALL = 16 * 2**20
 """Bytes of a file in the archive below which its ratio does not matter."""
 _CHUNK = 2**20
-_MOST_PLACED = 1_000_000
-"""Objects placed at most: components within components can name one object any number of times."""
 _RELATIONS = "_rels/.rels"
 _MODEL_RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 
@@ -87,7 +85,8 @@ def read_threemf(path: Path, data: bytes) -> RawMesh:
             _parse(archive, root, model)
             _follow(archive, model)
         placed = list(_leaves(model))
-        check_faces(path, sum(len(model.objects[one.key].corners) // 3 for one in placed))
+        things = [model.objects[one.key] for one in placed]
+        check_faces(path, sum(len(thing.corners) for thing in things) // 3, sum(len(t.vertices) for t in things) // 3)
         parts = tuple(_part(model, one) for one in placed)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError, RuntimeError) as error:
         raise InputError(f"{path}: not a 3MF file, or damaged: {str(error)[:200]}") from None
@@ -132,7 +131,7 @@ def _root(archive: zipfile.ZipFile) -> str:
     raise ValueError("it holds no model")
 
 
-def _run(stream: IO[bytes], start: _Start, end: Callable[[str], None] | None = None) -> None:
+def _run(stream: IO[bytes], start: _Start) -> None:
     """Feed XML to handlers of its elements. A document type is refused: it is how XML grows without bound."""
     parser = expat.ParserCreate()
 
@@ -141,7 +140,6 @@ def _run(stream: IO[bytes], start: _Start, end: Callable[[str], None] | None = N
 
     parser.StartDoctypeDeclHandler = refuse
     parser.StartElementHandler = start
-    parser.EndElementHandler = end
     while piece := stream.read(_CHUNK):
         parser.Parse(piece, False)
     parser.Parse(b"", True)
@@ -151,7 +149,7 @@ def _parse(archive: zipfile.ZipFile, name: str, model: _Model) -> None:
     """Read one model of the archive."""
     reader = _Reader(name, model)
     with archive.open(name) as stream:
-        _run(stream, reader.start, reader.end)
+        _run(stream, reader.start)
     if name not in model.units:
         raise ValueError(f"{name!r} is no 3MF model")
 
@@ -174,12 +172,8 @@ class _Reader:
         self.file = file
         self.model = model
         self.object = _Object("")
-        self.depth = 0
 
     def start(self, tag: str, given: dict[str, str]) -> None:
-        self.depth += 1
-        if self.depth > MOST_DEEP:
-            raise ValueError(f"elements are nested deeper than {MOST_DEEP}")
         kind = _plain(tag)
         if kind == "vertex":
             self.object.vertices.extend((float(given["x"]), float(given["y"]), float(given["z"])))
@@ -197,9 +191,6 @@ class _Reader:
             if unit not in _METRES:
                 raise ValueError(f"unit {unit[:30]!r} is unknown; valid: {', '.join(_METRES)}")
             self.model.units[self.file] = unit
-
-    def end(self, _: str) -> None:
-        self.depth -= 1
 
     def _placed(self, given: dict[str, str]) -> _Placed:
         file = next((value.lstrip("/") for key, value in given.items() if _plain(key) == "path"), self.file)
@@ -221,12 +212,12 @@ def _leaves(model: _Model) -> Iterator[_Placed]:
     count = 0
     root_unit = None
     for item in model.build:
-        stack = [(item, np.eye(4), item.name, 0)]
+        stack = [(item, np.eye(4), item.name)]
         while stack:
-            one, parent, above, depth = stack.pop()
+            one, parent, above = stack.pop()
             count += 1
-            if count > _MOST_PLACED or depth > MOST_DEEP:
-                raise ValueError(f"objects are placed more than {_MOST_PLACED} times, or within themselves")
+            if count > MOST_PLACED:
+                raise ValueError(f"objects are placed more than {MOST_PLACED} times, or within themselves")
             if one.key not in model.objects:
                 raise ValueError(f"object {one.key[1]!r} is named and not there")
             thing = model.objects[one.key]
@@ -237,7 +228,7 @@ def _leaves(model: _Model) -> Iterator[_Placed]:
             world, name = parent @ one.transform, thing.name or above
             if thing.corners:
                 yield _Placed(one.key, world, name)
-            stack += [(child, world, name, depth + 1) for child in reversed(thing.components)]
+            stack += [(child, world, name) for child in reversed(thing.components)]
 
 
 def _part(model: _Model, placed: _Placed) -> RawPart:

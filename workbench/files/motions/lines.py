@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,11 +18,12 @@ from workbench.files.opening import opened
 from workbench.model.arrays import Floats, Ints
 from workbench.model.spool import Spool
 
-__all__ = ["ALL", "MOST_NUMBERS", "Pick", "Rows", "number_rows", "numbered"]
+__all__ = ["ALL", "MOST_NUMBERS", "Pick", "Rows", "count_in", "number_rows", "numbered"]
 
 MOST_NUMBERS = 2_000_000_000
 """Numbers of one file that are kept at most (16 GB, in a temporary file)."""
 _BLOCK = 2048
+_COUNT = re.compile(r"[0-9]{1,9}(\.0*)?")
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,11 @@ def numbered(path: Path) -> Iterator[tuple[int, str]]:
             yield number, printable(line.rstrip("\n"))
     if empty:
         raise InputError(f"{path}: is empty")
+
+
+def count_in(word: str) -> int | None:
+    """The number that a count in a header says; None where it is no whole number of up to nine digits."""
+    return int(float(word)) if _COUNT.fullmatch(word) else None
 
 
 def number_rows(

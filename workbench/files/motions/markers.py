@@ -13,7 +13,7 @@ import numpy as np
 from workbench.errors import InputError, UsageError
 from workbench.files.meshes.parts import unique_names
 from workbench.files.motions.c3d import read_points
-from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
+from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 from workbench.model.motion import Markers
@@ -44,9 +44,9 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Ma
     table, count, _ = number_rows(source, rows, width, rows=columns, blank=True, keep=keep, clock=(1, 1.0))
     if table.size > _MOST_NUMBERS:
         raise InputError(f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame")
-    said = int(float(about.get("numframes", count)))
-    if said != count:
-        raise InputError(f"{source}, line 3: says {said} frames, {count} are there")
+    said = about.get("numframes", str(count))
+    if count_in(said) != count:
+        raise InputError(f"{source}, line 3: says {said[:20]} frames, {count} are there")
     if not len(table):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
     position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
@@ -92,7 +92,7 @@ def _trc_head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, s
     about = {key.lower(): value for key, value in zip(head[1], head[2], strict=False)}
     names = [word for word in head[3][2:] if word]
     said = about.get("nummarkers", "")
-    if not names or not said.isdigit() or int(said) != len(names):
+    if not names or count_in(said) != len(names):
         raise InputError(f"{path}, line 3: says {said or 'no'} markers, line 4 names {len(names)}")
     return about, names
 

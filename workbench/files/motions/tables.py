@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -178,7 +179,7 @@ def _head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str],
                 if not found:
                     raise InputError(f"{path}, line {number}: {word!r} is no column: name [unit] is needed")
                 columns.append(_Column(found[1], found[2] or ""))
-            twice = {c.name for c in columns if sum(c.name == d.name for d in columns) > 1}
+            twice = [name for name, count in Counter(c.name for c in columns).items() if count > 1]
             if twice:
                 raise InputError(f"{path}, line {number}: column {sorted(twice)[0]} is there twice")
             return about, columns, number
