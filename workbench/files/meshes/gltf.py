@@ -105,10 +105,9 @@ def _read(path: Path, text: bytes, chunk: bytes | None) -> RawMesh:
         _check_extensions(path, tree)
         for buffer in tree.get("buffers", []):
             _check_beside(path, buffer.get("uri"))
-        with np.errstate(all="ignore"):  # read_mesh tells what is not finite
-            placements, notes = _placements(file)
-            _check_size(file, placements)
-            parts = tuple(_parts(file, placements))
+        placements, notes = _placements(file)
+        _check_size(file, placements)
+        parts = tuple(_parts(file, placements))
     except _BROKEN as error:
         lacks = f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
         raise InputError(f"{path}: broken glTF: {lacks or type(error).__name__}") from None

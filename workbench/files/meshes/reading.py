@@ -54,7 +54,9 @@ def read_mesh(path: str | Path) -> RawMesh:
     if source.suffix.lower() not in FORMATS:
         raise InputError(f"{source}: {source.suffix or 'no ending'} is not a mesh format; {one_of('', FORMATS)}")
     reader, factor = FORMATS[source.suffix.lower()]
-    raw = reader(source, _bytes(source, factor))
+    data = _bytes(source, factor)
+    with np.errstate(all="ignore"):  # what is not finite is reported below, with the name of its part
+        raw = reader(source, data)
     if not raw.parts or not any(len(part.faces) for part in raw.parts):
         raise InputError(f"{source}: holds no surface (no faces)")
     names = unique_names((part.name for part in raw.parts), source.stem)

@@ -30,6 +30,13 @@ def _numbers(path: Path, words: list[str] | list[bytes]) -> Floats:
         raise InputError(f"{path}: a number is needed: {error}") from None
 
 
+def _whole(path: Path, numbers: Floats) -> Ints:
+    """Numbers as indices; InputError where one is no whole number."""
+    if not np.all((np.abs(numbers) < 2**53) & (numbers == np.trunc(numbers))):
+        raise InputError(f"{path}: a face needs whole numbers")
+    return numbers.astype(np.int64)
+
+
 def read_off(path: Path, data: bytes) -> RawMesh:
     """The one part of an OFF file (plain or coloured; not binary)."""
     lines = [line.partition(b"#")[0].split() for line in data.removeprefix(BYTE_ORDER_MARK).splitlines()]
@@ -46,11 +53,11 @@ def read_off(path: Path, data: bytes) -> RawMesh:
     if len(faces) < count or any(len(row) < 3 for row in points):
         raise InputError(f"{path}: cut short: {have} vertices and {count} faces are announced")
     vertices = _numbers(path, [word for row in points for word in row[:3]]).reshape(-1, 3)
-    sizes = _numbers(path, [row[0] for row in faces]).astype(np.int64)
+    sizes = _whole(path, _numbers(path, [row[0] for row in faces]))
     if any(len(row) <= size for row, size in zip(faces, sizes, strict=True)):
         raise InputError(f"{path}: a face has fewer corners than it announces")
     corners = _numbers(path, [word for row, n in zip(faces, sizes, strict=True) for word in row[1 : n + 1]])
-    return _one_part(path, "OFF", (vertices, corners.astype(np.int64), sizes))
+    return _one_part(path, "OFF", (vertices, _whole(path, corners), sizes))
 
 
 def _one_part(path: Path, form: str, shape: tuple[Floats, Ints, Ints]) -> RawMesh:
@@ -87,7 +94,7 @@ def read_ply(path: Path, data: bytes) -> RawMesh:
         corners, sizes = (faces[names[0]], faces[names[0] + " sizes"]) if names else (np.zeros(0), np.zeros(0))
     except (ValueError, KeyError, IndexError, MemoryError, OverflowError) as error:
         raise InputError(f"{path}: broken or cut short PLY: {error or type(error).__name__}") from None
-    return _one_part(path, "PLY", (vertices, corners.astype(np.int64), sizes.astype(np.int64)))
+    return _one_part(path, "PLY", (vertices, _whole(path, corners), _whole(path, sizes)))
 
 
 def _header(text: str, most: int) -> tuple[str, list[_Element]]:

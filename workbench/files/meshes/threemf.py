@@ -239,6 +239,4 @@ def _part(model: _Model, placed: _Placed) -> RawPart:
         raise ValueError(f"object {placed.key[1]!r}: a triangle names vertex {faces.max()}, there are {len(points)}")
     matrix = placed.transform
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
-    with np.errstate(all="ignore"):  # read_mesh tells what is not finite
-        world = points @ matrix[:3, :3].T + matrix[:3, 3]
-    return RawPart(placed.name, world, faces[:, ::-1] if mirrored else faces)
+    return RawPart(placed.name, points @ matrix[:3, :3].T + matrix[:3, 3], faces[:, ::-1] if mirrored else faces)
