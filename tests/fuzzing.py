@@ -14,6 +14,7 @@ import io
 import json
 import random
 import re
+import shutil
 import signal
 import struct
 import sys
@@ -284,9 +285,8 @@ def _motions() -> dict[str, Reader]:
     sto = b"simm\ndatarows 2\ndatacolumns 3\nrange 0 1\nendheader\ntime arm_flex_r elbow_flex_r\n0 1 2\n0.5 3 4\n"
     points = tuple(c3d_file(processor=p, real=r) for p in (84, 85, 86) for r in (False, True))
     kinds = {"csv_angles": (".csv", (angles, turns)), "csv_segments": (".csv", (single,)),
-             "bvh": (".bvh", (TWO.encode(),)), "trc": (".trc", (trc,)), "mot": (".mot", (mot,)), "sto": (".sto", (sto,)),
-             "laban": (".laban", (SCORE.encode(),)),
-             "c3d": (".c3d", points)}  # fmt: skip
+             "bvh": (".bvh", (TWO.encode(),)), "trc": (".trc", (trc,)), "mot": (".mot", (mot,)),
+             "sto": (".sto", (sto,)), "laban": (".laban", (SCORE.encode(),)), "c3d": (".c3d", points)}  # fmt: skip
     return {name: Reader(ending, seeds, _read_motion, sample=20) for name, (ending, seeds) in kinds.items()}
 
 
@@ -303,6 +303,11 @@ def _read_motion(path: Path) -> object:
 
 def _write_pit(folder: Path) -> None:
     crash_pit.pit(folder)
+
+
+def _copy_simulations(folder: Path) -> None:
+    for kind in ("motions", "simulations"):
+        shutil.copytree(ROOT / "studies" / kind, folder / "studies" / kind)
 
 
 def _yaml() -> dict[str, Reader]:
@@ -322,9 +327,9 @@ def _yaml() -> dict[str, Reader]:
         "simulation": Reader(".yaml", (crash_pit.SIMULATION.encode(),), check_file, nightly=2000, sample=4,
                              place="studies/simulations/pit_crash", prepare=_write_pit),
         "accommodation": Reader(".yaml", ((ROOT / "studies/trainer_accommodation.yaml").read_bytes(),), check_file,
-                                place="trainer", nightly=300, sample=1),
-        "crash": Reader(".yaml", ((ROOT / "studies/trainer_crash.yaml").read_bytes(),), check_file, place="crash",
-                        nightly=300, sample=1),
+                                place="studies/trainer", nightly=300, sample=1),
+        "crash": Reader(".yaml", ((ROOT / "studies/trainer_crash.yaml").read_bytes(),), check_file,
+                        place="studies/crash", nightly=300, sample=1, prepare=_copy_simulations),
     }  # fmt: skip
 
 
@@ -343,7 +348,7 @@ def _tables() -> dict[str, Reader]:
     arrays = (ROOT / "bodies/human_basis.npz").read_bytes()
     return {
         "ansur": Reader(".csv", ("\r\n".join(rows).encode(),), _read_ansur),
-        "basis": Reader(".npz", (arrays,), load_basis, nightly=100, sample=1),
+        "basis": Reader(".npz", (arrays,), load_basis, _in_zip, nightly=100, sample=1),
     }
 
 

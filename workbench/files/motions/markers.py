@@ -50,6 +50,7 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Ma
     if not len(table):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
     position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
+    position[np.isnan(position).any(axis=-1)] = np.nan  # a marker without one of its coordinates is a gap
     return _markers(source, names, position, (table[:, 1], up, ""))
 
 

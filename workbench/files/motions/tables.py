@@ -263,7 +263,8 @@ def _attitude(table: _Table, given: Mapping[str, Floats]) -> Floats:
 
 
 def _unit_quaternions(table: _Table, what: str, given: Floats) -> Floats:
-    length = np.linalg.norm(given, axis=-1)
+    with np.errstate(over="ignore"):  # a length too large for a number is infinite, and not 1 either
+        length = np.linalg.norm(given, axis=-1)
     wrong = np.flatnonzero(np.abs(length - 1.0) > 1e-3)
     if len(wrong):
         raise InputError(f"{table.path}, line {table.lines[wrong[0]]}: the quaternion of {what} has length "
