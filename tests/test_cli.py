@@ -302,3 +302,13 @@ def test_an_output_on_the_terminal_is_the_same_table_as_in_the_files(capsys, fin
     rows = csv.DictReader(io.StringIO((finished / "verdicts.csv").read_text()))
     shown = {"yes": "passed", "no": "FAILED"}
     assert out.splitlines()[:5] == [f"{shown[r['passed']]}  {r['criterion']}: {r['sentence']}" for r in rows]
+
+
+def test_names_from_files_never_steer_the_terminal(tmp_path, capfd):
+    mesh = tmp_path / "a\x1b[2J.obj"
+    mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\no seat\x1b]0;title\x07\nf 1 2 3\n")
+    for arguments in (["inspect", str(mesh)], ["inspect", str(mesh), "--json"], ["check", str(mesh)]):
+        main(arguments)
+        out, err = capfd.readouterr()
+        assert "\x1b" not in out + err and "\x07" not in out + err
+        assert "u001b" in out + err

@@ -18,9 +18,8 @@ LAYERS = [{"errors"}, {"model"}, {"kernels"}, {"solve", "people", "shape", "file
 HOMES = {
     "numba": {"kernels"},
     "llvmlite": {"kernels/lanes.py", "kernels/quads.py"},
-    "trimesh": {"files/meshes/scene.py"},
+    "trimesh": set(),  # for tests and benchmarks only
     "collada": {"files/meshes/dae.py"},
-    "ezc3d": {"files/motions/markers.py"},
     "pydantic": {"files"},
     "yaml": {"files"},
     "scipy": {"files", "solve", "shape", "people"},
@@ -31,7 +30,7 @@ HOMES = {
     "rich": {"cli_progress.py"},
     "pyvista": {"draw/window.py"},
     "imageio_ffmpeg": {"draw/films/mp4.py"},
-    "manifold3d": {"shape"},
+    "manifold3d": {"shape", "files/meshes/parts.py"},
     "mujoco": {"dynamics/mjcf.py"},
     "distributed": {"study/accommodation/cluster.py"},
     "duckdb": {"files/parquet.py"},

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -224,3 +226,12 @@ def test_the_command_line_moves_a_score_and_writes_one(tmp_path, capsys):
     assert main(["motion", "convert", str(tmp_path / "m.csv"), "-o", str(tmp_path / "c.laban")]) == 2
     assert "needs its --tempo" in capsys.readouterr().err
     assert not (tmp_path / "c.laban").exists()
+
+
+def test_a_score_whose_lines_all_overlap_is_refused_at_once(tmp_path):
+    rows = "".join("1 90000 left hand forward high\n" for _ in range(5000))
+    (tmp_path / "a.laban").write_text(f"tempo: 60\n{rows}")
+    start = perf_counter()
+    with pytest.raises(InputError, match="moves or holds until"):
+        read_score(tmp_path / "a.laban")
+    assert perf_counter() - start < 5

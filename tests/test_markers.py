@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.c3d_files import c3d_file
 from tests.conftest import SHARED
 from workbench.errors import InputError, UsageError
 from workbench.files.body.bodies import load_body
+from workbench.files.meshes.parts import unique_names
 from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.model.motion import Markers
@@ -125,8 +127,6 @@ def test_recorded_people_are_explained_to_millimetres(file, keep, most):
     path = SHARED / "motion" / file
     if not path.is_file():
         pytest.skip("no shared data")
-    if file.endswith("c3d"):
-        pytest.importorskip("ezc3d")
     markers = bridged((read_c3d if file.endswith("c3d") else read_trc)(path, keep=keep), longest=0.2)
     fit = poses_from_markers(BODY, markers)
     assert 1000 * np.sqrt(np.nanmean(fit.residual**2)) < most
@@ -168,9 +168,61 @@ def test_what_is_wrong_in_a_trc_file_is_told(tmp_path, old, new, told):
 
 
 def test_what_is_no_c3d_file_is_refused(tmp_path):
-    pytest.importorskip("ezc3d")
     (tmp_path / "a.c3d").write_bytes(b"solid cube")
     with pytest.raises(InputError, match="is not a C3D file"):
         read_c3d(tmp_path / "a.c3d")
     with pytest.raises(InputError, match="no such file"):
         read_c3d(tmp_path / "b.c3d")
+
+
+@pytest.mark.parametrize("real", [True, False])
+@pytest.mark.parametrize("processor", [84, 85, 86], ids=["Intel", "DEC", "MIPS"])
+def test_c3d_files_of_all_processors_hold_the_same_points(tmp_path, processor, real):
+    (tmp_path / "a.c3d").write_bytes(c3d_file(processor=processor, real=real))
+    found = read_c3d(tmp_path / "a.c3d", up="z")
+    assert found.names == ("LHEE", "RASI") and found.time.tolist() == [0.0, 0.01]
+    assert found.position[0, 1] == pytest.approx([0.003, 0.9, 0.005])
+    assert np.isnan(found.position[1, 1]).all() and np.isfinite(found.position[1, 0]).all()
+
+
+def test_repeated_names_of_markers_are_numbered_as_those_of_parts(tmp_path):
+    points = np.ones((1, 4, 3))
+    (tmp_path / "a.c3d").write_bytes(c3d_file(points, labels=("A", "A", "A_2", "A\x1b")))
+    found = read_c3d(tmp_path / "a.c3d", up="z")
+    assert found.names == tuple(unique_names(["A", "A", "A_2", "A\x1b"], "")) == ("A", "A_3", "A_2", "A\\u001b")
+    assert any("same name are numbered: A" in note for note in found.notes)
+
+
+@pytest.mark.parametrize(("at", "value", "told"), [
+    (2, 65535, "cut short: it announces 2 frames and holds 0"), (8, 60000, "announces 60000 frames"),
+    (4, 65535, "cut short"), (16, 60000, "cut short"), (515, 7, "kind of processor"), (16, 0, "header is senseless"),
+])  # fmt: skip
+def test_a_c3d_file_that_announces_more_than_it_holds_is_refused_before_memory_is_taken(tmp_path, at, value, told):
+    data = bytearray(c3d_file())
+    data[at : at + (1 if at > 512 else 2)] = value.to_bytes(1 if at > 512 else 2, "little")
+    (tmp_path / "a.c3d").write_bytes(bytes(data))
+    with pytest.raises(InputError, match=told):
+        read_c3d(tmp_path / "a.c3d", up="z")
+
+
+def test_a_parameter_of_a_c3d_file_larger_than_its_section_is_refused(tmp_path):
+    data = bytearray(c3d_file())
+    at = data.index(b"LABELS") + len("LABELS") + 3  # its dimensions follow
+    data[at : at + 2] = b"\x02\xff"
+    (tmp_path / "a.c3d").write_bytes(bytes(data))
+    with pytest.raises(InputError, match="'LABELS'"):
+        read_c3d(tmp_path / "a.c3d", up="z")
+
+
+def test_frames_that_a_c3d_file_holds_and_does_not_announce_are_told(tmp_path):
+    (tmp_path / "a.c3d").write_bytes(c3d_file() + bytes(32 * 20 + 512))
+    assert "holds 19 frames more than it announces" in " ".join(read_c3d(tmp_path / "a.c3d", up="z").notes)
+
+
+def test_a_marker_without_one_of_its_coordinates_is_a_gap(tmp_path):
+    (tmp_path / "a.trc").write_text(TRC)
+    whole = read_trc(tmp_path / "a.trc", up="y")
+    (tmp_path / "b.trc").write_text(TRC.replace("\t1\t2\t3\t10", "\t1\t\t3\t10"))
+    part = read_trc(tmp_path / "b.trc", up="y")
+    assert np.isfinite(whole.position[0]).all()
+    assert np.isnan(part.position[0, 0]).all() and np.isfinite(part.position[0, 1]).all()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import json
+import os
 import random
 import zipfile
 from pathlib import Path
@@ -15,8 +16,9 @@ import trimesh
 
 from tests.conftest import SHARED
 from workbench.errors import InputError, MissingPartError, UsageError
-from workbench.files.meshes import reading, scene
-from workbench.files.meshes.parts import unique_names
+from workbench.files.meshes import bounds, reading
+from workbench.files.meshes import threemf as threemf_module
+from workbench.files.meshes.parts import triangulated, unique_names
 from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import axes, extent, read_mesh
 
@@ -97,8 +99,9 @@ def test_a_missing_material_file_does_not_matter(tmp_path):
 
 
 @pytest.mark.parametrize("where", ["../a.mtl", "/etc/passwd", "http://a/b.mtl", "C:\\a.mtl", "sub/../../a.mtl"])
-def test_an_obj_that_refers_outside_its_folder_is_refused(tmp_path, where):
-    refused(written(tmp_path, "a.obj", f"mtllib {where}\n{TRIANGLE}f 1 2 3\n"), "a.obj:1", "outside its own folder")
+def test_materials_of_an_obj_may_lie_anywhere_since_they_are_never_opened(tmp_path, where):
+    raw = read_mesh(written(tmp_path, "a.obj", f"mtllib {where}\n{TRIANGLE}f 1 2 3\n"))
+    assert len(raw.parts[0].faces) == 1
 
 
 @pytest.mark.parametrize(("line", "word"), [
@@ -198,7 +201,7 @@ def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, mo
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("3D/3dmodel.model", b"\0" * 2**24)
-    monkeypatch.setattr(scene, "_MOST_UNPACKED", 2**23)
+    monkeypatch.setattr(threemf_module, "_MOST_UNPACKED", 2**23)
     refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to")
 
 
@@ -273,7 +276,7 @@ def test_damaged_files_are_read_or_refused_and_never_end_in_a_traceback(tmp_path
 
 
 def test_a_mesh_too_large_for_the_memory_says_what_it_needs(tmp_path, monkeypatch):
-    monkeypatch.setattr(reading, "_free_memory", lambda: 100_000)
+    monkeypatch.setattr(reading, "free_memory", lambda: 100_000)
     refused(written(tmp_path, "a.stl", b"\0" * 2**20), "1 MiB", "of memory")
 
 
@@ -310,3 +313,261 @@ def test_names_become_unique_in_order():
 ])  # fmt: skip
 def test_real_files_have_the_size_they_should_in_their_own_units(name, size):
     assert extent(read_mesh(real(f"environments/{name}")).parts).max() == pytest.approx(size, abs=1e-3)
+
+
+@pytest.mark.parametrize("uri", ["../a.png", "/a.png", "https://a/b.png", "file:///b.png"])
+def test_images_of_a_gltf_may_lie_anywhere_since_they_are_never_opened(tmp_path, uri):
+    assert read_mesh(written(tmp_path, "a.gltf", gltf(images=[{"uri": uri}]))).parts
+
+
+def points_gltf(values: np.ndarray, kind: int, *, nodes=({"mesh": 0},), accessor=None, views=(), **change) -> str:
+    """A glTF file of one triangle, its corners as given numbers; further buffer views are bytes after the corners."""
+    blobs = [values.tobytes(), *views]
+    starts = np.cumsum([0, *(len(blob) for blob in blobs)])
+    body = base64.b64encode(b"".join(blobs)).decode()
+    tree = {
+        "asset": {"version": "2.0"}, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": list(nodes),
+        "meshes": [{"name": "tri", "primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": kind, "count": 3, "type": "VEC3"} | (accessor or {})],
+        "bufferViews": [{"buffer": 0, "byteOffset": int(a), "byteLength": len(b)}
+                        for a, b in zip(starts, blobs, strict=False)],
+        "buffers": [{"uri": f"data:;base64,{body}", "byteLength": int(starts[-1])}],
+    }  # fmt: skip
+    return json.dumps(tree | change)
+
+
+CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype="<f4")
+
+
+@pytest.mark.parametrize(("dtype", "kind"), [("<u2", 5123), ("<i2", 5122), ("u1", 5121), ("i1", 5120)])
+def test_quantised_positions_have_their_true_size(tmp_path, dtype, kind):
+    rows = np.zeros((3, 4), dtype=dtype)  # a row is filled up to four numbers
+    rows[:, :3] = CORNERS * np.iinfo(dtype).max
+    text = points_gltf(rows, kind, accessor={"normalized": True}, extensionsRequired=["KHR_mesh_quantization"])
+    tree = json.loads(text)
+    tree["bufferViews"][0]["byteStride"] = rows.itemsize * 4
+    raw = read_mesh(written(tmp_path, "a.gltf", json.dumps(tree)))
+    assert extent(raw.parts).tolist() == [1, 1, 0]
+
+
+def test_sparse_accessors_move_the_corners_that_they_name(tmp_path):
+    sparse = {"count": 1, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 2}}
+    views = (np.array([1], dtype="<u2").tobytes(), np.array([7, 0, 0], dtype="<f4").tobytes())
+    raw = read_mesh(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, accessor={"sparse": sparse}, views=views)))
+    assert sorted(raw.parts[0].vertices[:, 0].tolist()) == [0, 0, 7]
+
+
+def test_all_copies_of_an_instanced_mesh_are_there(tmp_path):
+    copies = np.array([[0, 0, 0], [5, 0, 0], [9, 0, 0]], dtype="<f4")
+    text = points_gltf(
+        CORNERS, 5126, views=(copies.tobytes(),),
+        nodes=[{"name": "seat", "mesh": 0, "scale": [2, 2, 2],
+                "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}],
+        extensionsRequired=["EXT_mesh_gpu_instancing"],
+        accessors=[{"bufferView": k, "componentType": 5126, "count": 3, "type": "VEC3"} for k in (0, 1)],
+    )  # fmt: skip
+    raw = read_mesh(written(tmp_path, "a.gltf", text))
+    assert [part.name for part in raw.parts] == ["seat", "seat_2", "seat_3"]
+    assert [part.vertices[:, 0].min() for part in raw.parts] == [0, 10, 18]
+
+
+@pytest.mark.parametrize(("change", "words"), [
+    ({"extensionsRequired": ["VENDOR_new_shape"]}, ("requires VENDOR_new_shape", "not read")),
+    ({"extensionsRequired": ["EXT_meshopt_compression"]}, ("EXT_meshopt_compression", "compressed")),
+    ({"asset": {"version": "1.0"}}, ("glTF 1.0", "only 2.0")),
+    ({"buffers": [{"uri": "body.bin", "byteLength": 36}]}, ("'body.bin' is missing", "belongs beside it")),
+    ({"buffers": [{"uri": "data:;base64,AAAA", "byteLength": 36}]}, ("buffer 0", "cut short", "3 bytes")),
+    ({"nodes": [{"children": [0]}]}, ("node 0 stands in two places",)),
+])  # fmt: skip
+def test_a_gltf_that_would_be_read_wrongly_is_refused_by_name(tmp_path, change, words):
+    refused(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, **change)), *words)
+
+
+def test_a_gltf_may_require_what_changes_no_surface(tmp_path):
+    text = points_gltf(CORNERS, 5126, extensionsRequired=["KHR_materials_unlit", "KHR_texture_transform"])
+    assert read_mesh(written(tmp_path, "a.gltf", text)).parts
+
+
+def test_a_binary_gltf_of_version_1_is_refused(tmp_path):
+    data = bytearray(trimesh.Scene([box()]).export(file_type="glb"))
+    data[4] = 1
+    refused(written(tmp_path, "a.glb", bytes(data)), "glTF 1.0")
+
+
+@pytest.mark.parametrize(("mode", "faces"), [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])])
+def test_strips_and_fans_of_a_gltf_are_triangles(tmp_path, mode, faces):
+    square = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype="<f4")
+    mesh = {"primitives": [{"attributes": {"POSITION": 0}, "mode": mode}]}
+    part = read_mesh(
+        written(tmp_path, "a.gltf", points_gltf(square, 5126, accessor={"count": 4}, meshes=[mesh]))
+    ).parts[0]
+    assert np.array_equal(part.vertices[part.faces], square[np.array(faces)])
+
+
+def test_names_of_nodes_that_are_numbers_are_kept(tmp_path):
+    nodes = [{"name": "12", "mesh": 0}, {"name": "7", "mesh": 0}, {"mesh": 0}]
+    raw = read_mesh(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes)))
+    assert [part.name for part in raw.parts] == ["12", "7", "tri"]
+
+
+def test_3000_nested_nodes_of_a_gltf_are_read(tmp_path):
+    nodes = [{"children": [k + 1], "translation": [0, 0, 1]} for k in range(3000)] + [{"mesh": 0}]
+    raw = read_mesh(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes, scenes=[{"nodes": [0]}])))
+    assert raw.parts[0].vertices[0, 2] == 3000
+
+
+def test_names_of_an_obj_keep_what_follows_a_number_sign(tmp_path):
+    text = f"{TRIANGLE}o seat #1\nf 1 2 3  # a face\no seat #2\nf 3 2 1\n"
+    raw = read_mesh(written(tmp_path, "a.obj", text))
+    assert [part.name for part in raw.parts] == ["seat #1", "seat #2"]
+
+
+@pytest.mark.parametrize("index", [10**17, 10**19, 10**40, -(10**40)])
+def test_a_huge_index_in_a_face_of_an_obj_is_one_line(tmp_path, index):
+    refused(written(tmp_path, "a.obj", f"{TRIANGLE}f 1 2 {index}\n"), "a.obj:4")
+
+
+@pytest.mark.parametrize(("name", "text"), [
+    ("a.obj", f"o a\n{TRIANGLE}f 1 2 3\n"), ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+    ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+              "element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+    ("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+              "endsolid a\n"),
+    ("a.dae", dae('<node><instance_geometry url="#tri"/></node>')), ("a.gltf", points_gltf(CORNERS, 5126)),
+])  # fmt: skip
+def test_a_byte_order_mark_before_the_text_makes_no_difference(tmp_path, name, text):
+    raw = read_mesh(written(tmp_path, name, b"\xef\xbb\xbf" + text.encode()))
+    assert [len(part.faces) for part in raw.parts] == [1]
+
+
+def test_control_characters_in_names_become_text(tmp_path):
+    raw = read_mesh(written(tmp_path, "a.obj", f"{TRIANGLE}o seat\x1b[2J\x9b\nf 1 2 3\no \u202eback\nf 1 2 3\n"))
+    assert [part.name for part in raw.parts] == ["seat\\u001b[2J\\u009b", "\\u202eback"]
+
+
+DOOR = """<library_nodes><node id="door" name="door"><instance_geometry url="#tri"/>
+    <node name="handle"><instance_geometry url="#tri"/></node></node></library_nodes>"""
+
+
+def test_nodes_placed_twice_in_a_dae_are_named_as_where_they_are_placed(tmp_path):
+    body = "".join(f'<node name="{side}"><instance_node url="#door"/></node>' for side in ("left", "right"))
+    text = dae(body).replace("<library_visual_scenes>", DOOR + "<library_visual_scenes>")
+    raw = read_mesh(written(tmp_path, "a.dae", text))
+    assert [part.name for part in raw.parts] == ["left", "left_handle", "right", "right_handle"]
+
+
+def test_a_node_placed_by_one_without_a_name_keeps_its_own(tmp_path):
+    body = '<node><instance_node url="#door"/></node>'
+    text = dae(body).replace("<library_visual_scenes>", DOOR + "<library_visual_scenes>")
+    assert [part.name for part in read_mesh(written(tmp_path, "a.dae", text)).parts] == ["door", "handle"]
+
+
+@pytest.mark.parametrize(("body", "word"), [
+    ("<node>" * 3000 + "</node>" * 3000, "deeper than 200 levels"),
+    ('<node><skew>45 0 1 0 1 0 0</skew><instance_geometry url="#tri"/></node>', "<skew>"),
+])  # fmt: skip
+def test_a_dae_that_ended_in_a_traceback_is_one_line(tmp_path, body, word):
+    refused(written(tmp_path, "a.dae", dae(body)), word)
+
+
+def doubling_dae(levels: int) -> str:
+    nodes = "".join(f'<node id="n{k}">{f"<instance_node url={chr(34)}#n{k - 1}{chr(34)}/>" * 2}</node>'
+                    for k in range(1, levels))  # fmt: skip
+    library = f'<library_nodes><node id="n0"><instance_geometry url="#tri"/></node>{nodes}</library_nodes>'
+    body = f'<node><instance_node url="#n{levels - 1}"/></node>'
+    return dae(body).replace("<library_visual_scenes>", library + "<library_visual_scenes>")
+
+
+def threemf(model: str) -> bytes:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("3D/3dmodel.model", f'<model unit="meter" xmlns="m">{model}</model>')
+    return packed.getvalue()
+
+
+TRIANGLE_3MF = """<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/>
+    </vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh>"""
+
+
+def doubling_threemf(levels: int) -> bytes:
+    objects = "".join(f'<object id="{k}"><components>{f"<component objectid={chr(34)}{k - 1}{chr(34)}/>" * 2}'
+                      "</components></object>" for k in range(1, levels))  # fmt: skip
+    return threemf(f'<object id="0">{TRIANGLE_3MF}</object>{objects}<build><item objectid="{levels - 1}"/></build>')
+
+
+def test_copies_of_copies_are_counted_before_they_are_made(tmp_path):
+    assert len(read_mesh(written(tmp_path, "a.dae", doubling_dae(4))).parts) == 8
+    assert len(read_mesh(written(tmp_path, "a.3mf", doubling_threemf(4))).parts) == 8
+    refused(written(tmp_path, "b.dae", doubling_dae(40)), "more than")
+    refused(written(tmp_path, "b.3mf", doubling_threemf(40)), "more than")
+
+
+def test_copies_that_do_not_fit_into_the_memory_are_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(bounds, "free_memory", lambda: 5000)
+    nodes = [{"mesh": 0}] * 5
+    refused(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes)), "places 5 triangles", "of memory")
+    refused(written(tmp_path, "a.dae", doubling_dae(5)), "places 16 triangles")
+    refused(written(tmp_path, "a.3mf", doubling_threemf(5)), "places 16 triangles")
+
+
+def test_objects_of_a_3mf_are_placed_named_and_none_is_lost_without_a_word(tmp_path):
+    objects = f'<object id="1" name="seat">{TRIANGLE_3MF}</object><object id="2" name="cut">{TRIANGLE_3MF}</object>'
+    objects += '<object id="3" name="row"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0 5"/>'
+    build = '</components></object><build><item objectid="3"/><item objectid="1"/></build>'
+    raw = read_mesh(written(tmp_path, "a.3mf", threemf(objects + build)))
+    assert [(part.name, part.vertices[0, 2]) for part in raw.parts] == [("seat", 5), ("seat_2", 0)]
+    assert raw.metres == 1 and raw.notes == ("1 objects are not part of the build and are left out",)
+
+
+@pytest.mark.parametrize(("model", "word"), [
+    ('<build><item objectid="9"/></build>', "'9' is named and not there"),
+    (f'<object id="1">{TRIANGLE_3MF.replace("v3=" + chr(34) + "2", "v3=" + chr(34) + "3")}</object>'
+     '<build><item objectid="1"/></build>', "vertex 3"),
+    ('<object id="1"><components><component objectid="1"/></components></object><build><item objectid="1"/></build>',
+     "within themselves"),
+])  # fmt: skip
+def test_a_3mf_that_names_what_is_not_there_is_refused(tmp_path, model, word):
+    refused(written(tmp_path, "a.3mf", threemf(model)), word)
+
+
+def test_a_3mf_that_unpacks_to_far_more_than_meshes_do_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(threemf_module, "_SMALL", 2**16)
+    refused(written(tmp_path, "a.3mf", threemf(" " * 2**20)), "made to fill the memory")
+
+
+def star(corners: int) -> np.ndarray:
+    """(n, 2) corners of a star, every second one near its middle."""
+    angle = np.linspace(0, 2 * np.pi, corners, endpoint=False)
+    return np.column_stack([np.cos(angle), np.sin(angle)]) * np.where(np.arange(corners) % 2, 0.3, 1.0)[:, None]
+
+
+def signed_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    a, b, c = points[faces[:, 0]], points[faces[:, 1]], points[faces[:, 2]]
+    return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
+
+
+SQUARE_HOLE = np.array([(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)], dtype=float)
+
+
+@pytest.mark.parametrize("outline", [star(8), star(2000), star(9)[::-1], SQUARE_HOLE], ids=["8", "2000", "cw", "hole"])
+def test_a_face_of_many_corners_is_covered_once_and_nothing_else_is(outline):
+    flat = np.column_stack([outline, np.full(len(outline), 3.0)])
+    faces = triangulated(flat, np.arange(len(flat)), np.array([len(flat)]))
+    areas = signed_areas(outline, faces)
+    x, y = outline.T
+    area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2
+    assert len(faces) == len(outline) - 2
+    assert areas.sum() == pytest.approx(area) and (areas * np.sign(area) > -1e-12).all()
+
+
+def test_a_face_of_more_corners_than_can_be_cut_in_time_is_refused(tmp_path):
+    ring = " ".join(str(k + 1) for k in range(10_001))
+    text = "".join(f"v {x} {y} 0\n" for x, y in star(10_001))
+    refused(written(tmp_path, "a.obj", f"{text}f {ring}\n"), "a.obj:10002", "10001 corners")
+
+
+def test_pipes_and_devices_are_refused_at_once(tmp_path):
+    os.mkfifo(tmp_path / "a.obj")
+    refused(tmp_path / "a.obj", "a pipe, a device or a socket")
+    (tmp_path / "b.obj").symlink_to("/dev/zero")
+    refused(tmp_path / "b.obj", "a pipe, a device or a socket")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from time import perf_counter
+
 import numpy as np
 import pytest
 
@@ -310,3 +312,24 @@ def test_the_command_line_shows_a_motion_in_numbers_and_words(tmp_path, motion, 
     assert main(["motion", "convert", str(source), "--out", str(tmp_path / "m.fbx")]) == 2
     assert ".fbx is no form of motion to write" in capsys.readouterr().err
     assert main(["motion", "show", str(tmp_path / "none.bvh")]) == 3
+
+
+@pytest.mark.parametrize(("old", "new", "told"), [
+    ("Frames: 2", "Frames: inf", "both must be positive"), ("Frames: 2", "Frames: nan", "both must be positive"),
+    ("CHANNELS 3 ", "CHANNELS " + "9" * 5000 + " ", "3 are named"), ("CHANNELS 3 ", "CHANNELS \u00b2 ", "3 are named"),
+])  # fmt: skip
+def test_counts_of_a_bvh_that_are_no_numbers_are_told(tmp_path, old, new, told):
+    with pytest.raises(InputError, match=told):
+        read_bvh(written(tmp_path, TWO.replace(old, new)))
+
+
+def test_names_in_motions_hold_no_control_characters(tmp_path):
+    bones = read_bvh(written(tmp_path, TWO.replace("JOINT tip", "JOINT tip\x1b[2J")))
+    assert bones.names == ("base", "tip\\u001b[2J")
+
+
+def test_a_table_of_many_columns_is_looked_through_at_once(tmp_path):
+    names = ", ".join(f"J{k}.flexion [deg]" for k in range(60_000))
+    start = perf_counter()
+    table_kind(written(tmp_path, f"time [s], {names}\n", "a.csv"))
+    assert perf_counter() - start < 5

@@ -88,8 +88,6 @@ def test_recorded_people_are_fitted_better_by_a_body_of_their_lengths(file, keep
     path = SHARED / "motion" / file
     if not path.is_file():
         pytest.skip("no shared data")
-    if file.endswith("c3d"):
-        pytest.importorskip("ezc3d")
     options = MotionOptions(keep=keep)
     made, notes = subject_body(BODY, path, options=options)
     assert body_lengths(made)["LLL"] / body_lengths(BODY)["LLL"] == pytest.approx(legs, abs=0.01)

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import os
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.errors import InputError
+from workbench.errors import InputError, has_controls, printable
+from workbench.files.ansur import read_ansur
+from workbench.files.kinds import check_file
+from workbench.files.motions.lines import numbered
+from workbench.files.results import load_result
 from workbench.files.yaml_text import MOST_DEPTH, parse_yaml, read_yaml
 
 
@@ -125,7 +131,7 @@ def test_what_is_not_a_file_is_said_to_be_none(tmp_path):
 
 
 def test_a_file_beyond_64_mib_is_not_parsed(tmp_path):
-    assert "too large for a text file" in problem_of_bytes(tmp_path, b"#" * (64 * 2**20 + 1))
+    assert "too many for a YAML file" in problem_of_bytes(tmp_path, b"#" * (64 * 2**20 + 1))
 
 
 @pytest.mark.parametrize("text", ["\ufeffa: 1\r\nb:\r\n  - x\r\n", "a: 1\rb:\r  - x\r", "a: 1\nb:\n  - x\n"])
@@ -207,3 +213,35 @@ def test_any_text_is_a_value_or_an_input_error(text):
         value(text)
     except InputError as error:
         assert error.problems[0].startswith("f.yaml:")
+
+
+def test_a_control_character_in_a_text_is_refused_with_its_place(tmp_path):
+    path = tmp_path / "worn.yaml"
+    path.write_text('encumbrance: "hel\\e[2Jmet"\nlength: mm\nlayers: []\n')
+    with pytest.raises(InputError) as caught:
+        check_file(path)
+    assert caught.value.problems[0].startswith(f"{path}:1:1: encumbrance: a text with control characters")
+
+
+@pytest.mark.parametrize("read", [read_yaml, read_ansur, lambda path: list(numbered(path)), load_result])
+def test_pipes_and_devices_are_refused_by_every_reader_of_text(tmp_path, read):
+    os.mkfifo(tmp_path / "pipe")
+    for path in (tmp_path / "pipe", Path("/dev/zero")):
+        with pytest.raises(InputError, match="is a pipe, a device or a socket"):
+            read(path)
+
+
+def test_a_name_of_a_file_that_is_no_text_is_told_in_letters(tmp_path):
+    for name, shown in (("a\x1b[31m.yaml", "a\\u001b[31m.yaml"), (os.fsdecode(b"\xff.yaml"), "\\udcff.yaml")):
+        with pytest.raises(InputError) as caught:
+            read_yaml(tmp_path / name)
+        assert str(caught.value) == f"{tmp_path}/{shown}: no such file"
+
+
+@given(st.text(max_size=30))
+def test_printable_text_stays_and_no_other_is_left(text):
+    shown = printable(text)
+    assert not has_controls(shown)
+    assert shown.encode().decode() == shown
+    assert has_controls(text) or shown == text
+    assert json.loads(printable(json.dumps(text, ensure_ascii=False))) == text

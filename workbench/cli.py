@@ -23,7 +23,7 @@ from workbench.cli_compare import compare
 from workbench.cli_fit import body_fit
 from workbench.cli_motion import motion_app
 from workbench.cli_people import people_app
-from workbench.cli_progress import Progress, tell
+from workbench.cli_progress import Progress, emit, tell
 from workbench.cli_render import render
 from workbench.cli_simulate import simulate
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
@@ -167,12 +167,12 @@ def run(
     for warning in (*kept, *rows.warnings):
         tell(f"warning: {warning}")
     if as_json:
-        print(_dumped(rows))
+        emit(_dumped(rows))
     else:
         for line in report_lines(result, rows):
-            print(line)
-        print(report_headline(result))
-        print(folder / "report.html")
+            emit(line)
+        emit(report_headline(result))
+        emit(folder / "report.html")
     return 0 if isinstance(result, Accommodation) or result.passed else 1
 
 
@@ -197,7 +197,7 @@ def check(*files: Path) -> int:
         except InputError as error:
             faults += error.problems
         else:
-            print(f"{path}: ok")
+            emit(f"{path}: ok")
     if faults:
         raise InputError(faults)
     return 0
@@ -235,7 +235,7 @@ def inspect(
         if (units, up, forward) != (None, None, None):
             raise UsageError("--units, --up and --forward are for mesh files; an environment says its own")
         found = inspect_environment(source)
-    print(_dumped(found) if as_json else "\n".join(inspection_lines(found)))
+    emit(_dumped(found) if as_json else "\n".join(inspection_lines(found)))
     return 0
 
 
@@ -253,7 +253,7 @@ def schema(kind: str) -> int:
     known = json_schemas()
     if kind not in known:
         raise UsageError(f"no schema {kind!r}; {one_of(kind, known)}")
-    print(json_text(known[kind]))
+    emit(json_text(known[kind]))
     return 0
 
 
@@ -264,9 +264,9 @@ def doctor(*, as_json: Json = False) -> int:
 
     report = doctor_report()
     if as_json:
-        print(_dumped(report))
+        emit(_dumped(report))
     for name, told in [] if as_json else report.items():
-        print(f"{name}: {told}")
+        emit(f"{name}: {told}")
     return 0
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
+from workbench.cli_progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 __all__ = ["body_app"]
@@ -24,9 +24,9 @@ def body_list(*, as_json: Json = False) -> int:
 
     rows = listed()
     if as_json:
-        print(_json(rows))
+        emit(_json(rows))
     for row in [] if as_json else rows:
-        print(f"{row['name']}: {row['description']} ({row['segments']} segments, {row['spheres']} spheres, "
+        emit(f"{row['name']}: {row['description']} ({row['segments']} segments, {row['spheres']} spheres, "
               f"{row['mass_kg']} kg)")  # fmt: skip
     return 0
 
@@ -43,7 +43,7 @@ def body_show(body: str, *, as_json: Json = False) -> int:
     from workbench.report.body_sheet import body_sheet, body_text
 
     sheet = body_sheet(body)
-    print(_json(sheet) if as_json else body_text(sheet))
+    emit(_json(sheet) if as_json else body_text(sheet))
     return 0
 
 
@@ -61,9 +61,9 @@ def body_measure(body: str, *, as_json: Json = False) -> int:
 
     found = {name: round(1000 * value, 1) for name, value in measure(load_body(body)).items()}
     if as_json:
-        print(_json({"body": body, "measures_mm": found}))
+        emit(_json({"body": body, "measures_mm": found}))
     for name, value in {} if as_json else found.items():
-        print(f"{name:<34} {value:>7.1f} mm")
+        emit(f"{name:<34} {value:>7.1f} mm")
     return 0
 
 
@@ -119,13 +119,13 @@ def body_scale(
     made = person_body(load_body(body), people, sex=sex, measures=wanted, age=age, detail=detail)
     dressed = dress(made.body, worn(wear or [], made.body))
     for warning in made.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
+        tell(f"warning: {warning}")
     told = ", ".join([*(f"{name} {text}" for name, text in measures.items()), *([f"{age:g} years"] if age else [])])
     told += f", with {', '.join(wear)}" if wear else ""
     words = f"{body}, {sex}, to {told}"
     text = body_text(dressed, body_path(body), name=out.stem, description=words, folder=out.parent)
     write_file(out, text)
-    print(out)
+    emit(out)
     return 0
 
 

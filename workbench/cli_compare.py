@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
-from workbench.cli_progress import Progress, tell
+from workbench.cli_progress import Progress, emit, tell
 
 if TYPE_CHECKING:
     from workbench.files.accommodation.results import AccommodationResultFile
@@ -59,10 +59,10 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
             tell(f"warning: asked for {when} only: {', '.join(names)}")
     if as_json:
         plain = "utf" not in (sys.stdout.encoding or "utf-8").lower()
-        print(json.dumps(rows.model_dump(mode="json"), indent=1, ensure_ascii=plain, allow_nan=False))
+        emit(json.dumps(rows.model_dump(mode="json"), indent=1, ensure_ascii=plain, allow_nan=False))
     else:
-        print(rows.headline)
-        print(folder / "report.html")
+        emit(rows.headline)
+        emit(folder / "report.html")
     return 0
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
+from workbench.cli_progress import emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -130,19 +130,19 @@ def _description(source: Path, skeleton: str | None, told: dict[str, Any]) -> st
 def _print(told: dict[str, Any], out: Path, *, as_json: bool) -> None:
     """A row for each segment and one for the whole; what was mended goes to stderr."""
     if as_json:
-        print(json.dumps({"body": str(out)} | told, indent=1, allow_nan=False))
+        emit(json.dumps({"body": str(out)} | told, indent=1, allow_nan=False))
         return
     for note in told["notes"]:
-        print(f"note: {note}", file=sys.stderr)
+        tell(f"note: {note}")
     heads = ("spheres", "mean", "95 %", "to spheres", "to surface", "outside", "inside", "volume", "IoU")
-    print(f"{'[mm]':<12}" + "".join(f"{head:>11}" for head in heads))
+    emit(f"{'[mm]':<12}" + "".join(f"{head:>11}" for head in heads))
     for name, row in [*told["segments"].items(), ("whole", told["whole"])]:
         lengths = [row[f"{key}_mm"] for key in ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")]
-        print(f"{name:<12}{row['spheres']:>11}" + "".join(f"{value:>11.2f}" for value in lengths)
+        emit(f"{name:<12}{row['spheres']:>11}" + "".join(f"{value:>11.2f}" for value in lengths)
               + f"{row['volume_ratio']:>11.3f}{row['iou']:>11.3f}")  # fmt: skip
-    print(f"{told['whole']['seconds']:.1f} s of processor time")
+    emit(f"{told['whole']['seconds']:.1f} s of processor time")
     if (fewest := told.get("fewest_spheres")) is not None:
         spheres = told["whole"]["spheres"]
         more = 100 * (spheres / fewest - 1)
-        print(f"of the spheres to choose from, no fewer than {fewest} can do: at most {more:.0f} % above the fewest")
-    print(out)
+        emit(f"of the spheres to choose from, no fewer than {fewest} can do: at most {more:.0f} % above the fewest")
+    emit(out)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
+from workbench.cli_progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:
@@ -65,16 +65,16 @@ def show(
     if as_json:
         data = {"file": str(motion), "body": who.name, "frames": len(poses), "start_s": float(time[0])}
         data |= {"end_s": float(time[-1]), "angles_deg": ranges, "movement": told, "notes": notes}
-        print(json.dumps(data, indent=1))
+        emit(json.dumps(data, indent=1))
         return 0
-    print(f"{motion}: {len(poses)} frames from {time[0]:g} to {time[-1]:g} s, told of {who.name}")
-    print(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
+    emit(f"{motion}: {len(poses)} frames from {time[0]:g} to {time[-1]:g} s, told of {who.name}")
+    emit(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
     for joint, row in ranges.items():
         cells = (f"{name.replace('_', ' '):<20} {least:>7.1f} {most:>7.1f}" for name, (least, most) in row.items())
-        print(f"{joint:<6} " + " ".join(cells))
-    print("\n".join(told))
+        emit(f"{joint:<6} " + " ".join(cells))
+    emit("\n".join(told))
     for note in notes:
-        print(f"note: {note}", file=sys.stderr)
+        tell(f"note: {note}")
     return 0
 
 
@@ -129,8 +129,8 @@ def convert(
     poses = _timed(poses, rate, speed)
     write_file(out, _written(who, poses, out.suffix.lower(), tempo))
     for note in notes:
-        print(f"note: {note}", file=sys.stderr)
-    print(f"{out}: {len(poses)} frames")
+        tell(f"note: {note}")
+    emit(f"{out}: {len(poses)} frames")
     return 0
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import json
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
+from workbench.cli_progress import emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -223,8 +223,8 @@ def _write(made: Made | None, people: Population, shown: list[str]) -> bool:
         wears=made.wear or [],
     )
     for line in told:
-        print(f"warning: {line}", file=sys.stderr)
-    print(made.bodies)
+        tell(f"warning: {line}")
+    emit(made.bodies)
     return True
 
 
@@ -266,7 +266,7 @@ def _show(people: Population, *, as_json: bool = False, as_csv: bool = False) ->
         text = _csv(rows, [f"{name}_{units[name][0]}" for name in people.names])
     else:
         text = _table(people.source, rows)
-    print(text)
+    emit(text)
 
 
 def _csv(rows: list[dict[str, Any]], names: list[str]) -> str:

@@ -1,4 +1,4 @@
-"""What a command says while it works: a spinner on a terminal, nothing elsewhere."""
+"""What a command prints: data, talk, and while it works a spinner on a terminal."""
 
 from __future__ import annotations
 
@@ -6,12 +6,19 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-__all__ = ["Progress", "tell"]
+from workbench.errors import printable
+
+__all__ = ["Progress", "emit", "tell"]
+
+
+def emit(data: object) -> None:
+    """Print data to stdout, with control characters escaped: names of files and parts come from elsewhere."""
+    print(printable(str(data)))
 
 
 def tell(text: str) -> None:
-    """A line to stderr, where talk goes."""
-    print(text, file=sys.stderr, flush=True)
+    """Print a line to stderr, where talk goes, with control characters escaped."""
+    print(printable(text), file=sys.stderr, flush=True)
 
 
 class Progress:
@@ -28,7 +35,9 @@ class Progress:
 
     def _say(self, text: str) -> None:
         if self.status is not None:
-            self.status.update(text)
+            from rich.text import Text
+
+            self.status.update(Text(printable(text)))  # a plain str would be read as markup
 
     def __exit__(self, *_: object) -> None:
         if self.status is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from workbench.cli_progress import Progress, tell
+from workbench.cli_progress import Progress, emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -133,7 +133,7 @@ def render(
         write(found, look, out, progress=lambda done, count: say(f"frame {done} of {count}"))
     for note in found.notes:
         tell(note)
-    print(out)
+    emit(out)
     return 0
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from workbench.cli_progress import Progress
+from workbench.cli_progress import Progress, emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -62,9 +61,9 @@ def simulate(
     if forces is not None:
         write_file(forces, _forces(plan, made))
     for warning in made.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    print(_told(plan, made))
-    print(out)
+        tell(f"warning: {warning}")
+    emit(_told(plan, made))
+    emit(out)
     return 0
 
 

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.errors import InputError, UsageError, one_of
-from workbench.files.opening import readable
+from workbench.errors import InputError, UsageError, one_of, printable
+from workbench.files.opening import BYTE_ORDER_MARK, read_whole
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS, MEASURES, check_measures
 from workbench.model.population import SEXES, Population
@@ -24,6 +24,7 @@ from workbench.model.population import SEXES, Population
 __all__ = ["measures_in", "read_ansur"]
 
 MOST_TOLD = 20
+MOST_BYTES = 256 * 2**20
 _SUBJECT, _SEX = "subjectid", "gender"
 _MILLIMETRES = 0.001
 _UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
@@ -156,8 +157,8 @@ def _absurd(table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Float
 
 
 def _table(path: Path) -> _Table:
-    with readable(path, "a CSV file"):
-        text = path.read_bytes().removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    data = read_whole(path, "a CSV file", most=MOST_BYTES)
+    text = printable(data.removeprefix(BYTE_ORDER_MARK).decode("latin-1").replace("\r\n", "\n").replace("\r", "\n"))
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
     rows, lines = [], []
     try:

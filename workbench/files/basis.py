@@ -5,13 +5,14 @@ from __future__ import annotations
 import zipfile
 import zlib
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.inputs import note_input
+from workbench.files.opening import read_whole
 from workbench.model.arrays import Floats
 from workbench.model.basis import Detail, ShapeBasis
 from workbench.model.vocabulary import DIRECTIONS
@@ -27,7 +28,6 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 
 def load_basis(path: Path) -> ShapeBasis:
     """The basis in a file `NAME.npz`; the same noun for the same file. InputError says which array is wrong and how."""
-    note_input(path)
     return _loaded(path.resolve(), path.stat().st_mtime_ns)
 
 
@@ -62,15 +62,16 @@ def _loaded(path: Path, changed: int) -> ShapeBasis:
 
 def _arrays(path: Path) -> Arrays:
     try:
-        with zipfile.ZipFile(path) as archive:
+        data = BytesIO(read_whole(path, "a shape basis", most=MOST_BYTES))
+        with zipfile.ZipFile(data) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
         if size > MOST_BYTES:
             raise InputError(f"{path}: unpacks to {size} bytes, too large for a shape basis (most: {MOST_BYTES})")
-        with np.load(path, allow_pickle=False) as found:
+        with np.load(data, allow_pickle=False) as found:
             return {name: found[name] for name in found.files}
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError, NotImplementedError) as error:
+    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError, NotImplementedError, MemoryError) as error:
         raise InputError(f"{path}: not a NumPy archive without pickles ({error})") from None
 
 

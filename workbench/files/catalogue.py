@@ -66,7 +66,7 @@ def names(kind: str, inner: str = "", *, near: Path | None = None) -> list[str]:
     found: set[str] = set()
     for root in ([near.parent] if near else []) + roots():
         pattern = f"{kind}/*/{inner}" if inner else f"{kind}/*.yaml"
-        files = [p for p in root.glob(pattern) if inner or _is_entry(kind, p)]
+        files = [p for p in root.glob(pattern) if inner or (is_file(p) and _is_entry(kind, p))]
         found |= {p.parent.name if inner else p.stem for p in files}
     return sorted(found)
 

@@ -1,6 +1,6 @@
 """The files that a command has read, so that no output is written over one of them.
 
-Every reader opens its files within `opening.readable`, which notes them here. Files are known by device and inode, so
+Every reader opens its files within `opening.opened`, which notes them here. Files are known by device and inode, so
 that another name of the same file, or a link to it, is recognised.
 """
 

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
 from workbench.files.crash.results import CrashResultFile
-from workbench.files.inputs import note_input
+from workbench.files.opening import read_whole
 
 __all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "dump_json", "load_result"]
 
@@ -189,13 +189,10 @@ def dump_json(result: BaseModel) -> str:
 def load_result(path: Path) -> ResultFile | CrashResultFile:
     """Read a result.json, or the one in a result's folder. InputError where it is none of this version."""
     file = path / MARK if path.is_dir() else path
-    note_input(file)
     try:
-        text = file.read_bytes()
+        text = read_whole(file, "a result")
         crash = b'"kind": "crash"' in text[:1000]
         return (CrashResultFile if crash else ResultFile).model_validate_json(text)
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror})") from None
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(key) for key in first["loc"])

@@ -96,6 +96,9 @@ def validate(document: Document, model: type[Model]) -> Model:
     """Check a document against a model; InputError carries a line for every fault in the file."""
     if not isinstance(document.value, dict):
         raise InputError(f"{document.where(())}: a mapping of keys is needed, got {_shown(document.value)}")
+    if document.controls:
+        what = "a text with control characters is not accepted: remove them"
+        raise InputError([fail(document, path, what) for path in document.controls])
     unit = document.value.get("length")
     scale = metres_in.get(unit, math.nan) if isinstance(unit, str) else math.nan
     faults = []

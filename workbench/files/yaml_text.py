@@ -15,8 +15,8 @@ from typing import Any
 
 import yaml
 
-from workbench.errors import InputError
-from workbench.files.opening import readable
+from workbench.errors import InputError, has_controls
+from workbench.files.opening import read_whole
 
 __all__ = ["Document", "parse_yaml", "read_yaml"]
 
@@ -49,6 +49,8 @@ class Document:
     file: str
     value: Any
     positions: dict[Path_, Position] = field(repr=False)
+    controls: tuple[Path_, ...] = ()
+    """Paths of the texts and keys that hold control characters (YAML can write them as escapes)."""
 
     def where(self, path: Path_) -> str:
         """`file:line:column` of the value at this path, or of its nearest ancestor that is there."""
@@ -61,10 +63,7 @@ class Document:
 def read_yaml(path: str | Path) -> Document:
     """Read a YAML file; InputError says file, line and column of what is wrong."""
     source = Path(path)
-    with readable(source, "a YAML file"):
-        data = source.read_bytes()
-    if len(data) > MOST_BYTES:
-        raise InputError(f"{source}: {len(data)} bytes is too large for a text file of this kind (most: {MOST_BYTES})")
+    data = read_whole(source, "a YAML file", most=MOST_BYTES)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -90,7 +89,7 @@ def parse_yaml(text: str, file: str) -> Document:
         raise InputError(f"{_forbidden(text, file)}: not YAML: {str(error).splitlines()[0]}") from None
     if not builder.done:
         raise InputError(f"{file}:1:1: holds no value")
-    return Document(file, builder.value, builder.positions)
+    return Document(file, builder.value, builder.positions, tuple(builder.controls))
 
 
 def _forbidden(text: str, file: str) -> str:
@@ -160,6 +159,7 @@ class _Builder:
     def __init__(self, file: str) -> None:
         self.file = file
         self.positions: dict[Path_, Position] = {}
+        self.controls: list[Path_] = []
         self.value: Any = None
         self.done = False
         self._open: list[_Open] = []
@@ -197,7 +197,9 @@ class _Builder:
             value = _scalar(event.value) if plain and not event.tag else event.value
             if event.anchor:
                 self._anchors[event.anchor], self._sizes[event.anchor], self._heights[event.anchor] = value, 1, 0
-            self._put(event, value)
+            path = self._put(event, value)
+            if has_controls(event.value):
+                self.controls.append(path)
         else:
             tag = getattr(event, "tag", None)
             if tag not in (None, "!", "tag:yaml.org,2002:seq", "tag:yaml.org,2002:map"):

@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from workbench.errors import InputError
-from workbench.files.inputs import note_input
+from workbench.files.opening import read_whole
 from workbench.files.results import MARK
 
 __all__ = ["AccommodationResultFile", "GainRow", "GroupRow", "HardRow", "MapRow", "PeopleRow", "RequirementRow",
@@ -130,11 +130,8 @@ class AccommodationResultFile(_Row):
 def load_accommodation_result(path: Path) -> AccommodationResultFile:
     """Read the result.json of an accommodation study, or the one in its folder. InputError where it is none."""
     file = path / MARK if path.is_dir() else path
-    note_input(file)
     try:
-        return AccommodationResultFile.model_validate_json(file.read_bytes())
-    except OSError as error:
-        raise InputError(f"{file}: cannot be read ({error.strerror})") from None
+        return AccommodationResultFile.model_validate_json(read_whole(file, "a result"))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(key) for key in first["loc"])

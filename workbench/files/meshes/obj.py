@@ -7,6 +7,7 @@ opened. Source of the format: Wavefront, Advanced Visualizer manual, appendix B1
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -14,22 +15,32 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.meshes.bounds import MOST_CORNERS
 from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
+from workbench.files.opening import BYTE_ORDER_MARK
 
 __all__ = ["outside_folder", "read_obj"]
 
 _SKIPPED = frozenset([
-    "vt", "vn", "vp", "s", "mg", "usemtl", "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp", "shadow_obj",
-    "trace_obj",
+    "vt", "vn", "vp", "s", "mg", "mtllib", "usemtl", "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp",
+    "shadow_obj", "trace_obj",
 ])  # fmt: skip
+_NAMES = ("o", "g")
 _CURVES = frozenset([
     "l", "p", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole",
     "scrv", "sp", "end", "con",
 ])  # fmt: skip
+_LINE_END = re.compile(r"\r\n|\n|\r")
+_LARGEST_INDEX = 2**40
+"""Vertices that a file cannot have; the number of a larger index would not fit into an array."""
 
 
 def read_obj(path: Path, data: bytes) -> RawMesh:
-    """The parts of an OBJ file, in its own units. InputError says file and line."""
+    """The parts of an OBJ file, in its own units. InputError says file and line.
+
+    The name of an object or group is all that follows on its line, `#` included: exporters number copies so
+    ("seat #2"), and a name cut there would make one part of two.
+    """
     reader = _Reader(path)
     for number, words in _lines(path, data):
         reader.take(number, words)
@@ -49,8 +60,11 @@ def _lines(path: Path, data: bytes) -> Iterator[tuple[int, list[str]]]:
     if b"\0" in data:
         raise InputError(f"{path}: not an OBJ file: it holds bytes that are not text")
     held: list[str] = []
-    for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
-        words = line.partition("#")[0].split()
+    text = data.removeprefix(BYTE_ORDER_MARK).decode("utf-8", errors="replace")
+    for number, line in enumerate(_LINE_END.split(text), start=1):
+        words = line.split()
+        if words and words[0] not in _NAMES:
+            words = line.partition("#")[0].split()
         if words and words[-1].endswith("\\"):
             held += [*words[:-1], words[-1][:-1]]
             continue
@@ -76,11 +90,8 @@ class _Reader:
             self._vertex(number, words[1:])
         elif key in ("f", "fo"):
             self._face(number, words[1:])
-        elif key in ("o", "g"):
+        elif key in _NAMES:
             self._name(key, " ".join(words[1:]))
-        elif key == "mtllib":
-            if outside_folder(" ".join(words[1:])):
-                raise self._wrong(number, f"refers to a file outside its own folder ({' '.join(words[1:])})")
         elif key == "call":
             raise self._wrong(number, "includes another file; put everything in one file")
         elif key in _CURVES:
@@ -104,6 +115,11 @@ class _Reader:
         corners = [index - 1 if index > 0 else have + index for index in given]
         if len(corners) < 3 or 0 in given or min(corners) < 0:
             raise self._wrong(number, f"a face needs three vertices that are there (got {' '.join(words)[:60]!r})")
+        if max(corners) > _LARGEST_INDEX:
+            raise self._wrong(number, f"a face names vertex {str(max(corners) + 1)[:20]}, which no file can hold")
+        if len(corners) > MOST_CORNERS:
+            raise self._wrong(number, f"a face has {len(corners)} corners, at most {MOST_CORNERS} are read: "
+                              "export it as triangles")  # fmt: skip
         part = self._part()
         self.corners.setdefault(part, array("q")).extend(corners)
         self.counts.setdefault(part, array("q")).append(len(corners))

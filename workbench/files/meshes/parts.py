@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.errors import printable
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["RawMesh", "RawPart", "triangulated", "unique_names", "welded"]
@@ -37,8 +38,12 @@ class RawMesh:
 
 
 def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
-    """Names in the same order, none twice: `seat`, `seat_2`, `seat_3`; an empty one becomes `otherwise`."""
-    wanted = [" ".join(name.split()) or otherwise for name in names]
+    """Number repeated names, the one rule for parts of meshes and markers of motions.
+
+    The first of several equal names stays, the others become `seat_2`, `seat_3`; a number that another name has already
+    is passed over. White space is evened out, control characters are escaped, an empty name becomes `otherwise`.
+    """
+    wanted = [printable(" ".join(name.split())) or otherwise for name in names]
     taken = set(wanted)
     last: dict[str, int] = {}
     given: list[str] = []
@@ -76,8 +81,7 @@ def welded(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
 def triangulated(vertices: Floats, corners: Ints, counts: Ints) -> Ints:
     """Triangles (T, 3) of faces with any number of corners; `corners` holds the faces one after the other.
 
-    A quadrilateral is cut along the diagonal that does not fold it; larger faces by clipping ears, so that concave
-    ones come out right.
+    A quadrilateral is cut along the diagonal that does not fold it; larger faces so that concave ones come out right.
     """
     start = np.cumsum(counts) - counts
     three = start[counts == 3][:, None] + np.arange(3)
@@ -102,31 +106,18 @@ def _folds(vertices: Floats, quads: Ints) -> Bools:
 
 
 def _clipped(points: Floats, ring: Ints) -> Ints:
-    """Triangles of one polygon (n corners): a corner that points outward and has no other corner in its triangle is
-    cut off, until three are left; where rounding leaves no such corner, the first is cut off."""
-    normal = np.cross(points - points[0], np.roll(points, -1, axis=0) - points[0]).sum(axis=0)
+    """Triangles (n - 2, 3) of one polygon (n corners), laid into the coordinate plane that it faces most.
+
+    By manifold3d: exact for any polygon that does not cross itself, concave ones and those with holes that a double
+    edge joins to the outline; one that crosses itself still gives n - 2 triangles with its own edges.
+    """
+    if not np.isfinite(points).all():  # refused later, with the name of its part
+        return np.column_stack([np.full(len(ring) - 2, ring[0]), ring[1:-1], ring[2:]])
+    from manifold3d import triangulate
+
+    around = points - points[0]
+    normal = np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0)
     axis = int(np.abs(normal).argmax())
-    flat = np.delete(points, axis, axis=1) * (1 if (normal[axis] > 0) == (axis != 1) else -1, 1)
-    left, faces = list(range(len(ring))), []
-    while len(left) > 3:
-        ear = next((k for k in range(len(left)) if _is_ear(flat, left, k)), 0)
-        faces.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
-        del left[ear]
-    faces.append((left[0], left[1], left[2]))
-    clipped: Ints = ring[np.array(faces)]
+    flat = np.delete(around, axis, axis=1) * (1 if (normal[axis] > 0) == (axis != 1) else -1, 1)
+    clipped: Ints = ring[np.asarray(triangulate([flat]), dtype=np.int64).reshape(-1, 3)]
     return clipped
-
-
-def _is_ear(flat: Floats, left: list[int], k: int) -> bool:
-    a, b, c = flat[left[k - 1]], flat[left[k]], flat[left[(k + 1) % len(left)]]
-    if _turn(a, b, c) <= 0:
-        return False
-    rest = flat[[n for n in left if n not in (left[k - 1], left[k], left[(k + 1) % len(left)])]]
-    inside = (_turn(a, b, rest) >= 0) & (_turn(b, c, rest) >= 0) & (_turn(c, a, rest) >= 0)
-    return not bool(np.any(inside))
-
-
-def _turn(a: Floats, b: Floats, c: Floats) -> Floats:
-    """Twice the signed area of the triangle a, b, c in the plane; c may be many points (n, 2)."""
-    area: Floats = (b[0] - a[0]) * (c[..., 1] - a[1]) - (b[1] - a[1]) * (c[..., 0] - a[0])
-    return area

@@ -14,13 +14,16 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError, one_of
+from workbench.files.meshes.bounds import free_memory
 from workbench.files.meshes.dae import read_dae
+from workbench.files.meshes.gltf import read_glb, read_gltf
 from workbench.files.meshes.obj import read_obj
 from workbench.files.meshes.parts import RawMesh, RawPart, unique_names, welded
-from workbench.files.meshes.scene import read_glb, read_gltf, read_stl, read_threemf
 from workbench.files.meshes.step import read_step
+from workbench.files.meshes.stl import read_stl
 from workbench.files.meshes.text import read_off, read_ply
-from workbench.files.opening import readable
+from workbench.files.meshes.threemf import read_threemf
+from workbench.files.opening import opened
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
@@ -51,7 +54,9 @@ def read_mesh(path: str | Path) -> RawMesh:
     if source.suffix.lower() not in FORMATS:
         raise InputError(f"{source}: {source.suffix or 'no ending'} is not a mesh format; {one_of('', FORMATS)}")
     reader, factor = FORMATS[source.suffix.lower()]
-    raw = reader(source, _bytes(source, factor))
+    data = _bytes(source, factor)
+    with np.errstate(all="ignore"):  # what is not finite is reported below, with the name of its part
+        raw = reader(source, data)
     if not raw.parts or not any(len(part.faces) for part in raw.parts):
         raise InputError(f"{source}: holds no surface (no faces)")
     names = unique_names((part.name for part in raw.parts), source.stem)
@@ -68,29 +73,18 @@ def read_mesh(path: str | Path) -> RawMesh:
 
 
 def _bytes(source: Path, factor: float) -> bytes:
-    with readable(source, "a mesh file"):
-        size = source.stat().st_size
-        need, have = size * factor, _free_memory()
-        if source.is_file() and have is not None and need > have:
+    with opened(source, "a mesh file") as file:
+        size = os.fstat(file.fileno()).st_size
+        need, have = size * factor, free_memory()
+        if have is not None and need > have:
             raise InputError(
                 f"{source}: {size / 2**20:.0f} MiB need up to {need / 2**30:.1f} GiB of memory to read, "
                 f"{have / 2**30:.1f} GiB are free: simplify the mesh or split it"
             )
-        data = source.read_bytes()
+        data = file.read()
     if not data.strip():
         raise InputError(f"{source}: is empty")
     return data
-
-
-def _free_memory() -> int | None:
-    """Bytes of memory that can be had, with what the system would give back from its caches; None where unknown."""
-    try:
-        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
-            if line.startswith("MemAvailable:"):
-                return int(line.split()[1]) * 1024
-        return os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (OSError, ValueError, AttributeError):
-        return None
 
 
 def axes(up: str, forward: str) -> Floats:

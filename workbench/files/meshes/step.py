@@ -13,13 +13,27 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from workbench.errors import InputError, MissingPartError
+from workbench.files.meshes.bounds import free_memory
+from workbench.files.meshes.gltf import read_glb
 from workbench.files.meshes.parts import RawMesh
-from workbench.files.meshes.scene import read_glb
+from workbench.files.opening import BYTE_ORDER_MARK
 
 __all__ = ["read_step"]
 
-_CHILD = "import sys, cascadio; cascadio.step_to_glb(sys.argv[1], sys.argv[2], tol_linear=0.1, tol_angular=0.3)"
+_CHILD = """
+import sys
+try:
+    import resource
+    resource.setrlimit(resource.RLIMIT_AS, (int(sys.argv[3]), int(sys.argv[3])))
+except ImportError:
+    pass
+import cascadio
+cascadio.step_to_glb(sys.argv[1], sys.argv[2], tol_linear=0.1, tol_angular=0.3)
+"""
+"""Reads argv[1], writes argv[2], and takes at most argv[3] bytes of memory where the system can limit it."""
 _LONGEST = 900
+_MEMORY = 8 * 2**30
+"""Memory [bytes] that OpenCASCADE may take where it is unknown how much is free."""
 
 
 def read_step(path: Path, data: bytes) -> RawMesh:
@@ -29,11 +43,13 @@ def read_step(path: Path, data: bytes) -> RawMesh:
     """
     if find_spec("cascadio") is None:
         raise MissingPartError(f"{path}: STEP files need cascadio: pip install cascadio")
+    data = data.removeprefix(BYTE_ORDER_MARK)
     if not data.lstrip().startswith(b"ISO-10303-21") or b"END-ISO-10303-21" not in data:
         raise InputError(f"{path}: not a STEP file, or cut short (ISO-10303-21 to END-ISO-10303-21)")
     with TemporaryDirectory() as folder:
-        made = Path(folder) / "made.glb"
-        command = [sys.executable, "-c", _CHILD, str(path.resolve()), str(made)]
+        given, made = Path(folder) / "given.step", Path(folder) / "made.glb"
+        given.write_bytes(data)
+        command = [sys.executable, "-c", _CHILD, str(given), str(made), str(free_memory() or _MEMORY)]
         try:
             done = subprocess.run(command, capture_output=True, timeout=_LONGEST, check=False)
         except subprocess.TimeoutExpired:

@@ -1,5 +1,5 @@
-"""STL as text, OFF and PLY, read here: trimesh drops an STL solid whose end is missing, misreads binary PLY of mixed
-triangles and quadrilaterals, takes short PLY files for whole ones, and folds concave faces."""
+"""OFF and PLY, read here: general libraries misread binary PLY of mixed triangles and quadrilaterals, take short PLY
+files for whole ones, and fold concave faces."""
 
 from __future__ import annotations
 
@@ -9,46 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.meshes.bounds import check_corners
 from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
+from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["read_off", "read_ply", "read_text_stl"]
+__all__ = ["read_off", "read_ply"]
 
 _TYPES = {
     "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
     "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "int64": "i8", "uint64": "u8",
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
-_STL_WORDS = ("facet", "outer", "endloop", "endfacet")
-
-
-def read_text_stl(path: Path, data: bytes) -> RawMesh:
-    """The solids of a text STL, one part each. InputError says file and line."""
-    solids: list[tuple[str, list[list[str]], int]] = []
-    open_solid = False
-    for number, line in enumerate(data.decode("utf-8", errors="replace").splitlines(), start=1):
-        words = line.split()
-        key = words[0].lower() if words else ""
-        if key == "solid":
-            solids.append((" ".join(words[1:]), [], number))
-            open_solid = True
-        elif key == "endsolid":
-            open_solid = False
-        elif key == "vertex" and open_solid and len(words) == 4:
-            solids[-1][1].append(words[1:])
-        elif key and not (open_solid and key in _STL_WORDS):
-            raise InputError(f"{path}:{number}: not a line of a text STL file ({line.strip()[:40]!r})")
-    if open_solid or not solids:
-        raise InputError(f"{path}: cut short: solid {solids[-1][0] if solids else ''!r} has no end")
-    return RawMesh(str(path), "STL", tuple(_solid(path, solid) for solid in solids if solid[1]))
-
-
-def _solid(path: Path, solid: tuple[str, list[list[str]], int]) -> RawPart:
-    name, corners, line = solid
-    if len(corners) % 3:
-        raise InputError(f"{path}:{line}: solid {name!r}: {len(corners)} vertices do not make triangles")
-    vertices = _numbers(path, [word for corner in corners for word in corner]).reshape(-1, 3)
-    return RawPart(name, vertices, np.arange(len(vertices)).reshape(-1, 3))
 
 
 def _numbers(path: Path, words: list[str] | list[bytes]) -> Floats:
@@ -58,9 +30,16 @@ def _numbers(path: Path, words: list[str] | list[bytes]) -> Floats:
         raise InputError(f"{path}: a number is needed: {error}") from None
 
 
+def _whole(path: Path, numbers: Floats) -> Ints:
+    """Numbers as indices; InputError where one is no whole number."""
+    if not np.all((np.abs(numbers) < 2**53) & (numbers == np.trunc(numbers))):
+        raise InputError(f"{path}: a face needs whole numbers")
+    return numbers.astype(np.int64)
+
+
 def read_off(path: Path, data: bytes) -> RawMesh:
     """The one part of an OFF file (plain or coloured; not binary)."""
-    lines = [line.partition(b"#")[0].split() for line in data.splitlines()]
+    lines = [line.partition(b"#")[0].split() for line in data.removeprefix(BYTE_ORDER_MARK).splitlines()]
     words = [word for line in lines for word in line]
     if not words or words[0] not in (b"OFF", b"COFF"):
         raise InputError(f"{path}: not an OFF file: it begins with {data[:12]!r}")
@@ -74,15 +53,16 @@ def read_off(path: Path, data: bytes) -> RawMesh:
     if len(faces) < count or any(len(row) < 3 for row in points):
         raise InputError(f"{path}: cut short: {have} vertices and {count} faces are announced")
     vertices = _numbers(path, [word for row in points for word in row[:3]]).reshape(-1, 3)
-    sizes = _numbers(path, [row[0] for row in faces]).astype(np.int64)
+    sizes = _whole(path, _numbers(path, [row[0] for row in faces]))
     if any(len(row) <= size for row, size in zip(faces, sizes, strict=True)):
         raise InputError(f"{path}: a face has fewer corners than it announces")
     corners = _numbers(path, [word for row, n in zip(faces, sizes, strict=True) for word in row[1 : n + 1]])
-    return _one_part(path, "OFF", (vertices, corners.astype(np.int64), sizes))
+    return _one_part(path, "OFF", (vertices, _whole(path, corners), sizes))
 
 
 def _one_part(path: Path, form: str, shape: tuple[Floats, Ints, Ints]) -> RawMesh:
     vertices, corners, sizes = shape
+    check_corners(path, sizes)
     if sizes.min(initial=3) < 3 or corners.min(initial=0) < 0 or corners.max(initial=-1) >= len(vertices):
         raise InputError(f"{path}: a face names fewer than three vertices, or one that is not there")
     return RawMesh(str(path), form, (RawPart("", vertices, triangulated(vertices, corners, sizes)),))
@@ -99,12 +79,13 @@ class _Element:
 
 def read_ply(path: Path, data: bytes) -> RawMesh:
     """The one part of a PLY file, text or binary, with faces of any number of corners."""
+    data = data.removeprefix(BYTE_ORDER_MARK)
     end = data.find(b"end_header")
     if not data.startswith(b"ply") or end < 0:
         raise InputError(f"{path}: not a PLY file: it has no header from 'ply' to 'end_header'")
     body = data[data.find(b"\n", end) + 1 :] if b"\n" in data[end:] else b""
     try:
-        form, elements = _header(data[:end].decode("ascii", errors="replace"))
+        form, elements = _header(data[:end].decode("ascii", errors="replace"), len(body))
         rows = _TextRows(body) if form == "ascii" else _BinaryRows(body, ">" if "big" in form else "<")
         found = {element.name: rows.take(element) for element in elements}
         vertices = np.column_stack([found["vertex"][axis] for axis in "xyz"]).astype(np.float64)
@@ -113,18 +94,19 @@ def read_ply(path: Path, data: bytes) -> RawMesh:
         corners, sizes = (faces[names[0]], faces[names[0] + " sizes"]) if names else (np.zeros(0), np.zeros(0))
     except (ValueError, KeyError, IndexError, MemoryError, OverflowError) as error:
         raise InputError(f"{path}: broken or cut short PLY: {error or type(error).__name__}") from None
-    return _one_part(path, "PLY", (vertices, corners.astype(np.int64), sizes.astype(np.int64)))
+    return _one_part(path, "PLY", (vertices, _whole(path, corners), _whole(path, sizes)))
 
 
-def _header(text: str) -> tuple[str, list[_Element]]:
+def _header(text: str, most: int) -> tuple[str, list[_Element]]:
+    """The format and the elements that a header announces, none with more than `most` rows."""
     form, elements = "", []
     for words in (line.split() for line in text.splitlines()[1:]):
         if words[:1] == ["format"]:
             form = words[1]
         elif words[:1] == ["element"]:
             elements.append(_Element(words[1], int(words[2]), []))
-            if elements[-1].count < 0:
-                raise ValueError(f"element {words[1]} has a count below zero")
+            if not 0 <= elements[-1].count <= most:
+                raise ValueError(f"element {words[1]} has the count {words[2][:20]}, more than the file can hold")
         elif words[:2] == ["property", "list"]:
             elements[-1].properties.append((words[4], _TYPES[words[3]], _TYPES[words[2]]))
         elif words[:1] == ["property"]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
+from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
 from workbench.model.arrays import Floats
 from workbench.model.motion import Bones
 from workbench.model.quaternions import exponential, multiply
@@ -20,6 +20,7 @@ __all__ = ["bone_pieces", "read_bvh"]
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CHANNELS = {axis + kind: (kind, k) for axis, k in _AXES.items() for kind in ("position", "rotation")}
 _DEEPEST = 200
+_MOST_BONES = 5000
 
 
 @dataclass
@@ -102,8 +103,8 @@ def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[list[_Bone
 
 def _begun(here: str, words: list[str], tree: tuple[list[_Bone], list[int | None]]) -> tuple[str, int]:
     bones, stack = tree
-    if len(stack) > _DEEPEST:
-        raise InputError(f"{here}: more than {_DEEPEST} bones deep")
+    if len(stack) > _DEEPEST or len(bones) >= _MOST_BONES:
+        raise InputError(f"{here}: more than {_DEEPEST} bones deep, or {_MOST_BONES} bones in all")
     if words[0] == "End":
         if not stack or stack[-1] is None:
             raise InputError(f"{here}: an end site outside a bone")
@@ -134,7 +135,7 @@ def _offset(here: str, words: list[str], tree: tuple[list[_Bone], list[int | Non
 
 def _channels(here: str, words: list[str]) -> list[str]:
     named = words[2:]
-    if len(words) < 2 or not words[1].isdigit() or int(words[1]) != len(named):
+    if len(words) < 2 or count_in(words[1]) != len(named):
         raise InputError(f"{here}: CHANNELS says {words[1] if len(words) > 1 else 'nothing'}, {len(named)} are named")
     wrong = [name for name in named if name not in _CHANNELS]
     if wrong or len(set(named)) != len(named):
@@ -168,7 +169,7 @@ def _motion_head(path: Path, lines: Iterator[tuple[int, str]], at: int) -> tuple
         where = number if key.strip().lower() == "frames" else where
         if {"frames", "frame time"} <= found.keys():
             frames, step = found["frames"], found["frame time"]
-            if frames != int(frames) or frames < 1 or not 1e-7 < step < 1e4:
+            if not 1 <= frames <= 1e9 or frames % 1 or not 1e-7 < step < 1e4:
                 raise InputError(f"{path}, line {number}: {frames:g} frames every {step:g} s: both must be positive")
             return int(frames), step, where
     raise InputError(f"{path}: ends before 'Frames:' and 'Frame Time:': cut short")

@@ -131,7 +131,8 @@ def _step(path: Path, about: dict[str, tuple[int, str]]) -> float:
 
 def _refuse_overlaps(path: Path, movements: list[Movement]) -> None:
     """InputError where two lines are about one part, or a part and its limb, at the same time."""
-    for part in PARTS:
+    # parts of limbs first: in a limb's own turn none of them overlaps itself, so few are active at once
+    for part in sorted(PARTS, key=SUBPARTS.__contains__):
         own = [m for m in movements if m.part == part or m.part in SUBPARTS.get(part, ())]
         own.sort(key=lambda m: (m.begin, m.line))
         active: list[Movement] = []

@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import math
+import re
 from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from io import TextIOWrapper
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from workbench.errors import InputError, UsageError
-from workbench.files.opening import readable
+from workbench.errors import InputError, UsageError, printable
+from workbench.files.opening import opened
 from workbench.model.arrays import Floats, Ints
 from workbench.model.spool import Spool
 
-__all__ = ["ALL", "MOST_NUMBERS", "Pick", "Rows", "number_rows", "numbered"]
+__all__ = ["ALL", "MOST_NUMBERS", "Pick", "Rows", "count_in", "number_rows", "numbered"]
 
 MOST_NUMBERS = 2_000_000_000
 """Numbers of one file that are kept at most (16 GB, in a temporary file)."""
 _BLOCK = 2048
+_COUNT = re.compile(r"[0-9]{1,9}(\.0*)?")
 
 
 @dataclass(frozen=True)
@@ -51,16 +54,23 @@ class Rows(NamedTuple):
 
 
 def numbered(path: Path) -> Iterator[tuple[int, str]]:
-    """The lines of a text file with their numbers from 1. InputError where it is missing, empty or no text."""
+    """The lines of a text file with their numbers from 1, control characters escaped. InputError where it is missing,
+    empty or no text."""
     empty = True
-    with readable(path, "a motion file"), path.open(encoding="utf-8-sig", errors="replace", newline=None) as file:
-        for number, line in enumerate(file, start=1):
+    with opened(path, "a motion file") as file:
+        lines = TextIOWrapper(file, encoding="utf-8-sig", errors="replace", newline=None)
+        for number, line in enumerate(lines, start=1):
             if "\x00" in line[:1000]:
                 raise InputError(f"{path}, line {number}: is not text")
             empty = empty and not line.strip()
-            yield number, line.rstrip("\n")
+            yield number, printable(line.rstrip("\n"))
     if empty:
         raise InputError(f"{path}: is empty")
+
+
+def count_in(word: str) -> int | None:
+    """The number that a count in a header says; None where it is no whole number of up to nine digits."""
+    return int(float(word)) if _COUNT.fullmatch(word) else None
 
 
 def number_rows(

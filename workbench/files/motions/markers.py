@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from workbench.errors import InputError, MissingPartError, UsageError
-from workbench.files.inputs import note_input
-from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
+from workbench.errors import InputError, UsageError
+from workbench.files.meshes.parts import unique_names
+from workbench.files.motions.c3d import read_points
+from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 from workbench.model.motion import Markers
@@ -42,63 +44,39 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Ma
     table, count, _ = number_rows(source, rows, width, rows=columns, blank=True, keep=keep, clock=(1, 1.0))
     if table.size > _MOST_NUMBERS:
         raise InputError(f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame")
-    said = int(float(about.get("numframes", count)))
-    if said != count:
-        raise InputError(f"{source}, line 3: says {said} frames, {count} are there")
+    said = about.get("numframes", str(count))
+    if count_in(said) != count:
+        raise InputError(f"{source}, line 3: says {said[:20]} frames, {count} are there")
     if not len(table):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
     position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
+    position[np.isnan(position).any(axis=-1)] = np.nan  # a marker without one of its coordinates is a gap
     return _markers(source, names, position, (table[:, 1], up, ""))
 
 
 def read_c3d(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Markers:
-    """Markers of a C3D file, by the optional ezc3d; what was not seen is a gap, repeated labels are numbered.
+    """Markers of a C3D file; what was not seen is a gap, repeated labels are numbered.
 
-    up as in `read_trc`; the file's own X_SCREEN and Y_SCREEN go before the guess. InputError for a broken file or one
-    without markers, MissingPartError without ezc3d.
+    up as in `read_trc`; the file's own Y_SCREEN goes before the guess. InputError for a broken file or one without
+    markers.
     """
     source = Path(path)
-    found = _opened(source)
-    point = found["parameters"]["POINT"]
-    labels = [
-        str(label).strip() for key in ("LABELS", "LABELS2", "LABELS3") if key in point for label in point[key]["value"]
-    ]
-    places = np.asarray(found["data"]["points"], dtype=np.float64)
-    seen = np.asarray(found["data"]["meta_points"]["residuals"])[0] >= 0
-    rate, unit = float(point["RATE"]["value"][0]), str(point["UNITS"]["value"][0]) if "UNITS" in point else ""
-    if places.shape[1] == 0 or places.shape[2] == 0:
+    found = read_points(source)
+    if found.count == 0 or len(found.frames) == 0:
         raise InputError(f"{source}: holds no marker")
-    if unit not in metres_in or not rate > 0:
-        raise InputError(
-            f"{source}: POINT:UNITS is {unit!r}, POINT:RATE is {rate:g}: a unit of length and a rate are needed"
-        )
-    labels = (labels + [f"marker {k + 1}" for k in range(len(labels), places.shape[1])])[: places.shape[1]]
-    position = places[:3].transpose(2, 1, 0) * metres_in[unit]
-    position[~seen.T | np.all(position == 0, axis=-1)] = np.nan
-    first = int(found["header"]["points"]["first_frame"])
-    time = (first + np.arange(len(position))) / rate
+    if found.unit not in metres_in or not found.rate > 0:
+        raise InputError(f"{source}: POINT:UNITS is {found.unit!r}, POINT:RATE is {found.rate:g}: a unit of length and "
+                         "a rate are needed")  # fmt: skip
+    time = (found.first + np.arange(len(found.frames))) / found.rate
     rows = np.flatnonzero((time >= keep.start) & (time <= keep.end))[:: keep.every]
     if not len(rows):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
-    screen = str(point["Y_SCREEN"]["value"][0]) if "Y_SCREEN" in point and point["Y_SCREEN"]["value"] else ""
-    return _markers(source, labels, position[rows], (time[rows], up, screen.lower().lstrip("+")))
-
-
-def _opened(source: Path) -> Any:
-    if not source.is_file():
-        raise InputError(f"{source}: no such file")
-    note_input(source)
-    try:
-        import ezc3d
-    except ImportError:
-        raise MissingPartError("C3D files need the optional ezc3d: pip install 'bubbleman-workbench[c3d]'") from None
-    with source.open("rb") as file:
-        if file.read(2)[1:] != b"\x50":  # the second byte of every C3D file; the library ends the process over others
-            raise InputError(f"{source}: is not a C3D file")
-    try:
-        return ezc3d.c3d(str(source))
-    except (OSError, RuntimeError, ValueError, IndexError, KeyError, MemoryError) as error:
-        raise InputError(f"{source}: broken C3D file ({error})") from None
+    if len(rows) * found.count * 3 > _MOST_NUMBERS:
+        raise InputError(f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame")
+    labels = [*found.labels, *(f"marker {k + 1}" for k in range(len(found.labels), found.count))][: found.count]
+    position = found.position(rows) * metres_in[found.unit]
+    made = _markers(source, labels, position, (time[rows], up, found.screen.lower().lstrip("+")))
+    return replace(made, notes=(*found.notes, *made.notes))
 
 
 def _trc_head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str], list[str]]:
@@ -115,7 +93,7 @@ def _trc_head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, s
     about = {key.lower(): value for key, value in zip(head[1], head[2], strict=False)}
     names = [word for word in head[3][2:] if word]
     said = about.get("nummarkers", "")
-    if not names or not said.isdigit() or int(said) != len(names):
+    if not names or count_in(said) != len(names):
         raise InputError(f"{path}, line 3: says {said or 'no'} markers, line 4 names {len(names)}")
     return about, names
 
@@ -134,11 +112,8 @@ def _padded(line: str, width: int) -> list[str]:
 
 def _markers(path: Path, labels: list[str], position: Floats, about: tuple[Floats, str | None, str]) -> Markers:
     time, up, told = about
-    names, seen, notes = [], dict.fromkeys(labels, 0), []
-    for label in labels:
-        seen[label] += 1
-        names.append(label if seen[label] == 1 else f"{label}_{seen[label]}")
-    twice = [label for label, count in seen.items() if count > 1]
+    names, notes = unique_names(labels, "marker"), []
+    twice = [label for label, count in Counter(labels).items() if count > 1]
     if twice:
         notes.append(f"markers of the same name are numbered: {', '.join(twice)}")
     axis = up or told or _upward(names, position)

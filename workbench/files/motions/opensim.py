@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
+from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import rising_time
@@ -179,9 +179,10 @@ def _header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[bool, dict[st
         elif key == "time":
             break
         elif key in ("nrows", "datarows", "ncolumns", "datacolumns"):
-            if len(words) < 2 or not words[1].isdigit():
+            count = count_in(words[1]) if len(words) > 1 else None
+            if count is None:
                 raise InputError(f"{path}, line {number}: {line.strip()[:60]!r}: a count is needed")
-            said["rows" if "row" in key else "columns"] = int(words[1])
+            said["rows" if "row" in key else "columns"] = count
             degrees = True if key.startswith("data") and degrees is None else degrees
         elif key == "indegrees":
             if len(words) < 2 or words[1].lower() not in ("yes", "no"):

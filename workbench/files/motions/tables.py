@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -178,7 +179,7 @@ def _head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str],
                 if not found:
                     raise InputError(f"{path}, line {number}: {word!r} is no column: name [unit] is needed")
                 columns.append(_Column(found[1], found[2] or ""))
-            twice = {c.name for c in columns if sum(c.name == d.name for d in columns) > 1}
+            twice = [name for name, count in Counter(c.name for c in columns).items() if count > 1]
             if twice:
                 raise InputError(f"{path}, line {number}: column {sorted(twice)[0]} is there twice")
             return about, columns, number
@@ -262,7 +263,8 @@ def _attitude(table: _Table, given: Mapping[str, Floats]) -> Floats:
 
 
 def _unit_quaternions(table: _Table, what: str, given: Floats) -> Floats:
-    length = np.linalg.norm(given, axis=-1)
+    with np.errstate(over="ignore"):  # a length too large for a number is infinite, and not 1 either
+        length = np.linalg.norm(given, axis=-1)
     wrong = np.flatnonzero(np.abs(length - 1.0) > 1e-3)
     if len(wrong):
         raise InputError(f"{table.path}, line {table.lines[wrong[0]]}: the quaternion of {what} has length "

@@ -1,0 +1,242 @@
+"""3MF: a zip archive of XML, read as a stream so that what it unpacks to is never held.
+
+Objects of the build with their transforms, components within components, and models in other files of the archive
+(production extension). Materials, textures, slices and beams are not opened.
+
+References
+----------
+3MF Consortium (2021), 3D Manufacturing Format Core Specification 1.3: 3 (model), 4 (objects); Production Extension.
+"""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from array import array
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+from xml.parsers import expat
+
+import numpy as np
+
+from workbench.errors import InputError
+from workbench.files.meshes.bounds import MOST_PLACED, check_faces
+from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.model.arrays import Floats, Ints
+
+__all__ = ["read_threemf"]
+
+_METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 0.01, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+_MOST_UNPACKED = 2 * 2**30
+_MOST_RATIO = 200
+"""Bytes that a packed byte may become; text of meshes reaches some 10, of equal lines some 100."""
+_SMALL = 16 * 2**20
+"""Bytes of a file in the archive below which its ratio does not matter."""
+_CHUNK = 2**20
+_RELATIONS = "_rels/.rels"
+_MODEL_RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
+
+_Start = Callable[[str, dict[str, str]], None]
+_Key = tuple[str, str]
+"""An object: the file of the archive it stands in, and its number there."""
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """An object named by a build or by another object: its (4, 4) transform there, and its name."""
+
+    key: _Key
+    transform: Floats
+    name: str = ""
+
+
+@dataclass
+class _Object:
+    """An object: its own corners and triangles, or the objects it is made of."""
+
+    name: str
+    vertices: array[float] = field(default_factory=lambda: array("d"))
+    corners: array[int] = field(default_factory=lambda: array("q"))
+    components: list[_Placed] = field(default_factory=list)
+
+
+@dataclass
+class _Model:
+    """What all models of an archive hold: objects, what is built, units of the models read."""
+
+    objects: dict[_Key, _Object] = field(default_factory=dict)
+    build: list[_Placed] = field(default_factory=list)
+    units: dict[str, str] = field(default_factory=dict)
+
+
+def read_threemf(path: Path, data: bytes) -> RawMesh:
+    """The objects that a 3MF file builds, one part each, in the unit that it states.
+
+    InputError where it is no 3MF file, unpacks to too much, is broken, or names what is not there.
+    """
+    model = _Model()
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            _check_sizes(path, archive)
+            root = _root(archive)
+            _parse(archive, root, model)
+            _follow(archive, model)
+        placed = list(_leaves(model))
+        things = [model.objects[one.key] for one in placed]
+        check_faces(path, sum(len(thing.corners) for thing in things) // 3, sum(len(t.vertices) for t in things) // 3)
+        parts = tuple(_part(model, one) for one in placed)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError, RuntimeError) as error:
+        raise InputError(f"{path}: not a 3MF file, or damaged: {str(error)[:200]}") from None
+    except expat.ExpatError as error:
+        raise InputError(f"{path}: broken 3MF: not XML: {error}") from None
+    except (ValueError, KeyError, OverflowError, MemoryError) as error:
+        lacks = f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
+        raise InputError(f"{path}: broken 3MF: {lacks or type(error).__name__}") from None
+    built = {one.key for one in placed}
+    left = sum(bool(item.corners) for key, item in model.objects.items() if key not in built)
+    notes = (f"{left} objects are not part of the build and are left out",) if left else ()
+    return RawMesh(str(path), "3MF", parts, _METRES[model.units[root]], notes=notes)
+
+
+def _check_sizes(path: Path, archive: zipfile.ZipFile) -> None:
+    entries = archive.infolist()
+    unpacked = sum(item.file_size for item in entries)
+    if unpacked > _MOST_UNPACKED:
+        raise InputError(f"{path}: unpacks to {unpacked / 2**30:.1f} GiB; at most {_MOST_UNPACKED >> 30} are read")
+    for item in entries:
+        if item.file_size > max(_SMALL, _MOST_RATIO * item.compress_size):
+            raise InputError(f"{path}: {item.filename!r} unpacks to {item.file_size / 2**20:.0f} MiB from "
+                             f"{item.compress_size / 2**20:.1f} MiB: damaged, or made to fill the memory")  # fmt: skip
+
+
+def _root(archive: zipfile.ZipFile) -> str:
+    """The file of the archive that is the model: the one its relations name, else the usual one."""
+    names = set(archive.namelist())
+    found: list[str] = []
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        if _plain(tag) == "Relationship" and attributes.get("Type") == _MODEL_RELATION:
+            found.append(attributes["Target"].lstrip("/"))
+
+    if _RELATIONS in names:
+        with archive.open(_RELATIONS) as stream:
+            _run(stream, start)
+    usual = [name for name in names if name.lower() == "3d/3dmodel.model"]
+    for name in (*found, *usual, *sorted(name for name in names if name.lower().endswith(".model"))):
+        if name in names:
+            return name
+    raise ValueError("it holds no model")
+
+
+def _run(stream: IO[bytes], start: _Start) -> None:
+    """Feed XML to handlers of its elements. A document type is refused: it is how XML grows without bound."""
+    parser = expat.ParserCreate()
+
+    def refuse(*_: object) -> None:
+        raise ValueError("declares a document type (DOCTYPE), which is not allowed in 3MF")
+
+    parser.StartDoctypeDeclHandler = refuse
+    parser.StartElementHandler = start
+    while piece := stream.read(_CHUNK):
+        parser.Parse(piece, False)
+    parser.Parse(b"", True)
+
+
+def _parse(archive: zipfile.ZipFile, name: str, model: _Model) -> None:
+    """Read one model of the archive."""
+    reader = _Reader(name, model)
+    with archive.open(name) as stream:
+        _run(stream, reader.start)
+    if name not in model.units:
+        raise ValueError(f"{name!r} is no 3MF model")
+
+
+def _follow(archive: zipfile.ZipFile, model: _Model) -> None:
+    """Read the models in other files of the archive that components and the build name."""
+    waiting = True
+    while waiting:
+        named = {one.key[0] for one in model.build}
+        named |= {one.key[0] for item in model.objects.values() for one in item.components}
+        waiting = bool(named - model.units.keys())
+        for name in sorted(named - model.units.keys()):
+            _parse(archive, name, model)
+
+
+class _Reader:
+    """Collects the objects and the build of one model file, element by element."""
+
+    def __init__(self, file: str, model: _Model) -> None:
+        self.file = file
+        self.model = model
+        self.object = _Object("")
+
+    def start(self, tag: str, given: dict[str, str]) -> None:
+        kind = _plain(tag)
+        if kind == "vertex":
+            self.object.vertices.extend((float(given["x"]), float(given["y"]), float(given["z"])))
+        elif kind == "triangle":
+            self.object.corners.extend((int(given["v1"]), int(given["v2"]), int(given["v3"])))
+        elif kind == "object":
+            self.object = _Object(given.get("name", ""))
+            self.model.objects[self.file, given["id"]] = self.object
+        elif kind == "component":
+            self.object.components.append(self._placed(given))
+        elif kind == "item":
+            self.model.build.append(self._placed(given))
+        elif kind == "model":
+            unit = given.get("unit", "millimeter")
+            if unit not in _METRES:
+                raise ValueError(f"unit {unit[:30]!r} is unknown; valid: {', '.join(_METRES)}")
+            self.model.units[self.file] = unit
+
+    def _placed(self, given: dict[str, str]) -> _Placed:
+        file = next((value.lstrip("/") for key, value in given.items() if _plain(key) == "path"), self.file)
+        transform = np.eye(4)
+        if "transform" in given:
+            transform[:3] = np.array(given["transform"].split(), dtype=np.float64).reshape(4, 3).T
+        return _Placed((file, given["objectid"]), transform, given.get("partnumber", ""))
+
+
+def _plain(tag: str) -> str:
+    return tag.rpartition(":")[2]
+
+
+def _leaves(model: _Model) -> Iterator[_Placed]:
+    """Every object with triangles as often as the build places it, with its transform in the world, depth first.
+
+    One without a name has that of the object around it, or the part number of the build.
+    """
+    count = 0
+    root_unit = None
+    for item in model.build:
+        stack = [(item, np.eye(4), item.name)]
+        while stack:
+            one, parent, above = stack.pop()
+            count += 1
+            if count > MOST_PLACED:
+                raise ValueError(f"objects are placed more than {MOST_PLACED} times, or within themselves")
+            if one.key not in model.objects:
+                raise ValueError(f"object {one.key[1]!r} is named and not there")
+            thing = model.objects[one.key]
+            unit = _METRES[model.units[one.key[0]]]
+            root_unit = root_unit or unit
+            if unit != root_unit:
+                raise ValueError("its models are in different units")
+            world, name = parent @ one.transform, thing.name or above
+            if thing.corners:
+                yield _Placed(one.key, world, name)
+            stack += [(child, world, name) for child in reversed(thing.components)]
+
+
+def _part(model: _Model, placed: _Placed) -> RawPart:
+    thing = model.objects[placed.key]
+    points: Floats = np.frombuffer(thing.vertices, dtype=np.float64).reshape(-1, 3)
+    faces: Ints = np.frombuffer(thing.corners, dtype=np.int64).reshape(-1, 3)
+    if faces.min() < 0 or faces.max() >= len(points):
+        raise ValueError(f"object {placed.key[1]!r}: a triangle names vertex {faces.max()}, there are {len(points)}")
+    matrix = placed.transform
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    return RawPart(placed.name, points @ matrix[:3, :3].T + matrix[:3, 3], faces[:, ::-1] if mirrored else faces)
