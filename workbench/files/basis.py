@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.files.inputs import note_input
 from workbench.files.opening import read_whole
 from workbench.model.arrays import Floats
 from workbench.model.basis import Detail, ShapeBasis
@@ -28,6 +29,7 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 
 def load_basis(path: Path) -> ShapeBasis:
     """The basis in a file `NAME.npz`; the same noun for the same file. InputError says which array is wrong and how."""
+    note_input(path)  # also where it was read before
     return _loaded(path.resolve(), path.stat().st_mtime_ns)
 
 
