@@ -367,8 +367,8 @@ def test_an_accommodation_study_reports_an_open_part_around_the_people(tmp_path)
 
 
 def test_a_crash_study_reports_an_open_part_around_the_person(tmp_path):
-    time = np.array([0.0, 0.1])
-    (tmp_path / "drop.csv").write_text("".join(angle_table_text(BODY, dropped(np.array([0.1, 0.0]), time))))
+    time = np.array([0.0, 0.05, 0.1])
+    (tmp_path / "drop.csv").write_text("".join(angle_table_text(BODY, dropped(np.array([0.1, 0.05, 0.0]), time))))
     written(tmp_path / "hall.obj", without(box_part("hall", [-1, -1, -0.5], [1, 1, 3]), [0]))
     (tmp_path / "environment.yaml").write_text(
         "environment: hall\nlength: mm\nmeshes: [{file: hall.obj, length: m, up: z, forward: x}]\n"
