@@ -16,17 +16,26 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import BOX_FACES, ROOT, SHARED, box_part, environment_of
 from tests.oracles import point_triangle, winding
+from tests.test_crash import BODY
+from tests.test_crash import STUDY as CRASH
+from tests.test_crash import standing as dropped
 from tests.test_real_inputs import BALL, FILES
+from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.errors import InputError
+from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.crash.studies import load_crash
 from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart, welded
 from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import read_mesh, to_world
+from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
 from workbench.model.study import Criterion, Person, Study
+from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.crash.crash import crash_study
 
 LOW, HIGH = [-1.5, -1.5, -0.5], [1.5, 1.5, 2.5]
 
@@ -344,6 +353,30 @@ def test_an_open_part_around_a_man_is_reported_by_check_run_and_the_page(tmp_pat
     for text in (said, page):
         assert "a surface, not a solid" in text
         assert "the body is enclosed by the open part" in text
+
+
+def test_an_accommodation_study_reports_an_open_part_around_the_people(tmp_path):
+    path = write_toy(tmp_path, people=2)
+    place = tmp_path / "environments" / "toy"
+    written(place / "hall.obj", without(box_part("hall", [-1, -1, -0.5], [2.5, 1, 2]), [0]))
+    text = (place / "environment.yaml").read_text()
+    more = "toy.obj, length: mm, up: z, forward: x}, {file: hall.obj, length: m, up: z, forward: x}]"
+    (place / "environment.yaml").write_text(text.replace("toy.obj, length: mm, up: z, forward: x}]", more))
+    said = accommodation_study(load_accommodation(path)).warnings
+    assert any("the body is enclosed by the open part 'hall'" in line for line in said)
+
+
+def test_a_crash_study_reports_an_open_part_around_the_person(tmp_path):
+    time = np.array([0.0, 0.05, 0.1])
+    (tmp_path / "drop.csv").write_text("".join(angle_table_text(BODY, dropped(np.array([0.1, 0.05, 0.0]), time))))
+    written(tmp_path / "hall.obj", without(box_part("hall", [-1, -1, -0.5], [1, 1, 3]), [0]))
+    (tmp_path / "environment.yaml").write_text(
+        "environment: hall\nlength: mm\nmeshes: [{file: hall.obj, length: m, up: z, forward: x}]\n"
+    )
+    path = tmp_path / "drop.yaml"
+    path.write_text(CRASH.replace("environment: pit", "environment: environment.yaml"))
+    said = crash_study(load_crash(path)).warnings
+    assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 
 def test_copies_between_parts_are_counted_in_one_line_and_change_no_distance():
