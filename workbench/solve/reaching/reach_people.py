@@ -19,7 +19,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.people_reach import PeopleReach
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import angles_of
 from workbench.solve.family import Family, family_of, frames, packed_links
 from workbench.solve.reaching.chains import AGAIN, PIECE, Found, Task, cold, posed, rows_of, solved, tips_of
@@ -102,8 +102,7 @@ def reach_people(
 def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats:
     """Targets (B, T, 3); UsageError where the numbers of rows do not fit."""
     goals = np.asarray(targets, dtype=np.float64)
-    if len(poses) != len(bodies) or not len(bodies):
-        raise UsageError(f"{len(bodies)} bodies need as many poses, and one at least, got {len(poses)}")
+    check_rows(poses, len(bodies), "bodies")
     if goals.ndim == 2:
         goals = np.broadcast_to(goals, (len(bodies), *goals.shape))
     if goals.ndim != 3 or goals.shape[0] != len(bodies) or goals.shape[2] != 3 or not np.all(np.isfinite(goals)):
