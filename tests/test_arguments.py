@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import inspect
 import pickle
-from dataclasses import replace
+import re
+from dataclasses import fields, replace
 from functools import cache
 from pathlib import Path
 
@@ -27,6 +28,44 @@ ODD = [None, object(), "no such name", "", b"bytes", -1, 0, 7, 3.5, -0.5, NAN, I
 """What is put in the place of every argument."""
 
 
+def block():
+    """The corners and faces of a cube of 100 mm."""
+    cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * 0.1
+    faces = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6],
+                      [0, 6, 4], [1, 5, 7], [1, 7, 3]])  # fmt: skip
+    return cube, faces
+
+
+def fitting_cases():
+    """The functions that fit spheres to a surface."""
+    surface = wb.sealed(*block())
+    bones = wb.Bones(
+        ("A", "B"), np.array([[0.02, 0.05, 0.05], [0.05, 0.05, 0.05]]), np.array([[0.05] * 3, [0.08] + [0.05] * 2])
+    )
+    radii = {"least_radius": 0.01, "greatest_radius": 0.05}
+    return {
+        "decompose": {
+            "mesh": surface,
+            "outward": 0.02,
+            "inward": 0.02,
+            **radii,
+            "joints": [[0.05, 0.05, 0.05]],
+            "seed": 1,
+        },
+        "fit_segments": {
+            "surface": surface,
+            "bones": bones,
+            "outward": 0.02,
+            "inward": 0.02,
+            **radii,
+            "border": 0.08,
+            "seed": 0,
+            "count": 6,
+            "joint_radius": [0.02],
+        },
+    }
+
+
 def arm_cases(one_arm):
     """The functions that a small body will do for, with arguments that are right."""
     room = environment_of(soup(1, 12))
@@ -34,14 +73,7 @@ def arm_cases(one_arm):
     bent = wb.pose(one_arm, {"ELBOW": {"flexion": 40}}, position=(0.1, 0.0, 0.0))
     motion = replace(wb.join_poses([rest, bent]), time=np.array([0.0, 1.0]))
     placed = wb.place(one_arm, rest)
-    cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * 0.1
-    faces = np.array([[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6],
-                      [0, 6, 4], [1, 5, 7], [1, 7, 3]])  # fmt: skip
-    block = wb.sealed(cube, faces)
-    bones = wb.Bones(
-        ("A", "B"), np.array([[0.02, 0.05, 0.05], [0.05, 0.05, 0.05]]), np.array([[0.05] * 3, [0.08] + [0.05] * 2])
-    )
-    radii = {"least_radius": 0.01, "greatest_radius": 0.05}
+    cube, faces = block()
     return {
         "between": (rest, bent, 0.5),
         "body_clearance": (placed, placed),
@@ -63,14 +95,6 @@ def arm_cases(one_arm):
         "clearance": {"placed": placed, "environment": room, "device": "cpu"},
         "collides": {"placed": placed, "environment": room, "tolerance": 1e-6, "threads": 1, "device": "cpu"},
         "contacts": {"placed": placed, "environment": room, "margin": 0.1, "tolerance": 1e-6},
-        "decompose": {
-            "mesh": block,
-            "outward": 0.02,
-            "inward": 0.02,
-            **radii,
-            "joints": [[0.05, 0.05, 0.05]],
-            "seed": 1,
-        },
         "episodes": {
             "body": one_arm,
             "motion": motion,
@@ -79,17 +103,6 @@ def arm_cases(one_arm):
             "window": ["HAND"],
             "tolerance": 1e-6,
             "threads": 1,
-        },
-        "fit_segments": {
-            "surface": block,
-            "bones": bones,
-            "outward": 0.02,
-            "inward": 0.02,
-            **radii,
-            "border": 0.08,
-            "seed": 0,
-            "count": 6,
-            "joint_radius": [0.02],
         },
         "join_poses": {"rows": [rest, bent]},
         "place": {"body": one_arm, "poses": rest, "window": ["HAND"], "reference": "BASE"},
@@ -323,6 +336,102 @@ def test_hostile_arguments_about_people_are_refused_in_our_own_words(tmp_path):
     assert failures(human_cases(tmp_path)) == []
 
 
+@pytest.mark.nightly
+def test_hostile_arguments_about_fitting_are_refused_in_our_own_words():
+    assert failures(fitting_cases()) == []
+
+
+def made_by_hand(one_arm):
+    """The nouns that people make themselves."""
+    poses = wb.pose(one_arm, {})
+    corners = np.array([[0.02, 0.05, 0.05], [0.05, 0.05, 0.05]])
+    return [
+        one_arm,
+        environment_of(soup(1, 12)),
+        replace(poses, time=np.zeros(1)),
+        wb.place(one_arm, poses),
+        wb.Bones(("A", "B"), corners, corners + 0.01),
+        wb.Driver("male", 1.75, 0.92, 25.0),
+        wb.Package((0.8, 0.0, 0.0), (0.9, 0.0, 0.2), (0.4, 0.0, 0.7), (0.0, 0.0, 0.3)),
+    ]
+
+
+def test_nouns_made_of_hostile_values_are_refused_in_our_own_words(one_arm):
+    found = []
+    for noun in made_by_hand(one_arm):
+        for field in fields(noun):
+            for bad in hostile(getattr(noun, field.name)):
+                try:
+                    replace(noun, **{field.name: bad})
+                except wb.InputError:
+                    continue
+                except Exception as error:  # noqa: BLE001
+                    found.append(f"{type(noun).__name__}.{field.name}={argument_words(bad)}: {error!r}"[:300])
+    assert found == []
+
+
+PLACE = np.eye(3, 4)[None]
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"world_from_reference": PLACE * [[-1], [1], [1]]}, "mirrored one (determinant -1) in row 0"),
+        ({"world_from_reference": PLACE * 2}, "whose rows are not unit vectors at right angles"),
+        ({"world_from_reference": PLACE[0]}, "expected an array of shape (1, 3, 4), got (3, 4)"),
+        ({"world_from_reference": PLACE * NAN}, "poses.world_from_reference: expected rotations (3, 3)"),
+        ({"reference": 4}, "poses.reference: expected 0 to 3, the segments of a body of 3 joints, got 4"),
+        ({"reference": -1}, "poses.reference: expected 0 to 3"),
+        ({"reference": 1.0}, "poses.reference: expected the index of a segment, got 1.0"),
+        ({"rotations": np.full((1, 3, 4), NAN)}, "poses.rotations: expected quaternions (w, x, y, z) of length 1"),
+        ({"rotations": np.zeros((1, 3, 3))}, "poses.rotations: expected an array of shape (any, any, 4)"),
+        ({"time": [NAN]}, "poses.time: expected finite times"),
+    ],
+)
+def test_poses_that_are_none_say_what_is_wrong_with_them(one_arm, change, message):
+    with pytest.raises(wb.InputError, match=re.escape(message)):
+        replace(wb.pose(one_arm, {}), **change)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"position": [1, 2]}, "position: expected x, y, z [m], got [1, 2]"),
+        ({"position": [0, 0, NAN]}, "position: expected finite numbers, got nan at (2,)"),
+        ({"position": 1.0}, "position: expected a sequence of which each is a number, got 1.0"),
+        ({"attitude": np.eye(4)}, "attitude: expected a rotation (3, 3), got an array (4, 4)"),
+        ({"attitude": np.diag([1, 1, -1])}, "attitude: expected rotations (3, 3), got a mirrored one"),
+        ({"attitude": [[1, 0], [0]]}, "attitude: expected numbers in rows of equal length"),
+        ({"angles": {"ELBOW": 40}}, "angles['ELBOW']: expected a mapping of a text to a number, got 40"),
+        ({"angles": {"ELBOW": {"flexion": NAN}}}, "angles['ELBOW']['flexion']: expected a finite number, got nan"),
+        ({"rotations": {"WRIST": [1, 0, 0]}}, "rotations: joint WRIST: expected a quaternion w, x, y, z"),
+        ({"body": "one_arm"}, "body: expected a Body, got 'one_arm'"),
+        ({"reference": 3}, "reference: expected a text or None, got 3"),
+    ],
+)
+def test_a_pose_that_is_none_says_what_is_wrong_with_it(one_arm, change, message):
+    with pytest.raises(wb.WorkbenchError, match=re.escape(message)):
+        wb.pose(**{"body": one_arm, "angles": {}, **change})
+
+
+@pytest.mark.parametrize("metres", [3.0, 0.3, 1750.0, -1.7, NAN, 10**30])
+def test_a_stature_that_nobody_has_is_refused_by_every_way_to_a_body(metres):
+    model = wb.load_population_model("ansur2")
+    ways = [
+        lambda: wb.scale(man(), {"stature": metres}),
+        lambda: wb.person_body(man(), model, sex="male", measures={"stature": metres}),
+    ]
+    for way in ways:
+        with pytest.raises(wb.WorkbenchError, match=r"stature|measures\['stature'\]"):
+            way()
+
+
+def test_a_whole_number_is_as_good_as_one_with_a_fraction(one_arm):
+    placed = wb.place(one_arm, wb.pose(one_arm, {}, position=[0, 0, 1]))
+    room = environment_of(soup(1, 12))
+    assert len(wb.contacts(placed, room, margin=1).distance) == len(wb.contacts(placed, room, margin=1.0).distance) > 0
+
+
 @pytest.mark.parametrize("name", [*FILES, "run", "compare", "to_pyvista"])
 def test_hostile_names_and_paths_are_refused_in_our_own_words(name, tmp_path):
     more = ["\0", "a\nb", "../" * 300, Path("/"), Path(tmp_path), "/dev/null", "*"]
@@ -335,7 +444,7 @@ def test_hostile_names_and_paths_are_refused_in_our_own_words(name, tmp_path):
 
 def test_every_public_function_is_tried(one_arm, tmp_path):
     functions = {name for name in wb.__all__ if inspect.isfunction(getattr(wb, name))}
-    tried = {*arm_cases(one_arm), *human_cases(tmp_path), *FILES, "run", "compare", "to_pyvista"}
+    tried = {*arm_cases(one_arm), *human_cases(tmp_path), *fitting_cases(), *FILES, "run", "compare", "to_pyvista"}
     assert functions == tried
 
 

@@ -11,7 +11,6 @@ functions check their arguments (see workbench.model.arguments): a wrong one is 
 from __future__ import annotations
 
 from importlib import import_module
-from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -230,7 +229,7 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         found = getattr(import_module(f"workbench.{_HOME[name]}"), name)
-        if isinstance(found, FunctionType):
+        if callable(found) and not isinstance(found, type):
             found = import_module("workbench.model.arguments").checked(found)
             found.__module__ = __name__  # where pickle finds it
         globals()[name] = found

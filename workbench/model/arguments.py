@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import fields
 from functools import lru_cache, wraps
 from inspect import Parameter, signature
 from numbers import Integral, Real
@@ -18,9 +19,9 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 
 import numpy as np
 
-from workbench.errors import UsageError
+from workbench.errors import InputError, UsageError
 
-__all__ = ["argument_fault", "checked", "given_words"]
+__all__ = ["argument_fault", "check_fields", "checked", "given_words"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 _LONGEST = 60
@@ -62,6 +63,24 @@ def _annotated(function: Callable[..., Any]) -> tuple[tuple[str, ...], dict[str,
     kinds = get_type_hints(function, localns=_ARRAYS)
     kinds.pop("return", None)
     return placed, kinds
+
+
+def check_fields(noun: Any) -> None:
+    """InputError for the first field of a dataclass that does not fit its annotation."""
+    kinds = _annotated_fields(type(noun))
+    for name, kind in kinds.items():
+        value = getattr(noun, name)
+        fault = argument_fault(name, value, kind)
+        if not fault and kind is _Numbers and np.ndim(value) == 0:
+            fault = f"{name}: expected an array, got {given_words(value)}"
+        if fault:
+            raise InputError(f"{type(noun).__name__.lower()}.{fault}")
+
+
+@lru_cache(maxsize=64)
+def _annotated_fields(noun: type) -> dict[str, Any]:
+    kinds = get_type_hints(noun, localns=_ARRAYS)
+    return {field.name: kinds[field.name] for field in fields(noun) if field.init}
 
 
 def _plain(value: Any, kind: Any) -> Any:
@@ -135,6 +154,8 @@ def _container_fault(name: str, value: object, kind: Any) -> str:
             return _words(name, value, kind)
         pairs = [(f"{name}[{n}]", item, one) for n, (item, one) in enumerate(zip(value, inner, strict=True))]
     elif isinstance(value, Collection):
+        if isinstance(inner[0], type) and inner[0] not in (float, int) and all(isinstance(v, inner[0]) for v in value):
+            return ""  # the usual case, told fast
         pairs = [(f"{name}[{n}]", item, inner[0]) for n, item in enumerate(value)]
     else:  # a stream is read once, by the function itself
         return "" if origin is Iterable else _words(name, value, kind)
@@ -157,8 +178,8 @@ def _numbers_fault(name: str, value: object, *, finite: bool) -> str:
 
 def _nearest(name: str, value: object, kind: Any, faults: Sequence[str]) -> str:
     """The fault of the one alternative that the value comes near to; else all alternatives in words."""
-    whole = f", got {given_words(value)}"
-    inside = [fault for fault in faults if not fault.endswith(whole)]
+    plain = [_words(name, value, one) for one in get_args(kind)]
+    inside = [fault for fault in faults if fault not in plain]
     return inside[0] if inside else _words(name, value, kind)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError, UsageError
+from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, frozen
 from workbench.model.body import Body
 from workbench.model.spool import Spool, pieces
@@ -82,6 +83,7 @@ class Placed:
         return f"Placed({len(self)} poses of {self.body!r})"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         n, s = len(self.body.segments), len(self.body.sphere_names)
         world = frozen(self.world_from_segment, np.float64, (None, n, 3, 4), "placed.world_from_segment")
         object.__setattr__(self, "world_from_segment", world)

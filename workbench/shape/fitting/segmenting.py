@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
-from workbench.model.arguments import given_words
+from workbench.model.arguments import check_fields, given_words
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.shape.fitting.candidates import Limits
 from workbench.shape.fitting.decompose import MOST_SPHERES, SphereFit, fit_regions
@@ -41,6 +41,7 @@ class Bones:
     tail: Floats
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for field in ("head", "tail"):
             value = frozen(getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}")
             object.__setattr__(self, field, value)

@@ -8,6 +8,7 @@ shape until the measures stay.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
@@ -128,7 +129,7 @@ def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floa
     """The knobs (K,) of the least change that shows the measures, and the body with them; InputError where there are
     none."""
     soft = {name: value for name, value in others.items() if name not in measures}
-    if wrong := [name for name, value in soft.items() if not (np.isfinite(value) and value > 0)]:
+    if wrong := [name for name, value in soft.items() if not (math.isfinite(value) and value > 0)]:
         raise InputError(f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm")
     off, found = _sought(space, (measures, soft), start, LEAST_STEPS)
     if off > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change

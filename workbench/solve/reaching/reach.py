@@ -52,6 +52,8 @@ def reach(
     given = Poses(task.held, poses.reference, np.repeat(np.eye(3, 4)[None], len(task), axis=0))
     angles = cold(task, angles_of(body, given)[:, task.joints])
     if start is not None:
+        if len(start) not in (1, len(task)):
+            raise UsageError(f"start: expected 1 or {len(task)} rows for {len(task)} targets, got {len(start)}")
         free = (slice(None), task.link.free_joint, task.link.free_axis)
         angles[free] = angles_of(body, start)[:, task.joints][free]
     found = solved(task, angles, tries)

@@ -33,6 +33,8 @@ __all__ = ["reach_people"]
 
 MOST_PEOPLE = 512
 """People packed at a time."""
+MOST_SPARE = 1.0
+"""[m] No limb reaches farther beyond a target that it reaches."""
 STEPS_BACK = 6
 """Steps of the way back from obstacles: fewer than of a single reach."""
 
@@ -88,7 +90,9 @@ def reach_people(
     goals = _targets(bodies, poses, targets)
     moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
     if moved_by.shape != (len(bodies), 3):
-        raise UsageError(f"a shift (B, 3) for {len(bodies)} bodies is needed, got {moved_by.shape}")
+        raise UsageError(f"shift: expected ({len(bodies)}, 3) for {len(bodies)} bodies, got {moved_by.shape}")
+    if not 0 <= spare <= MOST_SPARE:
+        raise UsageError(f"spare: expected 0 to {MOST_SPARE:g} m, got {spare:g}")
     ask = _Ask((name, grip, zone), environment, moves, spare, rotations, threads)
     family_of(tuple({id(body.stops): body for body in bodies}.values()))
     answers = []
@@ -106,7 +110,7 @@ def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats
     if goals.ndim == 2:
         goals = np.broadcast_to(goals, (len(bodies), *goals.shape))
     if goals.ndim != 3 or goals.shape[0] != len(bodies) or goals.shape[2] != 3 or not np.all(np.isfinite(goals)):
-        raise UsageError(f"targets are finite points (T, 3) or (B, T, 3), got an array of shape {np.shape(targets)}")
+        raise UsageError(f"targets: expected finite points (T, 3) or (B, T, 3), got an array {np.shape(targets)}")
     return goals
 
 
