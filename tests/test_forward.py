@@ -121,7 +121,7 @@ def test_enclosing_spheres_hold_all_spheres_at_every_twist(bubbleman, library):
 
 
 def test_poses_of_another_body_are_refused(one_arm, bubbleman):
-    with pytest.raises(wb.InputError, match="3 joints, body bubbleman has 19"):
+    with pytest.raises(wb.InputError, match="poses: expected 19 joints, those of body bubbleman, got 3"):
         wb.place(bubbleman, wb.pose(one_arm, {}))
 
 

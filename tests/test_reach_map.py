@@ -64,7 +64,7 @@ def test_what_a_map_cannot_mean_is_refused(board, people):
         reach_map(bodies, poses, board, "board", hand="third")
     with pytest.raises(wb.UsageError, match="weights"):
         reach_map(bodies, poses, board, "board", points=5, weights=[1, 1])
-    with pytest.raises(wb.UsageError, match="one point"):
+    with pytest.raises(wb.UsageError, match="points: expected 3 to 20000, got 0"):
         reach_map(bodies, poses, board, "board", points=0)
 
 

@@ -229,10 +229,9 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in _HOME:
         from importlib import import_module
-        from types import FunctionType
 
         found = getattr(import_module(f"workbench.{_HOME[name]}"), name)
-        if isinstance(found, FunctionType):
+        if callable(found) and not isinstance(found, type):
             found = import_module("workbench.model.arguments").checked(found)
             found.__module__ = __name__  # where pickle finds it
         globals()[name] = found

@@ -93,12 +93,12 @@ def body_fit(
 
 def _limits(*texts: str) -> Limits:
     """Least and greatest radius, outward and inward tolerance."""
-    from workbench.shape.fitting.candidates import Limits
+    from workbench.shape.fitting.candidates import LONGEST, SHORTEST, Limits
 
     names = ("--least-radius", "--greatest-radius", "--outward", "--inward")
     least, greatest, outward, inward = (_metres(name, text) for name, text in zip(names, texts, strict=True))
     for name, value in zip(names, (least, greatest, outward, inward), strict=True):
-        if not 1e-5 <= value <= 10:
+        if not SHORTEST <= value <= LONGEST:
             raise UsageError(f"{name}: 0.01 mm to 10 m is possible, got {value * 1e3:g} mm")
     if least > greatest:
         raise UsageError(f"--least-radius {texts[0]} is greater than --greatest-radius {texts[1]}")

@@ -12,7 +12,7 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.accommodation.studies import AccommodationPlan
 from workbench.files.body.bodies import load_body
-from workbench.files.catalogue import find, names
+from workbench.files.catalogue import find, is_there, names
 from workbench.files.crash.results import CrashResultFile
 from workbench.files.crash.studies import CrashPlan
 from workbench.files.environments import load_environment
@@ -239,7 +239,7 @@ def _an(kind: str) -> str:
 def source_kind(source: str) -> str:
     """body, environment, study or result, of a path or a catalogue name; InputError for anything else."""
     path = Path(source)
-    if path.exists():
+    if is_there(path):
         kind = "result" if path.suffix == ".json" or (path / "result.json").is_file() else kind_of(path)
         if kind in ("body", "environment", "study", "result"):
             return kind

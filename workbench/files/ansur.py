@@ -55,6 +55,8 @@ def read_ansur(
     if not paths:
         raise UsageError("name one CSV file or more")
     wanted = check_measures(measures)
+    if not wanted:
+        raise UsageError("measures: expected one measure at least, got none")
     parts = [_people(_table(Path(path)), wanted, (unit, weights)) for path in paths]
     return Population(
         names=wanted,

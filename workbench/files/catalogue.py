@@ -12,7 +12,7 @@ from pathlib import Path
 from workbench.errors import InputError, one_of
 from workbench.files.yaml_text import Document
 
-__all__ = ["find", "find_beside", "is_file", "names", "roots"]
+__all__ = ["find", "find_beside", "is_file", "is_there", "names", "roots"]
 
 
 def roots() -> list[Path]:
@@ -57,6 +57,14 @@ def is_file(path: Path) -> bool:
     """True for a file; False too where the name cannot be one (too long) or its folder may not be entered."""
     try:
         return path.is_file()
+    except OSError:
+        return False
+
+
+def is_there(path: Path) -> bool:
+    """True for a file or folder; False too where the name cannot be one."""
+    try:
+        return path.exists()
     except OSError:
         return False
 

@@ -37,7 +37,7 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
         made = numba.njit(**options)(function)
         if cache and isinstance(made, Dispatcher):  # not one where the compiler is off
             with suppress(RuntimeError):  # no folder can be written to
-                made._cache = _Cache(function)
+                made._cache = _Cache(function)  # type: ignore[attr-defined]
         return made
 
     return compiled

@@ -17,9 +17,23 @@ from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
 from workbench.model.study import Aims, Criterion
 
-__all__ = ["MET", "Accommodation", "AccommodationStudy", "Change", "Gain", "GroupShare", "IntervalRule", "MapTask",
-           "ReachMap", "Requirement", "Shown"]  # fmt: skip
+__all__ = [
+    "MAP_POINTS",
+    "MET",
+    "Accommodation",
+    "AccommodationStudy",
+    "Change",
+    "Gain",
+    "GroupShare",
+    "IntervalRule",
+    "MapTask",
+    "ReachMap",
+    "Requirement",
+    "Shown",
+]
 
+MAP_POINTS = 3, 20_000
+"""The fewest and the most points that a population reach map may have."""
 MET = 1e-6
 """A margin [m] down to which a requirement counts as met: below what any length here is known to."""
 

@@ -7,8 +7,10 @@ the function itself can know (a name that must exist, numbers of rows that must 
 
 from __future__ import annotations
 
+import math
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import fields
 from functools import lru_cache, wraps
 from inspect import Parameter, signature
 from numbers import Integral, Real
@@ -17,9 +19,9 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 
 import numpy as np
 
-from workbench.errors import UsageError
+from workbench.errors import InputError, UsageError
 
-__all__ = ["argument_fault", "checked", "given_words"]
+__all__ = ["argument_fault", "check_fields", "checked", "given_words"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 _LONGEST = 60
@@ -47,7 +49,8 @@ def checked(function: F) -> F:
         for name, value in [*zip((*names, *rest), args, strict=False), *options.items()]:
             if name in kinds and (fault := argument_fault(name, value, kinds[name])):
                 raise UsageError(fault)
-        return function(*args, **options)
+        placed = [_plain(value, kinds.get(name)) for name, value in zip((*names, *rest), args, strict=False)]
+        return function(*placed, **{name: _plain(value, kinds.get(name)) for name, value in options.items()})
 
     return call  # type: ignore[return-value]
 
@@ -62,6 +65,30 @@ def _annotated(function: Callable[..., Any]) -> tuple[tuple[str, ...], dict[str,
     return placed, kinds
 
 
+def check_fields(noun: Any) -> None:
+    """InputError for the first field of a dataclass that does not fit its annotation."""
+    kinds = _annotated_fields(type(noun))
+    for name, kind in kinds.items():
+        value = getattr(noun, name)
+        fault = argument_fault(name, value, kind)
+        if not fault and kind is _Numbers and np.ndim(value) == 0:
+            fault = f"{name}: expected an array, got {given_words(value)}"
+        if fault:
+            raise InputError(f"{type(noun).__name__.lower()}.{fault}")
+
+
+@lru_cache(maxsize=64)
+def _annotated_fields(noun: type) -> dict[str, Any]:
+    kinds = get_type_hints(noun, localns=_ARRAYS)
+    return {field.name: kinds[field.name] for field in fields(noun) if field.init}
+
+
+def _plain(value: Any, kind: Any) -> Any:
+    """A whole number as a number with a fraction where one is expected: compiled code tells them apart."""
+    wants = kind is float or (get_origin(kind) in (Union, types.UnionType) and float in get_args(kind))
+    return float(value) if wants and isinstance(value, Integral) else value
+
+
 def argument_fault(name: str, value: object, kind: Any) -> str:
     """What is wrong with an argument, in words; "" where nothing is."""
     origin, inner = get_origin(kind), get_args(kind)
@@ -70,18 +97,33 @@ def argument_fault(name: str, value: object, kind: Any) -> str:
     if origin in (Union, types.UnionType):
         faults = [argument_fault(name, value, one) for one in inner]
         return "" if "" in faults else _nearest(name, value, kind, faults)
-    if kind in (_Finite, _Numbers) or (origin is Sequence and inner == (float,)):
-        return _numbers_fault(name, value, finite=kind is not _Numbers)
+    if kind in (_Finite, _Numbers):
+        return _numbers_fault(name, value, finite=kind is _Finite)
+    if origin is Sequence and inner == (float,):
+        rows = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+        return _numbers_fault(name, value, finite=True) if rows else _words(name, value, kind)
     if origin is Literal:
         return "" if value in inner else _words(name, value, kind)
     if isinstance(value, _LIKE.get(kind, ())) and not (isinstance(value, bool) and kind in (int, float)):
-        finite = kind is not float or np.isfinite(value)  # type: ignore[call-overload]
-        return "" if finite else f"{name}: expected a finite number, got {value}"
+        return _number_fault(name, value, kind)
     if origin is None:
         same = kind in (None, type(None)) and value is None
         plain = isinstance(kind, type) and kind not in _LIKE and isinstance(value, kind)
         return "" if same or plain else _words(name, value, kind)
     return _container_fault(name, value, kind)
+
+
+def _number_fault(name: str, value: Any, kind: Any) -> str:
+    """What is wrong with a value of a right type: a number that is not finite, or too large to count with."""
+    if kind is int and not -(2**63) <= value < 2**63:
+        return f"{name}: expected a whole number of 64 bits, got {given_words(value)}"
+    if kind is not float:
+        return ""
+    try:
+        finite = math.isfinite(value)
+    except OverflowError:
+        finite = False
+    return "" if finite else f"{name}: expected a finite number, got {given_words(value)}"
 
 
 _LIKE: dict[Any, tuple[type, ...]] = {
@@ -100,6 +142,8 @@ def _container_fault(name: str, value: object, kind: Any) -> str:
         return "" if callable(value) else _words(name, value, kind)
     if not isinstance(value, Iterable) or isinstance(value, (str, bytes)):
         return _words(name, value, kind)
+    if isinstance(value, np.ndarray) and inner[0] is not str:  # nouns in an array are a slip
+        return _words(name, value, kind)
     if origin in (Mapping, dict):
         if not isinstance(value, Mapping):
             return _words(name, value, kind)
@@ -110,6 +154,8 @@ def _container_fault(name: str, value: object, kind: Any) -> str:
             return _words(name, value, kind)
         pairs = [(f"{name}[{n}]", item, one) for n, (item, one) in enumerate(zip(value, inner, strict=True))]
     elif isinstance(value, Collection):
+        if isinstance(inner[0], type) and inner[0] not in (float, int) and all(isinstance(v, inner[0]) for v in value):
+            return ""  # the usual case, told fast
         pairs = [(f"{name}[{n}]", item, inner[0]) for n, item in enumerate(value)]
     else:  # a stream is read once, by the function itself
         return "" if origin is Iterable else _words(name, value, kind)
@@ -132,8 +178,8 @@ def _numbers_fault(name: str, value: object, *, finite: bool) -> str:
 
 def _nearest(name: str, value: object, kind: Any, faults: Sequence[str]) -> str:
     """The fault of the one alternative that the value comes near to; else all alternatives in words."""
-    whole = f", got {given_words(value)}"
-    inside = [fault for fault in faults if not fault.endswith(whole)]
+    plain = [_words(name, value, one) for one in get_args(kind)]
+    inside = [fault for fault in faults if fault not in plain]
     return inside[0] if inside else _words(name, value, kind)
 
 

@@ -51,8 +51,10 @@ def _same_numbers(given: NDArray[Any], dtype: type, what: str) -> None:
     kinds = {"f": "fiub", "i": "iufb", "b": "b"}[np.dtype(dtype).kind]
     if given.dtype.kind not in kinds:
         raise InputError(f"{what}: expected an array of {np.dtype(dtype)}, got one of {given.dtype}")
-    if np.dtype(dtype).kind == "i" and given.dtype.kind == "f" and not np.all(given == np.rint(given)):
-        raise InputError(f"{what}: expected whole numbers, got {given[given != np.rint(given)].flat[0]:g}")
+    if np.dtype(dtype).kind == "i" and given.dtype.kind == "f":
+        odd = ~(np.abs(given) < 2.0**63) | (given != np.rint(given))
+        if odd.any():
+            raise InputError(f"{what}: expected whole numbers, got {given[odd].flat[0]:g}")
 
 
 def _settled(array: NDArray[Any]) -> bool:

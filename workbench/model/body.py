@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.errors import InputError, one_of
+from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.basis import ShapeBasis
 from workbench.model.stops import Stops
@@ -73,6 +74,7 @@ class Body:
         return f"Body({self.name}: {len(self.segments)} segments, {len(self.sphere_names)} spheres)"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         n, s = len(self.segments), len(self.sphere_names)
         shapes: dict[str, tuple[type, tuple[int, ...]]] = {
             "parent": (np.int64, (n,)),

@@ -21,7 +21,8 @@ def relation(distance: Floats, *, tolerance: float = TANGENT_TOLERANCE) -> Ints:
 
     The signed distance is the paper's I(Si, Sj) = |ci - cj| - (ri + rj).
     """
-    return np.where(distance > tolerance, 1, np.where(distance < -tolerance, -1, 0))
+    signed = np.asarray(distance, dtype=np.float64)
+    return np.where(signed > tolerance, 1, np.where(signed < -tolerance, -1, 0))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

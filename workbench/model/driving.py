@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
+from workbench.model.arguments import check_fields
 from workbench.model.arrays import Floats, frozen
 
 __all__ = ["ANGLES", "Driver", "DrivingAims", "DrivingAngles", "Package"]
@@ -34,6 +35,7 @@ class Driver:
     age: float = 40.0
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.sex not in ("male", "female"):
             raise InputError(f"the sex of a driver is male or female, got {self.sex!r}")
         if not ADULT[0] <= self.age <= ADULT[1]:
@@ -56,6 +58,9 @@ class Package:
     ball: tuple[float, float, float]
     wheel: tuple[float, float, float]
     h_point: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
 
 @dataclass(frozen=True)

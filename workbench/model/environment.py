@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.errors import InputError, one_of
+from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 
 __all__ = ["Allowance", "Control", "Environment", "Quality", "Rest", "Seat"]
@@ -125,6 +126,7 @@ class Environment:
         return f"Environment({self.name}: {len(self.parts)} parts, {len(self.normal)} polygons)"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         k, f = len(self.parts), len(self.normal)
         shapes: dict[str, tuple[type, tuple[int | None, ...]]] = {
             "part_start": (np.int64, (k + 1,)),

@@ -24,9 +24,12 @@ def between(start: Poses, end: Poses, at: ArrayLike) -> Poses:
     largest component is positive. InputError where the poses do not belong together.
     """
     check_pairs(start, end)
-    fraction: Floats = np.broadcast_to(np.asarray(at, dtype=np.float64), (len(start),))
+    given = np.asarray(at, dtype=np.float64)
+    if given.shape not in ((), (1,), (len(start),)):
+        raise UsageError(f"at: expected one fraction or {len(start)}, one for each pose, got an array {given.shape}")
+    fraction: Floats = np.broadcast_to(given, (len(start),))
     if not np.all((fraction >= 0) & (fraction <= 1)):
-        raise InputError("fractions of the way between two poses lie between 0 and 1")
+        raise InputError(f"at: expected fractions from 0 to 1, got {fraction.min():g} to {fraction.max():g}")
     turns = [from_matrices(poses.world_from_reference[:, :, :3]) for poses in (start, end)]
     world = np.empty((len(start), 3, 4))
     world[:, :, :3] = matrices(slerp(turns[0], turns[1], fraction))

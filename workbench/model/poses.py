@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
+from workbench.model.arguments import check_fields
 from workbench.model.arrays import Bools, Floats, frozen
 from workbench.model.body import Body
 from workbench.model.spool import Spool, pieces
 
-__all__ = ["Placed", "Poses", "rotation_fault", "stacked"]
+__all__ = ["Placed", "Poses", "check_joints", "check_rows", "rotation_fault", "stacked"]
 
 _CHECKED = 65_536
 
@@ -82,6 +83,7 @@ class Placed:
         return f"Placed({len(self)} poses of {self.body!r})"
 
     def __post_init__(self) -> None:
+        check_fields(self)
         n, s = len(self.body.segments), len(self.body.sphere_names)
         world = frozen(self.world_from_segment, np.float64, (None, n, 3, 4), "placed.world_from_segment")
         object.__setattr__(self, "world_from_segment", world)
@@ -124,6 +126,21 @@ def _check(rotations: Floats, place: Floats, first: int) -> None:
         raise InputError(f"poses.world_from_reference: {fault}")
     if not np.all(np.isfinite(place)):
         raise InputError("poses.world_from_reference: expected finite positions [m]")
+
+
+def check_joints(body: Body, poses: Poses) -> None:
+    """InputError where poses are of another body: not of as many joints."""
+    given = poses.rotations.shape[1]
+    if given != len(body.joints):
+        raise InputError(f"poses: expected {len(body.joints)} joints, those of body {body.name}, got {given}")
+
+
+def check_rows(poses: Poses, count: int, what: str) -> None:
+    """UsageError where there is not a row of poses for each of so many things (at least one), in words `what`."""
+    if not count:
+        raise UsageError(f"{what}: expected one at least, got none")
+    if len(poses) != count:
+        raise UsageError(f"poses: expected {count} rows for {count} {what}, got {len(poses)}")
 
 
 def rotation_fault(matrices: Floats) -> str:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.poses import Poses, rotation_fault
+from workbench.model.poses import Poses, check_joints, rotation_fault
 from workbench.model.quaternions import exponential, multiply, swing_twist
 
 __all__ = ["angles_of", "attitude_matrix", "compose", "join_poses", "motion_of", "pose"]
@@ -111,6 +111,7 @@ def compose(body: Body, angles: Floats) -> Floats:
 
 def angles_of(body: Body, poses: Poses) -> Floats:
     """(P, J, 3) [rad] the angle of each joint about its two swing axes and its twist axis, in the first sense."""
+    check_joints(body, poses)
     axes = body.stops.axes
     swing, twist = swing_twist(poses.rotations, axes[None, :, 2])
     first = np.sum(swing * axes[None, :, 0], axis=-1)

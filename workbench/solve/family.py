@@ -14,7 +14,7 @@ from workbench.kernels.limbs.contacts import Limbs
 from workbench.kernels.limbs.linkage import Linkage
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_joints
 from workbench.model.quaternions import matrices
 from workbench.model.window import logical_window, walk
 from workbench.solve.forward import packed_chain, packed_skin
@@ -84,6 +84,7 @@ def _link(body: Body, limb: Limb) -> Linkage:
 def frames(family: Family, poses: Poses, segment: int, who: Ints | None = None) -> Floats:
     """(P, 3, 4) where a segment stands in each row of the poses, row p being body who[p]'s, or that of body p."""
     body, rows = family.bodies[0], np.arange(len(poses)) % len(family) if who is None else who
+    check_joints(body, poses)
     came = {to: (at, joint, upward) for to, at, joint, upward in walk(body, poses.reference)}
     path = []
     while segment != poses.reference:

@@ -12,7 +12,7 @@ from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spher
 from workbench.model.arrays import Bools, Floats
 from workbench.model.blend import blend_point, distal, twist_shared
 from workbench.model.body import Body
-from workbench.model.poses import Placed, Poses
+from workbench.model.poses import Placed, Poses, check_joints, check_rows
 from workbench.model.window import logical_window, walk
 from workbench.solve.threads import in_pieces
 
@@ -29,8 +29,7 @@ def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, refe
     rest holds NaN and costs nothing. reference: the segment that stands at `poses.world_from_reference`; the poses'
     own where None. Raises InputError where the poses are of another body or a name is unknown.
     """
-    if poses.rotations.shape[1] != len(body.joints):
-        raise InputError(f"poses have {poses.rotations.shape[1]} joints, body {body.name} has {len(body.joints)}")
+    check_joints(body, poses)
     root = poses.reference if reference is None else body.segment(reference)
     shown = logical_window(body, window, root)
     world = _empty((len(poses), len(body.segments), 3, 4), shown)
@@ -45,6 +44,8 @@ def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
     The placement of the reference segment and all joints before this one must be as they were.
     """
     body = placed.body
+    check_joints(body, poses)
+    check_rows(poses, len(placed), "placed poses")
     joint = body.joint(first_changed)
     chain = packed_chain(body, poses.reference, placed.window)
     steps = np.flatnonzero(chain.joint == joint)

@@ -32,6 +32,8 @@ def in_pieces(work: Callable[[int, int], None], count: int, size: int, *, thread
     The pieces are the same for every number of threads and must not share what they write, so no answer can depend
     on it. threads: all cores where None.
     """
+    if threads is not None and threads < 1:
+        raise UsageError(f"threads: expected 1 or more, got {threads}")
     begins = range(0, count, max(size, 1))
     at_once = min(cores() if threads is None else threads, len(begins))
     if at_once <= 1:

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError
-from workbench.model.accommodation import MapTask, ReachMap
+from workbench.model.accommodation import MAP_POINTS, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_rows
 from workbench.solve.family import family_of, frames
 from workbench.solve.reaching.limbs import HANDS
 from workbench.solve.reaching.reach_people import reach_people
@@ -57,8 +57,10 @@ def reach_map(
     hand: "left" or "right", either where None; weights (B,): of the people, alike where None. InputError for an unknown
     part, UsageError where numbers do not fit.
     """
-    if points < 1:
-        raise UsageError(f"a reach map needs one point or more, got {points}")
+    check_rows(poses, len(bodies), "bodies")
+    least, most = MAP_POINTS
+    if not least <= points <= most:
+        raise UsageError(f"points: expected {least} to {most}, got {points}")
     if hand not in (None, "left", "right"):
         raise UsageError(f"hand is left or right, or None for either, got {hand!r}")
     weight = np.ones(len(bodies)) if weights is None else np.asarray(weights, dtype=np.float64)

@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
 from workbench.files.study_schema import DriverFile, SidesFile
+from workbench.model.accommodation import MAP_POINTS
 
 __all__ = [
     "AccommodationFile",
@@ -136,7 +137,7 @@ class MapFile(FileModel):
     grip: Literal["push", "pinch", "grasp"] = "push"
     zone: Annotated[int, Field(ge=1, le=3)] = 1
     hand: Literal["left", "right", "either"] = "either"
-    points: Annotated[int, Field(ge=3, le=20_000)] = 200
+    points: Annotated[int, Field(ge=MAP_POINTS[0], le=MAP_POINTS[1])] = 200
 
 
 class ChangeFile(FileModel):

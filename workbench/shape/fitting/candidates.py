@@ -10,16 +10,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.errors import UsageError
 from workbench.kernels.contact.nearest import morton_order, shrink_balls
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.shape.fitting.regions import Regions
 from workbench.shape.fitting.sampling import Samples
 from workbench.shape.surface import Surface
 
-__all__ = ["Candidates", "Limits", "bounded_radius", "inner_balls", "joined_candidates"]
+__all__ = ["LONGEST", "SHORTEST", "Candidates", "Limits", "bounded_radius", "inner_balls", "joined_candidates"]
 
 
 _RETREATS = 8
+
+
+SHORTEST, LONGEST = 1e-5, 10.0
+"""Radii and tolerances [m] that may be asked for."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +35,25 @@ class Limits:
     greatest: float
     outward: float
     inward: float
+
+    @classmethod
+    def checked(cls, *, least_radius: float, greatest_radius: float, outward: float, inward: float) -> Limits:
+        """The limits as somebody gives them [m]; UsageError for lengths beyond SHORTEST to LONGEST, and for a least
+        radius that is greater than the greatest."""
+        given = {
+            "least_radius": least_radius,
+            "greatest_radius": greatest_radius,
+            "outward": outward,
+            "inward": inward,
+        }
+        for name, value in given.items():
+            if not SHORTEST <= value <= LONGEST:
+                raise UsageError(f"{name}: expected a length of {SHORTEST:g} to {LONGEST:g} m, got {value:g}")
+        if least_radius > greatest_radius:
+            raise UsageError(
+                f"least_radius ({least_radius:g} m) is greater than greatest_radius ({greatest_radius:g} m)"
+            )
+        return cls(least_radius, greatest_radius, outward, inward)
 
     def scaled(self, factor: float) -> Limits:
         """The same with both tolerances times `factor`."""

@@ -25,7 +25,9 @@ from workbench.shape.fitting.proof import Spheres, parts_of, proved_cover, prove
 from workbench.shape.fitting.regions import Regions
 from workbench.shape.surface import Surface
 
-__all__ = ["SphereFit", "decompose", "fit_regions"]
+__all__ = ["MOST_SPHERES", "SphereFit", "decompose", "fit_regions"]
+
+MOST_SPHERES = 100_000
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -65,8 +67,8 @@ def decompose(
     """
     limits = _limits((outward, inward), least_radius, greatest_radius, count)
     required = _joints(mesh, joints, limits if count is None else None, greatest_radius)
-    if count is not None and not 1 <= len(required.radius) + 1 <= count <= 100_000:
-        raise UsageError(f"count: {len(required.radius) + 1} to 100000 spheres are possible here, got {count}")
+    if count is not None and not 1 <= len(required.radius) + 1 <= count <= MOST_SPHERES:
+        raise UsageError(f"count: {len(required.radius) + 1} to {MOST_SPHERES} spheres are possible here, got {count}")
     return fit_regions(mesh, limits, required, Regions(), count=count, seed=seed)
 
 
@@ -77,6 +79,8 @@ def fit_regions(
 
     Within the tolerances of `limits`, or with `count` spheres as near to the surface as can be.
     """
+    if seed < 0:
+        raise UsageError(f"seed: expected 0 or more, got {seed}")
     began = process_time()
     if count is None:
         problem, spheres, bits = _within(surface, limits, (joints, regions), seed)
@@ -117,20 +121,16 @@ def _limits(
         raise UsageError("outward and inward are needed [m], or a count of spheres")
     out, into = outward if outward is not None else inward, inward if inward is not None else outward
     out, into = (0.005 if x is None else float(x) for x in (out, into))
-    for name, value in (("outward", out), ("inward", into), ("least_radius", least), ("greatest_radius", greatest)):
-        if not (np.isfinite(value) and 0 < value < 100):
-            raise UsageError(f"{name}: a length above 0 is needed [m], got {value!r}")
-    if least > greatest:
-        raise UsageError(f"least_radius ({least:g} m) is greater than greatest_radius ({greatest:g} m)")
-    return Limits(float(least), float(greatest), out, into)
+    return Limits.checked(least_radius=float(least), greatest_radius=float(greatest), outward=out, inward=into)
 
 
 def _joints(surface: Surface, joints: ArrayLike, limits: Limits | None, greatest: float) -> Joints:
     """Required spheres, checked: inside, and not out of the surface by more than the tolerance."""
     rows = np.asarray(joints, dtype=np.float64)
-    rows = rows.reshape(len(rows), -1) if rows.size else np.zeros((0, 3))
-    if rows.shape[1] not in (3, 4) or not np.all(np.isfinite(rows)):
-        raise UsageError("joints: rows of three or four finite numbers are needed, x, y, z and the radius [m]")
+    rows = rows if rows.size else np.zeros((0, 3))
+    if rows.ndim != 2 or rows.shape[1] not in (3, 4) or not np.all(np.isfinite(rows)):
+        wanted = "rows of three or four finite numbers, x, y, z and the radius [m]"
+        raise UsageError(f"joints: expected {wanted}, got an array {rows.shape}")
     centre = np.ascontiguousarray(rows[:, :3])
     depth = -surface.distance(centre)
     radius = rows[:, 3].copy() if rows.shape[1] == 4 else np.minimum(depth, greatest)

@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.errors import InputError, UsageError
+from workbench.model.arguments import check_fields, given_words
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.shape.fitting.candidates import Limits
-from workbench.shape.fitting.decompose import SphereFit, fit_regions
+from workbench.shape.fitting.decompose import MOST_SPHERES, SphereFit, fit_regions
 from workbench.shape.fitting.part_quality import PartQuality, part_qualities
 from workbench.shape.fitting.problem import Joints, packed
 from workbench.shape.fitting.regions import Regions
@@ -40,6 +41,7 @@ class Bones:
     tail: Floats
 
     def __post_init__(self) -> None:
+        check_fields(self)
         for field in ("head", "tail"):
             value = frozen(getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}")
             object.__setattr__(self, field, value)
@@ -102,15 +104,21 @@ def fit_segments(
     count: that many spheres in all instead. joint_radius (K,) [m]: radii of the spheres at `bones.joints()`, those
     that touch the surface from inside where not given. InputError where a joint or a bone lies outside the surface.
     """
-    limits = Limits(least_radius, greatest_radius, outward, inward)
+    limits = Limits.checked(least_radius=least_radius, greatest_radius=greatest_radius, outward=outward, inward=inward)
     place, served = bones.joints()
-    if count is not None and count < len(place) + len(bones.names):
-        least = len(place) + len(bones.names)
-        what = f"{len(place)} joints and {len(bones.names)} segments need {least} spheres"
+    least = len(place) + len(bones.names)
+    if count is not None and not least <= count <= MOST_SPHERES:
+        what = f"{len(place)} joints and {len(bones.names)} segments need {least} spheres, {MOST_SPHERES} are most"
         raise UsageError(f"count: {what}, got {count}")
+    if not 0 <= border <= 1:
+        raise UsageError(f"border: expected a share from 0 to 1, got {border:g}")
+    asked = None if joint_radius is None else np.asarray(joint_radius, dtype=np.float64)
+    if asked is not None and (asked.shape not in ((), (len(place),)) or not np.all(asked > 0)):
+        words = f"one positive radius [m] for each of {len(place)} joints"
+        raise UsageError(f"joint_radius: expected {words}, got {given_words(joint_radius)}")
     depth = _inside(surface, bones, place)
     tangent = np.minimum(depth, greatest_radius)
-    radius = tangent if joint_radius is None else np.minimum(np.asarray(joint_radius, float), depth + outward)
+    radius = tangent if asked is None else np.minimum(asked, depth + outward)
     regions = regions_of(surface, bones, border=border)
     fit = fit_regions(surface, limits, Joints(place, radius, packed(served)), regions, count=count, seed=seed)
     member: Bools = (fit.region[:, None] >> np.arange(len(bones.names))) & 1 == 1

@@ -8,6 +8,7 @@ shape until the measures stay.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
@@ -63,11 +64,10 @@ def scale(body: Body, measures: Measures, *, others: Measures | None = None, det
 
     others: measures [m] that it should come near without having to, such as the means of people with the given ones.
     detail: the level of detail of its family to make it in, its own where None. Masses go with the volume of each
-    segment. InputError where measures contradict one another, are not a person's (see model.measures), or would bend the
-    body beyond any person.
+    segment. InputError where measures contradict one another, are no person's (see model.measures), or would bend
+    the body beyond any person.
     """
     _refuse(measures)
-    check_plausible(others or {})
     space = shape_space(morph_to(body, detail))
     return rebuilt(space, *_fitted(space, measures, others or {}, space.neutral))
 
@@ -129,6 +129,8 @@ def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floa
     """The knobs (K,) of the least change that shows the measures, and the body with them; InputError where there are
     none."""
     soft = {name: value for name, value in others.items() if name not in measures}
+    if wrong := [name for name, value in soft.items() if not (math.isfinite(value) and value > 0)]:
+        raise InputError(f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm")
     off, found = _sought(space, (measures, soft), start, LEAST_STEPS)
     if off > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change
         off, found = min((off, found), _sought(space, (measures, None), found[0], MOST_STEPS), key=lambda each: each[0])

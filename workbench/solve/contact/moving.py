@@ -13,7 +13,7 @@ from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spher
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point, twist_shared
 from workbench.model.body import Body
-from workbench.model.poses import Placed, Poses
+from workbench.model.poses import Placed, Poses, check_joints
 from workbench.model.quaternions import from_matrices, matrices
 from workbench.model.window import logical_window
 from workbench.solve.forward import packed_chain, packed_skin, place
@@ -50,6 +50,7 @@ class Mover:
 
 def pack_motion(body: Body, frames: Poses, pairs: tuple[Ints, Ints], *, window: Iterable[str] | None = None) -> Mover:
     """Pose pairs first (P,), second (P,) of the frames (F) of a body; segments outside the window hold NaN."""
+    check_joints(body, frames)
     shown = logical_window(body, window, frames.reference)
     turn = from_matrices(frames.world_from_reference[:, :, :3])
     world = np.concatenate([matrices(turn), frames.world_from_reference[:, :, 3:]], axis=2)

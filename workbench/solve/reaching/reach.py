@@ -11,7 +11,7 @@ from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_joints
 from workbench.model.posing import angles_of
 from workbench.model.reach import Reach
 from workbench.solve.family import family_of, frames, packed_links
@@ -52,6 +52,8 @@ def reach(
     given = Poses(task.held, poses.reference, np.repeat(np.eye(3, 4)[None], len(task), axis=0))
     angles = cold(task, angles_of(body, given)[:, task.joints])
     if start is not None:
+        if len(start) not in (1, len(task)):
+            raise UsageError(f"start: expected 1 or {len(task)} rows for {len(task)} targets, got {len(start)}")
         free = (slice(None), task.link.free_joint, task.link.free_axis)
         angles[free] = angles_of(body, start)[:, task.joints][free]
     found = solved(task, angles, tries)
@@ -63,19 +65,23 @@ def reach(
 
 def _task(body: Body, poses: Poses, targets: Floats, limb: Limb, direction: ArrayLike | None) -> Task:
     if targets.ndim != 2 or targets.shape[1] != 3 or not np.all(np.isfinite(targets)):
-        raise UsageError(f"targets are finite points (P, 3), got an array of shape {targets.shape}")
+        raise UsageError(f"targets: expected finite points (P, 3), got an array {targets.shape}")
     if len(poses) not in (1, len(targets)):
-        raise UsageError(f"{len(targets)} targets need one pose or {len(targets)}, got {len(poses)}")
+        raise UsageError(f"poses: expected 1 or {len(targets)} rows for {len(targets)} targets, got {len(poses)}")
+    check_joints(body, poses)
     family = family_of((body,))
     base, rotations = frames(family, poses, limb.base), poses.rotations
     if len(poses) != len(targets):
         base, rotations = (np.repeat(array, len(targets), axis=0) for array in (base, rotations))
     goal = goals_of(targets)
     if direction is not None:
-        way = np.broadcast_to(np.asarray(direction, dtype=np.float64), targets.shape)
+        given = np.asarray(direction, dtype=np.float64)
+        if given.shape not in ((3,), targets.shape):
+            raise UsageError(f"direction: expected a vector (3,) or {targets.shape}, got an array {given.shape}")
+        way = np.broadcast_to(given, targets.shape)
         size = np.linalg.norm(way, axis=1, keepdims=True)
         if not np.all(size > 1e-9):
-            raise UsageError("a direction is a vector (3,) or (P, 3) that has a length")
+            raise UsageError("direction: expected vectors that have a length, got one of length 0")
         goal[:, 3:6], goal[:, 9:] = way / size, TURN_LEVER
     joints = joints_between(body, limb.base, limb.end)
     # arrays of one kind only: each new kind would have the kernels compiled again

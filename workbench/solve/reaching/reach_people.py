@@ -19,7 +19,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.people_reach import PeopleReach
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import angles_of
 from workbench.solve.family import Family, family_of, frames, packed_links
 from workbench.solve.reaching.chains import AGAIN, PIECE, Found, Task, cold, posed, rows_of, solved, tips_of
@@ -33,6 +33,8 @@ __all__ = ["reach_people"]
 
 MOST_PEOPLE = 512
 """People packed at a time."""
+MOST_SPARE = 1.0
+"""[m] No limb reaches farther beyond a target that it reaches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +88,9 @@ def reach_people(
     goals = _targets(bodies, poses, targets)
     moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
     if moved_by.shape != (len(bodies), 3):
-        raise UsageError(f"a shift (B, 3) for {len(bodies)} bodies is needed, got {moved_by.shape}")
+        raise UsageError(f"shift: expected ({len(bodies)}, 3) for {len(bodies)} bodies, got {moved_by.shape}")
+    if not 0 <= spare <= MOST_SPARE:
+        raise UsageError(f"spare: expected 0 to {MOST_SPARE:g} m, got {spare:g}")
     ask = _Ask((name, grip, zone), environment, moves, spare, rotations, threads)
     family_of(tuple({id(body.stops): body for body in bodies}.values()))
     answers = []
@@ -100,12 +104,11 @@ def reach_people(
 def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats:
     """Targets (B, T, 3); UsageError where the numbers of rows do not fit."""
     goals = np.asarray(targets, dtype=np.float64)
-    if len(poses) != len(bodies) or not len(bodies):
-        raise UsageError(f"{len(bodies)} bodies need as many poses, and one at least, got {len(poses)}")
+    check_rows(poses, len(bodies), "bodies")
     if goals.ndim == 2:
         goals = np.broadcast_to(goals, (len(bodies), *goals.shape))
     if goals.ndim != 3 or goals.shape[0] != len(bodies) or goals.shape[2] != 3 or not np.all(np.isfinite(goals)):
-        raise UsageError(f"targets are finite points (T, 3) or (B, T, 3), got an array of shape {np.shape(targets)}")
+        raise UsageError(f"targets: expected finite points (T, 3) or (B, T, 3), got an array {np.shape(targets)}")
     return goals
 
 

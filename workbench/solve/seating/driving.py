@@ -12,16 +12,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.driving import ANGLES, Driver, Package
 from workbench.model.environment import Seat
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
 from workbench.solve.family import Family, family_of, frames
 from workbench.solve.forward import place
 from workbench.solve.reaching.chains import AGAIN, Task, cold, posed, rows_of, solved
+from workbench.solve.reaching.limbs import FEET
 from workbench.solve.reaching.linkage import joints_between
 from workbench.solve.reaching.reach import REACHED, TURN_LEVER, goals_of
 from workbench.solve.seating.driving_angles import drawn_angles, driving_angles, h_point_offset
@@ -147,6 +148,11 @@ def at_wheel(
     if abs(np.sin(seat.yaw)) > 1e-9 or np.cos(seat.yaw) < 0:
         raise InputError(f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
                          f"drivers who face along +x")  # fmt: skip
+    check_rows(poses, len(bodies), "bodies")
+    if not {"right foot"} <= set(case.feet) <= set(FEET):
+        raise UsageError(f"feet: expected 'right foot', and 'left foot' or not, got {', '.join(case.feet) or 'none'}")
+    if min([case.seed or 0, *numbers]) < 0:
+        raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
     family, (low, high) = family_of(tuple(bodies)), seat.travel_up
     soles = {foot: soles_on(family, foot, at, case.package) for foot, at in case.feet.items()}
     crew = _Crew(family, drivers, numbers, [spine_of(body) for body in bodies], soles, poses)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from workbench.errors import InputError
+from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats
 
 __all__ = [
@@ -160,8 +160,11 @@ def eyellipse(
     """
     if percentile not in EYELLIPSE_AXES:
         raise InputError(f"no eyellipse for {percentile:g} %; valid: {', '.join(f'{p:g}' for p in EYELLIPSE_AXES)}")
+    point = np.asarray(ball, dtype=np.float64)
+    if point.shape != (3,):
+        raise UsageError(f"ball: expected a point (3,), got an array {point.shape}")
     aft = 0.664 + 0.587 * wheel - 0.176 * height - 0.0125 * clutch
-    centroid = np.array([np.asarray(ball, dtype=np.float64)[0] - aft, side, heel + 0.638 + height])
+    centroid = np.array([point[0] - aft, side, heel + 0.638 + height])
     return Eyellipse(centroid, np.array(EYELLIPSE_AXES[percentile]), float(np.radians(18.6) - rise))
 
 

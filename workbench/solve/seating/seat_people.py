@@ -12,13 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import UsageError
 from workbench.kernels.limbs.seat_search import ROW, seat_rows
 from workbench.kernels.limbs.sitting import EASE, TRIED, Sitting
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Seat
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import join_poses
 from workbench.solve.family import Family, family_of
 from workbench.solve.reaching.chains import Task
@@ -86,8 +85,7 @@ def seat_people(
     else is seated. UsageError where there are not as many poses as bodies, or bodies are not of one family; InputError
     where nothing of a body rests on the seat, or eyes are asked for that it does not have.
     """
-    if len(poses) != len(bodies) or not len(bodies):
-        raise UsageError(f"{len(bodies)} bodies need as many poses, and one at least, got {len(poses)}")
+    check_rows(poses, len(bodies), "bodies")
     ask, found = _Ask(seat, eye, pedals, every, threads), []
     for first in range(0, len(bodies), MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)

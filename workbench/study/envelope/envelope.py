@@ -7,11 +7,12 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 from numpy.typing import ArrayLike
 
+from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed, Poses
+from workbench.model.poses import Placed, Poses, check_rows
 from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.model.study import Study
 from workbench.solve.reaching.chains import Task
@@ -20,7 +21,7 @@ from workbench.study.envelope.asking import Drawn, asked, drawn
 from workbench.study.envelope.clearing import Room
 from workbench.study.envelope.ends import Ends, ray_ends
 from workbench.study.envelope.losses import eased, losses
-from workbench.study.envelope.rays import Rays, level_rays, point_rays, ray_grid, solid_angles
+from workbench.study.envelope.rays import Rays, check_step, level_rays, point_rays, ray_grid, solid_angles
 from workbench.study.envelope.stations import Stations, cleared_stations, stations
 from workbench.study.placement import seat_point
 
@@ -73,8 +74,12 @@ def reach_envelope(
     grid, a divisor of 90. levels: whether level sections are told as well. InputError where the body lacks the
     landmarks of the grip.
     """
+    check_step(step)
     chain = limb(body, name, grip=grip, zone=zone)
     centre = np.asarray(origin, dtype=np.float64)
+    if centre.shape != (3,):
+        raise UsageError(f"origin: expected a point (3,), got an array {centre.shape}")
+    check_rows(poses, 1, "body")
     task = asked([body], poses, chain)
     postures = drawn(task, TRIES)
     direction, triangles = ray_grid(step)

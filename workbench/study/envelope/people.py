@@ -11,13 +11,13 @@ from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.envelope import Envelope
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, check_rows
 from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.solve.reaching.limbs import limb
 from workbench.study.envelope.asking import asked, drawn
 from workbench.study.envelope.ends import ray_ends
 from workbench.study.envelope.envelope import no_rays
-from workbench.study.envelope.rays import point_rays, ray_grid, solid_angles
+from workbench.study.envelope.rays import check_step, point_rays, ray_grid, solid_angles
 
 __all__ = ["people_envelope"]
 
@@ -46,11 +46,14 @@ def people_envelope(
     as far on any one ray; on all rays together fewer do, as nobody is at the same percentile everywhere. The origin is
     the mean of theirs. UsageError where numbers of rows do not fit, or for another percentile.
     """
-    points = np.broadcast_to(np.asarray(origins, dtype=np.float64), (len(bodies), 3))
-    if len(poses) != len(bodies) or not len(bodies):
-        raise UsageError(f"{len(bodies)} bodies need as many poses, and one at least, got {len(poses)}")
+    check_rows(poses, len(bodies), "bodies")
+    given = np.asarray(origins, dtype=np.float64)
+    if given.shape not in ((3,), (len(bodies), 3)):
+        raise UsageError(f"origins: expected points (3,) or ({len(bodies)}, 3), got an array {given.shape}")
+    points = np.broadcast_to(given, (len(bodies), 3))
     if not 0.0 <= percentile <= 50.0:
         raise UsageError(f"a percentile of an envelope is 0 to 50, got {percentile}")
+    check_step(step)
     direction, triangles = ray_grid(step)
     chain = limb(bodies[0], name, grip=grip, zone=zone)
     outer, inner = np.zeros((len(bodies), len(direction))), np.full((len(bodies), len(direction)), np.inf)

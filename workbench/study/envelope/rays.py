@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.errors import UsageError
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["Rays", "level_rays", "point_rays", "ray_grid", "solid_angles"]
+__all__ = ["Rays", "check_step", "level_rays", "point_rays", "ray_grid", "solid_angles"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +71,13 @@ def level_rays(origin: Floats, heights: Floats, step: int) -> Rays:
     down[1:], up[:-1] = place[:-1], place[1:]
     beside = np.stack([np.roll(place, 1, axis=1), np.roll(place, -1, axis=1), down, up], axis=-1).reshape(-1, 4)
     return Rays(start, np.tile(direction, (len(heights), 1)), np.zeros(len(start), dtype=np.int64), beside)
+
+
+def check_step(step: int) -> None:
+    """UsageError for a step of a grid of rays [deg] that does not go into a right angle."""
+    if step < 1 or 90 % step:
+        steps = ", ".join(str(whole) for whole in range(1, 91) if 90 % whole == 0)
+        raise UsageError(f"step: expected one of {steps} degrees, got {step}")
 
 
 def ray_grid(step: int) -> tuple[Floats, Ints]:
