@@ -9,9 +9,9 @@ from tests.c3d_files import c3d_file
 from tests.conftest import SHARED
 from workbench.errors import InputError, UsageError
 from workbench.files.body.bodies import load_body
-from workbench.files.meshes.parts import unique_names
 from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
+from workbench.files.names import unique_names
 from workbench.model.motion import Markers
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose, motion_of

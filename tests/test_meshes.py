@@ -18,9 +18,10 @@ from tests.conftest import SHARED
 from workbench.errors import InputError, MissingPartError, UsageError
 from workbench.files.meshes import bounds, reading
 from workbench.files.meshes import threemf as threemf_module
-from workbench.files.meshes.parts import triangulated, unique_names
+from workbench.files.meshes.parts import triangulated
 from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import axes, extent, read_mesh
+from workbench.files.names import unique_names
 
 ENVIRONMENTS = SHARED / "environments"
 TRIANGLE = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
@@ -571,3 +572,7 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path):
     refused(tmp_path / "a.obj", "a pipe, a device or a socket")
     (tmp_path / "b.obj").symlink_to("/dev/zero")
     refused(tmp_path / "b.obj", "a pipe, a device or a socket")
+
+
+def test_an_stl_file_shorter_than_its_head_is_refused(tmp_path):
+    refused(written(tmp_path, "a.stl", b"x" * 34), "not an STL file")

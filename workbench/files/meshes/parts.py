@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.errors import printable
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["RawMesh", "RawPart", "triangulated", "unique_names", "welded"]
+__all__ = ["RawMesh", "RawPart", "triangulated", "welded"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,28 +33,6 @@ class RawMesh:
     up: str | None = None
     notes: tuple[str, ...] = ()
     forward: str | None = None
-
-
-def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
-    """Number repeated names, the one rule for parts of meshes and markers of motions.
-
-    The first of several equal names stays, the others become `seat_2`, `seat_3`; a number that another name has already
-    is passed over. White space is evened out, control characters are escaped, an empty name becomes `otherwise`.
-    """
-    wanted = [printable(" ".join(name.split())) or otherwise for name in names]
-    taken = set(wanted)
-    last: dict[str, int] = {}
-    given: list[str] = []
-    for name in wanted:
-        count = last.get(name, 0) + 1
-        candidate = name
-        if count > 1:
-            while (candidate := f"{name}_{count}") in taken:
-                count += 1
-        last[name] = count
-        taken.add(candidate)
-        given.append(candidate)
-    return given
 
 
 def welded(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:

@@ -18,11 +18,12 @@ from workbench.files.meshes.bounds import free_memory
 from workbench.files.meshes.dae import read_dae
 from workbench.files.meshes.gltf import read_glb, read_gltf
 from workbench.files.meshes.obj import read_obj
-from workbench.files.meshes.parts import RawMesh, RawPart, unique_names, welded
+from workbench.files.meshes.parts import RawMesh, RawPart, welded
 from workbench.files.meshes.step import read_step
 from workbench.files.meshes.stl import read_stl
 from workbench.files.meshes.text import read_off, read_ply
 from workbench.files.meshes.threemf import read_threemf
+from workbench.files.names import unique_names
 from workbench.files.opening import opened
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats

@@ -23,7 +23,7 @@ _LINE_END = re.compile(r"\r\n|\n|\r")
 def read_stl(path: Path, data: bytes) -> RawMesh:
     """The solids of an STL file. InputError where it is cut short; in a text file it says the line."""
     count = int.from_bytes(data[80:84], "little") if len(data) >= _HEAD else -1
-    if len(data) == _HEAD + _TRIANGLE.itemsize * count:
+    if count >= 0 and len(data) == _HEAD + _TRIANGLE.itemsize * count:
         corners = np.frombuffer(data, _TRIANGLE, count, _HEAD)["corners"]
         faces = np.arange(3 * count).reshape(-1, 3)
         return RawMesh(str(path), "STL", (RawPart("", corners.reshape(-1, 3).astype(np.float64), faces),))

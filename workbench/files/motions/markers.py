@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.files.meshes.parts import unique_names
 from workbench.files.motions.c3d import read_points
 from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
+from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 from workbench.model.motion import Markers
