@@ -51,6 +51,7 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
                 AttributeError, OverflowError, MemoryError, struct.error, DeprecationWarning)  # fmt: skip
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore", DeprecationWarning)  # NumPy 2.5 and later warn of what the library does
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             document = collada.Collada(io.BytesIO(ElementTree.tostring(tree)), ignore=None)
             nodes = document.scene.nodes if document.scene else []
