@@ -98,7 +98,7 @@ allowances:
 
 
 def pytest_configure(config):
-    """Make warnings errors in collection and in tests, but not while plugins load: those of others warn as they like."""
+    """Make warnings errors in collection and in tests, but not while the plugins of others load."""
     config.addinivalue_line("filterwarnings", "error")
 
 

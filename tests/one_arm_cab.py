@@ -9,6 +9,11 @@ from pathlib import Path
 
 from tests.conftest import BOX, BOX_FACES, ONE_ARM
 
+IN_PIECES = (
+    "anna, bert: the body is in 7 pieces with gaps of up to 60 mm (upper arm, lower arm, hand); "
+    "thin parts between them touch nothing"
+)
+"""What every run of the study warns of: the spheres of the arm stand far apart."""
 POSITION = re.compile(r"[^:]+\.yaml:(\d+):(\d+): ")
 
 POSTURES = """reference: BASE

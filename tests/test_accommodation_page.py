@@ -135,6 +135,15 @@ def test_a_share_is_never_rounded_to_all_or_nothing_and_has_tenths_from_500_peop
     assert percent(share, 500) == many
 
 
+@given(st.integers(0, 400), st.integers(1, 400))
+def test_shares_of_who_is_in_and_who_is_out_read_as_100_together(out, more):
+    count = out + more
+    shares = out / count, 1 - out / count, sum([1 / count] * more)
+    told_out, told_in, again = (int(percent_number(share, min(count, 499))) for share in shares)
+    assert told_out + told_in == 100
+    assert again == told_in
+
+
 def test_a_difference_that_rounds_to_nothing_has_no_sign():
     assert [percent_number(share, 100) for share in (-0.004, 0.004, -0.016)] == ["0", "0", "-2"]
 
@@ -219,7 +228,7 @@ def test_margins_that_do_not_apply_are_no_misses():
     html = accommodation_page(made(trainer_people(8), [FLAPS, KNEE], margin))
     parsed(html)
     assert "applies to nobody" in html
-    assert "88 % of the population fits" in html
+    assert "88 % of the population fits" in text_of(html)
 
 
 def test_names_are_text_and_never_markup():

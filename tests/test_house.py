@@ -131,6 +131,17 @@ def test_no_file_speaks_of_the_place_it_was_made_in():
     assert not [(p.name, w) for p in here for w in words if w in p.read_text()]
 
 
+def test_a_stray_folder_in_a_checkout_is_not_the_repositorys(tmp_path):
+    for name in ("workbench/a.py", "venv2/lib/b.py", ".tox/c.md"):
+        (tmp_path / name).parent.mkdir(parents=True)
+        (tmp_path / name).write_text("")
+    assert repository_files(tmp_path) == (tmp_path / "workbench" / "a.py",)
+    for command in (["init", "-q"], ["add", "workbench", ".tox"]):
+        subprocess.run(["git", *command], cwd=tmp_path, check=True, capture_output=True)
+    repository_files.cache_clear()
+    assert repository_files(tmp_path) == (tmp_path / ".tox" / "c.md", tmp_path / "workbench" / "a.py")
+
+
 def test_every_public_name_is_where_the_package_looks_for_it():
     import workbench
 

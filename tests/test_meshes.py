@@ -7,6 +7,7 @@ import io
 import json
 import os
 import random
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -128,6 +129,20 @@ def test_a_text_stl_with_two_solids_has_two_parts():
 def test_a_text_stl_whose_second_solid_has_no_end_is_refused(tmp_path):
     text = box().export(file_type="stl_ascii")
     refused(written(tmp_path, "a.stl", text + text.rpartition("endsolid")[0]), "cut short")
+
+
+def test_a_warning_of_the_collada_library_does_not_make_a_file_broken(tmp_path, monkeypatch):
+    import collada
+
+    read = collada.Collada
+
+    def warning(*arguments, **options):
+        warnings.warn("setting the shape on an array has been deprecated", DeprecationWarning, stacklevel=1)
+        return read(*arguments, **options)
+
+    monkeypatch.setattr(collada, "Collada", warning)
+    node = '<node name="desk"><instance_geometry url="#tri"/></node>'
+    assert [part.name for part in read_mesh(written(tmp_path, "a.dae", dae(node))).parts] == ["desk"]
 
 
 def test_a_node_of_a_dae_gives_its_name_and_transforms_and_the_file_its_unit(tmp_path):

@@ -60,7 +60,8 @@ def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_
     page = accommodation_page(accommodation_study(load_accommodation(write_toy(tmp_path, people=1))))
     text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)
     assert "adult_male: the body at level of detail coarse is in 23 pieces" in text
-    assert "Each body is adult_male at that person’s measures: 152 spheres, level of detail coarse." in text
+    told = "Each body is of the family of adult_male, scaled to that person’s measures: 152 spheres"
+    assert f"{told} (level of detail coarse)." in text
 
 
 @pytest.mark.parametrize("name", ACCOMMODATIONS)

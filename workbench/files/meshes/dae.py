@@ -83,7 +83,8 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
                 AttributeError, ArithmeticError, MemoryError, RuntimeError, struct.error,
                 DeprecationWarning)  # fmt: skip
     try:
-        with warnings.catch_warnings():
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore", DeprecationWarning)  # NumPy 2.5 and later warn of what the library does
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             document = collada.Collada(io.BytesIO(ElementTree.tostring(tree)), ignore=None)
             nodes = document.scene.nodes if document.scene else []
