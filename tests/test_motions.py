@@ -333,3 +333,8 @@ def test_a_table_of_many_columns_is_looked_through_at_once(tmp_path):
     start = perf_counter()
     table_kind(written(tmp_path, f"time [s], {names}\n", "a.csv"))
     assert perf_counter() - start < 5
+
+
+def test_a_number_too_large_to_reckon_with_is_told(tmp_path):
+    with pytest.raises(InputError, match=r"line 20, column 4 \(base Zrotation\): '1e308' is too large"):
+        read_bvh(written(tmp_path, TWO.replace("1 2 3 90", "1 2 3 1e308")))

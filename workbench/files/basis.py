@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tokenize
 import zipfile
 import zlib
 from functools import lru_cache
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.errors import InputError
+from workbench.errors import InputError, printable
 from workbench.files.inputs import note_input
 from workbench.files.opening import read_whole
 from workbench.model.arrays import Floats
@@ -22,6 +23,9 @@ __all__ = ["LEVELS", "load_basis"]
 
 LEVELS = ("coarse", "medium", "fine")
 FORMAT = 1
+_DAMAGED = (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError, NotImplementedError, MemoryError,
+            OverflowError, TypeError, SyntaxError, tokenize.TokenError)  # fmt: skip
+"""What NumPy and the archive under it raise on damaged arrays; their headers are written in Python's own words."""
 MOST_BYTES = 256 * 2**20
 
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -70,11 +74,15 @@ def _arrays(path: Path) -> Arrays:
         if size > MOST_BYTES:
             raise InputError(f"{path}: unpacks to {size} bytes, too large for a shape basis (most: {MOST_BYTES})")
         with np.load(data, allow_pickle=False) as found:
-            return {name: found[name] for name in found.files}
+            arrays = {name: found[name] for name in found.files}
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from None
-    except (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError, NotImplementedError, MemoryError) as error:
+    except _DAMAGED as error:
         raise InputError(f"{path}: not a NumPy archive without pickles ({error})") from None
+    foreign = [name for name, found in arrays.items() if not isinstance(found, np.ndarray)]
+    if foreign:
+        raise InputError(f"{path}: {foreign[0]!r} is no array")
+    return arrays
 
 
 class _Reader:
@@ -99,7 +107,10 @@ class _Reader:
         if found.ndim != 1 or found.dtype.kind != "U" or count not in (None, len(found)):
             what = f"{count or 'some'} texts are needed, got {found.dtype} {found.shape}"
             raise InputError(f"{self.path}: {name}: {what}")
-        return tuple(str(text) for text in found)
+        try:
+            return tuple(printable(str(text)) for text in found)
+        except SystemError:  # a number that is no character
+            raise InputError(f"{self.path}: {name}: holds what is no text") from None
 
     def array(self, name: str, shape: tuple[int | None, ...], kind: str = "iuf") -> Floats:
         found = self._found(name)

@@ -23,6 +23,8 @@ __all__ = ["ALL", "MOST_NUMBERS", "Pick", "Rows", "count_in", "number_rows", "nu
 MOST_NUMBERS = 2_000_000_000
 """Numbers of one file that are kept at most (16 GB, in a temporary file)."""
 _BLOCK = 2048
+_LARGEST = 1e15
+"""Numbers of a motion at most: far beyond any angle, length or time, and their squares are finite."""
 _COUNT = re.compile(r"[0-9]{1,9}(\.0*)?")
 
 
@@ -119,7 +121,11 @@ def number_rows(
 
 
 def _finite(row: list[float], words: Sequence[str], blank: bool) -> bool:
-    return all(map(math.isfinite, (v for v, w in zip(row, words, strict=True) if w) if blank else row))
+    """Whether a row holds only finite numbers of a size that can be reckoned with; empty words may be gaps."""
+    given = [v for v, w in zip(row, words, strict=True) if w] if blank else row
+    if not all(map(math.isfinite, given)):
+        return False
+    return max(given, default=0.0) <= _LARGEST and min(given, default=0.0) >= -_LARGEST
 
 
 def _refuse_time(here: str, frame: int, now: float, before: float) -> None:
@@ -132,9 +138,10 @@ def _refuse_time(here: str, frame: int, now: float, before: float) -> None:
 def _refuse(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) -> None:
     for k, word in enumerate(words):
         try:
-            fine = bool(np.isfinite(float(word)))
+            value = float(word)
         except ValueError:
-            fine = False
-        if not fine:
+            value = math.nan
+        if not abs(value) <= _LARGEST:
             where = f"column {k + 1}" + (f" ({rows[k]})" if k < len(rows) else "")
-            raise InputError(f"{path}, line {number}, {where}: {word!r} is not a finite number")
+            what = f"is too large (most: {_LARGEST:g})" if math.isfinite(value) else "is not a finite number"
+            raise InputError(f"{path}, line {number}, {where}: {word[:60]!r} {what}")
