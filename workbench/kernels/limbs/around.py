@@ -16,18 +16,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from workbench.kernels.inner import inlined, inner
-from workbench.kernels.limbs.contacts import new_space, touch, wall
+from workbench.kernels.limbs.contacts import new_space, touch
 from workbench.kernels.limbs.descent import LAST, REACHED, approach, descend, look, put_row, take, take_row
 from workbench.kernels.limbs.inverse import LEGAL, holder, next_seed, worth
-from workbench.kernels.limbs.limits import Planes, within
+from workbench.kernels.limbs.limits import within
 from workbench.kernels.limbs.linkage import new_state
 from workbench.kernels.limbs.newton import equations, go, new_work, newton
+from workbench.kernels.limbs.walls import CLEAR, MOST_WALLS, build, new_desk
 
 __all__ = ["Trail", "settle"]
 
-MOST_WALLS = 16
-CLEAR = 2e-4
-"""How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
 NEAR, HINT = 0.03, 2e-3
 """How near [m] an obstacle is minded where a clear posture is made comfortable, and where one is sought."""
 STEPS, FEW = 24, 16
@@ -39,8 +37,6 @@ MOST_NEW = 8
 """Walls that a turn adds."""
 MOST_LOST = 1
 """Times that walls may keep the target out of reach before comfort is given up."""
-SAME, ALIKE = 0.9, 0.95
-"""Cosine between normals of walls before the same sphere that are taken to be one: over several turns, at once."""
 LOTS = (8, 24)
 """How many starts a search takes, one lot after the other."""
 CLOSE, OFF = 0.01, 0.05
@@ -65,106 +61,6 @@ class Trail(NamedTuple):
     held: NDArray[np.float64]
     overlap: NDArray[np.float64]
     part: NDArray[np.int64]
-
-
-class _Desk(NamedTuple):
-    """Working space: walls (MOST_WALLS, 6): sphere, normal (3), height [m], part; the planes made of them, many (1,);
-    inside (MOST_WALLS, 2): sphere and part of contacts whose centre is inside; trial (1, K, 3), free (K, 3), tried
-    (M,), kept (M, K, 3), depth (M,)."""
-
-    walls: NDArray[np.float64]
-    planes: Planes
-    many: NDArray[np.int64]
-    trial: NDArray[np.float64]
-    free: NDArray[np.float64]
-    tried: NDArray[np.int64]
-    kept: NDArray[np.float64]
-    depth: NDArray[np.float64]
-
-
-@njit(cache=True)
-def _new_desk(joints, seeds):  # type: ignore[no-untyped-def]
-    planes = Planes(
-        np.zeros(MOST_WALLS, np.int64), np.zeros((MOST_WALLS, 3)), np.zeros((MOST_WALLS, 3)), np.zeros(MOST_WALLS)
-    )
-    return _Desk(
-        np.zeros((MOST_WALLS, 6)),
-        planes,
-        np.zeros(1, np.int64),
-        np.zeros((1, joints, 3)),
-        np.zeros((joints, 3)),
-        np.zeros(seeds, np.int64),
-        np.zeros((seeds, joints, 3)),
-        np.zeros(seeds),
-    )
-
-
-@inner
-def _plane(limbs, b, room, space, desk):  # type: ignore[no-untyped-def]
-    """Make planes of the walls for body b, whose spheres stand as they do in space."""
-    walls, planes, centres, world = desk.walls, desk.planes, space.centres, space.world
-    for m in range(desk.many[0]):
-        s, part = int(walls[m, 0]), int(walls[m, 5])
-        n0, n1, n2 = walls[m, 1], walls[m, 2], walls[m, 3]
-        k, high = limbs.carrier[s], walls[m, 4]
-        d0, d1, d2 = (
-            centres[0, s, 0] - world[0, k, 0, 3],
-            centres[0, s, 1] - world[0, k, 1, 3],
-            centres[0, s, 2] - world[0, k, 2, 3],
-        )
-        for i in range(3):
-            planes.point[m, i] = world[0, k, 0, i] * d0 + world[0, k, 1, i] * d1 + world[0, k, 2, i] * d2
-        if room.field.root.shape[0] > 1 and room.moving[part] > 0:
-            high += n0 * room.shift[b, 0] + n1 * room.shift[b, 1] + n2 * room.shift[b, 2]
-        planes.link[m] = limbs.link[s]
-        planes.normal[m, 0], planes.normal[m, 1], planes.normal[m, 2] = n0, n1, n2
-        planes.offset[m] = high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part] + 2.0 * CLEAR
-
-
-@inlined
-def _contrary(room, i, count, space):  # type: ignore[no-untyped-def]
-    """Whether contact i is from outside a part that the same sphere's centre is inside of: it would push farther in."""
-    found = space.found
-    if found[0, i, 6] > 0.0:
-        return False
-    part = room.owner[int(found[0, i, 2])]
-    for m in range(count):
-        if found[0, m, 6] > 0.0 and found[0, m, 1] == found[0, i, 1] and room.owner[int(found[0, m, 2])] == part:
-            return True
-    return False
-
-
-@inner
-def _build(limbs, b, room, count, stops, anew, space, desk, work):  # type: ignore[no-untyped-def]
-    """Walls of the `count` contacts in space, deepest first: new ones only where `anew`; else besides those there are,
-    in the place of those they follow upon."""
-    walls, many = desk.walls, desk.many
-    if anew:
-        many[0] = 0
-    for i in range(count):
-        if _contrary(room, i, count, space):
-            continue
-        s, n0, n1, n2, high, part = wall(limbs, b, room, i, space)
-        at = -1
-        for m in range(many[0]):
-            along = n0 * walls[m, 1] + n1 * walls[m, 2] + n2 * walls[m, 3]
-            if int(walls[m, 0]) == s and along > (ALIKE if anew else SAME):
-                at = m
-        if at >= 0 and anew:
-            continue
-        if at < 0 and many[0] < MOST_WALLS:
-            at = many[0]
-            many[0] += 1
-            work.press[stops + at] = 0.0
-        elif at < 0:
-            at = 0
-            for m in range(1, MOST_WALLS):
-                if work.press[stops + m] < work.press[stops + at]:
-                    at = m
-            work.press[stops + at] = 0.0
-        walls[at, 0], walls[at, 1], walls[at, 2], walls[at, 3] = s, n0, n1, n2
-        walls[at, 4], walls[at, 5] = high, part
-    _plane(limbs, b, room, space, desk)
 
 
 @inner
@@ -225,14 +121,14 @@ def _rounds(job, turns, easy, trail, desk, state, work, space):  # type: ignore[
     what is kept is kept."""
     link, limbs, b, problem, _, room, p = job
     stops, none, lost = link.rows.shape[0], np.int64(0), 0
-    anew, cold, warm = np.bool_(False), np.int64(FEW if easy else STEPS), np.bool_(True)
+    anew, most, warm = np.bool_(False), np.int64(FEW if easy else STEPS), np.bool_(True)
     for _ in range(turns):
         span, pull, far = (none, desk.many[0]), LAST, True
         if easy:
             steps, far = descend(link, b, problem, p, desk.planes, span, np.int64(STEPS), warm, state, work)
             trail.numbers[p, 2] += steps
         if far:
-            steps, pull = approach(link, b, problem, p, desk.planes, span, cold, state, work)
+            steps, pull = approach(link, b, problem, p, desk.planes, span, most, state, work)
             trail.numbers[p, 2] += steps
         worthy = _look_at(job, desk, state, space)
         if _less(worthy, p, trail):
@@ -240,7 +136,7 @@ def _rounds(job, turns, easy, trail, desk, state, work, space):  # type: ignore[
         lost += 1 if easy and worthy[0] >= REACHED else 0
         if worthy[2] <= 0.0 or lost > MOST_LOST:
             return _arrived(worthy)
-        _build(limbs, b, room, min(worthy[4], MOST_NEW), stops, anew, space, desk, work)
+        build(limbs, b, room, min(worthy[4], MOST_NEW), stops, anew, space, desk, work)
     return False
 
 
@@ -258,7 +154,7 @@ def _join(job, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
         put_row(state.angles, desk.trial, 0)
         count = touch(limbs, b, held, base, p, desk.trial, none, room, HINT, space)
         depth = max(0.0, space.found[0, 0, 0] + CLEAR) if count > 0 else 0.0
-        _build(limbs, b, room, count, stops, anew, space, desk, work)
+        build(limbs, b, room, count, stops, anew, space, desk, work)
         look(link, b, base, p, desk.planes, (none, desk.many[0]), state)
         error, _ = worth(goal, p, state)
         for i in range(6):
@@ -302,10 +198,8 @@ def _ease(job, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
     for _ in range(EASY_TURNS):
         put_row(state.angles, desk.trial, 0)
         count = touch(limbs, b, held, problem[0], p, desk.trial, none, room, NEAR, space)
-        _build(limbs, b, room, count, stops, anew, space, desk, work)
-        steps, _ = descend(
-            link, b, problem, p, desk.planes, (none, desk.many[0]), np.int64(STEPS), warm, state, work
-        )
+        build(limbs, b, room, count, stops, anew, space, desk, work)
+        steps, _ = descend(link, b, problem, p, desk.planes, (none, desk.many[0]), np.int64(STEPS), warm, state, work)
         trail.numbers[p, 2] += steps
         worthy = _look_at(job, desk, state, space)
         if _arrived(worthy):
@@ -323,7 +217,7 @@ def _ease(job, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
 def _starts(job, settings, lot, desk, state, work, space):  # type: ignore[no-untyped-def]
     """Up to `lot` postures of all kinds that reach the target but for obstacles, from seeds not yet tried, into
     desk.kept, and how deep they enter into desk.depth; returns how many."""
-    link, limbs, b, problem, held, room, p = job
+    link, _, b, problem, _, _, p = job
     base, goal = problem
     seeds, seed_tips = settings
     count, none = 0, np.int64(0)
@@ -378,7 +272,7 @@ def _stand(job, angles, near, desk, state, work, space):  # type: ignore[no-unty
     work.press[:] = 0.0
     put_row(state.angles, desk.trial, 0)
     count = touch(limbs, b, held, problem[0], p, desk.trial, none, room, near, space)
-    _build(limbs, b, room, count, link.rows.shape[0], anew, space, desk, work)
+    build(limbs, b, room, count, link.rows.shape[0], anew, space, desk, work)
 
 
 @inner
@@ -430,13 +324,13 @@ def settle(link, limbs, who, held, problem, room, settings, asked, trail, begin,
     """Keep reaches off obstacles, rows begin..end of P, each by itself.
 
     link, limbs: of B bodies; who (P,), held (P, J, 4), problem: base (P, 3, 4) and goal (P, 12). settings: seeds
-    (M, K, 3) and their tips (M, 6). asked (P,): 1 where the
-    target may be reached but for obstacles, so that a search is worth it. trail: free postures in, what they have come to out.
+    (M, K, 3) and their tips (M, 6). asked (P,): 1 where the target may be reached but for obstacles, so that a search
+    is worth it. trail: free postures in, what they have come to out.
     """
     joints, stops = link.axes.shape[0], link.rows.shape[0]
     state = new_state(joints, link.mode.shape[0], stops + MOST_WALLS)
     work = new_work(joints, link.mode.shape[0], stops + MOST_WALLS)
-    space, desk = new_space(limbs, held.shape[1]), _new_desk(joints, len(settings[0]))
+    space, desk = new_space(limbs, held.shape[1]), new_desk(joints, len(settings[0]))
     anew, easy, hard = np.bool_(False), np.bool_(True), np.bool_(False)
     for p in range(begin, end):
         job = (link, limbs, who[p], problem, held, room, p)
@@ -445,7 +339,7 @@ def settle(link, limbs, who, held, problem, room, settings, asked, trail, begin,
         worthy = _look_at(job, desk, state, space)
         trail.overlap[p], trail.part[p] = worthy[2], worthy[3]
         if worthy[2] > 0.0:
-            _build(limbs, who[p], room, min(worthy[4], MOST_NEW), stops, anew, space, desk, work)
+            build(limbs, who[p], room, min(worthy[4], MOST_NEW), stops, anew, space, desk, work)
             if _rounds(job, TURNS if asked[p] else LAST_TURNS, easy, trail, desk, state, work, space):
                 continue
         elif worthy[0] < REACHED:

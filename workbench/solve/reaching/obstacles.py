@@ -79,7 +79,9 @@ def _settled(task: Task, found: Found, room: Room) -> Found:
     seeds = seeds_of(task.body, task.limb)
 
     def work(begin: int, end: int) -> None:
-        settle(task.link, limbs, task.who, task.held, (task.base, task.goal), obstacles, seeds, asked, trail, begin, end)
+        settle(
+            task.link, limbs, task.who, task.held, (task.base, task.goal), obstacles, seeds, asked, trail, begin, end
+        )
 
     in_pieces(work, count, SMALL, threads=room.threads)
     return Found(trail.angles, trail.numbers, trail.held, trail.overlap, trail.part)
