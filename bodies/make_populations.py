@@ -1,8 +1,9 @@
 """Writes populations/ansur2.yaml and populations/cdc_growth.yaml from raw public tables: figures only, no person.
 
-Run `python bodies/make_populations.py [FOLDER [OUT]]`; FOLDER holds `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US Army) and
-`growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup ships them). What
-is not there is said and left as it is. OUT is `populations` beside this file where it is not given. The same tables always give the same files.
+Run `python bodies/make_populations.py [FOLDER [OUT]]`; FOLDER holds `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US
+Army) and `growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup ships
+them). What is not there is said and left as it is. OUT is `populations` beside this file where it is not given. The same
+tables always give the same files.
 """
 
 from __future__ import annotations
