@@ -2,8 +2,8 @@
 
 Run `python bodies/make_populations.py [FOLDER [OUT]]`; FOLDER holds `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US
 Army) and `growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup ships
-them). What is not there is said and left as it is. OUT is `populations` beside this file where it is not given. The same
-tables always give the same files.
+them). What is not there is said and left as it is. OUT is `populations` beside this file where it is not given. The
+same tables always give the same files.
 """
 
 from __future__ import annotations
