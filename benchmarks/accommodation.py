@@ -4,7 +4,7 @@ Prints CPU seconds of each stage done in one process, wall seconds of the whole 
 population reach map of 2,000 points of the panel, and the share that fits. Where the public files of ANSUR II
 lie under a folder that is given, its 6,068 people are used, else as many drawn from the population that comes along.
 
-    python benchmarks/accommodation.py [people] [folder with the ANSUR II CSV files]
+    python benchmarks/accommodation.py [people] [folder with the ANSUR II CSV files] [coarse, medium or fine]
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.model.accommodation import MapTask
+from workbench.shape.scaling.scale import morph_to
 from workbench.study.accommodation import tried
 from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.chunks import gathered, result_chunks
@@ -62,7 +63,9 @@ def main() -> None:
     """Time everything once; kernels are compiled before."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else PEOPLE
     folder = Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    study = replace(ready(wb.load_accommodation("trainer_accommodation")), people=people_of(count, folder))
+    study = ready(wb.load_accommodation("trainer_accommodation"))
+    body = morph_to(study.body, sys.argv[3] if len(sys.argv) > 3 else "coarse")
+    study = replace(study, body=body, people=people_of(count, folder))
     asked = asked_of(study)
     clock = Clock()
     with tempfile.TemporaryDirectory() as cache:

@@ -27,8 +27,8 @@ from workbench.model.posing import join_poses
 from workbench.model.study import Person, Study
 from workbench.solve.forward import place
 from workbench.study.crash.crash import crash_ready
-from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
+from workbench.study.predicted import prepared
 from workbench.study.run import load
 
 __all__ = ["PEOPLE_COLOURS", "Source", "crash_source", "result_source", "scene_of", "source_kind", "source_of",
@@ -159,8 +159,8 @@ def _metres(point: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def study_source(study: Study, case: str | None = None) -> Source:
-    """The cases of a study, by name with commas between; see source_of."""
-    study, _ = sized(study)
+    """The cases of a study, by name with commas between, in the postures that a run measures; see source_of."""
+    study, _ = prepared(study)
     timed = all(person.poses.time is not None for person in study.people)
     wanted = _listed(case) if case is not None else study.cases if timed else study.cases[:1]
     for name in wanted:

@@ -20,9 +20,8 @@ from workbench.solve.contact.collide import (
 from workbench.solve.stops import stops
 from workbench.study.criteria import Measured, verdict
 from workbench.study.envelope.envelope import envelopes
-from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment, place_person
-from workbench.study.predicted import predicted
+from workbench.study.predicted import prepared
 from workbench.study.provenance import hashes, versions
 from workbench.study.reaches import buried_controls, control_reaches
 from workbench.study.warnings import result_warnings, seat_verdicts
@@ -32,8 +31,7 @@ __all__ = ["clearance_study"]
 
 def clearance_study(study: Study) -> Result:
     """Run a clearance or reach study."""
-    study, told = sized(study)
-    study, short = predicted(study)
+    study, told = prepared(study)
     environment = adjusted_environment(study)
     placed = {person.name: place_person(person, environment) for person in study.people}
     people = {person.name: _measure(person, placed[person.name], environment) for person in study.people}
@@ -59,7 +57,6 @@ def clearance_study(study: Study) -> Result:
         warnings=(
             *told,
             *piece_warnings((person.name, person.body) for person in study.people),
-            *short,
             *(buried_controls(environment) if reaches else ()),
             *result_warnings(study, environment, tuple(people.values())),
             *study.warnings,

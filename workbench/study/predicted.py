@@ -16,12 +16,21 @@ from workbench.solve.seating.driving import DrivingPosture, driving_posture
 from workbench.solve.seating.posture import Pedals
 from workbench.solve.seating.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import driver_of, feet_of, package_of
+from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment
 
-__all__ = ["predicted"]
+__all__ = ["predicted", "prepared"]
 
 TOLD = 1e-3
 """A miss [m] that is told."""
+
+
+def prepared(study: Study) -> tuple[Study, list[str]]:
+    """The study as a run measures it and as pictures show it: bodies at their size, predicted postures found; and in
+    words what is improbable about the sizes and what could not be had."""
+    study, told = sized(study)
+    study, short = predicted(study)
+    return study, [*told, *short]
 
 
 def predicted(study: Study) -> tuple[Study, list[str]]:

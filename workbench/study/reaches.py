@@ -22,7 +22,8 @@ __all__ = ["buried_controls", "control_reaches"]
 
 def control_reaches(study: Study, placed: Mapping[str, Placed], environment: Environment) -> Iterator[ControlReach]:
     """Every control that a criterion of the study is about, for the people it names, from their first case's posture,
-    in the zones 1 to 3; by the hand or foot that comes nearest, and of those that arrive the more comfortable.
+    in the zones 1 to 3; by the hand or foot that comes nearest, and of those that arrive the more comfortable. What is
+    reached in one zone is reached in the next, which leaves the limb free to do the same.
 
     InputError where a body lacks the landmarks of a grip.
     """
@@ -40,17 +41,22 @@ def control_reaches(study: Study, placed: Mapping[str, Placed], environment: Env
         controls = [control for control in environment.controls if control.name in wanted[person.name]]
         for grip in dict.fromkeys(control.grip for control in controls):
             group = [control for control in controls if control.grip == grip]
+            room = _without_seat(environment, person.seat) if grip == "foot" else environment
+            tighter: dict[int, tuple[str, Reach]] = {}
             for zone in ZONES:
-                room = _without_seat(environment, person.seat) if grip == "foot" else environment
                 found = list(_tried(shown.body, poses, group, (zone, room)))
                 for row, control in enumerate(group):
-                    hand, best = min(found, key=lambda entry: _rank(entry[1], row))
+                    limb_name, best = min(found, key=lambda entry: _rank(entry[1], row))
+                    if row in tighter and not best.reached[row]:  # who may do more can still do that
+                        limb_name, best = tighter[row]
+                    if best.reached[row]:
+                        tighter[row] = (limb_name, best)
                     yield ControlReach(
                         person=person.name,
                         control=control.name,
                         zone=zone,
                         own_zone=control.zone,
-                        limb=hand,
+                        limb=limb_name,
                         reached=bool(best.reached[row]),
                         miss=float(best.miss[row]),
                         overlap=float(best.overlap[row]),
