@@ -230,7 +230,7 @@ def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys
 
 
 def test_compare_is_public():
-    assert wb.compare is compare
+    assert wb.compare.__wrapped__ is compare
     assert "Comparison" in wb.__all__
 
 

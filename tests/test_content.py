@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import workbench as wb
 from tests.conftest import ROOT
 from tests.toy_cockpit import STUDY, write_toy
 from workbench.files.accommodation.studies import load_accommodation
@@ -186,6 +187,8 @@ def test_a_file_counts_by_its_bytes_and_not_by_its_name(tmp_path):
     for name, text in (("a", "one"), ("b", "one"), ("c", "two")):
         (tmp_path / name).write_text(text)
     assert key(tmp_path / "a") == key(tmp_path / "b") != key(tmp_path / "c")
+    with pytest.raises(wb.InputError, match=r"gone: cannot be read \(No such file"):
+        key(tmp_path / "gone")
 
 
 def test_any_change_of_the_program_is_another_program(tmp_path):

@@ -67,7 +67,7 @@ def _annotated(function: Callable[..., Any]) -> tuple[tuple[str, ...], dict[str,
 
 def check_fields(noun: Any) -> None:
     """InputError for the first field of a dataclass that does not fit its annotation."""
-    kinds = _annotated_fields(type(noun))
+    kinds = _annotated_fields(type(noun))  # type: ignore[arg-type]
     for name, kind in kinds.items():
         value = getattr(noun, name)
         fault = argument_fault(name, value, kind)

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import workbench
+from workbench.errors import InputError
 
 __all__ = ["LIBRARIES", "content_key", "program_hash"]
 
@@ -57,7 +58,7 @@ def content_key(purpose: str, *values: object) -> bytes:
     ------
     TypeError
         For a value of another type.
-    OSError
+    InputError
         If the file of a path cannot be read.
     """
     digest = hashlib.sha256()
@@ -137,9 +138,12 @@ def _add_array(update: Update, array: NDArray[Any]) -> None:
 def _add_file(update: Update, path: Path) -> None:
     """Hash what is in a file, whatever it is called."""
     digest = hashlib.sha256()
-    with path.open("rb") as file:
-        while block := file.read(_BLOCK):
-            digest.update(block)
+    try:
+        with path.open("rb") as file:
+            while block := file.read(_BLOCK):
+                digest.update(block)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     update(digest.digest())
 
 
