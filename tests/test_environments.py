@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
+import workbench as wb
 from tests.conftest import SHARED
 from workbench.errors import InputError, UsageError
 from workbench.files.environments import environment_files, environment_from_mesh, load_environment
@@ -202,6 +203,29 @@ def test_gltf_says_its_unit_and_both_axes_and_needs_none_stated(tmp_path):
     (tmp_path / "environment.yaml").write_text("environment: a\nlength: mm\nmeshes:\n  - file: a.glb\n")
     bounds = load_environment(tmp_path / "environment.yaml").bounds
     assert np.diff(bounds, axis=0)[0] == pytest.approx([0.6, 1.5, 0.9])
+
+
+def test_a_scene_of_trimesh_is_an_environment_with_a_part_for_each_geometry():
+    """A block of 1 m, and a mirrored copy of it 2 m to the right, whose faces must still look outward."""
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.creation.box((1000, 1000, 1000)), geom_name="block")
+    mirrored = np.diag([1.0, -1.0, 1.0, 1.0])
+    mirrored[1, 3] = -2000.0
+    scene.add_geometry(trimesh.creation.box((1000, 1000, 1000)), geom_name="seat", transform=mirrored)
+    environment = wb.environment_from_mesh(scene, length="mm", up="z", forward="x")
+    assert environment.parts == ("block", "seat")
+    assert environment.solid.all()
+    assert environment.bounds.tolist() == [[-0.5, -2.5, -0.5], [0.5, 0.5, 0.5]]
+    assert not any("inside out" in warning for warning in environment.warnings)
+
+
+def test_a_mesh_of_trimesh_needs_a_unit_and_a_surface():
+    with pytest.raises(wb.InputError, match="does not say its unit"):
+        wb.environment_from_mesh(trimesh.creation.box((1, 1, 1)), up="z", forward="x")
+    with pytest.raises(wb.InputError, match="holds no surface"):
+        wb.environment_from_mesh(trimesh.Scene(), length="m", up="z", forward="x")
+    with pytest.raises(wb.UsageError, match=r"expected a path, a trimesh.Scene or a trimesh.Trimesh, got list"):
+        wb.environment_from_mesh([1, 2], length="m", up="z", forward="x")
 
 
 def test_a_stated_unit_overrides_what_the_file_tells(tmp_path):

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from workbench.files.accommodation.studies import load_accommodation as load_accommodation
     from workbench.files.ansur import read_ansur as read_ansur
     from workbench.files.body.bodies import load_body as load_body
+    from workbench.files.environments import environment_from_mesh as environment_from_mesh
     from workbench.files.environments import load_environment as load_environment
     from workbench.files.populations import load_population_model as load_population_model
     from workbench.files.studies import load_study as load_study
@@ -93,6 +94,7 @@ _HOME: dict[str, str] = {
     "WorkbenchError": "errors",
     "load_accommodation": "files.accommodation.studies",
     "load_body": "files.body.bodies",
+    "environment_from_mesh": "files.environments",
     "load_environment": "files.environments",
     "load_study": "files.studies",
     "Body": "model.body",
@@ -188,6 +190,7 @@ __all__ = [
     "draw_people",
     "driving_angles",
     "driving_posture",
+    "environment_from_mesh",
     "episodes",
     "eyellipse",
     "fit_segments",

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from workbench.files.meshes.assembly import built
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.reading import SMALLEST, axes, extent, implausible, read_mesh, stated_axes, to_world
+from workbench.files.meshes.scene import mesh_of_scene
 from workbench.files.meshes.sizes import doubtful_sizes
 from workbench.files.schema import fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
@@ -66,24 +68,49 @@ def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[
 
 
 def environment_from_mesh(
-    path: str | Path, *, up: str, forward: str, length: str | None = None, solid: bool | str = "auto"
+    source: Any,  # a path, or an object of a library that is loaded only where it is used
+    *,
+    up: str,
+    forward: str,
+    length: str | None = None,
+    solid: bool | str = "auto",
 ) -> Environment:
-    """An environment from one mesh, without rules, seats or points.
+    """Make an environment from one mesh, without rules, seats or points.
 
-    length: the unit (mm, cm, m, in, ft, or one unit's length such as "150 mm") where the file does not say it, or is
-    wrong; up, forward: axes of the file (x, y, z, -x, -y, -z); solid: "auto", True or False for every part.
+    Parameters
+    ----------
+    source
+        A mesh file, or what trimesh has loaded or made: a scene, whose geometries are the parts, or one mesh.
+    up, forward
+        Axes of the mesh (x, y, z, -x, -y, -z) that point up and forward.
+    length
+        Its unit (mm, cm, m, in, ft, or one unit's length such as "150 mm") where the mesh does not say it, or is wrong.
+    solid
+        "auto" (closed parts are), True or False for every part.
+
+    Raises
+    ------
+    InputError
+        If the mesh cannot be read, holds no surface, has a size that no vehicle has, or a part cannot be solid.
+    UsageError
+        If `source` is something else, or the axes are no axes.
     """
-    rotation, source = axes(up, forward), Path(path)
-    raw = read_mesh(source)
-    metres = _stated(source, length) if length is not None else raw.metres
+    if isinstance(source, str | Path):
+        name = Path(source).stem
+        raw = read_mesh(source)
+    else:
+        name = "scene"
+        raw = mesh_of_scene(source, name)
+    rotation = axes(up, forward)
+    metres = _stated(raw.file, length) if length is not None else raw.metres
     wrong = implausible(float(extent(raw.parts).max()), metres)
     if wrong or metres is None:
-        raise InputError(f"{source}: {wrong}")
+        raise InputError(f"{raw.file}: {wrong}")
     parts = to_world(raw, rotation, metres=metres)
-    notes = (*doubtful_sizes(parts, metres, file=source.stem), *raw.notes)
-    environment, faults = built(source.stem, parts, solid=[solid] * len(parts), notes=notes)
+    notes = (*doubtful_sizes(parts, metres, file=name), *raw.notes)
+    environment, faults = built(name, parts, solid=[solid] * len(parts), notes=notes)
     if faults:
-        raise InputError([f"{source}: {what}" for _, what in faults])
+        raise InputError([f"{raw.file}: {what}" for _, what in faults])
     return environment
 
 
@@ -93,7 +120,7 @@ def _path(source: str | Path, near: Path | None) -> Path:
     return find("environments", source, _INNER, near=near)
 
 
-def _stated(source: Path, length: str) -> float:
+def _stated(source: str, length: str) -> float:
     try:
         return unit_metres(length)
     except ValueError as error:

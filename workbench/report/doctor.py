@@ -9,8 +9,22 @@ from workbench.draw.window import drawing_fault
 
 __all__ = ["doctor_report"]
 
-NEEDED = ("bubbleman-workbench", "numpy", "scipy", "numba", "manifold3d", "pydantic", "PyYAML", "pillow", "jinja2",
-          "cyclopts", "rich", "pycollada", "lxml")  # fmt: skip
+NEEDED = (
+    "bubbleman-workbench",
+    "numpy",
+    "scipy",
+    "numba",
+    "trimesh",
+    "manifold3d",
+    "pydantic",
+    "PyYAML",
+    "pillow",
+    "jinja2",
+    "cyclopts",
+    "rich",
+    "pycollada",
+    "lxml",
+)
 OPTIONAL = {
     "cascadio": "STEP files: pip install 'bubbleman-workbench[step]'",
     "mujoco": "simulated crashes: pip install 'bubbleman-workbench[dynamics]'",

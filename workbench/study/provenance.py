@@ -14,7 +14,7 @@ from workbench.model.population import Population
 
 __all__ = ["hashes", "people_hash", "versions"]
 
-PACKAGES = ("bubbleman-workbench", "numpy", "scipy", "numba", "manifold3d")
+PACKAGES = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh", "manifold3d")
 
 
 def hashes(inputs: Mapping[str, Path]) -> dict[str, str]:
