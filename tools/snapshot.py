@@ -295,7 +295,9 @@ def _make(arguments: argparse.Namespace) -> int:
     wanted = [name.strip() for name in arguments.only.split(",")] if arguments.only else list(COLLECTORS)
     unknown = [name for name in wanted if name not in COLLECTORS]
     if unknown:
-        print(f"--only: no questions are called {', '.join(unknown)}; there are {', '.join(COLLECTORS)}", file=sys.stderr)
+        print(
+            f"--only: no questions are called {', '.join(unknown)}; there are {', '.join(COLLECTORS)}", file=sys.stderr
+        )
         return 2
     answers = collected(wanted, say=lambda text: print(text, file=sys.stderr, flush=True))
     write(arguments.file, answers)

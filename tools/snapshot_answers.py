@@ -32,13 +32,13 @@ from PIL import Image
 import workbench as wb
 from workbench.cli import main as command
 from workbench.errors import InputError
-from workbench.files.body.bodies import body_path
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
 from workbench.files.growth import load_growth
 from workbench.files.motions.lines import Pick
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
+from workbench.model.study import Person
 from workbench.people.growth import growth_people
 from workbench.people.paired import paired_share
 from workbench.people.percentile import percentile_people
@@ -105,15 +105,18 @@ def body_alone(name: str) -> Named:
         free = np.isinf(margins.margin[0])
         for j, joint in enumerate(body.joints):
             if not free[j]:
-                yield f"stop/{here}/{joint}", {
-                    "margin_deg": math.degrees(margins.margin[0, j]),
-                    "nearest": margins.motion(0, j),
-                }
+                yield (
+                    f"stop/{here}/{joint}",
+                    {
+                        "margin_deg": math.degrees(margins.margin[0, j]),
+                        "nearest": margins.motion(0, j),
+                    },
+                )
         yield from _contacts(f"self_contact/{here}", own.rows(own.pose == row))
 
 
 def in_seats() -> Named:
-    """How each human body of the catalogue sits in each seat in each posture, what it is near to and what it touches."""
+    """How each human body sits in each seat in each of its postures, what it is near to and what it touches."""
     for name in names("bodies"):
         for environment in names("environments", "environment.yaml"):
             for seat in wb.load_environment(environment).seats:
@@ -124,10 +127,7 @@ def in_seats() -> Named:
 def body_in_seat(name: str, environment: str, seat: str) -> Named:
     """How one body sits in one seat in each of its postures: spheres, clearances and contacts."""
     body, around, postures = wb.load_body(name), wb.load_environment(environment), _postures(name)
-    from workbench.model.study import Person
-
-    poses = wb.join_poses(list(postures.values()))
-    placed = place_person(Person(name, body, poses, tuple(postures), seat=seat), around)
+    placed = _seated(body, postures, around, seat)
     distance = wb.clearance(placed, around)
     touching = wb.contacts(placed, around)
     for row, posture in enumerate(postures):
@@ -135,6 +135,44 @@ def body_in_seat(name: str, environment: str, seat: str) -> Named:
         yield f"seated/{here}", _spheres(placed, row)
         yield from _clearances(f"clearance/{here}", body, around, distance[row])
         yield from _contacts(f"contact/{here}", touching.rows(touching.pose == row))
+
+
+def _seated(body: wb.Body, postures: Mapping[str, wb.Poses], around: wb.Environment, seat: str) -> wb.Placed:
+    """A body in a seat that stands in its reference position, a row for each posture."""
+    return place_person(Person(body.name, body, wb.join_poses(list(postures.values())), tuple(postures), seat), around)
+
+
+def controls() -> Named:
+    """How near each limb of two bodies gets to each control from each seat, obstacles aside, in the control's zone."""
+    for name in ("adult_female", "adult_male"):
+        body, posture = wb.load_body(name), {"driving": _postures(name)["driving"]}
+        for environment in names("environments", "environment.yaml"):
+            around = wb.load_environment(environment)
+            for seat in around.seats:
+                placed = _seated(body, posture, around, seat.name)
+                yield from _reaches(f"reach/{name}/{environment}/{seat.name}", placed, around)
+
+
+def _reaches(name: str, placed: wb.Placed, around: wb.Environment) -> Named:
+    """Reaches from the one posture of a placed body, by control and limb."""
+    body, start = placed.body, _postures(placed.body.name)["driving"]
+    poses = wb.Poses(start.rotations, start.reference, placed.world_from_segment[:, start.reference])
+    for grip, zone in sorted({(control.grip, control.zone) for control in around.controls}):
+        some = [control for control in around.controls if (control.grip, control.zone) == (grip, zone)]
+        foot = grip == "foot"
+        for limb in ("left foot", "right foot") if foot else ("left hand", "right hand"):
+            chain = wb.limb(body, limb, grip="ball" if foot else grip, zone=zone)
+            found = wb.reach(body, poses, np.array([control.at for control in some]), limb=chain)
+            for row, control in enumerate(some):
+                yield (
+                    f"{name}/{control.name}/{limb}",
+                    {
+                        "reached": bool(found.reached[row]),
+                        "miss_mm": 1000 * float(found.miss[row]),
+                        "limit": found.limit(row),
+                        "discomfort": float(found.discomfort[row]),
+                    },
+                )
 
 
 def _postures(name: str) -> dict[str, wb.Poses]:
@@ -161,7 +199,7 @@ def _measures(body: wb.Body) -> Answers:
 
 
 def _spheres(placed: wb.Placed, row: int) -> Answers:
-    """A hash of all sphere centres to a nanometre; by segment their mean place and how far they spread about it [mm]."""
+    """A hash of all sphere centres to a nanometre; by segment their mean and their spread about it [mm]."""
     body, centres = placed.body, placed.centres[row]
     found: Answers = {"sha256": _sha(np.rint(1e9 * centres).astype(np.int64).tobytes())}
     for n, segment in enumerate(body.segments):
@@ -200,11 +238,14 @@ def _contacts(name: str, found: wb.Contacts) -> Named:
         target = found.other_sphere - other.start[found.other_segment]
     for n, k in sorted(set(zip(found.segment.tolist(), against.tolist(), strict=True))):
         rows = np.flatnonzero((found.segment == n) & (against == k))
-        yield f"{name}/{body.segments[n]}/{labels[k]}", {
-            "pairs": [f"{sphere[row]}:{target[row]}" for row in rows],
-            "deepest_mm": -1000 * float(found.distance[rows].min()),
-            "beyond_mm": 1000 * float(found.excess[rows].max()),
-        }
+        yield (
+            f"{name}/{body.segments[n]}/{labels[k]}",
+            {
+                "pairs": [f"{sphere[row]}:{target[row]}" for row in rows],
+                "deepest_mm": -1000 * float(found.distance[rows].min()),
+                "beyond_mm": 1000 * float(found.excess[rows].max()),
+            },
+        )
 
 
 # ---- sizes and people ----------------------------------------------------------------------------------------------
@@ -277,19 +318,23 @@ def people() -> Named:
     found = bootstrap_share(served, weight=weight, seed=5, draws=2000)
     yield "interval/bootstrap", [found.share, found.low, found.high]
     pair = paired_share(served, later, weight=weight)
-    yield "interval/paired", {
-        field: getattr(pair, field) for field in ("before", "after", "low", "high") if hasattr(pair, field)
-    }
+    yield (
+        "interval/paired",
+        {field: getattr(pair, field) for field in ("before", "after", "low", "high") if hasattr(pair, field)},
+    )
 
 
 def _persons(name: str, found: Any) -> Named:
     """Measures of people by label, or by their number where nobody has one; lengths in mm, mass in kg."""
     for row in range(len(found)):
         label = found.labels[row] if found.labels else str(row + 1)
-        yield f"{name}/{label}", {
-            measure: float(value) * (1.0 if measure == "mass" else 1000.0)
-            for measure, value in zip(found.names, found.measures[row], strict=True)
-        }
+        yield (
+            f"{name}/{label}",
+            {
+                measure: float(value) * (1.0 if measure == "mass" else 1000.0)
+                for measure, value in zip(found.names, found.measures[row], strict=True)
+            },
+        )
 
 
 # ---- signals and motions -------------------------------------------------------------------------------------------
@@ -345,12 +390,15 @@ def _motion(name: str, body: wb.Body, path: Path, options: MotionOptions | None 
     poses, notes = load_motion(body, path, options=options)
     rows = np.linspace(0, len(poses) - 1, 5).round().astype(int)
     angles = np.degrees(angles_of(body, poses))[rows]
-    yield f"motion/{name}", {
-        "frames": len(poses),
-        "notes": len(notes),
-        "span_s": [float(poses.clock[0]), float(poses.clock[-1])],
-        "place_mm": (1000 * poses.world_from_reference[rows, :, 3]).tolist(),
-    }
+    yield (
+        f"motion/{name}",
+        {
+            "frames": len(poses),
+            "notes": len(notes),
+            "span_s": [float(poses.clock[0]), float(poses.clock[-1])],
+            "place_mm": (1000 * poses.world_from_reference[rows, :, 3]).tolist(),
+        },
+    )
     yield f"motion/{name}/angles_deg", {joint: angles[:, j].tolist() for j, joint in enumerate(body.joints)}
 
 
@@ -359,9 +407,10 @@ def _trc(body: wb.Body, motion: Path) -> str:
     sided = ["FHD", "BHD", "SHO", "ELB", "WRA", "WRB", "FIN", "ASI", "PSI", "THI", "KNE", "TIB", "ANK", "HEE", "TOE"]
     labels = [side + name for side in "LR" for name in sided] + ["C7", "T10", "CLAV", "STRN"]
     poses, _ = load_motion(body, motion)
-    sites = {label: marker_site(label) for label in labels}
+    sites = {label: site for label in labels if (site := marker_site(label)) is not None}
     local, _ = marker_places(body, sites)
-    world = wb.place(body, poses).world_from_segment[:, [body.segment(site.segment) for site in sites.values()]]
+    carrier = np.array([body.segment(site.segment) for site in sites.values()])
+    world = wb.place(body, poses).world_from_segment[:, carrier]
     at = 1000 * (np.einsum("pmij,mj->pmi", world[..., :3], local) + world[..., 3])
     frames, rate = len(poses), round((len(poses) - 1) / float(poses.clock[-1] - poses.clock[0]))
     head = [
@@ -418,25 +467,31 @@ def reach_study() -> Named:
         for case, name in enumerate(result.study.cases):
             yield f"seated/trainer_reach/{person.name}/{name}", _spheres(person.placed, case)
     for row in result.reaches:
-        yield f"reach/trainer_reach/{row.person}/{row.control}/zone {row.zone}", {
-            "reached": row.reached,
-            "limb": row.limb,
-            "miss_mm": 1000 * row.miss,
-            "overlap_mm": 1000 * row.overlap,
-            "limit": row.limit,
-            "discomfort": row.discomfort,
-        }
+        yield (
+            f"reach/trainer_reach/{row.person}/{row.control}/zone {row.zone}",
+            {
+                "reached": row.reached,
+                "limb": row.limb,
+                "miss_mm": 1000 * row.miss,
+                "overlap_mm": 1000 * row.overlap,
+                "limit": row.limit,
+                "discomfort": row.discomfort,
+            },
+        )
     for found in result.envelopes:
         about = found.about
-        yield f"envelope/trainer_reach/{found.person}/{found.limb.split(',')[0]}", {
-            "volume_litres": 1000 * found.volume,
-            "lost_litres": 1000 * found.lost,
-            "rays": len(about),
-            "reached": about.reached.tolist(),
-            "outer_mm": (1000 * about.outer).tolist(),
-            "inner_mm": (1000 * about.inner).tolist(),
-            "clear_outer_mm": (1000 * about.clear_outer).tolist(),
-        }
+        yield (
+            f"envelope/trainer_reach/{found.person}/{found.limb.split(',')[0]}",
+            {
+                "volume_litres": 1000 * found.volume,
+                "lost_litres": 1000 * found.lost,
+                "rays": len(about),
+                "reached": about.reached.tolist(),
+                "outer_mm": (1000 * about.outer).tolist(),
+                "inner_mm": (1000 * about.inner).tolist(),
+                "clear_outer_mm": (1000 * about.clear_outer).tolist(),
+            },
+        )
 
 
 def _ran(name: str) -> Any:
@@ -489,50 +544,64 @@ def car_people() -> Named:
 
 
 def _population(name: str, role: str) -> Named:
-    """Margins of PEOPLE people by requirement, in their order; what limits them, their seats, shares, maps and gains."""
-    loaded = load(name)
-    plan = loaded.what
+    """Margins of PEOPLE people by requirement, in their order; their seats; shares, reach maps and design changes."""
+    plan: Any = load(name).what
     drawn = plan.file.population.model_copy(update={"people": PEOPLE})
-    result = run(replace(plan, file=plan.file.model_copy(update={"population": drawn})))
+    result: Any = run(replace(plan, file=plan.file.model_copy(update={"population": drawn})))
     here = f"{name}/{role}"
     for r, one in enumerate(result.requirements):
-        spread, reasons = result.spread[r], result.reason[:, r]
-        yield f"fit/{here}/{one.criterion}/{one.target or one.check}/{one.name}", {
-            "met": result.met[:, r].tolist(),
-            "margin_mm": (1000 * result.margin[:, r]).tolist(),
-            "limit": [result.reasons[k] if k >= 0 else "" for k in reasons],
-            "share": float(result.single[r]),
-            "share_without": float(result.without[r]),
-            "alone": float(result.alone[r]),
-            "spread_mm": (1000 * spread).tolist(),
-        }
-    yield f"fit/{here}", {
-        "served": result.served.tolist(),
-        "seat_mm": (1000 * result.seat).tolist(),
-        "limiting": list(result.limiting),
-        "hardest": list(result.hardest),
-        "warnings": len(result.warnings),
-    }
+        name = f"{one.criterion}/{one.target}" if one.check == "reach" else one.criterion
+        yield (
+            f"fit/{here}/{name}",
+            {
+                "met": result.met[:, r].tolist(),
+                "margin_mm": (1000 * result.margin[:, r]).tolist(),
+                "limit": [result.reasons[k] if k >= 0 else "" for k in result.reason[:, r]],
+                "share": float(result.single[r]),
+                "share_without": float(result.without[r]),
+                "alone": float(result.alone[r]),
+                "spread_mm": (1000 * result.spread[r]).tolist(),
+            },
+        )
+    yield (
+        f"fit/{here}",
+        {
+            "served": result.served.tolist(),
+            "seat_mm": (1000 * result.seat).tolist(),
+            "limiting": list(result.limiting),
+            "hardest": list(result.hardest),
+            "warnings": len(result.warnings),
+        },
+    )
     for share in result.shares:
-        yield f"share/{here}/{share.group}", {
-            "share": share.share,
-            "low": share.low,
-            "high": share.high,
-            "people": share.count,
-        }
+        yield (
+            f"share/{here}/{share.group}",
+            {
+                "share": share.share,
+                "low": share.low,
+                "high": share.high,
+                "people": share.count,
+            },
+        )
     for gain in result.gains:
-        yield f"change/{here}/{gain.words}", {
-            "before": gain.before,
-            "after": gain.after,
-            "all_before": gain.joint_before,
-            "all_after": gain.joint_after,
-        }
+        yield (
+            f"change/{here}/{gain.words}",
+            {
+                "before": gain.before,
+                "after": gain.after,
+                "all_before": gain.joint_before,
+                "all_after": gain.joint_after,
+            },
+        )
     for found in result.maps:
         task = found.task
-        yield f"reach_map/{here}/{task.part}/{task.grip}/zone {task.zone}", {
-            "points_mm": (1000 * found.points).tolist(),
-            "share": found.share.tolist(),
-        }
+        yield (
+            f"reach_map/{here}/{task.part}/{task.grip}/zone {task.zone}",
+            {
+                "points_mm": (1000 * found.points).tolist(),
+                "share": found.share.tolist(),
+            },
+        )
 
 
 def crash_study() -> Named:
@@ -543,12 +612,15 @@ def crash_study() -> Named:
         case = study.motion_name if one is result else result.study.against_name
         yield f"study/trainer_crash/{case}", {"passed": one.passed, "warnings": len(one.warnings)}
         for verdict in one.verdicts:
-            yield f"verdict/trainer_crash/{verdict.criterion.name}/{case}", {
-                "passed": verdict.passed,
-                "value": verdict.value,
-                "limit": verdict.limit,
-                "at_s": verdict.at,
-            }
+            yield (
+                f"verdict/trainer_crash/{verdict.criterion.name}/{case}",
+                {
+                    "passed": verdict.passed,
+                    "value": verdict.value,
+                    "margin": verdict.limit - verdict.value,
+                    "at_s": verdict.at,
+                },
+            )
         yield from _crash(f"{case}", one)
     for row in result.agreements:
         yield f"crash/difference/{row.name}", {"rms_mm": 1000 * row.rms, "peak_mm": 1000 * row.peak, "peak_s": row.at}
@@ -561,52 +633,67 @@ def _crash(case: str, result: Any) -> Named:
     for row in result.meetings:
         pair = f"{row.segment}/{row.other}"
         met[pair] = met.get(pair, 0) + 1
-        yield f"crash/{case}/contact/{pair}/{met[pair]}", {
-            "enter_s": row.enter,
-            "deepest_s": row.deepest,
-            "leave_s": row.leave,
-            "began": row.began,
-            "lasts": row.lasts,
-            "depth_mm": 1000 * row.depth,
-            "allowed_mm": 1000 * row.allowed,
-            "speed_m_s": row.speed,
-            "normal_m_s": row.normal,
-            "tangential_m_s": row.tangential,
-            "point_mm": [1000 * value for value in row.point],
-            "force_n": row.force,
-        }
+        yield (
+            f"crash/{case}/contact/{pair}/{met[pair]}",
+            {
+                "enter_s": row.enter,
+                "deepest_s": row.deepest,
+                "leave_s": row.leave,
+                "began": row.began,
+                "lasts": row.lasts,
+                "depth_mm": 1000 * row.depth,
+                "allowed_mm": 1000 * row.allowed,
+                "speed_m_s": row.speed,
+                "normal_m_s": row.normal,
+                "tangential_m_s": row.tangential,
+                "point_mm": [1000 * value for value in row.point],
+                "force_n": row.force,
+            },
+        )
     past: dict[str, int] = {}
     for row in result.breaches:
         motion = f"{row.joint}/{row.motion}"
         past[motion] = past.get(motion, 0) + 1
-        yield f"crash/{case}/past stop/{motion}/{past[motion]}", {
-            "begin_s": row.begin,
-            "end_s": row.end,
-            "worst_deg": math.degrees(row.worst),
-            "at_s": row.at,
-        }
+        yield (
+            f"crash/{case}/past stop/{motion}/{past[motion]}",
+            {
+                "begin_s": row.begin,
+                "end_s": row.end,
+                "worst_deg": math.degrees(row.worst),
+                "at_s": row.at,
+            },
+        )
     for signal in result.signals:
-        yield f"crash/{case}/signal/{signal.point.name}", {
-            **{figure: list(values) for figure, values in signal.figures.items()},
-            "acceleration_m_s2": signal.acceleration[::20].tolist(),
-        }
+        yield (
+            f"crash/{case}/signal/{signal.point.name}",
+            {
+                **{figure: list(values) for figure, values in signal.figures.items()},
+                "acceleration_m_s2": signal.acceleration[::20].tolist(),
+            },
+        )
     for n, segment in enumerate(study.body.segments):
         near = result.clearance[:, n]
         if np.isfinite(near).any():
             worst = int(np.argmin(near))
-            yield f"crash/{case}/clearance/{segment}", {
-                "least_mm": 1000 * float(near[worst]),
-                "at_s": float(study.motion.clock[worst]),
-                "over_time_mm": (1000 * near[::10]).tolist(),
-            }
+            yield (
+                f"crash/{case}/clearance/{segment}",
+                {
+                    "least_mm": 1000 * float(near[worst]),
+                    "at_s": float(study.motion.clock[worst]),
+                    "over_time_mm": (1000 * near[::10]).tolist(),
+                },
+            )
     for curve in result.forces:
-        yield f"crash/{case}/force/{curve.segment or 'belt'}/{curve.part}", {
-            "peak_n": float(curve.force.max()),
-            "over_time_n": curve.force[::10].tolist(),
-        }
+        yield (
+            f"crash/{case}/force/{curve.segment or 'belt'}/{curve.part}",
+            {
+                "peak_n": float(curve.force.max()),
+                "over_time_n": curve.force[::10].tolist(),
+            },
+        )
     placed = wb.place(study.body, study.motion)
     distance = wb.clearance(placed, study.cabin)
-    yield f"crash/{case}", {"overlapping": wb.collides(placed, study.cabin).tolist()}
+    yield f"crash/{case}", {"deeper_than_30_mm": wb.collides(placed, study.cabin, tolerance=0.03).tolist()}
     yield from _clearances(f"crash/{case}/least", study.body, study.cabin, distance.min(axis=0))
 
 
@@ -679,6 +766,7 @@ COLLECTORS: dict[str, Callable[[], Named]] = {
     "signals": signals,
     "motions": motions,
     "clearance": clearance_study,
+    "controls": controls,
     "reach": reach_study,
     "crash": crash_study,
     "trainer_people": trainer_people,
