@@ -47,7 +47,7 @@ from workbench.shape.wear import wear
 from workbench.solve.contact.collide import self_clearance
 from workbench.solve.recorded.marker_names import marker_site
 from workbench.solve.recorded.marker_places import marker_places
-from workbench.solve.signals import cfc_filter, delta_v, held_level, hic
+from workbench.solve.signals import cfc_filter, held_level, hic
 from workbench.study.criteria import CHECKS, Measured
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.placement import place_person
@@ -350,7 +350,6 @@ def signals() -> Named:
             worst = hic(clock, level, window=window)
             yield f"signal/{label}/hic {1000 * window:g} ms", [worst.value, worst.start, worst.end]
         yield f"signal/{label}/held 3 ms", held_level(clock, level)
-        yield f"signal/{label}/delta v", delta_v(clock, level)[::200].tolist()
         for cfc in (60, 180, 600):
             yield f"signal/{label}/cfc {cfc}", cfc_filter(clock, level, cfc=cfc)[::100].tolist()
 
