@@ -14,6 +14,7 @@ The names use these parts:
 from __future__ import annotations
 
 import contextlib
+import functools
 import hashlib
 import io
 import math
@@ -80,6 +81,10 @@ def collected(wanted: Sequence[str], *, say: Callable[[str], None] = lambda text
     return answers
 
 
+_body = functools.cache(wb.load_body)
+_environment = functools.cache(wb.load_environment)
+
+
 # ---- bodies --------------------------------------------------------------------------------------------------------
 
 
@@ -91,7 +96,7 @@ def bodies() -> Named:
 
 def body_alone(name: str) -> Named:
     """What one body is, what it measures, and how it stands in its postures, without an environment."""
-    body = wb.load_body(name)
+    body = _body(name)
     yield f"body/{name}", _summary(body)
     with contextlib.suppress(InputError):  # a dog has no sitting height
         yield f"measure/{name}", _measures(body)
@@ -119,14 +124,14 @@ def in_seats() -> Named:
     """How each human body sits in each seat in each of its postures, what it is near to and what it touches."""
     for name in names("bodies"):
         for environment in names("environments", "environment.yaml"):
-            for seat in wb.load_environment(environment).seats:
+            for seat in _environment(environment).seats:
                 if "driving" in _postures(name):
                     yield from body_in_seat(name, environment, seat.name)
 
 
 def body_in_seat(name: str, environment: str, seat: str) -> Named:
     """How one body sits in one seat in each of its postures: spheres, clearances and contacts."""
-    body, around, postures = wb.load_body(name), wb.load_environment(environment), _postures(name)
+    body, around, postures = _body(name), _environment(environment), _postures(name)
     placed = _seated(body, postures, around, seat)
     distance = wb.clearance(placed, around)
     touching = wb.contacts(placed, around)
@@ -145,9 +150,9 @@ def _seated(body: wb.Body, postures: Mapping[str, wb.Poses], around: wb.Environm
 def controls() -> Named:
     """How near each limb of two bodies gets to each control from each seat, obstacles aside, in the control's zone."""
     for name in ("adult_female", "adult_male"):
-        body, posture = wb.load_body(name), {"driving": _postures(name)["driving"]}
+        body, posture = _body(name), {"driving": _postures(name)["driving"]}
         for environment in names("environments", "environment.yaml"):
-            around = wb.load_environment(environment)
+            around = _environment(environment)
             for seat in around.seats:
                 placed = _seated(body, posture, around, seat.name)
                 yield from _reaches(f"reach/{name}/{environment}/{seat.name}", placed, around)
@@ -175,9 +180,10 @@ def _reaches(name: str, placed: wb.Placed, around: wb.Environment) -> Named:
                 )
 
 
+@functools.cache
 def _postures(name: str) -> dict[str, wb.Poses]:
     """The postures that a body's file names, one pose each."""
-    body, path = wb.load_body(name), posture_path(name)
+    body, path = _body(name), posture_path(name)
     if path is None:
         return {}
     file, _ = load_postures(path, body)
@@ -288,7 +294,7 @@ def sizes() -> Named:
     for name, size in SIZES.items():
         people = wb.load_population_model("ansur2") if size.age is None else load_growth()
         made = wb.person_body(
-            wb.load_body(size.body), people, sex=size.sex, measures=size.measures, age=size.age, detail=size.detail
+            _body(size.body), people, sex=size.sex, measures=size.measures, age=size.age, detail=size.detail
         )
         dressed = wear(made.body, worn(list(size.clothes), made.body))
         yield f"size/{name}", _summary(dressed)
@@ -356,7 +362,7 @@ def signals() -> Named:
 
 def motions() -> Named:
     """Motions that come along, written in each form and read again; and recorded motions where they are at hand."""
-    body = wb.load_body("bubbleman")
+    body = _body("bubbleman")
     lap = ROOT / "studies" / "motions" / "trainer_lap.csv"
     greeting = ROOT / "docs" / "examples" / "greeting.laban"
     with tempfile.TemporaryDirectory() as folder:
