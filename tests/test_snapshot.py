@@ -25,8 +25,8 @@ def compared(tmp_path, capsys):
     def compare(changes, *, lines="", gone=()):
         new = {name: value for name, value in (dict(flat(OLD)) | changes).items() if name not in gone}
         old_file, new_file, accepted = (tmp_path / name for name in ("old.json", "new.json.gz", "accepted.txt"))
-        write(old_file, OLD)
-        write(new_file, new)
+        write(old_file, {"all": OLD, "before": {"old/only": 1}})
+        write(new_file, {"all": new})
         accepted.write_text(lines)
         code = main(["compare", str(old_file), str(new_file), "--explain", str(accepted)])
         return code, capsys.readouterr().out
@@ -64,7 +64,16 @@ def test_a_comparison_names_an_answer_that_is_missing(compared):
     code, said = compared({}, gone=["share/women", "clearance/a man/H/canopy"])
     assert code == 1
     assert "only in old: clearance/a man/H/canopy: 56.1" in said
-    assert "not compared: share is in one file only" in said
+    assert "only in old: share/women: [0.25, 0.5, 0.75]" in said
+
+
+def test_a_section_that_one_file_does_not_have_is_named_and_not_compared(compared, tmp_path, capsys):
+    code, said = compared({})
+    assert code == 0
+    assert "not compared: the section before is in one file only" in said
+    write(tmp_path / "other.json", {"other": {"share/women": 1}})
+    assert main(["compare", str(tmp_path / "old.json"), str(tmp_path / "other.json")]) == 3
+    assert "no section in common" in capsys.readouterr().err
 
 
 def test_numbers_are_equal_to_a_billionth_of_the_larger():
@@ -106,9 +115,9 @@ def test_a_file_that_is_no_snapshot_is_refused(tmp_path, capsys):
 
 def test_one_bodys_answers_are_the_same_bytes_twice(tmp_path):
     first, second = (dict(body_alone("bubbleman")) | dict(body_in_seat("bubbleman", "trainer", "left")) for _ in "ab")
-    assert text_of(first) == text_of(second)
-    write(tmp_path / "a.json.gz", first)
-    kept = read(tmp_path / "a.json.gz")
+    assert text_of({"bodies": first}) == text_of({"bodies": second})
+    write(tmp_path / "a.json.gz", {"bodies": first})
+    kept = read(tmp_path / "a.json.gz")["bodies"]
     assert kept == dict(flat(first))
     assert kept["measure/bubbleman/stature"] == pytest.approx(1755, abs=3)
     assert kept["contact/bubbleman/trainer/left/driving/LT/left_seat_pan/deepest_mm"] == pytest.approx(20, abs=0.5)

@@ -6,11 +6,11 @@
 `make` asks the questions of `snapshot_answers.py` and writes every answer under a name that says the question, such
 as `clearance/adult_male/trainer/left/driving/H/canopy`. The names speak of bodies, postures, studies, roles, cases and
 criteria, never of a class or a module. When the package or its study format changes, only `snapshot_answers.py` changes
-and the stored answers keep their names.
+and the stored answers keep their names. `--only` asks some of the questions; each is a section of the file.
 
-`compare` lists the answers that are in one file only, the numbers that differ and the flags that flip. It exits with 0
-where there is no difference, or where all are explained, and with 1 otherwise. The text file of `--explain` holds one
-accepted difference a line, in three columns:
+`compare` lists the answers that are in one file only, the numbers that differ and the flags that flip, of the sections
+that both files have. It exits with 0 where there is no difference or all are explained, and with 1 otherwise. The text
+file of `--explain` holds one accepted difference a line, in three columns:
 
     # names (with * and ?)    | by at most | reason
     reach/trainer_reach/*/miss_mm | 0.02 | the search starts at the posture of the case
@@ -102,26 +102,30 @@ def _plain(value: Any) -> Any:
     return _plain(value.tolist())  # a NumPy number or array
 
 
-def text_of(answers: Answers) -> str:
-    """The file's text: answers sorted by name, one line for all answers that share all but the last part of it."""
+def text_of(sections: Mapping[str, Answers]) -> str:
+    """The file's text: in each section answers sorted by name, a line for those that share all but the last part."""
+    head = f'"format": {FORMAT},\n"units": {_json(UNITS)}'
+    rows = (f"{_json(section)}: {{\n{_lines(sections[section])}\n}}" for section in sorted(sections))
+    return "{\n" + head + ',\n"answers": {\n' + ",\n".join(rows) + "\n}\n}\n"
+
+
+def _lines(answers: Answers) -> str:
     lines: dict[str, dict[str, Any]] = defaultdict(dict)
     for name, value in flat(answers):
         above, _, last = name.rpartition("/")
         if last in lines[above]:
             raise ValueError(f"two answers are named {name!r}")
         lines[above][last] = value
-    rows = (f"{_json(above)}: {_json(dict(sorted(lines[above].items())))}" for above in sorted(lines))
-    head = f'"format": {FORMAT},\n"units": {_json(UNITS)}'
-    return "{\n" + head + ',\n"answers": {\n' + ",\n".join(rows) + "\n}\n}\n"
+    return ",\n".join(f"{_json(above)}: {_json(dict(sorted(lines[above].items())))}" for above in sorted(lines))
 
 
 def _json(value: Any) -> str:
     return json.dumps(value, ensure_ascii=False, allow_nan=False)
 
 
-def write(path: Path, answers: Answers) -> None:
-    """Write answers, compressed where the file's name ends in .gz; the same answers give the same bytes."""
-    data = text_of(answers).encode()
+def write(path: Path, sections: Mapping[str, Answers]) -> None:
+    """Write sections of answers, compressed where the file's name ends in .gz; the same answers give the same bytes."""
+    data = text_of(sections).encode()
     if path.suffix == ".gz":
         data = gzip.compress(data, mtime=0)
     partial = path.with_name(path.name + ".partial")
@@ -129,27 +133,26 @@ def write(path: Path, answers: Answers) -> None:
     partial.replace(path)
 
 
-def read(path: Path) -> dict[str, Any]:
-    """Answers by name, of a file that `make` wrote; ValueError where it is another file."""
+def read(path: Path) -> dict[str, dict[str, Any]]:
+    """Answers by name, section by section, of a file that `make` wrote; ValueError where it is another file."""
     data = path.read_bytes()
     content = json.loads(gzip.decompress(data) if path.suffix == ".gz" else data)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise ValueError(f"{path}: not a snapshot of format {FORMAT}; make one by: python tools/snapshot.py make FILE")
-    return dict(flat(content["answers"]))
+    return {section: dict(flat(answers)) for section, answers in content["answers"].items()}
 
 
 # ---- the comparison ------------------------------------------------------------------------------------------------
 
 
-def differences(old: Answers, new: Answers, *, tolerance: float = TOLERANCE) -> Iterator[Difference]:
-    """What differs between two sets of answers, by name.
+def together(sections: Mapping[str, Answers], wanted: Iterable[str]) -> Answers:
+    """The answers of some sections by name."""
+    return {name: value for section in wanted for name, value in sections[section].items()}
 
-    Groups (the first part of a name) that one of the two does not have at all are left out: not every file holds all.
-    """
-    common = groups(old) & groups(new)
+
+def differences(old: Answers, new: Answers, *, tolerance: float = TOLERANCE) -> Iterator[Difference]:
+    """What differs between two sets of answers, by name."""
     for name in sorted(old.keys() | new.keys()):
-        if name.split("/")[0] not in common:
-            continue
         if name not in new:
             yield Difference(name, "only in old", _short(old[name]))
         elif name not in old:
@@ -158,11 +161,6 @@ def differences(old: Answers, new: Answers, *, tolerance: float = TOLERANCE) -> 
             found = difference(name, old[name], new[name], tolerance)
             if found is not None:
                 yield found
-
-
-def groups(answers: Iterable[str]) -> set[str]:
-    """The first parts of names."""
-    return {name.split("/")[0] for name in answers}
 
 
 def difference(name: str, old: Any, new: Any, tolerance: float) -> Difference | None:
@@ -260,22 +258,18 @@ def idle(found: Sequence[Difference], known: Iterable[Explanation]) -> list[Expl
 
 
 def report(old: Answers, new: Answers, found: Sequence[Difference], *, most: int = 10) -> Iterator[str]:
-    """The lines of a comparison: a table with a row for each group, then the first differences of each kind."""
+    """The lines of a comparison: a table with a row for each first part of a name, then the first of each kind."""
     by_group: dict[str, list[Difference]] = defaultdict(list)
     for one in found:
         by_group[one.name.split("/")[0]].append(one)
     counts = Counter(name.split("/")[0] for name in old.keys() | new.keys())
-    heads = ["group", "answers", *KINDS, "largest", "explained"]
-    yield "".join(f"{head:>13}" for head in heads)
-    common = groups(old) & groups(new)
-    for group in sorted(common):
+    yield "".join(f"{head:>13}" for head in ["group", "answers", *KINDS, "largest", "explained"])
+    for group in sorted(counts):
         rows = by_group[group]
         kinds = Counter(row.kind for row in rows)
         largest = max((row.size for row in rows if row.kind == "number"), default=0.0)
         cells = [group, counts[group], *(kinds[kind] for kind in KINDS), f"{largest:.3g}" if largest else "0"]
         yield "".join(f"{cell:>13}" for cell in [*cells, sum(bool(row.reason) for row in rows)])
-    for group in sorted(groups(old) ^ groups(new)):
-        yield f"not compared: {group} is in one file only"
     for group in sorted(by_group):
         for kind in KINDS:
             rows = [row for row in by_group[group] if row.kind == kind and not row.reason]
@@ -301,17 +295,24 @@ def _make(arguments: argparse.Namespace) -> int:
         return 2
     answers = collected(wanted, say=lambda text: print(text, file=sys.stderr, flush=True))
     write(arguments.file, answers)
-    print(f"{arguments.file}: {sum(1 for _ in flat(answers))} answers")
+    print(f"{arguments.file}: {sum(1 for _ in flat(answers))} answers in {len(answers)} sections")
     return 0
 
 
 def _compare(arguments: argparse.Namespace) -> int:
     try:
-        old, new = read(arguments.old), read(arguments.new)
+        before, after = read(arguments.old), read(arguments.new)
         known = read_explanations(arguments.explain) if arguments.explain else []
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 3
+    common = sorted(before.keys() & after.keys())
+    for section in sorted(before.keys() ^ after.keys()):
+        print(f"not compared: the section {section} is in one file only")
+    if not common:
+        print("the files have no section in common", file=sys.stderr)
+        return 3
+    old, new = together(before, common), together(after, common)
     found = list(explained(differences(old, new, tolerance=arguments.tolerance), known))
     for line in report(old, new, found, most=arguments.most):
         print(line)
@@ -328,7 +329,7 @@ def main(words: Sequence[str] | None = None) -> int:
     commands = parser.add_subparsers(dest="command", required=True)
     make = commands.add_parser("make", help="write the answers of the present code")
     make.add_argument("file", type=Path, help="the file to write, .json or .json.gz")
-    make.add_argument("--only", help="some of the questions, with commas between")
+    make.add_argument("--only", help="some of the sections, with commas between")
     make.set_defaults(run=_make)
     compare = commands.add_parser("compare", help="compare two files; exit code 1 where they differ")
     compare.add_argument("old", type=Path)

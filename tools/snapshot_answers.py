@@ -67,18 +67,20 @@ Named = Iterator[tuple[str, Any]]
 Floats = NDArray[np.float64]
 
 
-def collected(wanted: Sequence[str], *, say: Callable[[str], None] = lambda text: None) -> Answers:
-    """The answers to some of the COLLECTORS' questions, by name."""
-    answers: Answers = {}
-    for name in wanted:
+def collected(wanted: Sequence[str], *, say: Callable[[str], None] = lambda text: None) -> dict[str, Answers]:
+    """The answers to some of the COLLECTORS' questions by name, a section for each question."""
+    sections: dict[str, Answers] = {}
+    names_so_far: set[str] = set()
+    for section in wanted:
         begun = time.perf_counter()
-        before = len(answers)
-        for key, value in COLLECTORS[name]():
-            if key in answers:
-                raise ValueError(f"two answers are named {key!r}")
-            answers[key] = value
-        say(f"{name}: {len(answers) - before} entries in {time.perf_counter() - begun:.1f} s")
-    return answers
+        answers = sections[section] = {}
+        for name, value in COLLECTORS[section]():
+            if name in names_so_far:
+                raise ValueError(f"two answers are named {name!r}")
+            names_so_far.add(name)
+            answers[name] = value
+        say(f"{section}: {len(answers)} entries in {time.perf_counter() - begun:.1f} s")
+    return sections
 
 
 _body = functools.cache(wb.load_body)
@@ -778,4 +780,4 @@ COLLECTORS: dict[str, Callable[[], Named]] = {
     "car_people": car_people,
     "pictures": pictures,
 }
-"""The questions by the names that `make --only` takes."""
+"""The questions by their sections, which `make --only` takes."""
