@@ -131,9 +131,10 @@ def in_seats() -> Named:
                     yield from body_in_seat(name, environment, seat.name)
 
 
-def body_in_seat(name: str, environment: str, seat: str) -> Named:
-    """How one body sits in one seat in each of its postures: spheres, clearances and contacts."""
-    body, around, postures = _body(name), _environment(environment), _postures(name)
+def body_in_seat(name: str, environment: str, seat: str, *, wanted: Sequence[str] = ()) -> Named:
+    """How one body sits in one seat: spheres, clearances and contacts, in each of its postures or in those wanted."""
+    body, around = _body(name), _environment(environment)
+    postures = {posture: poses for posture, poses in _postures(name).items() if not wanted or posture in wanted}
     placed = _seated(body, postures, around, seat)
     distance = wb.clearance(placed, around)
     touching = wb.contacts(placed, around)
