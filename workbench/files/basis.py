@@ -27,6 +27,7 @@ _DAMAGED = (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError, NotI
             OverflowError, TypeError, SyntaxError, tokenize.TokenError)  # fmt: skip
 """What NumPy and the archive under it raise on damaged arrays; their headers are written in Python's own words."""
 MOST_BYTES = 256 * 2**20
+MOST_NAMES = 100_000
 LONGEST_NAME = 200
 
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -108,8 +109,9 @@ class _Reader:
         if found.ndim != 1 or found.dtype.kind != "U" or count not in (None, len(found)):
             what = f"{count or 'some'} texts are needed, got {found.dtype} {found.shape}"
             raise InputError(f"{self.path}: {name}: {what}")
-        if found.dtype.itemsize > 4 * LONGEST_NAME:
-            raise InputError(f"{self.path}: {name}: texts of at most {LONGEST_NAME} letters are needed")
+        if len(found) > MOST_NAMES or found.dtype.itemsize > 4 * LONGEST_NAME:  # texts of no letters take no bytes
+            what = f"at most {MOST_NAMES} texts of at most {LONGEST_NAME} letters are possible"
+            raise InputError(f"{self.path}: {name}: {what}, got {found.dtype} {found.shape}")
         try:
             return tuple(printable(str(text)) for text in found)
         except SystemError:  # a number that is no character
