@@ -278,7 +278,14 @@ def human_cases(tmp_path):
     }
 
 
-FILES = ["load_accommodation", "load_body", "load_environment", "load_population_model", "load_study", "scene_of"]
+FILES = [
+    "load_accommodation",
+    "load_body",
+    "load_environment",
+    "load_population_model",
+    "load_study",
+    "scene_of",
+]
 """Functions of one name or path; run, compare and to_pyvista take what these and others give."""
 
 
@@ -451,9 +458,24 @@ def test_hostile_names_and_paths_are_refused_in_our_own_words(name, tmp_path):
             function(bad, *rest[:1] if name == "compare" else ())
 
 
+def test_a_hostile_mesh_is_refused_in_our_own_words(tmp_path):
+    for bad in [*ODD, "\0", "nowhere.obj", Path(tmp_path), "/dev/null"]:
+        with pytest.raises(wb.WorkbenchError):
+            wb.environment_from_mesh(bad, up="z", forward="x", length="m")
+
+
 def test_every_public_function_is_tried(one_arm, tmp_path):
     functions = {name for name in wb.__all__ if inspect.isfunction(getattr(wb, name))}
-    tried = {*arm_cases(one_arm), *human_cases(tmp_path), *slow_cases(), *FILES, "run", "compare", "to_pyvista"}
+    tried = {
+        *arm_cases(one_arm),
+        *human_cases(tmp_path),
+        *slow_cases(),
+        *FILES,
+        "run",
+        "compare",
+        "to_pyvista",
+        "environment_from_mesh",
+    }
     assert functions == tried
 
 

@@ -218,7 +218,7 @@ def test_the_command_compares_folders_as_the_arrays_are_compared(folders, before
 def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys, tmp_path):
     out = tmp_path / "both"
     for one, two, told in [
-        (str(folders / "before"), str(folders / "nowhere.json"), "cannot be read"),
+        (str(folders / "before"), str(folders / "nowhere.json"), "no such file"),
         (str(folders / "before"), "trainer_clearance", "is a clearance study"),
         ("no_such_study", str(folders / "before"), "no_such_study"),
     ]:

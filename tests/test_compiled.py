@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from numba.core.config import reload_config
 
 import workbench as wb
 from tests.test_index_cache import DAMAGE
@@ -28,6 +29,7 @@ def doubled(x):
 def kernel(tmp_path, monkeypatch):
     """A function that compiles a small kernel anew, as a new process does, and hands it back."""
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    reload_config()  # else the compiler looks at the environment only after it has chosen the first folder
     path = tmp_path / "small_kernel.py"
     path.write_text(KERNEL)
 

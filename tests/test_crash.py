@@ -104,7 +104,7 @@ def test_a_crash_study_leaves_its_whole_report_and_says_what_happened(drop, caps
         in sentence
     )
     tables = {f"{name}.csv" for name in ("verdicts", "contacts", "stops", "figures", "clearance", "signals")}
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {"result.json", "report.html", *tables}
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {"manifest.json", "result.json", "report.html", *tables}
     again = crash_bytes(drop, tmp_path / "again")
     assert again == {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}
 

@@ -79,7 +79,7 @@ def result(written):
 
 def test_a_driver_in_the_car_touches_what_may_be_touched_and_meets_every_criterion(result):
     assert [v.criterion.name for v in result.verdicts if not v.passed] == []
-    assert not result.warnings
+    assert not [warning for warning in result.warnings if "the body at level of detail coarse is in" not in warning]
 
 
 def test_the_drivers_hip_point_is_the_seats_where_the_seat_stands(result):

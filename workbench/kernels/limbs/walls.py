@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from workbench.kernels.compiled import njit
 from workbench.kernels.inner import inlined, inner
 from workbench.kernels.limbs.contacts import wall
 from workbench.kernels.limbs.limits import Planes
