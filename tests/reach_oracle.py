@@ -75,7 +75,7 @@ def _brought(body, arm, pose, angles, target):
     return angles
 
 
-def slow_ways(body, arm, pose, target, environment, *, starts=48, draws=6000, rounds=60, seed=1):
+def slow_ways(body, arm, pose, target, environment, *, starts=24, draws=6000, rounds=30, seed=1):
     """Postures (n, J, 4) that bring the tip to a target within 0.1 mm, keep the stops and enter nothing, none where
     none is found: from the nearest of drawn postures, damped least squares on the distance, the breach of the stops and
     the overlaps at once. Slopes are differences; a contact is pushed out along its normal."""

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
+from workbench.draw.sources import source_of
 from workbench.files.studies import load_study
+from workbench.model.study import Criterion, Person
+from workbench.shape.scaling.scale import scale
 from workbench.solve.reaching.limbs import limb
 from workbench.solve.seating.posture import eye_points
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import predicted
-from workbench.study.reaches import buried_controls
+from workbench.study.reaches import buried_controls, control_reaches
 
 STUDY = """
 study: two_sitters
@@ -101,6 +105,37 @@ def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
     assert (tmp_path / "out" / "reaches.csv").read_text().count("\n") == 1 + 3 * 3
 
 
+def test_a_picture_shows_the_posture_of_the_run_to_the_last_bit(written):
+    path = written(STUDY)
+    measured = wb.run(load_study(path))
+    drawn = source_of(str(path)).scene
+    assert len(drawn.bodies) == len(measured.people) == 1
+    for shown, person in zip(drawn.bodies, measured.people, strict=True):
+        np.testing.assert_array_equal(shown.placed.centres, person.placed.centres)
+        np.testing.assert_array_equal(shown.placed.world_from_segment, person.placed.world_from_segment)
+    np.testing.assert_array_equal(drawn.environment.vertices, measured.environment.vertices)
+
+
+def test_what_is_reached_in_a_zone_is_reached_in_the_next(bubbleman):
+    """The belly of somebody so near to the stick is in the way of zone 3 alone, which moves the trunk."""
+    trainer = wb.load_environment("trainer")
+    body = scale(bubbleman, {"stature": 1.731})
+    legs = {"LH": {"flexion": 80}, "RH": {"flexion": 80}, "LK": {"flexion": 70}, "RK": {"flexion": 70}}
+    pose = wb.pose(body, legs, reference="LT", position=(0.219, 0.28, 0.407))
+    asked = Criterion("throttle", "reach", ("pilot",), (), (), 0.0, controls=("throttle",))
+    study = replace(load_study(ROOT / "studies" / "trainer_reach.yaml"), criteria=(asked,),
+                    people=(Person("pilot", body, pose, ()),))  # fmt: skip
+    rows = list(control_reaches(study, {"pilot": wb.place(body, pose)}, trainer))
+    alone = wb.reach(body, pose, one(trainer, "throttle").at, environment=trainer,
+                     limb=limb(body, "right hand", grip="grasp", zone=3))  # fmt: skip
+    assert not alone.reached[0]
+    assert [row.zone for row in rows] == [1, 2, 3] and all(row.reached for row in rows)
+
+
+def one(environment, name):
+    return next(control for control in environment.controls if control.name == name)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -123,8 +158,6 @@ def test_what_a_reach_study_cannot_mean_is_told_with_its_place(written, old, new
 
 
 def test_a_control_inside_a_solid_is_told():
-    from dataclasses import replace
-
     trainer = wb.load_environment("trainer")
     assert buried_controls(trainer) == []
     inside = replace(trainer.controls[0], at=(0.0, 0.28, 0.25), part="")
