@@ -34,11 +34,15 @@ def squared(number):
 
 
 def test_every_chunk_is_done_once_by_two_others_than_this_process():
-    def slow(number):
-        time.sleep(0.02)
+    both, here = multiprocessing.get_context("fork").Barrier(2), []
+
+    def together(number):
+        if not here:  # the first chunk of each process waits until the other has one too
+            here.append(number)
+            both.wait(timeout=60)
         return squared(number)
 
-    found = list(shared(slow, range(12)))
+    found = list(shared(together, range(12)))
     assert sorted(number for number, _ in found) == list(range(12))
     assert all(value == number * number for number, (value, _) in found)
     doers = {pid for _, (_, pid) in found}
