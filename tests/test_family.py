@@ -138,7 +138,7 @@ def test_a_mix_that_nobody_has_is_refused_with_the_measure_that_causes_it(adult)
 
 def test_how_improbable_the_mix_is_stands_in_standard_deviations(adult):
     with pytest.raises(wb.InputError, match=r"[0-9.]+ standard deviations from people like adult"):
-        scale(adult, {"stature": 3.5})
+        scale(adult, {"stature": 2.75})
 
 
 def test_a_length_is_what_its_knobs_add_to_it(adult):

@@ -251,7 +251,7 @@ def test_unknown_limbs_grips_and_zones_are_told_with_the_valid_ones(bubbleman, o
 
 def test_targets_that_are_no_points_are_refused(bubbleman):
     arm = limb(bubbleman, "left hand")
-    with pytest.raises(wb.UsageError, match="finite points"):
+    with pytest.raises(wb.UsageError, match="targets: expected finite numbers, got nan"):
         wb.reach(bubbleman, at_rest(bubbleman), [np.nan, 0, 0], limb=arm)
-    with pytest.raises(wb.UsageError, match="one pose or 3"):
+    with pytest.raises(wb.UsageError, match="poses: expected 1 or 3 rows for 3 targets"):
         wb.reach(bubbleman, wb.join_poses([at_rest(bubbleman)] * 2), np.zeros((3, 3)), limb=arm)

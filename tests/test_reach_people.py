@@ -89,7 +89,7 @@ def test_people_keep_off_obstacles_that_move_with_their_seats(people, seated):
 
 
 def test_bodies_of_other_families_and_wrong_numbers_of_rows_are_refused(people, seated, one_arm):
-    with pytest.raises(wb.UsageError, match="as many poses"):
+    with pytest.raises(wb.UsageError, match="poses: expected 2 rows for 2 bodies, got 3"):
         reach_people(people[:2], seated, TARGETS, name="right hand")
     with pytest.raises(wb.UsageError, match="finite points"):
         reach_people(people, seated, TARGETS[:, :2], name="right hand")

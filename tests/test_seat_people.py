@@ -252,7 +252,7 @@ def test_a_seat_that_faces_another_way_is_sat_in_the_same_way(people, seat):
 
 def test_what_cannot_be_seated_is_refused(people, seat, one_arm):
     poses = poses_of(people)
-    with pytest.raises(wb.UsageError, match="as many poses"):
+    with pytest.raises(wb.UsageError, match="poses: expected 2 rows for 2 bodies, got 4"):
         seat_people(people[:2], poses, seat, eye=None, pedals=Pedals({}))
     with pytest.raises(wb.UsageError, match="one family"):
         seat_people([*people[:3], one_arm], poses, seat, eye=None, pedals=Pedals({}))

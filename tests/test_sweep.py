@@ -183,7 +183,7 @@ def test_poses_that_do_not_belong_together_are_told(one_arm, two_spheres, plate)
         wb.sweep(one_arm, (start, at(two_spheres, 0, 0, 0)), plate)
     with pytest.raises(wb.UsageError, match=r"by='limb'.*valid: segment, part"):
         wb.sweep(one_arm, (start, start), plate, by="limb")
-    with pytest.raises(wb.InputError, match="between 0 and 1"):
+    with pytest.raises(wb.InputError, match="at: expected fractions from 0 to 1"):
         wb.between(start, start, 1.5)
 
 
