@@ -218,11 +218,17 @@ def test_a_tolerance_the_radii_forbid_is_refused_with_what_is_reachable():
     ({"outward": 0.001, "inward": 0.001, "joints": [[1, 2]]}, "three or four"),
     ({"outward": 0.001, "inward": 0.001, "joints": [[1, 0, 0]]}, "outside the surface"),
     ({"outward": 0.001, "inward": 0.001, "joints": [[0, 0, 0, 0.2]]}, "is not possible"),
-    ({"outward": 1e-5, "inward": 1e-5}, "can be reached"),
+    ({"outward": 1e-6, "inward": 1e-6}, "outward: expected a length of 1e-05 to 10 m"),
 ])  # fmt: skip
 def test_contradictions_are_refused(ball, options, said):
     with pytest.raises((InputError, UsageError), match=said):
         decompose(ball, **(RADII | options))
+
+
+def test_a_tolerance_that_a_surface_is_too_large_for_is_refused():
+    large = surface_of(trimesh.creation.icosphere(subdivisions=3, radius=4.0))
+    with pytest.raises(InputError, match="mm can be reached on a surface of this size"):
+        decompose(large, outward=1e-5, inward=1e-5, **RADII)
 
 
 @pytest.mark.nightly
