@@ -10,8 +10,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import threading
 import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -291,11 +291,18 @@ def test_an_error_at_any_step_leaves_the_old_result(folder, monkeypatch, error, 
 
 
 def test_two_commands_that_write_one_folder_take_turns(folder):
-    made = [threading.Thread(target=write, args=(folder, NEW | {f"{k}.csv": str(k)})) for k in range(8)]
-    for thread in made:
-        thread.start()
-    for thread in made:
-        thread.join()
+    def once(number):
+        check_folder(folder, holds="result")
+        write(folder, NEW | {f"{number}.csv": str(number)})
+
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)  # so that they meet at every step
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            for written in [pool.submit(once, number % 8) for number in range(80)]:
+                written.result()
+    finally:
+        sys.setswitchinterval(interval)
     assert own(folder).keys() in [{*NEW, f"{k}.csv"} for k in range(8)]
     assert as_bytes(MINE).items() <= content(folder).items()
     assert [path.name for path in folder.parent.iterdir()] == ["out"]

@@ -56,10 +56,14 @@ def locked(path: Path, output: Path, *, wait: bool = False) -> Iterator[None]:
 
 def _acquired(path: Path, output: Path, wait: bool) -> int | None:
     """The lock file, opened and locked; None where its last holder has removed it meanwhile."""
-    path.parent.mkdir(parents=True, exist_ok=True)
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
     except FileNotFoundError:  # its folder was removed
+        return None
+    except FileExistsError:  # its folder was there when it was to be made, and was removed before it was looked at
+        if os.path.lexists(path.parent) and not path.parent.is_dir():
+            raise
         return None
     try:
         _lock(file, output, wait)

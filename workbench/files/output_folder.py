@@ -330,7 +330,11 @@ def _empty(old: Path, new: Path, tell: Tell) -> None:
 
 
 def _is_folder(path: Path) -> bool:
-    return stat.S_ISDIR(path.lstat().st_mode) if os.path.lexists(path) else False
+    """Whether a path is a folder and no link to one. A path that another command removes meanwhile is none."""
+    try:
+        return stat.S_ISDIR(path.lstat().st_mode)
+    except OSError:
+        return False
 
 
 def _inode(path: Path) -> tuple[int, int]:
