@@ -11,7 +11,6 @@ from PIL import Image
 import workbench as wb
 from workbench.draw.disks import disks
 from workbench.draw.films.film import film_frames, write_film
-from workbench.draw.films.frames import flat_frame
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
 from workbench.draw.films.strip import strip_image
 from workbench.draw.lines.circles import circles
@@ -39,7 +38,7 @@ def figures_1_and_2() -> None:
         circles(scene, framed_views(scene, ["three_quarter"], width=260, height=480)[0][1])
     )
     camera = framed_views(scene, ["three_quarter"], width=240, height=320)[0][1]
-    Image.fromarray(flat_frame(scene.spheres, camera).picture).save(IMAGES / "figure_2_disks.png", optimize=True)
+    disks(scene, camera).save(IMAGES / "figure_2_disks.png", optimize=True)
     scanline(scene, camera, spacing=3).save(IMAGES / "scanline.png", optimize=True)
 
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.bare_mesh import environment_from_mesh
 from tests.conftest import SHARED
 from workbench.errors import InputError, UsageError
-from workbench.files.environments import environment_files, environment_from_mesh, load_environment
+from workbench.files.environments import environment_files, load_environment
 from workbench.files.inspection import inspect_environment, inspect_mesh
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.quality import examined

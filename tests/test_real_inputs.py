@@ -13,10 +13,10 @@ import pytest
 import trimesh
 
 import workbench as wb
+from tests.bare_mesh import environment_from_mesh
 from tests.conftest import SHARED
 from tests.oracles import winding
 from workbench.errors import InputError
-from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.postures import posture_pose
 

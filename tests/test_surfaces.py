@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
+from tests.bare_mesh import environment_from_mesh
 from tests.conftest import BOX_FACES, ROOT, SHARED, box_part, environment_of
 from tests.oracles import point_triangle, winding
 from tests.test_crash import BODY
@@ -25,7 +26,6 @@ from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.accommodation.studies import load_accommodation
 from workbench.files.crash.studies import load_crash
-from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart, welded

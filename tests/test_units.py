@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from tests.bare_mesh import environment_from_mesh
 from tests.conftest import ROOT, SHARED, box_part
 from tests.test_real_inputs import FILES
 from workbench.cli import main
-from workbench.files.environments import environment_from_mesh, load_environment
+from workbench.files.environments import load_environment
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.reading import extent, implausible, read_mesh, to_world
 from workbench.files.meshes.sizes import THINGS, doubtful_sizes, person_size

@@ -15,7 +15,7 @@ from workbench.files.environment_schema import EnvironmentFile, MeshFile, PartFi
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawPart
-from workbench.files.meshes.reading import SMALLEST, axes, extent, implausible, read_mesh, stated_axes, to_world
+from workbench.files.meshes.reading import SMALLEST, extent, implausible, read_mesh, stated_axes, to_world
 from workbench.files.meshes.sizes import doubtful_sizes
 from workbench.files.schema import fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
@@ -23,7 +23,7 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Allowance, Control, Environment, Rest, Seat
 from workbench.model.posing import attitude_matrix
 
-__all__ = ["environment_files", "environment_from_mesh", "load_environment"]
+__all__ = ["environment_files", "load_environment"]
 
 _INNER = "environment.yaml"
 _UNEVEN = 0.001
@@ -65,39 +65,10 @@ def environment_files(source: str | Path, *, near: Path | None = None) -> tuple[
     return (path, *(path.parent / mesh.file for mesh in file.meshes))
 
 
-def environment_from_mesh(
-    path: str | Path, *, up: str, forward: str, length: str | None = None, solid: bool | str = "auto"
-) -> Environment:
-    """An environment from one mesh, without rules, seats or points.
-
-    length: the unit (mm, cm, m, in, ft, or one unit's length such as "150 mm") where the file does not say it, or is
-    wrong; up, forward: axes of the file (x, y, z, -x, -y, -z); solid: "auto", True or False for every part.
-    """
-    rotation, source = axes(up, forward), Path(path)
-    raw = read_mesh(source)
-    metres = _stated(source, length) if length is not None else raw.metres
-    wrong = implausible(float(extent(raw.parts).max()), metres)
-    if wrong or metres is None:
-        raise InputError(f"{source}: {wrong}")
-    parts = to_world(raw, rotation, metres=metres)
-    notes = (*doubtful_sizes(parts, metres, file=source.stem), *raw.notes)
-    environment, faults = built(source.stem, parts, solid=[solid] * len(parts), notes=notes)
-    if faults:
-        raise InputError([f"{source}: {what}" for _, what in faults])
-    return environment
-
-
 def _path(source: str | Path, near: Path | None) -> Path:
     if isinstance(source, Path):
         return source / _INNER if source.is_dir() else source
     return find("environments", source, _INNER, near=near)
-
-
-def _stated(source: Path, length: str) -> float:
-    try:
-        return unit_metres(length)
-    except ValueError as error:
-        raise InputError(f"{source}: length {length!r}: {error}") from None
 
 
 def _meshes(document: Document, file: EnvironmentFile, folder: Path) -> tuple[list[RawPart], list[str]]:
