@@ -16,17 +16,19 @@ from dataclasses import replace
 from time import process_time
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 import workbench as wb
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
-from workbench.draw.films.frames import disks_of, flat_frame, shaded_frame
+from workbench.draw.films.frames import disks_of, painted, shaded, surfaces_of
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody, Spheres
 from workbench.draw.sources import scene_of
 from workbench.draw.views import fitted_view
+from workbench.model.arrays import Ints
 from workbench.model.environment import Environment
 
 WALK = {"LH": ("flexion", 25.0, 0.0), "RH": ("flexion", 25.0, math.pi), "LK": ("flexion", 35.0, 0.7),
@@ -162,14 +164,19 @@ def row(what: str, figure: str, goal: str) -> None:
     print(f"{what:<58}{figure:>22}   {goal}", flush=True)
 
 
+def lit(spheres: Spheres, camera: Camera, order: Ints) -> NDArray[np.uint8]:
+    """A shaded picture, sorted from an order."""
+    found = disks_of(spheres, camera, last=order)
+    return shaded(found, surfaces_of(found, camera), camera, np.tile([250.0, 238.0, 220.0], (len(found.front), 1)))
+
+
 def rasters(scene: Scene, seconds: float) -> None:
     """Flat and shaded frames beside the others'."""
     spheres = scene.spheres
     for size, goal, times in (((320, 240), 4000, (4.0, 4.0)), ((1920, 1080), 500, (1.7, 2.0))):
         camera = standard_view("front", scene.bounds, width=size[0], height=size[1], margin=0.03)
-        state = flat_frame(spheres, camera)
-        ours = best(lambda c=camera, s=state: flat_frame(spheres, c, last=s), seconds)
         flat = disks_of(spheres, camera)
+        ours = best(lambda c=camera, last=flat.all: painted(disks_of(spheres, c, last=last), c), seconds)
         row(f"disks flat, {size[0]} x {size[1]}", f"{1 / ours:.0f} frames/s", f"goal {goal}")
         for name, other, share in (("Pillow", pillow, times[0]), ("OpenCV", opencv, times[1])):
             try:
@@ -180,7 +187,7 @@ def rasters(scene: Scene, seconds: float) -> None:
     for size in ((320, 240), (1920, 1080)):
         camera = standard_view("front", scene.bounds, width=size[0], height=size[1], margin=0.03)
         order = disks_of(spheres, camera).all
-        ours = best(lambda c=camera, o=order: shaded_frame(spheres, c, (250, 238, 220), last=o), seconds)
+        ours = best(lambda c=camera, o=order: lit(spheres, c, o), seconds)
         goal_text = "goal 60" if size[0] == 1920 else ""
         row(f"disks shaded with depth buffer, {size[0]} x {size[1]}", f"{1 / ours:.0f} frames/s", goal_text)
         try:
@@ -197,9 +204,9 @@ def moves(scene: Scene) -> None:
     spheres = walking(scene, 31)
     for view in ("left", "top", "three_quarter", "front"):
         camera = standard_view(view, scene.bounds, width=320, height=240)
-        last, counted = flat_frame(spheres[0], camera), []
+        last, counted = disks_of(spheres[0], camera), []
         for frame in spheres[1:]:
-            last = flat_frame(frame, camera, last=last)
+            last = disks_of(frame, camera, last=last.all)
             counted.append(last.moves / len(frame.radius))
         figure = f"{np.mean(counted):.2f} n moves"
         row(f"re-sort, walking, 30 frames a second, {view}", figure, f"goal 3 n; most {max(counted):.2f} n")

@@ -9,9 +9,10 @@ import numpy as np
 from PIL import Image
 
 import workbench as wb
+from workbench.draw.camera import Camera
 from workbench.draw.disks import disks
 from workbench.draw.films.film import film_frames, write_film
-from workbench.draw.films.frames import flat_frame
+from workbench.draw.films.frames import disks_of, painted
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
 from workbench.draw.films.strip import strip_image
 from workbench.draw.lines.circles import circles
@@ -32,6 +33,15 @@ TIMES = np.array([0.0, 0.05, 0.09, 0.12, 0.20])  # [s]
 SHARE = np.array([0.0, 0.18, 0.75, 1.0, 0.45])  # of the way into the belt: an invented, plausible pulse
 
 
+def grey_disks(scene: Scene, camera: Camera) -> Image.Image:
+    """The paper's picture: one grey a sphere by the depth of its frontmost point, lighter the nearer, on white."""
+    found = disks_of(scene.spheres, camera)
+    sphere = painted(found, camera)
+    far, near = found.front[found.order[[0, -1]]]
+    grey = (40 + 195 * (np.maximum(found.front, far) - far) / (near - far)).astype(np.uint8)
+    return Image.fromarray(np.where(sphere < 0, 255, grey[sphere]).astype(np.uint8))
+
+
 def figures_1_and_2() -> None:
     """A standing man as circles, and as grey disks in the paper's 240 x 320; and by every third scan line."""
     scene = scene_of("bubbleman", posture="standing")
@@ -39,7 +49,7 @@ def figures_1_and_2() -> None:
         circles(scene, framed_views(scene, ["three_quarter"], width=260, height=480)[0][1])
     )
     camera = framed_views(scene, ["three_quarter"], width=240, height=320)[0][1]
-    Image.fromarray(flat_frame(scene.spheres, camera).picture).save(IMAGES / "figure_2_disks.png", optimize=True)
+    grey_disks(scene, camera).save(IMAGES / "figure_2_disks.png", optimize=True)
     scanline(scene, camera, spacing=3).save(IMAGES / "scanline.png", optimize=True)
 
 

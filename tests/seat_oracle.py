@@ -8,10 +8,16 @@ import numpy as np
 import workbench as wb
 from workbench.solve.reaching.limbs import limb
 from workbench.solve.reaching.reach import reach
-from workbench.solve.seating.posture import eye_points, pointed_foot, positions
+from workbench.solve.seating.posture import pointed_foot, positions
 from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
 
 TURNS, LIFTS, SHORT, HEEL_IN_AIR = 3, 4, 1e-3, 10.0
+
+
+def eye_points(placed):
+    """(P, 3) [m] the point midway between the two eyes."""
+    names = placed.body.sphere_names
+    return 0.5 * (placed.centres[:, names.index("left eye")] + placed.centres[:, names.index("right eye")])
 
 
 def seat_slowly(body, poses, seat, *, eye, pedals):

@@ -9,10 +9,11 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import SHARED
+from tests.percentile_trap import inside_own_percentiles
 from workbench.model.accommodation import IntervalRule
 from workbench.model.population import Population
 from workbench.people.draw import draw_people
-from workbench.people.share import bootstrap_share, inside_own_percentiles, share_of
+from workbench.people.share import bootstrap_share, share_of
 from workbench.study.accommodation.hardest import hardest_rows
 from workbench.study.accommodation.limiting import limiting_measures
 from workbench.study.accommodation.proposals import shortest

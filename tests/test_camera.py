@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.test_draw import BOX, boxes, crowd, front, painted_slowly, spheres_body
+from tests.test_draw import BOX, boxes, crowd, eye_of, front, painted_slowly, spheres_body
 from workbench.draw.camera import VIEWS, fitted, look_at, metric, project, projective, standard_view, turned
 from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
 from workbench.draw.cutting import cut_away
@@ -146,7 +146,7 @@ def test_the_eye_of_a_body_looks_ahead_and_sees_its_hands_not_its_nose() -> None
     scene = scene_of("trainer_clearance")
     camera = eye_view(scene.bodies[0], width=64, height=64)
     point, axes = eye_point(scene.bodies[0])
-    assert camera.eye == pytest.approx(point) and -camera.toward @ axes[0] > 0.98
+    assert eye_of(camera) == pytest.approx(point) and -camera.toward @ axes[0] > 0.98
     layers = visible_layers(scene, camera)
     body = scene.bodies[0].placed.body
     segment = np.array(body.segments)[body.sphere_segment]

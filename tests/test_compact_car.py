@@ -10,7 +10,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.solve.seating.packaging import eyellipse, heel_from_ball, pedal_plane_angle, seat_curve
+from tests.pedal_plane import heel_from_ball, pedal_plane_angle
+from workbench.solve.seating.packaging import eyellipse, seat_curve
 from workbench.solve.seating.seating import seat_planes
 from workbench.study.reaches import buried_controls
 

@@ -18,7 +18,7 @@ from workbench.files.motions.tables import angle_table_text
 from workbench.model.motion import SegmentTrack
 from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
-from workbench.report.movement import movement_sentences, spells
+from workbench.report.movement import movement_sentences
 from workbench.report.turning import Turning
 from workbench.solve.forward import place
 from workbench.solve.recorded.tracks import poses_from_track
@@ -40,6 +40,13 @@ criteria:
   - {name: head stays low, check: excursion, segments: [H], at_most: 2500, direction: [0, 0, 1], origin: [0, 0, 0]}
   - {name: stops, check: stops}
 """
+
+
+def spells(track, least):
+    """First and last index of each stretch in which a track rises or falls by `least` or more."""
+    turning = Turning(least)
+    turning.take(track)
+    return [(first[0], last[0]) for first, last in turning.spells()]
 
 
 def standing(height, time, *, angles=None):

@@ -18,7 +18,7 @@ from workbench.draw.disks import disks
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.edges import drawn_edges, visible_lines
 from workbench.draw.marks.layout import placed_marks
-from workbench.draw.scene import Mark, Scene, SceneBody, numbered
+from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
 from workbench.draw.visibility import projected_disks, visible_layers
 from workbench.errors import InputError, UsageError
@@ -31,6 +31,21 @@ from workbench.model.stops import Stops
 BOX = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])
 SVG = "{http://www.w3.org/2000/svg}"
 QUADS = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5))
+
+
+def numbered(points):
+    """Marks of contacts with the labels 1, 2, 3, ... at points (M, 3) [m]."""
+    return tuple(Mark(tuple(map(float, point)), str(number), "contact") for number, point in enumerate(points, start=1))
+
+
+def eye_of(camera):
+    """(3,) [m] where the viewer's eye of a view in perspective is."""
+    return camera.centre + camera.distance * camera.toward
+
+
+def veiled(layers):
+    """(height, width) a body is here and an opaque triangle stands in front of it."""
+    return (layers.sphere >= 0) & (layers.depth > layers.body_depth)
 
 
 def spheres_body(centre: ArrayLike, radius: ArrayLike) -> SceneBody:
@@ -119,7 +134,7 @@ def test_a_sphere_behind_a_polygon_is_hidden_by_it_where_the_veil_is_opaque() ->
     picture = np.asarray(disks(Scene((body,), wall), camera, veil=1.0))
     assert np.ptp(picture[96, 128].astype(int) - alone[96, 128]) <= 2  # the wall's own hue, a little less faded
     assert picture[96, 128].min() > 180 > picture[160, 128].min()
-    assert visible_layers(Scene((body,), wall), camera).veiled[96, 128]
+    assert veiled(visible_layers(Scene((body,), wall), camera))[96, 128]
 
 
 def test_what_is_nearer_than_every_body_is_cut_away() -> None:

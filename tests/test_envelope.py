@@ -204,13 +204,6 @@ def test_a_wall_takes_what_lies_beyond_it_and_leaves_what_does_not(walled, free,
     assert np.mean(found.about.clear_outer[back] > found.about.outer[back] - 1e-3) > 0.8
 
 
-def test_the_lost_share_is_the_volume_of_the_lost_stretches(walled):
-    found, _ = walled
-    assert found.lost == pytest.approx(
-        np.sum(found.cell * found.blocked * (found.about.outer**3 - found.about.inner**3)) / 3
-    )
-
-
 def test_ease_is_nested_and_lies_within_the_envelope(free):
     easy, moderate = (np.where(np.isfinite(outer), outer, 0.0) for outer in free.about.easy_outer)
     assert np.all(easy <= moderate + 1e-9) and np.all(moderate <= free.about.outer + 1e-9)

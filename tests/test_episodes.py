@@ -81,7 +81,7 @@ def test_allowed_depth_begins_the_episode_and_is_carried(two_spheres, slab):
     way = motion_of(two_spheres, [[0, 0, 0.1], [0, 0, -0.1]])
     found = wb.episodes(two_spheres, way, soft).rows(np.array([0]))
     assert found.enter == pytest.approx([(0.1 - 0.005) / 0.2], abs=EXACT)
-    assert found.excess == pytest.approx(-found.distance - 0.005)
+    assert found.allowed == pytest.approx(0.005)
 
 
 def test_sheets_passed_within_one_frame_are_as_many_episodes(two_spheres):
@@ -110,7 +110,7 @@ def test_an_arm_that_folds_touches_itself_beyond_its_allowance(one_arm):
     assert len(found)
     assert np.all(found.enter < 1) and np.all(found.leave > 1)
     assert found.enter == pytest.approx(2 - found.leave, abs=EXACT)
-    assert np.all(found.excess > 0)
+    assert np.all(-found.distance - found.allowed > 0)
     assert found.deepest == pytest.approx(1, abs=1e-2)
 
 

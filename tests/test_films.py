@@ -17,7 +17,7 @@ from tests.conftest import ROOT
 from tests.test_draw import SVG, crowd, front, spheres_body
 from workbench.draw.disks import disks
 from workbench.draw.films.film import film_frames, stamped, write_film
-from workbench.draw.films.motion import every_pose, frame_times, scene_at, timed
+from workbench.draw.films.motion import every_pose, frame_times, scene_at
 from workbench.draw.films.strip import strip_image, strip_svg
 from workbench.draw.ghosts import ghost_strengths
 from workbench.draw.lines.circles import circles
@@ -35,7 +35,8 @@ from workbench.model.poses import Placed
 def swing(one_arm):
     """The elbow from 0 to 90 degrees in one second, the base 1 m forward meanwhile."""
     poses = [wb.pose(one_arm, {"ELBOW": {"flexion": a}}, position=(a / 90, 0, 0)) for a in (0, 90)]
-    return timed(wb.join_poses(poses))
+    joined = wb.join_poses(poses)
+    return joined if joined.time is not None else replace(joined, time=np.arange(len(joined), dtype=np.float64))
 
 
 def moving(one_arm, swing, count=5):

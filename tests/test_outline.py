@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
 from tests.conftest import printed_with_and_without_the_compiler
-from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
+from tests.test_draw import BOX, SVG, boxes, crowd, front, numbered, spheres_body
 from workbench.draw.camera import VIEWS, standard_view
 from workbench.draw.lines.arcs import outline_arcs
 from workbench.draw.lines.outline import outline
-from workbench.draw.scene import Mark, Scene, numbered
+from workbench.draw.scene import Mark, Scene
 from workbench.draw.sources import scene_of
 from workbench.draw.views import four_views
 from workbench.errors import UsageError

@@ -12,13 +12,7 @@ from workbench.solve.seating.packaging import (
     SEAT_CURVES,
     Eyellipse,
     eyellipse,
-    heel_from_ball,
-    package_factor,
-    pedal_plane_angle,
-    reach_plane,
     seat_curve,
-    seat_reference_x,
-    truck_seat_line,
 )
 
 HEIGHTS = np.array([0.150, 0.200, 0.250, 0.300, 0.350, 0.400])
@@ -52,27 +46,6 @@ def test_a_seat_too_low_or_too_high_for_a_car_is_refused(height):
 def test_a_percentile_without_a_curve_names_those_that_have_one():
     with pytest.raises(wb.InputError, match=r"no curve for 42 %; valid: 2\.5, 5, 10, 50, 90, 95, 97\.5"):
         seat_curve(0.25, percentile=42.0)
-
-
-def test_truck_drivers_sit_nearer_the_higher_they_sit():
-    assert float(1e3 * truck_seat_line(0.45, percentile=50.0)) == pytest.approx(798.74 - 0.446 * 450)
-
-
-def test_the_pedal_stands_at_64_degrees_at_a_seat_height_of_250_mm():
-    assert float(np.degrees(pedal_plane_angle(0.25))) == pytest.approx(78.96 - 3.75 - 10.8125)
-    assert float(1e3 * heel_from_ball(0.25)) == pytest.approx(203 * np.cos(np.radians(64.3975)))
-
-
-def test_a_clutch_brings_the_seat_track_forward():
-    with_it, without = (float(seat_reference_x(0.25, 0.56, clutch=clutch)) for clutch in (True, False))
-    assert 1e3 * (without - with_it) == pytest.approx(18.2)
-    assert 1e3 * without == pytest.approx(718 - 60 + 229.6)
-
-
-@pytest.mark.parametrize(("h30", "h17", "factor", "plane"), [(0.27, 0.66, -0.4461, 830.2), (0.4, 0.75, 0.2355, 762.7)])
-def test_the_general_package_factor_and_its_reach_plane(h30, h17, factor, plane):
-    assert float(package_factor(h30, h17)) == pytest.approx(factor, abs=5e-5)
-    assert float(1e3 * reach_plane(h30, h17)) == pytest.approx(plane, abs=0.05)
 
 
 def test_the_eyes_centroid_by_hand():

@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import SHARED
+from tests.percentile_trap import inside_limits, inside_own_percentiles
 from workbench.errors import InputError, UsageError
 from workbench.files.ansur import read_ansur
 from workbench.files.growth import load_growth
@@ -20,9 +21,8 @@ from workbench.model.population import SEXES, Population
 from workbench.people.boundary import boundary_cases
 from workbench.people.conditional import condition, improbability
 from workbench.people.draw import draw_people
-from workbench.people.percentile import percentile_of, percentile_people, percentile_values
+from workbench.people.percentile import percentile_people, percentile_values
 from workbench.people.scores import scores_of
-from workbench.people.share import inside_limits, inside_own_percentiles
 
 REFERENCE = SHARED.parent / "reference" / "boundary_cases_ansur2_95.csv"
 RAW = [SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
@@ -105,19 +105,6 @@ def test_senseless_draws_are_refused(wrong):
     options = {"count": 1, "seed": 1, "men": 0.5} | wrong
     with pytest.raises(UsageError):
         draw_people(ANSUR2, options.pop("count"), **options)
-
-
-@given(sexes, measures, st.floats(0.03, 99.97))
-def test_the_percentile_of_a_percentile_is_itself(sex, measure, p):
-    value = percentile_values(ANSUR2, sex, p)[0, ANSUR2.names.index(measure)]
-    assert percentile_of(ANSUR2, sex, measure, value) == pytest.approx(p, abs=1e-9)
-
-
-@given(st.lists(st.floats(0.5, 2.5), min_size=5, max_size=5), sexes)
-def test_the_value_at_the_percentile_of_a_person_is_that_person(values, sex):
-    people = five(values, sex)
-    back = percentile_values(people, sex, percentile_of(people, sex, "stature", values))
-    assert back[:, 0] == pytest.approx(values, abs=1e-9)
 
 
 def test_percentiles_of_real_people_are_numpys_and_weights_count():

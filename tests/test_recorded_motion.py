@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import SHARED
-from workbench.files.motions.bvh import read_bvh
+from tests.whole_motions import read_bvh
 from workbench.files.motions.lines import Pick
 from workbench.solve.recorded.retarget import bone_positions
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.errors import InputError, UsageError
-from workbench.solve.signals import GRAVITY, acceleration, cfc_filter, delta_v, evenly, held_level, hic, velocity
+from workbench.solve.signals import GRAVITY, acceleration, cfc_filter, evenly, held_level, hic, velocity
 
 SHAPES = {
     "square": (lambda u: np.ones_like(u), 1.0),
@@ -64,11 +64,6 @@ def test_the_3_ms_level_of_a_half_sine_is_its_height_1_5_ms_from_the_peak():
 @given(st.floats(1, 200), st.floats(-50, 50))
 def test_a_constant_level_is_held(level, shift):
     assert held_level(np.linspace(0, 0.01, 11), np.full(11, level) + shift) == pytest.approx(level + shift)
-
-
-def test_delta_v_of_a_half_sine_is_2_a_t_over_pi():
-    """20 g, 106.8 ms: 48 km/h."""
-    assert delta_v(*pulse("half sine", 20, 0.1068))[-1] * 3.6 == pytest.approx(48.0, abs=0.03)
 
 
 def test_free_fall_is_one_g():

@@ -89,14 +89,6 @@ class Camera:
         """The depth [m] of the nearest thing that is drawn."""
         return min(self.cut, self.closest)
 
-    @property
-    def eye(self) -> Floats:
-        """(3,) [m] where the viewer's eye is; UsageError for a parallel view."""
-        if math.isinf(self.distance):
-            raise UsageError(f"camera {self.name}: a parallel view has no eye")
-        eye: Floats = self.centre + self.distance * self.toward
-        return eye
-
     def enlarged(self, factor: int) -> Camera:
         """The same view on a picture of `factor` times as many pixels each way."""
         return replace(self, scale=self.scale * factor, width=self.width * factor, height=self.height * factor)

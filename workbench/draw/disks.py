@@ -51,7 +51,7 @@ def disks(
 
     mode: one of MODES. flat: the paper's, one shade a sphere; shaded: light and intersections pixel by pixel; depth:
     grey (L), 255 nearest to 1 farthest, 0 nothing; id: the number of the sphere + 1 in 24 bits of red, green and blue,
-    0 for none (see `frames.sphere_at` for names). exact: the true outlines of spheres in perspective, not the paper's
+    0 for none. exact: the true outlines of spheres in perspective, not the paper's
     circles; all modes but flat are exact. polygons: one of POLYGONS; hidden_line: edges only, which hide one another.
     supersample: pixels drawn each way for one of the picture, for flat and shaded. veil: opacity, 0 to 1, of what is
     in front of a body; with 1 it hides the body.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,7 +13,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["Mark", "Scene", "SceneBody", "Spheres", "numbered", "shown_corners"]
+__all__ = ["Mark", "Scene", "SceneBody", "Spheres", "shown_corners"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,12 +108,3 @@ def shown_corners(environment: Environment | None) -> Floats:
     shown = ~environment.hidden[environment.polygon_part]
     edges = environment.edges[np.repeat(shown, np.diff(environment.edge_start))]
     return environment.vertices[np.unique(edges)]
-
-
-def numbered(points: Iterable[Iterable[float]], *, kind: str = "contact") -> tuple[Mark, ...]:
-    """Marks with the labels 1, 2, 3, ... at points (M, 3) [m]."""
-    marks = []
-    for number, point in enumerate(points, start=1):
-        x, y, z = (float(value) for value in point)
-        marks.append(Mark((x, y, z), str(number), kind))
-    return tuple(marks)

@@ -1,8 +1,8 @@
 """What is in front of what: the shared depth buffers of bodies and environment, seen through one camera.
 
 What stands between the viewer and the bodies must not hide them. So (1) nothing nearer than the bodies' foremost
-point is drawn: it is cut away by a plane across the view; (2) what is left in front of a body pixel is told apart
-(`veiled`), for a display to draw it as a veil. Where the plane cuts a solid, the cut face is told apart too
+point is drawn: it is cut away by a plane across the view; (2) what is left in front of a body pixel can be told apart
+by its depth, for a display to draw it as a veil. Where the plane cuts a solid, the cut face is told apart too
 (`section`): there the first surface behind the plane is one seen from inside.
 """
 
@@ -42,8 +42,8 @@ class Layers:
 
     camera: what they were seen through. cut [m]: nothing nearer than this is in the environment's arrays. sphere: the
     sphere that the painter shows; body_depth: the foremost sphere surface. triangle, depth: the foremost opaque
-    triangle; section: it is the cut face of a solid. glass, glass_depth: the same for see-through parts. veiled: the
-    body lies behind a triangle. seen (V, 3): the environment's vertices in view coordinates [m].
+    triangle; section: it is the cut face of a solid. glass, glass_depth: the same for see-through parts. seen (V, 3):
+    the environment's vertices in view coordinates [m].
     """
 
     camera: Camera
@@ -56,11 +56,6 @@ class Layers:
     glass: Numbers
     glass_depth: Floats
     seen: Floats
-
-    @property
-    def veiled(self) -> Bools:
-        """(height, width) a body is here and an opaque triangle stands in front of it."""
-        return (self.sphere >= 0) & (self.depth > self.body_depth)
 
 
 def projected_disks(scene: Scene, camera: Camera) -> Disks:

@@ -6,7 +6,7 @@ import math
 
 from workbench.kernels.compiled import njit
 
-__all__ = ["product", "quaternion_matrix", "rotate_about", "swing_twist_quaternion", "twist_angle"]
+__all__ = ["product", "quaternion_matrix", "swing_twist_quaternion", "twist_angle"]
 
 
 @njit(cache=True, inline="always")
@@ -42,18 +42,6 @@ def twist_angle(w, x, y, z, a, b, c):  # type: ignore[no-untyped-def]
     elif angle <= -math.pi:
         angle += 2.0 * math.pi
     return angle
-
-
-@njit(cache=True, inline="always")
-def rotate_about(x, y, z, a, b, c, angle):  # type: ignore[no-untyped-def]
-    """A vector turned by `angle` [rad] about the unit axis (a, b, c): Rodrigues' formula."""
-    co, si = math.cos(angle), math.sin(angle)
-    k = (a * x + b * y + c * z) * (1.0 - co)
-    return (
-        x * co + (b * z - c * y) * si + a * k,
-        y * co + (c * x - a * z) * si + b * k,
-        z * co + (a * y - b * x) * si + c * k,
-    )
 
 
 @njit(cache=True, inline="always")

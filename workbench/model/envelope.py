@@ -66,14 +66,6 @@ class Envelope:
         taken = {self.parts[k] if k >= 0 else "": float(each[lost.part == k].sum()) for k in np.unique(lost.part)}
         return dict(sorted(taken.items(), key=lambda row: (-row[1], row[0])))
 
-    @property
-    def blocked(self) -> Floats:
-        """(D,) the share of each ray's volume between its boundaries that obstacles take."""
-        lost, about = self.about.lost, self.about
-        taken = np.bincount(lost.ray, weights=lost.end**3 - lost.begin**3, minlength=len(about))
-        share: Floats = taken / np.maximum(about.outer**3 - about.inner**3, 1e-12)
-        return np.where(about.reached, np.minimum(share, 1.0), 0.0)
-
     def surface(self, *, clear: bool = False) -> tuple[Floats, Ints]:
         """Vertices (V, 3) [m] and triangles (T, 3) of the outer and the inner boundary as one closed surface, obstacles
         aside or clear of them, facing out of what is reached; it tapers to where rays that meet nothing come nearest.

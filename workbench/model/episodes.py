@@ -51,11 +51,6 @@ class Episodes:
         return len(self.enter)
 
     @property
-    def excess(self) -> Floats:
-        """(E,) overlap beyond what is allowed [m]; positive is a fault."""
-        return -self.distance - self.allowed
-
-    @property
     def cut_short(self) -> tuple[Bools, Bools]:
         """Two masks (E,): in contact already when the motion began, and still when it ended."""
         return self.enter <= self.span[0], self.leave >= self.span[1]

@@ -87,14 +87,6 @@ class Population:
             raise InputError(f"population {self.source}: nobody in it is {sex}")
         return self.rows(keep)
 
-    def person(self, label: str) -> Population:
-        """The one person of this label; InputError where there is none or several."""
-        found = [row for row, name in enumerate(self.labels) if name == label]
-        if len(found) != 1:
-            said = f"{len(found)} people are called" if found else "nobody is called"
-            raise InputError(f"population {self.source}: {said} {label!r}; {one_of(label, self.labels)}")
-        return self.rows(np.array(found))
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PopulationModel:

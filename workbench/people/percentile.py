@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtri
 
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.population import Population, PopulationModel, sex_index
 from workbench.people.scores import scores_of
 
-__all__ = ["percentile_of", "percentile_people", "percentile_values", "quantiles"]
+__all__ = ["percentile_people", "percentile_values", "quantiles"]
 
 
 def percentile_values(source: Population | PopulationModel, sex: str, percentiles: ArrayLike) -> Floats:
@@ -43,19 +43,6 @@ def percentile_people(source: Population | PopulationModel, sex: str, percentile
     codes = np.full(len(levels), sex_index(sex))
     labels = tuple(f"{level:g} %" for level in levels)
     return Population(source.names, codes, np.ones(len(levels)), values, name, labels)
-
-
-def percentile_of(source: Population | PopulationModel, sex: str, measure: str, values: ArrayLike) -> Floats:
-    """(...) percentiles [%] of values [m; kg] of one measure; equal people count half below, half above."""
-    x = np.asarray(values, dtype=np.float64)
-    if isinstance(source, PopulationModel):
-        scores = scores_of(source, sex)
-        return np.asarray(100 * ndtr(scores.to_scores(x[..., None], scores.columns([measure]))[..., 0]))
-    people = source.of_sex(sex)
-    at, level = _steps(people.column(measure), people.weight)
-    known, first = np.unique(at, return_index=True)
-    last = np.append(first[1:], len(at)) - 1
-    return np.asarray(100 * np.interp(x, known, (level[first] + level[last]) / 2))
 
 
 def quantiles(values: Floats, weight: Floats, levels: Floats) -> Floats:

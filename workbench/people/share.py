@@ -1,36 +1,25 @@
-"""Accommodation: the share of people who are served, with its confidence interval; the trap of percentiles.
-
-Limits at the 5th and 95th percentile of several measures do not serve 90 %: each measure leaves out other people.
-"""
+"""Accommodation: the share of people who are served, with its confidence interval."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import betaincinv, ndtri
+from scipy.special import ndtri
 
 from workbench.errors import InputError
-from workbench.model.arrays import Bools, Floats
-from workbench.model.measures import COCKPIT, check_measures
-from workbench.model.population import SEXES, Population, PopulationModel
-from workbench.people.percentile import percentile_values
+from workbench.model.arrays import Bools
 
 __all__ = [
-    "METHODS",
     "TENTHS_FROM",
     "Share",
     "bootstrap_share",
-    "inside_limits",
-    "inside_own_percentiles",
     "percent",
     "percent_number",
     "share_of",
 ]
 
-METHODS = ("wilson", "exact")
 TENTHS_FROM = 500
 """People from which a share is shown to a tenth of a percent. Of fewer one person is more than 0.2 %."""
 
@@ -74,27 +63,23 @@ def percent_number(share: float, count: int) -> str:
     return f"{digits / 10**places:.{places}f}"
 
 
-def share_of(
-    served: Bools, *, weight: ArrayLike | None = None, method: str = "wilson", confidence: float = 0.95
-) -> Share:
-    """The share of the people served (P,), with a confidence interval.
+def share_of(served: Bools, *, weight: ArrayLike | None = None, confidence: float = 0.95) -> Share:
+    """The share of the people served (P,), with the score interval of Wilson (1927).
 
-    method: "wilson" (Wilson 1927, the score interval) or "exact" (Clopper & Pearson 1934, never too narrow). With
-    weights (P,) the interval is that of Kish's effective count, (sum w)^2 / sum w^2.
+    With weights (P,) the interval is that of Kish's effective count, (sum w)^2 / sum w^2.
     """
     inside = np.asarray(served, dtype=np.bool_)
     if inside.ndim != 1 or not len(inside):
         raise InputError(f"a share needs one person or more, one value each; got an array of shape {inside.shape}")
-    if method not in METHODS or not 0 < confidence < 1:
-        raise InputError(f"an interval is one of {', '.join(METHODS)} with a confidence between 0 and 1, "
-                         f"got {method!r} with {confidence:g}")  # fmt: skip
+    if not 0 < confidence < 1:
+        raise InputError(f"an interval needs a confidence between 0 and 1, got {confidence:g}")
     w = np.ones(len(inside)) if weight is None else np.asarray(weight, dtype=np.float64)
     if w.shape != inside.shape or not np.all((w > 0) & np.isfinite(w)):
         raise InputError(f"weights must be positive and one a person; got shape {w.shape} for {len(inside)} people")
     share = float(w[inside].sum() / w.sum())
     people = float(w.sum() ** 2 / (w**2).sum())
-    low, high = (_wilson if method == "wilson" else _exact)(share, people, confidence)
-    return Share(share, min(low, share), max(high, share), len(inside), method, confidence)
+    low, high = _wilson(share, people, confidence)
+    return Share(share, min(low, share), max(high, share), len(inside), "wilson", confidence)
 
 
 def bootstrap_share(
@@ -128,39 +113,8 @@ def bootstrap_share(
     return Share(found.share, float(low), float(high), found.count, "bootstrap", confidence)
 
 
-def inside_limits(people: Population, low: Floats, high: Floats) -> Bools:
-    """(P,) whether all measures of a person lie within limits [m; kg], inclusive.
-
-    low, high: (M,) for everybody, or (2, M) a row for each of SEXES.
-    """
-    by_sex = [np.broadcast_to(limit, (len(SEXES), len(people.names)))[people.sex] for limit in (low, high)]
-    return np.asarray(np.all((people.measures >= by_sex[0]) & (people.measures <= by_sex[1]), axis=1))
-
-
-def inside_own_percentiles(people: Population, *, measures: Sequence[str] = COCKPIT, low: float = 5, high: float = 95,
-                           limits: Population | PopulationModel | None = None) -> Bools:  # fmt: skip
-    """(P,) whether a person lies between two percentiles [%] of their own sex in all of these measures.
-
-    limits: where the percentiles come from; the people themselves where not given.
-    """
-    source: Population | PopulationModel = people if limits is None else limits
-    check_measures(measures, source.names)
-    columns = [source.names.index(name) for name in measures]
-    edges = np.full((2, len(SEXES), len(columns)), np.nan)
-    for code in np.unique(people.sex):
-        edges[:, code] = percentile_values(source, SEXES[code], [low, high])[:, columns]
-    return inside_limits(people.of(measures), *edges)
-
-
 def _wilson(share: float, people: float, confidence: float) -> tuple[float, float]:
     z = float(ndtri((1 + confidence) / 2))
     middle = (share + z**2 / (2 * people)) / (1 + z**2 / people)
     half = z * float(np.sqrt(share * (1 - share) / people + z**2 / (4 * people**2))) / (1 + z**2 / people)
     return max(middle - half, 0.0), min(middle + half, 1.0)
-
-
-def _exact(share: float, people: float, confidence: float) -> tuple[float, float]:
-    inside, tail = share * people, (1 - confidence) / 2
-    low = 0.0 if share == 0 else float(betaincinv(inside, people - inside + 1, tail))
-    high = 1.0 if share == 1 else float(betaincinv(inside + 1, people - inside, 1 - tail))
-    return low, high

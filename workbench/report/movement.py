@@ -12,10 +12,10 @@ from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
 from workbench.model.spool import pieces
-from workbench.report.turning import Turning, Unwrapped, spells
+from workbench.report.turning import Turning, Unwrapped
 from workbench.solve.forward import place
 
-__all__ = ["movement_sentences", "spells"]
+__all__ = ["movement_sentences"]
 
 _LEAST_TURN = 15.0
 _LEAST_WAY = 0.08

@@ -8,18 +8,10 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["Turning", "Unwrapped", "spells"]
+__all__ = ["Turning", "Unwrapped"]
 
 Point = tuple[int, float]
 """Where on a track, and its value there."""
-
-
-def spells(track: Floats, least: float) -> list[tuple[int, int]]:
-    """First and last index of each stretch in which a track rises or falls by `least` or more, smaller waves within it
-    passed over."""
-    turning = Turning(least)
-    turning.take(np.asarray(track, dtype=np.float64))
-    return [(first[0], last[0]) for first, last in turning.spells()]
 
 
 class Unwrapped:

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats
 
-__all__ = ["CFC", "GRAVITY", "Hic", "acceleration", "cfc_filter", "delta_v", "evenly", "held_level", "hic", "velocity"]
+__all__ = ["CFC", "GRAVITY", "Hic", "acceleration", "cfc_filter", "evenly", "held_level", "hic", "velocity"]
 
 GRAVITY = 9.80665
 """[m/s2] One g."""
@@ -108,13 +108,6 @@ def held_level(time: Floats, values: Floats, *, hold: float = 0.003) -> float:
         level = 0.5 * (low + high)
         low, high = (level, high) if _longest(time, values, level) >= hold else (low, level)
     return low
-
-
-def delta_v(time: Floats, accelerations: Floats) -> Floats:
-    """(n, ...) [m/s] change of velocity since the first sample: the trapezoid integral of accelerations [m/s2]."""
-    steps = np.diff(time).reshape(-1, *([1] * (accelerations.ndim - 1)))
-    growth = np.cumsum(0.5 * (accelerations[1:] + accelerations[:-1]) * steps, axis=0)
-    return np.concatenate([np.zeros_like(accelerations[:1]), growth])
 
 
 def _longest(time: Floats, values: Floats, level: float) -> float:

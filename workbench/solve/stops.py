@@ -36,11 +36,6 @@ class StopMargins:
     side: Ints
     nearest: Floats
 
-    @property
-    def degrees(self) -> Floats:
-        """(P, J) margins in degrees."""
-        return np.degrees(self.margin)
-
     def motion(self, pose: int, joint: int) -> str:
         """Name of the motion whose stop is nearest."""
         return self.body.stops.motions[joint][int(self.axis[pose, joint])][int(self.side[pose, joint])]

@@ -1,9 +1,8 @@
 """The raster display of spheres alone, fast enough for films and live use: flat, shaded, depth and numbers.
 
-`flat_frame` is the paper's: disks sorted by their frontmost points, one grey a sphere by its depth, painted back to
-front. Given the frame before, it sorts from that frame's order by insertion. `surfaces_of` asks of each pixel which
-sphere's surface a ray through it meets first, so that spheres cut one another where they should; `shaded_frame` lights
-that.
+`disks_of` sorts disks by their frontmost points; given the frame before, from that frame's order by insertion.
+`painted` paints them back to front, as the paper does. `surfaces_of` finds for each pixel which sphere's surface a ray
+through it meets first, so that spheres cut one another where they should; `shaded` lights that.
 """
 
 from __future__ import annotations
@@ -11,25 +10,21 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from workbench.draw.camera import Camera
-from workbench.draw.scene import Scene, Spheres
+from workbench.draw.scene import Spheres
 from workbench.errors import InputError, UsageError
 from workbench.kernels.pictures.frames import paint_disks, project_spheres, resort
 from workbench.kernels.pictures.surfaces import BLOCK, light_surfaces, paint_rays, surface_depths
 from workbench.model.arrays import Floats, Ints
 
-__all__ = [
-    "Disks", "Frame", "Greys", "Numbers", "Surfaces", "disks_of", "exact_disks", "flat_frame", "painted", "shaded",
-    "shaded_frame", "sphere_at", "surfaces_of",
-]  # fmt: skip
+__all__ = ["Disks", "Numbers", "Surfaces", "disks_of", "exact_disks", "painted", "shaded", "surfaces_of"]
 
-Greys = NDArray[np.uint8]
 Numbers = NDArray[np.int32]
 """(height, width) of a sphere or a triangle in each pixel, -1 for none."""
 
-_PAPER, _FAR, _NEAR = 255, 40, 235  # greys
+_PAPER = 255  # grey
 _LIGHT = np.array([-0.35, 0.62, 0.70])  # right, up, toward: over the viewer's left shoulder
 _REACH = 0.03  # [m] creases are looked for so far around
 
@@ -52,14 +47,6 @@ class Disks(NamedTuple):
     order: Ints
     view: Floats
     all: Ints
-    moves: int
-
-
-class Frame(NamedTuple):
-    """A picture (height, width) of 256 greys; the order of its disks and the moves that sorting them took."""
-
-    picture: Greys
-    order: Ints
     moves: int
 
 
@@ -128,55 +115,9 @@ def surfaces_of(disks: Disks, camera: Camera) -> Surfaces:
     return Surfaces(depth, sphere)
 
 
-def flat_frame(
-    spheres: Spheres, camera: Camera, *, last: Frame | None = None, exact: bool = False, reach: ArrayLike = ()
-) -> Frame:
-    """The paper's picture: solid disks in one grey each, darker the farther, on white.
-
-    last: the frame before of the same spheres. exact: see `exact_disks`. reach: the least and greatest depth [m] that
-    greys are for, so that a film does not flicker; those of this frame's frontmost points where not given.
-    """
-    disks = disks_of(spheres, camera, last=None if last is None else last.order)
-    drawn = disks.front[disks.order]
-    low, high = np.asarray(reach) if len(np.asarray(reach)) == 2 else (drawn[0], drawn[-1]) if len(drawn) else (0, 0)
-    share = (np.maximum(disks.front, low) - low) / max(high - low, 1e-12)
-    grey = (_FAR + (_NEAR - _FAR) * np.minimum(share, 1.0)).astype(np.uint8)
-    picture = np.full((camera.height, camera.width), _PAPER, dtype=np.uint8)
-    if exact and np.isfinite(camera.distance):
-        paint_rays(disks.view, disks.order, _lens(camera), grey, picture)
-    else:
-        covered = np.empty((camera.height, 4), dtype=np.int64)
-        paint_disks(disks.disk, disks.order, grey, _PAPER, picture, covered)
-    return Frame(picture, disks.all, disks.moves)
-
-
 def shaded(disks: Disks, surfaces: Surfaces, camera: Camera, colour: Floats) -> NDArray[np.uint8]:
     """(height, width, 3) soft light and ambient shade in creases, on white; colour (S, 3): 0 to 255 in full light."""
     picture = np.full((camera.height, camera.width, 3), _PAPER, dtype=np.uint8)
     light = _LIGHT / np.linalg.norm(_LIGHT)
     light_surfaces(disks.view, colour, light, _lens(camera), _REACH, surfaces.depth, surfaces.sphere, picture)
     return picture
-
-
-def shaded_frame(
-    spheres: Spheres, camera: Camera, colour: ArrayLike, *, last: Ints | None = None
-) -> tuple[NDArray[np.uint8], Surfaces, Ints]:
-    """A shaded picture (height, width, 3), what it shows in each pixel, and the order for the next frame.
-
-    colour (S, 3): 0 to 255 in full light. last: see `disks_of`.
-    """
-    disks = disks_of(spheres, camera, last=last)
-    surfaces = surfaces_of(disks, camera)
-    full = np.ascontiguousarray(np.broadcast_to(np.asarray(colour, dtype=np.float64), (len(disks.front), 3)))
-    return shaded(disks, surfaces, camera, full), surfaces, disks.all
-
-
-def sphere_at(scene: Scene, sphere: int) -> tuple[str, str, str]:
-    """Names of the body, the segment and the sphere ("" where it has none) of a sphere's number in the scene."""
-    for shown in scene.bodies:
-        body = shown.placed.body
-        mine = np.flatnonzero(shown.placed.window[body.sphere_segment])
-        if 0 <= sphere < len(mine):
-            return body.name, body.segment_names[body.sphere_segment[mine[sphere]]], body.sphere_names[mine[sphere]]
-        sphere -= len(mine)
-    raise UsageError("no such sphere in the scene")

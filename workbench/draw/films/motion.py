@@ -10,16 +10,10 @@ import numpy as np
 from workbench.draw.scene import Scene, SceneBody
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
-from workbench.model.poses import Poses
 
-__all__ = ["MOST_FRAMES", "every_pose", "frame_times", "scene_at", "timed"]
+__all__ = ["MOST_FRAMES", "every_pose", "frame_times", "scene_at"]
 
 MOST_FRAMES = 36_000  # twenty minutes at 30 frames a second: more is a mistake in a unit
-
-
-def timed(poses: Poses, *, seconds: float = 1.0) -> Poses:
-    """The poses with a time each, `seconds` [s] apart, where they have none."""
-    return poses if poses.time is not None else replace(poses, time=seconds * np.arange(len(poses), dtype=np.float64))
 
 
 def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> Floats:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, in_view, metric
+from workbench.draw.camera import Camera, in_view
 from workbench.draw.films.frames import disks_of
 from workbench.draw.scene import Scene, Spheres
 from workbench.errors import UsageError
@@ -22,7 +22,7 @@ from workbench.kernels.pictures.arcs import rim_arcs
 from workbench.kernels.pictures.rims import Rims, parallel_rims, perspective_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["JOINT_SHARE", "JOINT_STEP", "Arcs", "arc_depths", "arc_lengths", "arc_points", "outline_arcs",
+__all__ = ["JOINT_SHARE", "JOINT_STEP", "Arcs", "arc_lengths", "arc_points", "outline_arcs",
            "rim_ellipses", "rim_planes"]  # fmt: skip
 
 _MOST_SPHERES = 50_000
@@ -61,11 +61,6 @@ def arc_points(arcs: Arcs, which: Ints, angle: Floats) -> Floats:
         x, y = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
     points: Floats = arcs.disk[which, :2] + np.column_stack([x, y])
     return points
-
-
-def arc_depths(arcs: Arcs, which: Ints, points: Floats, camera: Camera) -> Floats:
-    """(M,) depth [m] of points (M, 2) [pixels] on arcs `which` (M,)."""
-    return metric(camera, arcs.depth[which] + np.sum(arcs.tilt[which] * (points - arcs.disk[which, :2]), axis=1))
 
 
 def arc_lengths(arcs: Arcs) -> Floats:

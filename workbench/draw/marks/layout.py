@@ -129,14 +129,6 @@ def _held(kind: str, dot: _Point, to: _Point | None) -> _Point:
     return to if kind.startswith("axis") else ((dot[0] + to[0]) / 2.0, (dot[1] + to[1]) / 2.0)
 
 
-def _outward(kind: str, dot: _Point, to: _Point | None, away: _Point) -> float:
-    """The direction [rad] in which a label is looked for first: beyond an axis, beside a dimension, else `away`."""
-    if to is not None and to != dot:
-        along = (to[0] - dot[0], to[1] - dot[1])
-        away = along if kind != "clearance" else (along[1], -along[0])
-    return math.atan2(away[1], away[0])
-
-
 def _along(start: _Point, end: _Point) -> list[_Point]:
     """Points of a line, 6 pixels apart or closer, at most 200."""
     count = min(int(math.hypot(end[0] - start[0], end[1] - start[1]) / 6.0) + 2, 200)

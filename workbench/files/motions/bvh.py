@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +15,7 @@ from workbench.model.motion import Bones
 from workbench.model.quaternions import exponential, multiply
 from workbench.model.spool import pieces
 
-__all__ = ["bone_pieces", "read_bvh"]
+__all__ = ["bone_pieces"]
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CHANNELS = {axis + kind: (kind, k) for axis, k in _AXES.items() for kind in ("position", "rotation")}
@@ -32,21 +32,13 @@ class _Bone:
     end: tuple[float, float, float] | None = None
 
 
-def read_bvh(path: str | Path, *, keep: Pick = ALL) -> Bones:
-    """Bones of a BVH file; angles in degrees, turns in the order of the channels, the first outermost.
-
-    Position channels stand in place of the OFFSET. The file says no unit and no upward axis. InputError, with the line,
-    for a broken hierarchy, unknown channels, rows of another length, frames missing or too many, a frame time that is
-    not positive.
-    """
-    parts = list(bone_pieces(path, keep=keep))
-    rotations, shift, time = (np.concatenate([getattr(p, name) for p in parts])
-                              for name in ("rotations", "shift", "time"))  # fmt: skip
-    return replace(parts[0], rotations=rotations, shift=shift, time=time)
-
-
 def bone_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Bones]:
-    """As `read_bvh`, some frames at a time."""
+    """Bones of a BVH file, some frames at a time.
+
+    Angles are in degrees, turns in the order of the channels, the first outermost. Position channels stand in place of
+    the OFFSET. The file says no unit and no upward axis. InputError, with the line, for a broken hierarchy, unknown
+    channels, rows of another length, frames missing or too many, a frame time that is not positive.
+    """
     source = Path(path)
     lines = numbered(source)
     bones, at = _hierarchy(source, lines)

@@ -7,7 +7,7 @@ Both dialects of the header are read: `nRows`, `nColumns`, `inDegrees`, `endhead
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from workbench.model.poses import Poses
 from workbench.model.quaternions import exponential, matrices, multiply
 from workbench.model.spool import pieces
 
-__all__ = ["Coordinates", "coordinate_pieces", "coordinate_poses", "read_coordinates"]
+__all__ = ["Coordinates", "coordinate_pieces", "coordinate_poses"]
 
 _MOST_TURNS = 13.0
 # joint -> (coordinate, axis in x forward y left z up), in the order in which OpenSim turns; {s}: l or r
@@ -54,16 +54,12 @@ class Coordinates:
     negative: frozenset[str]
 
 
-def read_coordinates(path: str | Path, *, keep: Pick = ALL) -> Coordinates:
-    """Coordinates of a .mot or .sto file. InputError with the line for a broken header, rows of another length, wrong
-    counts, or angles of many turns (degrees taken for radians)."""
-    parts = list(coordinate_pieces(path, keep=keep))
-    values, time = (np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "time"))
-    return replace(parts[0], values=values, time=time)
-
-
 def coordinate_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Coordinates]:
-    """As `read_coordinates`, some frames at a time."""
+    """Coordinates of a .mot or .sto file, some frames at a time.
+
+    InputError with the line for a broken header, rows of another length, wrong counts, or angles of many turns (degrees
+    taken for radians).
+    """
     source = Path(path)
     lines = numbered(source)
     degrees, said, names = _header(source, lines)

@@ -22,7 +22,7 @@ from workbench.model.posing import angles_of, attitude_matrix, compose, motion_o
 from workbench.model.quaternions import from_matrices, matrices
 from workbench.model.spool import pieces
 
-__all__ = ["angle_table_text", "read_angle_table", "read_segment_table", "segment_pieces", "table_kind"]
+__all__ = ["angle_table_text", "read_angle_table", "segment_pieces", "table_kind"]
 
 _SECONDS = {"s": 1.0, "ms": 1e-3}
 _RADIANS = {"deg": float(np.pi / 180), "rad": 1.0}
@@ -112,18 +112,13 @@ def _angle_poses(table: _Table, body: Body) -> Poses:
     return Poses(rotations, reference, world, table.time)
 
 
-def read_segment_table(path: str | Path, *, keep: Pick = ALL) -> SegmentTrack:
-    """Segments told one by one: `time [ms]`, then for each segment `H.x [mm], H.y [mm], H.z [mm]` of its centre of
-    gravity and `H.qw ... H.qz` or `H.roll [deg], H.pitch [deg], H.yaw [deg]`: its attitude, about x, y, z in the order
-    yaw, pitch, roll. x forward, y left, z up. InputError with file, line and column."""
-    tracks = list(segment_pieces(path, keep=keep))
-    world = np.concatenate([track.world_from_segment for track in tracks])
-    time = np.concatenate([track.time for track in tracks])
-    return SegmentTrack(tracks[0].segments, world, time, str(path))
-
-
 def segment_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[SegmentTrack]:
-    """As `read_segment_table`, some frames at a time."""
+    """Segments that are given one by one, some frames at a time.
+
+    Columns: `time [ms]`, then for each segment `H.x [mm], H.y [mm], H.z [mm]` of its centre of gravity and its
+    attitude, `H.qw ... H.qz` or `H.roll [deg], H.pitch [deg], H.yaw [deg]` about x, y, z in the order yaw, pitch, roll.
+    x forward, y left, z up. InputError with file, line and column.
+    """
     table = _read(Path(path), keep)
     for rows in pieces(len(table.time)):
         yield _track(table.rows(rows))

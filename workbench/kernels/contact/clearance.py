@@ -1,4 +1,4 @@
-"""Batch loops of bodies against polygons: signed clearance by segment and part, and lists of contacts."""
+"""Batch loops of bodies against polygons: signed clearance of segments to parts, and lists of contacts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from workbench.kernels.contact.inside import inside_part
 from workbench.kernels.contact.polygon import point_polygon
 from workbench.kernels.contact.tree import box_gap, nearest_polygon
 
-__all__ = ["environment_contacts", "segment_clearance"]
+__all__ = ["environment_contacts", "row_clearance"]
 
 
 @njit(cache=True)
@@ -49,23 +49,22 @@ def _segment_part(centres, radius, first, last, faces, shells, part, witness, st
 
 
 @njit(cache=True)
-def segment_clearance(centres, radius, start, shown, faces, shells, checked, out):  # type: ignore[no-untyped-def]
-    """Signed clearance of every segment to every checked part, for every pose.
+def row_clearance(centres, radius, start, rows, faces, shells, out):  # type: ignore[no-untyped-def]
+    """Signed clearance [m] of one segment to one part in one pose, for each row.
 
-    centres (P, S, 3); out: distance (P, N, K), sphere, polygon (P, N, K), point (P, N, K, 3), filled where shown.
+    centres (P, S, 3) [m]; rows (R, 3): pose, segment, part. out: distance (R,), sphere, polygon (R,), point (R, 3).
+    A row is left as it is where the segment has no sphere or the part no polygon.
     """
     distance, sphere, polygon, point = out
     stack = np.empty(64, np.int64)
-    for p in range(centres.shape[0]):
-        for n in range(start.shape[0] - 1):
-            if shown[n] == 0 or start[n] == start[n + 1]:
-                continue
-            for k in range(faces.root.shape[0]):
-                if checked[k] == 0 or faces.root[k] < 0:
-                    continue
-                first, last = start[n], start[n + 1]
-                d, s, f = _segment_part(centres[p], radius, first, last, faces, shells, k, point[p, n, k], stack)
-                distance[p, n, k], sphere[p, n, k], polygon[p, n, k] = d, s, f
+    for r in range(rows.shape[0]):
+        p, n, k = rows[r, 0], rows[r, 1], rows[r, 2]
+        if start[n] == start[n + 1] or faces.root[k] < 0:
+            continue
+        d, s, f = _segment_part(centres[p], radius, start[n], start[n + 1], faces, shells, k, point[r], stack)
+        distance[r] = d
+        sphere[r] = s
+        polygon[r] = f
 
 
 @njit(cache=True)

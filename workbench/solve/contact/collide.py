@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.kernels.contact.clearance import segment_clearance
+from workbench.kernels.contact.clearance import row_clearance
 from workbench.kernels.contact.pairs import sphere_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
@@ -27,8 +27,22 @@ from workbench.solve.contact.batches import (
 from workbench.solve.contact.fields import packed_faces, packed_shells
 from workbench.solve.contact.gpu import on_cpu
 
-__all__ = ["SegmentClearance", "allowed_depth", "allowed_groups", "body_clearance", "body_contacts", "by_segment",
-           "clearance", "collides", "contacts", "nearest", "self_clearance", "self_contacts"]  # fmt: skip
+__all__ = [
+    "SegmentClearance",
+    "allowed_depth",
+    "allowed_groups",
+    "body_clearance",
+    "body_contacts",
+    "by_segment",
+    "clearance",
+    "clearance_of_groups",
+    "clearance_of_rows",
+    "collides",
+    "contacts",
+    "nearest",
+    "self_clearance",
+    "self_contacts",
+]
 
 Spheres = tuple[Floats, Floats, Ints, Floats, Floats]
 _faces = packed_faces
@@ -163,16 +177,48 @@ def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") 
     return distance
 
 
-def nearest(placed: Placed, environment: Environment, *, grid: bool | None = None) -> Clearance:
+def clearance_of_groups(
+    placed: Placed, environment: Environment, groups: Groups, *, grid: bool | None = None
+) -> Floats:
+    """Signed clearance (P, N, G) [m] of every segment to the nearest part of each group of shown parts.
+
+    Infinite and NaN where `clearance` is. grid: whether to go through a grid of the groups, which is made if it is not
+    there yet; where a batch is large enough for it if None.
+    """
+    if pays(placed) if grid is None else grid:
+        distance = grouped_clearance(placed, environment, groups)[0]
+    else:
+        apart = _plain(placed, environment)[0]
+        distance = np.full((*apart.shape[:2], len(groups)), np.inf)
+        for g, parts in enumerate(groups):
+            distance[:, :, g] = apart[:, :, list(parts)].min(axis=2, initial=np.inf)
+    distance[:, ~placed.window] = np.nan
+    return distance
+
+
+def clearance_of_rows(placed: Placed, environment: Environment, rows: Ints) -> tuple[Floats, Ints, Ints, Floats]:
+    """Signed clearance (R,) [m] of one segment to one part in one pose for each row (R, 3): pose, segment, part.
+
+    With the sphere (R,), the polygon (R,) and its point (R, 3) [m] that are nearest; infinite, -1, -1 and NaN where the
+    segment has no sphere or the part no polygon. Needs no grid: for few rows.
+    """
+    body, count = placed.body, len(rows)
+    out = np.full(count, np.inf), np.full(count, -1), np.full(count, -1), np.full((count, 3), np.nan)
+    index = _faces(environment), packed_shells(environment)
+    row_clearance(placed.centres, body.radius, body.start, np.ascontiguousarray(rows), *index, out)
+    return out
+
+
+def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = None) -> Clearance:
     """As `clearance`, with the spheres, polygons and points that are nearest.
 
-    grid: whether to go through the environment's grid, which is made if it is not there yet; where a batch is large
-    enough for it if None."""
-    if pays(placed) if grid is None else grid:
+    rows (R, 3): pose, segment, part; only these are looked for, and elsewhere is what holds for hidden parts.
+    """
+    if rows is None and pays(placed):
         distance, sphere, polygon = grouped_clearance(placed, environment, _single(environment))
         point = witnesses(placed, environment, (sphere, polygon))
     else:
-        distance, sphere, polygon, point = _plain(placed, environment)
+        distance, sphere, polygon, point = _plain(placed, environment, rows)
     distance[:, ~placed.window] = np.nan
     return Clearance(placed.body, environment, distance, sphere, polygon, point,
                      _near_side(placed, (distance, sphere, point)))  # fmt: skip
@@ -194,16 +240,17 @@ def _single(environment: Environment) -> Groups:
     return tuple(() if hidden else (k,) for k, hidden in enumerate(environment.hidden.tolist()))
 
 
-def _plain(placed: Placed, environment: Environment) -> tuple[Floats, Ints, Ints, Floats]:
-    """Distance, sphere, polygon (P, N, K) and point (P, N, K, 3) without grids, for small batches."""
-    body, parts = placed.body, len(environment.parts)
-    shape = (len(placed), len(body.segments), parts)
-    distance, sphere, polygon = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
-    point = np.full((*shape, 3), np.nan)
-    shown = placed.window.astype(np.int64)
-    checked = (~environment.hidden).astype(np.int64)
-    index, out = (_faces(environment), packed_shells(environment)), (distance, sphere, polygon, point)
-    segment_clearance(placed.centres, body.radius, body.start, shown, *index, checked, out)
+def _plain(placed: Placed, environment: Environment, rows: Ints | None = None) -> tuple[Floats, Ints, Ints, Floats]:
+    """Distance, sphere, polygon (P, N, K) and point (P, N, K, 3) without grids, for small batches.
+
+    rows (R, 3): pose, segment, part; all that are shown if None.
+    """
+    shape = (len(placed), len(placed.window), len(environment.parts))
+    if rows is None:
+        rows = np.argwhere(np.broadcast_to(np.outer(placed.window, ~environment.hidden), shape))
+    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), np.full((*shape, 3), np.nan)
+    for values, found in zip(out, clearance_of_rows(placed, environment, rows), strict=True):
+        values[rows[:, 0], rows[:, 1], rows[:, 2]] = found
     return out
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.driving import ANGLES, Driver, Package
+from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
@@ -54,11 +54,6 @@ class DrivingPosture:
     found: Floats
     miss: Mapping[str, float]
     limit: Mapping[str, str]
-
-    @property
-    def residual(self) -> dict[str, float]:
-        """By angle, found less expected [rad]."""
-        return dict(zip(ANGLES, (self.found - self.expected).tolist(), strict=True))
 
 
 def driving_posture(

@@ -1,10 +1,9 @@
 """Vehicle packaging: where SAE's design tools expect drivers' hips, eyes and hands, from a few dimensions of a car.
 
 Dimensions carry their SAE J1100 codes: H30 the height of the seat over the heel, L6 from the ball of foot aft to the
-wheel's centre, H17 the wheel's centre over the heel, L53 from the heel aft to the hip, A19 the rise of the track, W20
-how far the seat is from the centre line. The standards' text was not at hand. Each formula says where its numbers were
-read and how sure they are: `sourced` (read in the code or text named), `remembered` (agrees with what is known of it,
-not read), `secondary` (a summary of the standard; not verified). Lengths [m], angles [rad].
+wheel's centre, A19 the rise of the track, W20 how far the seat is from the centre line. The standards' text was not at
+hand. Each formula says where its numbers were read and how sure they are: `sourced` (read in the code or text named),
+`remembered` (agrees with what is known of it, not read). Lengths [m], angles [rad].
 """
 
 from __future__ import annotations
@@ -21,23 +20,14 @@ from workbench.model.arrays import Floats
 __all__ = [
     "EYELLIPSE_AXES",
     "SEAT_CURVES",
-    "TRUCK_SEAT_LINES",
     "Eyellipse",
     "SeatCurve",
     "eyellipse",
-    "heel_from_ball",
-    "package_factor",
-    "pedal_plane_angle",
-    "reach_plane",
     "seat_curve",
-    "seat_reference_x",
-    "truck_seat_line",
 ]
 
 CLASS_A = (0.127, 0.405)
 """Heights of the seat over the heel [m] that the curves for cars hold for."""
-CLASS_B = (0.405, 0.530)
-BALL_TO_HEEL = 0.203
 
 
 @dataclass(frozen=True)
@@ -68,15 +58,6 @@ SEAT_CURVES: Mapping[float, SeatCurve] = {
 """By percentile: how far aft that share of drivers (half of them women) sit at most. SAE J1517, class A (cars); 50 and
 95 as coded in the public Commuter-Cars package program (CodeMonkeys, Primary_18.m)."""
 
-TRUCK_SEAT_LINES: Mapping[float, SeatCurve] = {
-    10.0: SeatCurve(668.97, -0.340, 0.0, "secondary"),
-    50.0: SeatCurve(798.74, -0.446, 0.0, "secondary"),
-    90.0: SeatCurve(888.44, -0.487, 0.0, "secondary"),
-    95.0: SeatCurve(900.23, -0.471, 0.0, "secondary"),
-    97.5: SeatCurve(916.50, -0.471, 0.0, "secondary"),
-}
-"""The same for class B (heavy trucks), half of the drivers women: SAE J1517 as tnlab.org tells it."""
-
 EYELLIPSE_AXES: Mapping[float, tuple[float, float, float]] = {
     95.0: (0.2064, 0.0603, 0.0934),
     99.0: (0.2871, 0.0853, 0.1321),
@@ -93,38 +74,6 @@ def seat_curve(height: ArrayLike, *, percentile: float = 95.0) -> Floats:
     percentile without a curve.
     """
     return _curve(SEAT_CURVES, percentile)(_within(height, CLASS_A, "a car (class A)"))
-
-
-def truck_seat_line(height: ArrayLike, *, percentile: float) -> Floats:
-    """(...) [m] the same for heavy trucks (class B, H30 405 to 530 mm). From a summary of the standard, not verified,
-    so no percentile is the default."""
-    return _curve(TRUCK_SEAT_LINES, percentile)(_within(height, CLASS_B, "a heavy truck (class B)"))
-
-
-def seat_reference_x(height: ArrayLike, wheel: ArrayLike, *, clutch: bool) -> Floats:
-    """(...) [m] aft of the ball of foot: the reference of SAE J4004 for the place of a seat track.
-
-    718 - 0.24 H30 + 0.41 L6 - 18.2 with a clutch [mm]; height: H30, wheel: L6 (...) [m]. Remembered, not read. Lengths
-    of track that go with it are known too badly to be given here.
-    """
-    z, x = np.asarray(height, dtype=np.float64), np.asarray(wheel, dtype=np.float64)
-    found: Floats = np.asarray(0.718 - 0.24 * z + 0.41 * x - 0.0182 * clutch)
-    return found
-
-
-def pedal_plane_angle(height: ArrayLike) -> Floats:
-    """(...) [rad] angle A47 of the undepressed accelerator's plane to the floor: 78.96 - 0.15 z - 0.0173 z^2 degrees, z
-    being H30 in cm. Sourced (Primary_18.m)."""
-    z = 1e2 * _within(height, CLASS_A, "a car (class A)")
-    found: Floats = np.radians(78.96 - 0.15 * z - 0.0173 * z * z)
-    return found
-
-
-def heel_from_ball(height: ArrayLike) -> Floats:
-    """(...) [m] how far the heel point lies aft of the ball of foot: the manikin's 203 mm along the pedal plane. So L53
-    is `seat_curve` less this."""
-    found: Floats = BALL_TO_HEEL * np.cos(pedal_plane_angle(height))
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,21 +115,6 @@ def eyellipse(
     aft = 0.664 + 0.587 * wheel - 0.176 * height - 0.0125 * clutch
     centroid = np.array([point[0] - aft, side, heel + 0.638 + height])
     return Eyellipse(centroid, np.array(EYELLIPSE_AXES[percentile]), float(np.radians(18.6) - rise))
-
-
-def package_factor(height: ArrayLike, wheel_height: ArrayLike) -> Floats:
-    """(...) the general package factor G of SAE J287: 0.00327 H30 + 0.00285 H17 - 3.21, both in mm; given in [m].
-    From a summary of the 2022 issue (tnlab.org); two worked values agree."""
-    h, w = (1e3 * np.asarray(value, dtype=np.float64) for value in (height, wheel_height))
-    found: Floats = np.asarray(0.00327 * h + 0.00285 * w - 3.21)
-    return found
-
-
-def reach_plane(height: ArrayLike, wheel_height: ArrayLike) -> Floats:
-    """(...) [m] how far aft of the heel point SAE J287 puts the plane that its hand reach is told from: 786 - 99 G mm.
-    The standard's tables of reach were not at hand; the workbench computes its own envelopes instead."""
-    found: Floats = 0.786 - 0.099 * package_factor(height, wheel_height)
-    return found
 
 
 def _curve(curves: Mapping[float, SeatCurve], percentile: float) -> SeatCurve:

@@ -8,13 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.poses import Placed
 from workbench.solve.reaching.limbs import Limb, limb
 
-__all__ = ["STEP", "Pedals", "eye_points", "pointed_foot", "positions"]
+__all__ = ["STEP", "Pedals", "pointed_foot", "positions"]
 
 STEP = 0.01
 """Spacing [m] of the seat positions that are tried."""
@@ -27,15 +25,6 @@ class Pedals:
 
     at: Mapping[str, tuple[float, float, float]]
     floor: float | None = None
-
-
-def eye_points(placed: Placed) -> Floats:
-    """(P, 3) [m] the point midway between the two eyes. InputError where the body has no spheres of that name."""
-    names = placed.body.sphere_names
-    if "left eye" not in names or "right eye" not in names:
-        raise InputError(f"body {placed.body.name} has no spheres 'left eye' and 'right eye'")
-    middle: Floats = 0.5 * (placed.centres[:, names.index("left eye")] + placed.centres[:, names.index("right eye")])
-    return middle
 
 
 def positions(travel: tuple[float, float]) -> Floats:

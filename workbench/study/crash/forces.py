@@ -25,7 +25,10 @@ def ruled_pairs(study: CrashStudy) -> Ints:
 
 
 def force_curves(study: CrashStudy, pairs: Ints, gap: Floats) -> tuple[ForceCurve, ...]:
-    """The forces of pairs (Q, 2) over signed distances (P, Q) [m] at the frames, of those that are ever pushed."""
+    """The forces of pairs (Q, 2) over signed distances (P, Q) [m] at the frames, of those that are ever pushed.
+
+    A distance may be infinite where a pair is not pushed.
+    """
     offset = depth_offset(study.bears, allowed_depth(study.body, study.environment))
     curves = []
     for q, (n, k) in enumerate(pairs.tolist()):

@@ -7,12 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.crash import CrashCriterion, CrashStudy, StopBreach
+from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
+from workbench.model.simulation import depth_offset
 from workbench.model.spool import Spool, pieces
-from workbench.solve.contact.collide import allowed_depth, clearance
+from workbench.solve.contact.batches import Groups, pays
+from workbench.solve.contact.collide import allowed_depth, allowed_groups, clearance_of_groups, clearance_of_rows
 from workbench.solve.forward import place
 from workbench.solve.stops import stops
 from workbench.study.crash.forces import ruled_pairs
@@ -35,10 +38,13 @@ class Excursion:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """clearance (P, N) [m]: of each segment at each frame from all it meets, allowances given back; infinite where
-    nothing is. gaps (P, Q) [m]: signed distance of the pairs that have a law of force. paths: (P, 3) [m] of each of the
-    study's points. excursions: by a criterion's name. coarse: a word where spheres move more than their radius between
-    frames."""
+    """What the frames of a motion give.
+
+    clearance (P, N) [m]: of each segment at each frame from all it meets, allowances given back; infinite where nothing
+    is. gaps (P, Q) [m]: signed distance of the pairs that have a law of force, infinite where they are not pushed.
+    paths: (P, 3) [m] of each of the study's points. excursions: by a criterion's name. coarse: a word where spheres
+    move more than their radius between frames.
+    """
 
     clearance: Floats
     paths: tuple[Floats, ...]
@@ -50,17 +56,18 @@ class Frames:
 def frames_of(study: CrashStudy) -> Frames:
     """One pass over the frames of a study's motion, BLOCK of them placed at a time."""
     body, motion, environment = study.body, study.motion, study.environment
-    allowed = allowed_depth(body, environment)
+    groups, allowed = allowed_groups(body, environment)
     room, paths = Spool(len(body.segments)), [Spool(3) for _ in study.points]
-    pairs = ruled_pairs(study)
-    gaps = Spool(len(pairs) + 1)  # a spool of nothing is none
+    laws = _Laws.of(study, groups)
+    gaps = Spool(len(laws.pairs) + 1)  # a spool of nothing is none
+    grid = pays(motion)
     farthest: dict[str, Excursion] = {}
     steps = _Steps(body)
     for rows in pieces(len(motion), size=BLOCK):
         placed = place(body, motion.rows(rows))
-        apart = clearance(placed, environment)
+        apart = clearance_of_groups(placed, environment, groups, grid=grid)
         room.add((apart + allowed).min(axis=2, initial=np.inf))
-        gaps.add(np.pad(apart[:, pairs[:, 0], pairs[:, 1]], ((0, 0), (0, 1))))
+        gaps.add(np.pad(laws.gaps(placed, environment, apart), ((0, 0), (0, 1))))
         for path, point in zip(paths, study.points, strict=True):
             world = placed.world_from_segment[:, point.segment]
             path.add(np.einsum("pij,j->pi", world[:, :, :3], np.array(point.at)) + world[:, :, 3])
@@ -73,6 +80,43 @@ def frames_of(study: CrashStudy) -> Frames:
     return Frames(
         room.done(), tuple(path.done() for path in paths), farthest, gaps.done()[:, :-1], steps.told(motion.clock)
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _Laws:
+    """The pairs that have a law of force.
+
+    pairs (Q, 2): segment, part. offset (Q,) [m]: the depth from which on each is pushed. group (Q,): the group of parts
+    that the part is in, -1 for a hidden part.
+    """
+
+    pairs: Ints
+    offset: Floats
+    group: Ints
+
+    @classmethod
+    def of(cls, study: CrashStudy, groups: Groups) -> _Laws:
+        """The pairs of a study, its shown parts being in groups."""
+        group = np.full(len(study.environment.parts), -1)
+        for g, parts in enumerate(groups):
+            group[list(parts)] = g
+        pairs = ruled_pairs(study)
+        offset = depth_offset(study.bears, allowed_depth(study.body, study.environment))
+        return cls(pairs, offset[pairs[:, 0], pairs[:, 1]], group[pairs[:, 1]])
+
+    def gaps(self, placed: Placed, environment: Environment, apart: Floats) -> Floats:
+        """Signed distance (P, Q) [m] of the pairs that may be pushed, infinite for the others.
+
+        apart (P, N, G) [m]: signed distance of the segments to the groups. A pair is never nearer than its segment is
+        to the group. So where the group is not pushed the pair is not, and its distance is not computed.
+        """
+        found = np.full((len(placed), len(self.pairs)), np.inf)
+        shown = self.group >= 0
+        pushed = np.zeros(found.shape, dtype=np.bool_)
+        pushed[:, shown] = apart[:, self.pairs[shown, 0], self.group[shown]] < -self.offset[shown]
+        pose, pair = np.nonzero(pushed)
+        found[pose, pair] = clearance_of_rows(placed, environment, np.column_stack([pose, self.pairs[pair]]))[0]
+        return found
 
 
 def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:

@@ -12,7 +12,6 @@ from workbench.model.crash import CrashStudy, Meeting
 from workbench.model.episodes import Episodes
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
-from workbench.solve.contact.batches import pays
 from workbench.solve.contact.collide import nearest, self_clearance
 from workbench.solve.forward import place
 
@@ -25,11 +24,11 @@ _STEP = 1e-4
 
 def environment_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting]:
     """A meeting for each episode with the environment."""
-    grid = True if pays(study.motion) else None  # the frames' clearance has made it
     for rows in _blocks(len(found)):
         some = found.rows(rows)
         at = _Moments(study, some)
-        begun, deep = (nearest(when, study.environment, grid=grid) for when in (at.enter, at.deepest))
+        pairs = np.column_stack([np.arange(len(some)), some.segment, some.part])
+        begun, deep = (nearest(when, study.environment, rows=pairs) for when in (at.enter, at.deepest))
         for k in range(len(some)):
             where = (k, int(some.segment[k]), int(some.part[k]))
             yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=None))
