@@ -1,10 +1,13 @@
-"""A whole population in the trainer: bodies the first time and at hand, seats, hands, reaches and clearances.
+"""A whole population in the trainer: bodies the first time and at hand, seats, hands, reaches and
+clearances.
 
-Prints CPU seconds of each stage done in one process, wall seconds of the whole shared among all cores, those of a
-population reach map of 2,000 points of the panel, and the share that fits. Where the public files of ANSUR II
-lie under a folder that is given, its 6,068 people are used, else as many drawn from the population that comes along.
+Prints CPU seconds of each stage done in one process, wall seconds of the whole shared among all
+cores, those of a population reach map of 2,000 points of the panel, and the share that fits. Where
+the public files of ANSUR II lie under a folder that is given, its 6,068 people are used, else as
+many drawn from the population that comes along.
 
-    python benchmarks/accommodation.py [people] [folder with the ANSUR II CSV files] [coarse, medium or fine]
+    python benchmarks/accommodation.py [people] [folder with the ANSUR II CSV files] [coarse, medium
+    or fine]
 """
 
 from __future__ import annotations
@@ -73,10 +76,15 @@ def main() -> None:
         warm = crew_of(study.body, study.people.rows(np.arange(2)), (), say=lambda text: None)
         tried.met_by(study, asked, warm.bodies(0), range(2))
         begun = time.perf_counter()
-        clock.time("bodies, first time", lambda: crew_of(study.body, study.people, (), say=lambda text: None))
+        clock.time(
+            "bodies, first time",
+            lambda: crew_of(study.body, study.people, (), say=lambda text: None),
+        )
         first = time.perf_counter() - begun
         begun = time.perf_counter()
-        crew = clock.time("bodies at hand", lambda: crew_of(study.body, study.people, (), say=lambda text: None))
+        crew = clock.time(
+            "bodies at hand", lambda: crew_of(study.body, study.people, (), say=lambda text: None)
+        )
         met = [staged(clock, study, asked, crew, chunk) for chunk in range(len(crew))]
         alone = time.perf_counter() - begun
         begun = time.perf_counter()
@@ -85,16 +93,25 @@ def main() -> None:
         begun = time.perf_counter()
         task = MapTask("instrument_panel", "push", 2, "either", 2000)
         panel = clock.time(
-            "reach map", lambda: next(people_maps(replace(study, maps=(task,)), crew, say=lambda t: None))
+            "reach map",
+            lambda: next(people_maps(replace(study, maps=(task,)), crew, say=lambda t: None)),
         )
         mapped = time.perf_counter() - begun
     served = np.concatenate(met)
-    assert np.array_equal(served, np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1))
-    print(f"{len(study.people)} people, {len(asked)} requirements, chunks of {crew.size}, {os.cpu_count()} cores")
+    assert np.array_equal(
+        served, np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1)
+    )
+    print(
+        f"{len(study.people)} people, {len(asked)} requirements, chunks of {crew.size}, {os.cpu_count()} cores"
+    )
     for stage, used in clock.cpu.items():
-        print(f"  {stage:20} {used:8.2f} s of CPU, {1000 * used / len(study.people):8.3f} ms a person")
-    print(f"  first time {first:.1f} s more, then {alone:.1f} s of wall clock in one process, {wall:.1f} s in all; "
-          f"{100 * served.mean():.1f} % fit")  # fmt: skip
+        print(
+            f"  {stage:20} {used:8.2f} s of CPU, {1000 * used / len(study.people):8.3f} ms a person"
+        )
+    print(
+        f"  first time {first:.1f} s more, then {alone:.1f} s of wall clock in one process, {wall:.1f} s in all; "
+        f"{100 * served.mean():.1f} % fit"
+    )
     print(
         f"  reach map of {len(panel.points)} points: {mapped:.1f} s; {100 * panel.share.mean():.1f} % of them reached"
     )
@@ -102,11 +119,14 @@ def main() -> None:
 
 def staged(clock: Clock, study: Any, asked: Any, crew: Any, chunk: int) -> Any:
     """One chunk in stages; who meets everything."""
-    rows, bodies = crew.index(chunk).tolist(), clock.time("bodies at hand", lambda: crew.bodies(chunk))
+    rows = crew.index(chunk).tolist()
+    bodies = clock.time("bodies at hand", lambda: crew.bodies(chunk))
     found: dict[str, Any] = {}
     clock.time("seats", lambda: found.update(sitters=seated(study, bodies, rows)))
     clock.time("hands", lambda: found.update(sitters=with_hands(study, found["sitters"])))
-    clock.time("reaches and gaps", lambda: found.update(out=tried.judged(study, asked, found["sitters"])))
+    clock.time(
+        "reaches and gaps", lambda: found.update(out=tried.judged(study, asked, found["sitters"]))
+    )
     margin = found["out"].margin
     return np.all(np.isnan(margin) | (margin >= -1e-6), axis=1)
 

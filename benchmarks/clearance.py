@@ -1,9 +1,10 @@
-"""Collision and clearance against other libraries, on one workload: CPU time a pose on one core, answers checked.
+"""Collision and clearance against other libraries, on one workload: CPU time a pose on one core,
+answers checked.
 
     python -m benchmarks.clearance [--sizes 2k 50k 500k] [--no-peers] [--write]
 
-Every figure is the median of repeated runs in one process held to one core. Peers that are not installed are left out
-with a note. --write puts the table into docs/benchmarks.md.
+Every figure is the median of repeated runs in one process held to one core. Peers that are not
+installed are left out with a note. --write puts the table into docs/benchmarks.md.
 """
 
 from __future__ import annotations
@@ -47,8 +48,10 @@ def microseconds(work: Callable[[], object], poses: int, *, repeat: int = 7) -> 
 
 
 def brute_force(points: Floats, corners: Floats) -> Floats:
-    """(n,) distance of points (n, 3) to the nearest of triangles (T, 3, 3), one point at a time, nothing clever."""
-    a, side = corners, np.roll(corners, -1, axis=1) - corners
+    """(n,) distance of points (n, 3) to the nearest of triangles (T, 3, 3), one point at a time,
+    nothing clever."""
+    a = corners
+    side = np.roll(corners, -1, axis=1) - corners
     square = np.maximum((side**2).sum(-1), 1e-300)
     normal = np.cross(side[:, 0], side[:, 1])
     area = np.maximum((normal**2).sum(-1), 1e-300)
@@ -72,16 +75,23 @@ def winding(x: Floats, corners: Floats) -> float:
 
 
 def checked(placed: Placed, environment: Environment, *, sample: int = 12) -> float:
-    """Greatest error [m] of `by_segment` against brute force over a seeded sample of poses and segments."""
-    distance, body = by_segment(placed, environment).distance, placed.body
+    """Greatest error [m] of `by_segment` against brute force over a seeded sample of poses and
+    segments."""
+    distance = by_segment(placed, environment).distance
+    body = placed.body
     assert np.array_equal(collides(placed, environment), (distance < -1e-9).any(axis=1))
     corners = environment.vertices[environment.triangles]
     ends = environment.triangle_start[environment.part_start]
-    rng, worst = np.random.default_rng(3), 0.0
+    rng = np.random.default_rng(3)
+    worst = 0.0
     touching = np.argwhere(distance < 0)
-    picked = [*rng.choice(touching, sample // 2), *rng.choice(np.argwhere(np.isfinite(distance)), sample // 2)]
+    picked = [
+        *rng.choice(touching, sample // 2),
+        *rng.choice(np.argwhere(np.isfinite(distance)), sample // 2),
+    ]
     for p, n in picked:
-        centres, least = placed.centres[p, body.spheres(n)], np.inf
+        centres = placed.centres[p, body.spheres(n)]
+        least = np.inf
         for k in range(len(environment.parts)):
             part = corners[ends[k] : ends[k + 1]]
             gap = brute_force(centres, part)
@@ -94,9 +104,16 @@ def checked(placed: Placed, environment: Environment, *, sample: int = 12) -> fl
 
 def ours(size: str, placed: Placed) -> Iterator[Row]:
     """This project's figures for one environment and body."""
-    environment, count = cockpit(size), str(len(placed.body.radius))
+    environment = cockpit(size)
+    count = str(len(placed.body.radius))
     hits = collides(placed, environment)
-    yield "any", size, count, microseconds(lambda: collides(placed, environment), POSES), f"{hits.mean():.0%} collide"
+    yield (
+        "any",
+        size,
+        count,
+        microseconds(lambda: collides(placed, environment), POSES),
+        f"{hits.mean():.0%} collide",
+    )
     took = microseconds(lambda: by_segment(placed, environment), POSES)
     yield "by segment", size, count, took, f"error {1e3 * checked(placed, environment):.0e} mm"
     rows = len(wb.contacts(placed, environment))
@@ -110,14 +127,22 @@ def ours(size: str, placed: Placed) -> Iterator[Row]:
 def of_the_body(placed: Placed) -> Iterator[Row]:
     """Figures that need no environment."""
     body = placed.body
-    count, poses = str(len(body.radius)), seated_poses(body, 500)
+    count = str(len(body.radius))
+    poses = seated_poses(body, 500)
     took = microseconds(lambda: wb.place(body, poses), len(poses))
     yield "forward kinematics and spheres", "", count, took, ""
-    yield "self clearance", "", count, microseconds(lambda: self_clearance(placed), POSES, repeat=3), "all pairs"
+    yield (
+        "self clearance",
+        "",
+        count,
+        microseconds(lambda: self_clearance(placed), POSES, repeat=3),
+        "all pairs",
+    )
 
 
 def built(size: str) -> Iterator[Row]:
-    """CPU milliseconds for the index of all parts together, its memory, and for reading it from disk."""
+    """CPU milliseconds for the index of all parts together, its memory, and for reading it from
+    disk."""
     environment = cockpit(size)
     groups = (tuple(range(len(environment.parts))),)
     for name in ("index made, ms", "index read, ms"):
@@ -131,22 +156,34 @@ def built(size: str) -> Iterator[Row]:
 
 
 def on_two_cores(placed: Placed) -> Iterator[Row]:
-    """How much faster two threads are than one by the clock, which means little where others use the machine, and how
-    much CPU time they take together, which should be that of one: what is more is theirs, the rest is the machine's."""
+    """How much faster two threads are than one by the clock, which means little where others use
+    the machine, and how much CPU time they take together, which should be that of one: what is more
+    is theirs, the rest is the machine's."""
     environment = cockpit("50k")
-    many = Placed(placed.body, *(np.repeat(values, 8, axis=0) for values in (placed.world_from_segment,
-                  placed.centres)), placed.window)  # fmt: skip
+    many = Placed(
+        placed.body,
+        *(np.repeat(values, 8, axis=0) for values in (placed.world_from_segment, placed.centres)),
+        placed.window,
+    )
     for name, ask, bodies in (("any", collides, many), ("by segment", by_segment, placed)):
-        clock, spent = {1: np.inf, 2: np.inf}, {1: np.inf, 2: np.inf}
+        clock = {1: np.inf, 2: np.inf}
+        spent = {1: np.inf, 2: np.inf}
         for _ in range(9):
             for threads in (1, 2):
-                begin, began = time.perf_counter(), time.process_time()
+                begin = time.perf_counter()
+                began = time.process_time()
                 ask(bodies, environment, threads=threads)
                 clock[threads] = min(clock[threads], time.perf_counter() - begin)
                 spent[threads] = min(spent[threads], time.process_time() - began)
         note = f"{clock[1] / clock[2]:.2f} times one by the clock, {spent[2] / spent[1]:.2f} times its CPU time"
         note += f", load {os.getloadavg()[0]:.1f}"
-        yield f"{name}, two cores", "50k", str(len(placed.body.radius)), 1e6 * clock[2] / len(bodies), note
+        yield (
+            f"{name}, two cores",
+            "50k",
+            str(len(placed.body.radius)),
+            1e6 * clock[2] / len(bodies),
+            note,
+        )
 
 
 COLD = """
@@ -166,16 +203,26 @@ print(end - begin - (made - middle))
 
 
 def cold() -> Iterator[Row]:
-    """CPU time to the first answer in a new process, all imports in it, without the making of the mesh; caches warm."""
+    """CPU time to the first answer in a new process, all imports in it, without the making of the
+    mesh; caches warm."""
     for _ in range(2):
-        done = subprocess.run([sys.executable, "-c", COLD], capture_output=True, text=True, check=True)
-    yield "first answer in a new process, ms", "50k", "399", 1e3 * float(done.stdout), "CPU time, caches warm"
+        done = subprocess.run(
+            [sys.executable, "-c", COLD], capture_output=True, text=True, check=True
+        )
+    yield (
+        "first answer in a new process, ms",
+        "50k",
+        "399",
+        1e3 * float(done.stdout),
+        "CPU time, caches warm",
+    )
 
 
 def theirs(size: str, placed: Placed) -> Iterator[Row]:
     """The peers' figures on as many poses as take a few seconds; their answers beside ours."""
     environment = cockpit(size)
-    hit, distance = collides(placed, environment), by_segment(placed, environment).distance
+    hit = collides(placed, environment)
+    distance = by_segment(placed, environment).distance
     for name, prepare in PEERS.items():
         try:
             ask = prepare(environment, placed)
@@ -186,23 +233,39 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
             try:
                 ask(kind, 0)
             except NoAnswerError as error:
-                yield f"{name}: {kind}", size, str(len(placed.body.radius)), float("nan"), str(error)
+                yield (
+                    f"{name}: {kind}",
+                    size,
+                    str(len(placed.body.radius)),
+                    float("nan"),
+                    str(error),
+                )
                 continue
-            spent, answers = 0.0, []
+            spent = 0.0
+            answers = []
             while spent < 3.0 and len(answers) < POSES:
                 begin = time.process_time()
                 answer = ask(kind, len(answers))
                 spent += time.process_time() - begin
                 answers.append(answer())
             told = agreement(kind, np.array(answers), wanted[: len(answers)])
-            yield f"{name}: {kind}", size, str(len(placed.body.radius)), 1e6 * spent / len(answers), told
+            yield (
+                f"{name}: {kind}",
+                size,
+                str(len(placed.body.radius)),
+                1e6 * spent / len(answers),
+                told,
+            )
 
 
 def agreement(kind: str, answers: Floats, wanted: Floats) -> str:
-    """How far a peer's answers are ours, where nothing is inside a solid (no peer here knows solids)."""
+    """How far a peer's answers are ours, where nothing is inside a solid (no peer here knows
+    solids)."""
     if kind == "any":
         wrong = int(np.sum(answers != wanted))
-        return f"{np.mean(answers == wanted):.1%} of {len(answers)} agree" + (f", {wrong} wrong" if wrong else "")
+        return f"{np.mean(answers == wanted):.1%} of {len(answers)} agree" + (
+            f", {wrong} wrong" if wrong else ""
+        )
     clear = np.isfinite(wanted) & (wanted > 0)
     return f"{1e3 * np.abs(answers[clear] - wanted[clear]).max(initial=0.0):.0e} mm where clear, {len(answers)} poses"
 
@@ -222,7 +285,10 @@ def machine() -> str:
     versions = ", ".join(f"{name} {found[name]}" for name in names if name in found)
     info = Path("/proc/cpuinfo")
     lines = info.read_text().splitlines() if info.exists() else []
-    model = next((line.split(": ")[1] for line in lines if line.startswith("model name")), platform.processor())
+    model = next(
+        (line.split(": ")[1] for line in lines if line.startswith("model name")),
+        platform.processor(),
+    )
     python = f"Python {platform.python_version()}, {versions}"
     return f"{datetime.date.today()}, {model}, one of {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, {python}"
 

@@ -1,8 +1,10 @@
-"""What a motion costs: continuous contact, angles from markers, head injury criterion, reading, beside baselines.
+"""What a motion costs: continuous contact, angles from markers, head injury criterion, reading,
+beside baselines.
 
     python -m benchmarks.motion [C3D_FILE]
 
-One table: CPU seconds of this process (all threads together), each line beside a baseline timed in the same run.
+One table: CPU seconds of this process (all threads together), each line beside a baseline timed in
+the same run.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ from workbench.model.moving import poses_at
 from workbench.solve.recorded.markers import bridged, poses_from_markers
 from workbench.solve.signals import hic
 
-FRAMES, RATE, SAMPLES = 2752, 120.0, 100_000
+FRAMES = 2752
+RATE = 120.0
+SAMPLES = 100_000
 
 
 def cpu(work: Callable[[], object], *, rounds: int = 3) -> float:
@@ -55,24 +59,40 @@ def every_window(time_: Floats, level: Floats, window: float) -> float:
     """HIC by all pairs of samples, in plain loops over starts."""
     step = time_[1] - time_[0]
     total = np.concatenate([[0.0], np.cumsum(0.5 * (level[1:] + level[:-1])) * step])
-    most, best = int(window / step + 1e-9), 0.0
+    most = int(window / step + 1e-9)
+    best = 0.0
     for first in range(len(total) - 1):
         last = min(first + most, len(total) - 1)
         width = step * np.arange(1, last - first + 1)
-        best = max(best, float(np.max((total[first + 1 : last + 1] - total[first]) ** 2.5 / width**1.5)))
+        best = max(
+            best, float(np.max((total[first + 1 : last + 1] - total[first]) ** 2.5 / width**1.5))
+        )
     return best
 
 
 def table(c3d: Path | None) -> list[str]:
     """The lines of the table."""
-    body, environment = wb.load_body("bubbleman"), cockpit("50k")
+    body = wb.load_body("bubbleman")
+    environment = cockpit("50k")
     motion = motion_of(body)
     contact = cpu(lambda: wb.episodes(body, motion, environment))
-    frames = cpu(lambda: [wb.clearance(wb.place(body, motion.rows(slice(k, k + 256))), environment)
-                          for k in range(0, FRAMES, 256)], rounds=1)  # fmt: skip
+    frames = cpu(
+        lambda: [
+            wb.clearance(wb.place(body, motion.rows(slice(k, k + 256))), environment)
+            for k in range(0, FRAMES, 256)
+        ],
+        rounds=1,
+    )
     lines = ["| what | CPU s | figure | baseline | times as long |", "|---|---|---|---|---|"]
-    lines.append(row(f"continuous contact: {FRAMES} frames, {len(body.radius)} spheres, 50k triangles", contact,
-                     f"{1000 * contact / FRAMES:.2f} ms a frame", "clearance at the frames alone", frames))  # fmt: skip
+    lines.append(
+        row(
+            f"continuous contact: {FRAMES} frames, {len(body.radius)} spheres, 50k triangles",
+            contact,
+            f"{1000 * contact / FRAMES:.2f} ms a frame",
+            "clearance at the frames alone",
+            frames,
+        )
+    )
     at = np.arange(SAMPLES) / 20_000.0
     level = np.abs(np.random.default_rng(1).normal(0, 300, SAMPLES))
     for window in (0.015, 0.036):
@@ -85,8 +105,15 @@ def table(c3d: Path | None) -> list[str]:
         solved = cpu(lambda: poses_from_markers(body, markers), rounds=1)
         opened = cpu(lambda: read_c3d(c3d), rounds=1)
         many = len(markers.time)
-        lines.append(row(f"joint angles from {many} frames of {len(markers.names)} markers", solved,
-                         f"{many / solved:.0f} frames/s", "opening the C3D file", opened))  # fmt: skip
+        lines.append(
+            row(
+                f"joint angles from {many} frames of {len(markers.names)} markers",
+                solved,
+                f"{many / solved:.0f} frames/s",
+                "opening the C3D file",
+                opened,
+            )
+        )
     lines.append(_reading(body, motion))
     return lines
 
@@ -97,8 +124,13 @@ def _reading(body: wb.Body, motion: wb.Poses) -> str:
         path.write_text("".join(angle_table_text(body, motion)))
         read = cpu(lambda: read_angle_table(path, body), rounds=1)
         plain = cpu(lambda: np.loadtxt(path, delimiter=",", skiprows=4), rounds=1)
-    return row(f"reading a table of {FRAMES} frames as poses", read, f"{FRAMES / read:.0f} frames/s",
-               "numpy.loadtxt of its numbers", plain)  # fmt: skip
+    return row(
+        f"reading a table of {FRAMES} frames as poses",
+        read,
+        f"{FRAMES / read:.0f} frames/s",
+        "numpy.loadtxt of its numbers",
+        plain,
+    )
 
 
 if __name__ == "__main__":

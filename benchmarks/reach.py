@@ -1,6 +1,6 @@
-"""Reach against ikpy, pink (Pinocchio) and mink (MuJoCo) on the right arm: success, error, CPU time, on targets of
-legal postures; many people, a reach map and an envelope. Solvers that are not installed are skipped
-(pip install ikpy pin-pink mink mujoco quadprog daqp).
+"""Reach against ikpy, pink (Pinocchio) and mink (MuJoCo) on the right arm: success, error, CPU
+time, on targets of legal postures; many people, a reach map and an envelope. Solvers that are not
+installed are skipped (pip install ikpy pin-pink mink mujoco quadprog daqp).
 
 python benchmarks/reach.py [TARGETS]
 """
@@ -23,26 +23,35 @@ WARM = 4
 
 
 def legal_targets(body, arm, count):
-    """Tip positions (count, 3) of legal postures drawn evenly from the joints' ranges, the base in place."""
-    rng, found = np.random.default_rng(11), []
+    """Tip positions (count, 3) of legal postures drawn evenly from the joints' ranges, the base in
+    place."""
+    rng = np.random.default_rng(11)
+    found = []
     free = list(arm.free)
     while sum(map(len, found)) < count:
         angles = np.zeros((4000, len(body.joints), 3))
-        low, high = -body.stops.limits[free, :, 1], body.stops.limits[free, :, 0]
+        low = -body.stops.limits[free, :, 1]
+        high = body.stops.limits[free, :, 0]
         angles[:, free] = rng.uniform(low, high, (4000, len(free), 3))
-        poses = wb.Poses(compose(body, angles), arm.base, np.broadcast_to(np.eye(3, 4), (4000, 3, 4)))
+        poses = wb.Poses(
+            compose(body, angles), arm.base, np.broadcast_to(np.eye(3, 4), (4000, 3, 4))
+        )
         ok = stops(body, poses).margin[:, free].min(axis=1) >= 0
-        world = wb.place(body, poses, window=[body.segments[arm.end]]).world_from_segment[ok, arm.end]
+        world = wb.place(body, poses, window=[body.segments[arm.end]]).world_from_segment[
+            ok, arm.end
+        ]
         found.append(np.einsum("pij,j->pi", world[..., :3], arm.tip) + world[..., 3])
     return np.concatenate(found)[:count]
 
 
 def ikpy_chain(body, arm):
-    """The same arm as ikpy knows arms: seven turns with their ranges as bounds, one after another."""
+    """The same arm as ikpy knows arms: seven turns with their ranges as bounds, one after
+    another."""
     from ikpy.chain import Chain
     from ikpy.link import OriginLink, URDFLink
 
-    links, offset = [OriginLink()], None
+    links = [OriginLink()]
+    offset = None
     first = body.joint("RC")
     offset = body.joint_in_parent[first] - body.joint_in_child[first]
     for name in ("RS", "RE", "RW"):
@@ -50,7 +59,15 @@ def ikpy_chain(body, arm):
         at = offset + body.joint_in_parent[j]
         for axis in (0,) if name == "RE" else (0, 1, 2):
             high, low = body.stops.limits[j, axis]
-            links.append(URDFLink(f"{name}{axis}", at, [0, 0, 0], list(body.stops.axes[j, axis]), bounds=(-low, high)))
+            links.append(
+                URDFLink(
+                    f"{name}{axis}",
+                    at,
+                    [0, 0, 0],
+                    list(body.stops.axes[j, axis]),
+                    bounds=(-low, high),
+                )
+            )
             at = np.zeros(3)
         offset = -body.joint_in_child[j]
     links.append(URDFLink("tip", offset + arm.tip, [0, 0, 0], joint_type="fixed"))
@@ -64,7 +81,8 @@ HINGE = '<joint name="{0}{1}" type="hinge" axis="{2} {3} {4}" range="{5} {6}" li
 def arm_model(body, arm):
     """The same arm as MuJoCo's XML: seven hinges with their ranges."""
     place = body.joint_in_parent[body.joint("RC")] - body.joint_in_child[body.joint("RC")]
-    text, ends = "", ""
+    text = ""
+    ends = ""
     for name in ("RS", "RE", "RW"):
         j = body.joint(name)
         x, y, z = place + body.joint_in_parent[j]
@@ -72,20 +90,25 @@ def arm_model(body, arm):
         for axis in (0,) if name == "RE" else (0, 1, 2):
             high, low = body.stops.limits[j, axis]
             text += HINGE.format(name, axis, *body.stops.axes[j, axis], -low, high)
-        ends, place = ends + "</body>", -body.joint_in_child[j]
+        ends = ends + "</body>"
+        place = -body.joint_in_child[j]
     x, y, z = place + arm.tip
     tip = f'<body name="end" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="0.1" diaginertia="0.01 0.01 0.01"/></body>'
     site = f'<site name="tip" pos="{x} {y} {z}"/>'
-    return f'<mujoco><compiler angle="radian"/><worldbody>{text}{site}{tip}{ends}</worldbody></mujoco>'
+    return (
+        f'<mujoco><compiler angle="radian"/><worldbody>{text}{site}{tip}{ends}</worldbody></mujoco>'
+    )
 
 
 def with_mink(body, arm, targets):
-    """Gaps [m] that differential inverse kinematics with joint limits leaves after 200 steps at most."""
+    """Gaps [m] that differential inverse kinematics with joint limits leaves after 200 steps at
+    most."""
     import mink
     import mujoco
 
     model = mujoco.MjModel.from_xml_string(arm_model(body, arm))
-    limits, gaps = [mink.ConfigurationLimit(model)], []
+    limits = [mink.ConfigurationLimit(model)]
+    gaps = []
     for target in targets:
         state = mink.Configuration(model, q=np.clip(np.zeros(model.nq), *model.jnt_range.T))
         task = mink.FrameTask("tip", "site", position_cost=1.0, orientation_cost=0.0)
@@ -94,7 +117,9 @@ def with_mink(body, arm, targets):
         for _ in range(200):
             speed = mink.solve_ik(state, [task], 0.1, "daqp", damping=1e-6, limits=limits)
             state.integrate_inplace(speed, 0.1)
-            gap = np.linalg.norm(state.get_transform_frame_to_world("tip", "site").translation() - target)
+            gap = np.linalg.norm(
+                state.get_transform_frame_to_world("tip", "site").translation() - target
+            )
             if gap < 1e-5:
                 break
         gaps.append(gap)
@@ -134,7 +159,8 @@ def _model_of(pinocchio, text):
 def with_ikpy(body, arm, targets):
     """Gaps [m] that ikpy leaves."""
     chain = ikpy_chain(body, arm)
-    start, gaps = np.zeros(len(chain.links)), []
+    start = np.zeros(len(chain.links))
+    gaps = []
     for target in targets:
         solution = chain.inverse_kinematics(target, initial_position=start)
         gaps.append(np.linalg.norm(chain.forward_kinematics(solution)[:3, 3] - target))
@@ -168,27 +194,50 @@ def timed(work):
 
 
 def around(bodies, seated, cab, seat):
-    """CPU time [s] of a reach for each control of the left seat's hands, with obstacles and 200 mm to spare."""
-    each, middle = [], np.array(seat.srp)
+    """CPU time [s] of a reach for each control of the left seat's hands, with obstacles and 200 mm
+    to spare."""
+    each = []
+    middle = np.array(seat.srp)
     for control in cab.controls:
         if control.grip == "foot" or control.name.startswith("right"):
             continue
         hand = "left hand" if control.at[1] > middle[1] else "right hand"
         how = {"name": hand, "grip": control.grip, "zone": control.zone, "spare": 0.2}
-        spent = timed(lambda at=control.at, how=how: wb.reach_people(
-            bodies, seated.poses, [at], environment=cab, moves=seat.moves, shift=seated.shift, **how))  # fmt: skip
+        spent = timed(
+            lambda at=control.at, how=how: wb.reach_people(
+                bodies,
+                seated.poses,
+                [at],
+                environment=cab,
+                moves=seat.moves,
+                shift=seated.shift,
+                **how,
+            )
+        )
         each.append(spent / len(bodies))
     return np.array(each)
 
 
 def crowd(count):
-    """People of the median body, stretched at random, in the trainer's left seat: reaches, seats, map, envelope."""
-    body, cab = wb.load_body("bubbleman"), wb.load_environment("trainer")
-    rng, seat = np.random.default_rng(2), cab.seat("left")
-    bodies = [wb.scale(body, {"stature": float(s)}) for s in np.clip(rng.normal(1.70, 0.09, count), 1.5, 1.9)]
-    poses = wb.join_poses([wb.pose(one, {"LE": {"flexion": 60}, "RE": {"flexion": 60}}, reference="LT")
-                           for one in bodies])  # fmt: skip
-    pedals = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
+    """People of the median body, stretched at random, in the trainer's left seat: reaches, seats,
+    map, envelope."""
+    body = wb.load_body("bubbleman")
+    cab = wb.load_environment("trainer")
+    rng = np.random.default_rng(2)
+    seat = cab.seat("left")
+    bodies = [
+        wb.scale(body, {"stature": float(s)})
+        for s in np.clip(rng.normal(1.70, 0.09, count), 1.5, 1.9)
+    ]
+    poses = wb.join_poses(
+        [
+            wb.pose(one, {"LE": {"flexion": 60}, "RE": {"flexion": 60}}, reference="LT")
+            for one in bodies
+        ]
+    )
+    pedals = Pedals(
+        {"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0
+    )
     eye = cab.points["left_design_eye"][2]
     spent = timed(lambda: wb.seat_people(bodies, poses, seat, eye=eye, pedals=pedals))
     print(f"seat_people: {1000 * spent / count:.1f} ms a person")
@@ -197,19 +246,41 @@ def crowd(count):
     how = {"name": "right hand", "grip": "grasp", "zone": 2}
     free = timed(lambda: wb.reach_people(bodies, seated.poses, at, **how))
     far = timed(lambda: wb.reach_people(bodies, seated.poses, at, spare=0.2, **how))
-    kept = timed(lambda: wb.reach_people(bodies, seated.poses, at, environment=cab, moves=seat.moves,
-                                         shift=seated.shift, **how))  # fmt: skip
+    kept = timed(
+        lambda: wb.reach_people(
+            bodies, seated.poses, at, environment=cab, moves=seat.moves, shift=seated.shift, **how
+        )
+    )
     each = [1e6 * spent / count / len(at) for spent in (free, far, kept)]
-    print("reach_people: {:.0f} us a reach, {:.0f} with 200 mm to spare, {:.0f} with obstacles".format(*each))
+    print(
+        "reach_people: {:.0f} us a reach, {:.0f} with 200 mm to spare, {:.0f} with obstacles".format(
+            *each
+        )
+    )
     each = 1e6 * around(bodies, seated, cab, seat)
-    print(f"reach_people, {len(each)} controls one by one, with obstacles and 200 mm to spare: "
-          f"{np.median(each):.0f} us a reach in the median, {each.mean():.0f} in the mean")  # fmt: skip
-    some = timed(lambda: wb.reach_map(bodies, seated.poses, cab, "instrument_panel", points=500, zone=2))
+    print(
+        f"reach_people, {len(each)} controls one by one, with obstacles and 200 mm to spare: "
+        f"{np.median(each):.0f} us a reach in the median, {each.mean():.0f} in the mean"
+    )
+    some = timed(
+        lambda: wb.reach_map(bodies, seated.poses, cab, "instrument_panel", points=500, zone=2)
+    )
     print(f"reach_map: {1e6 * some / count / 500:.1f} us a point and person, either hand")
-    one = wb.Poses(seated.poses.rotations[:1], seated.poses.reference, seated.poses.world_from_reference[:1])
+    one = wb.Poses(
+        seated.poses.rotations[:1], seated.poses.reference, seated.poses.world_from_reference[:1]
+    )
     for where, heeded in (("obstacles aside", None), ("obstacles", cab)):
-        spent = timed(lambda heeded=heeded: wb.reach_envelope(
-            bodies[0], one, seat.srp, name="right hand", grip="grasp", environment=heeded, levels=False))  # fmt: skip
+        spent = timed(
+            lambda heeded=heeded: wb.reach_envelope(
+                bodies[0],
+                one,
+                seat.srp,
+                name="right hand",
+                grip="grasp",
+                environment=heeded,
+                levels=False,
+            )
+        )
         print(f"envelope of 15 degrees, {where}: {spent:.2f} s of CPU")
 
 
@@ -234,7 +305,9 @@ def main():
         margin = np.degrees(stops(body, found.poses).margin[:, list(arm.free)].min())
         each = f"{1e6 * spent / count:.0f} us each in a batch, {1e6 * np.median(times):.0f} us median one by one"
         share = 100 * found.reached.mean()
-        print(f"reach, zone {zone}: {share:.2f} % of {count} reached, worst margin {margin:.4f} deg, {each}")
+        print(
+            f"reach, zone {zone}: {share:.2f} % of {count} reached, worst margin {margin:.4f} deg, {each}"
+        )
     peers(body, limb(body, "right hand"), max(count // 10, 20))
     crowd(64)
 

@@ -1,7 +1,8 @@
 """How fast and how surely people become bodies: python -m benchmarks.scale [BODY] [people] [detail]
 
-CPU seconds of this process on a warm body (its space of shapes worked out, kernels compiled); the goals stand beside
-the figures. People: ANSUR II as figures, seed 1, men unless the body's name says otherwise.
+CPU seconds of this process on a warm body (its space of shapes worked out, kernels compiled); the
+goals stand beside the figures. People: ANSUR II as figures, seed 1, men unless the body's name says
+otherwise.
 """
 
 from __future__ import annotations
@@ -37,7 +38,9 @@ def main(name: str, people: int, detail: str | None) -> None:
     drawn = wb.draw_people(model, people, seed=1, men=float(sex == "male")).of(SHOWN)
     rows = [dict(zip(SHOWN, row.tolist(), strict=True)) for row in drawn.measures]
     first = seconds(lambda: scale(body, rows[0]))
-    each, misses, refused = [], [], []
+    each = []
+    misses = []
+    refused = []
     for row in rows[: min(100, people)]:
         try:
             each.append(seconds(lambda row=row: scale(body, row)))  # type: ignore[misc]
@@ -53,14 +56,22 @@ def main(name: str, people: int, detail: str | None) -> None:
             misses.append(max(abs(value - row[key]) for key, value in measure(one, SHOWN).items()))
     some = [one for one in made if isinstance(one, wb.Body)][:30]
     taken = seconds(lambda: [measure(one) for one in some]) / len(some)
-    whole = seconds(lambda: [person_body(body, model, sex=sex, measures=row) for row in rows[:20]]) / 20
+    whole = (
+        seconds(lambda: [person_body(body, model, sex=sex, measures=row) for row in rows[:20]]) / 20
+    )
     print(f"{body!r}, {len(SHOWN)} measures, {people} people ({sex})")
     print(f"{'first person (the space of shapes worked out)':<58}{first * 1e3:9.1f} ms")
-    print(f"{f'one person to {len(SHOWN)} measures, median':<58}{np.median(each) * 1e3:9.1f} ms   goal 10")
+    print(
+        f"{f'one person to {len(SHOWN)} measures, median':<58}{np.median(each) * 1e3:9.1f} ms   goal 10"
+    )
     print(f"{'the same, the others near those of such people':<58}{whole * 1e3:9.1f} ms")
     print(f"{'one of many, from the person most like him':<58}{batch * 1e3:9.1f} ms")
-    print(f"{f'{EVERYBODY} people, one core':<58}{batch * EVERYBODY:9.1f} s    goal 120 (60 on two)")
-    print(f"{f'{len(MEASURES)} measures of a body':<58}{taken * 1e3:9.1f} ms   goal 5 (35 measures)")
+    print(
+        f"{f'{EVERYBODY} people, one core':<58}{batch * EVERYBODY:9.1f} s    goal 120 (60 on two)"
+    )
+    print(
+        f"{f'{len(MEASURES)} measures of a body':<58}{taken * 1e3:9.1f} ms   goal 5 (35 measures)"
+    )
     print(f"{'largest miss on a given measure':<58}{1e3 * max(misses):9.5f} mm   goal 1 (aim 0.05)")
     print(f"{'people refused':<58}{len(refused):9d} of {people}")
     for line in refused[:5]:
@@ -69,4 +80,8 @@ def main(name: str, people: int, detail: str | None) -> None:
 
 if __name__ == "__main__":
     given = sys.argv[1:]
-    main(given[0] if given else "bubbleman", int(given[1]) if len(given) > 1 else 500, given[2] if given[2:] else None)
+    main(
+        given[0] if given else "bubbleman",
+        int(given[1]) if len(given) > 1 else 500,
+        given[2] if given[2:] else None,
+    )

@@ -7,7 +7,10 @@ __all__ = ["nearest_gaps"]
 
 @wp.kernel
 def nearest_gaps(
-    mesh: wp.uint64, centres: wp.array(dtype=wp.vec3), reach: wp.array(dtype=float), gaps: wp.array(dtype=float)
+    mesh: wp.uint64,
+    centres: wp.array(dtype=wp.vec3),
+    reach: wp.array(dtype=float),
+    gaps: wp.array(dtype=float),
 ):
     """Distance of each centre to the mesh, 1e9 where it is beyond reach."""
     i = wp.tid()

@@ -1,8 +1,10 @@
-"""One deterministic workload: a cockpit of curved panels and instruments, bubbleman, seeded seated poses.
+"""One deterministic workload: a cockpit of curved panels and instruments, bubbleman, seeded seated
+poses.
 
-The cockpit is about 1.8 x 1.3 x 1.9 m. Everything in it is curved, so that merging coplanar triangles saves nothing
-and the count of polygons is the count of triangles. Panels and instruments are open surfaces, as CAD mostly is; the
-seat pan, the stick and a few boxes of equipment are closed solids.
+The cockpit is about 1.8 x 1.3 x 1.9 m. Everything in it is curved, so that merging coplanar
+triangles saves nothing and the count of polygons is the count of triangles. Panels and instruments
+are open surfaces, as CAD mostly is; the seat pan, the stick and a few boxes of equipment are closed
+solids.
 """
 
 from __future__ import annotations
@@ -36,10 +38,13 @@ def _sheet(points: Floats) -> tuple[Floats, Ints]:
     return points.reshape(-1, 3), np.concatenate([one, two])
 
 
-def _panel(corner: list[float], along: list[float], up: list[float], bulge: float, cut: tuple[int, int]) -> Floats:
+def _panel(
+    corner: list[float], along: list[float], up: list[float], bulge: float, cut: tuple[int, int]
+) -> Floats:
     """Points (a, b, 3) of a doubly curved panel: a parallelogram pushed out along its normal."""
     u, v = np.meshgrid(np.linspace(0, 1, cut[0] + 1), np.linspace(0, 1, cut[1] + 1), indexing="ij")
-    e, f = np.array(along), np.array(up)
+    e = np.array(along)
+    f = np.array(up)
     n = np.cross(e, f) / np.linalg.norm(np.cross(e, f))
     push = bulge * np.sin(np.pi * u) * np.sin(np.pi * v)
     return np.array(corner) + u[..., None] * e + v[..., None] * f + push[..., None] * n
@@ -47,7 +52,9 @@ def _panel(corner: list[float], along: list[float], up: list[float], bulge: floa
 
 def _knob(at: Floats, axis: Floats, radius: float, height: float, cut: tuple[int, int]) -> Floats:
     """Points (a, b, 3) of a turned knob: a cylinder with a rounded cap, open at its foot."""
-    t, turn = np.meshgrid(np.linspace(0, 1, cut[0] + 1), np.linspace(0, 2 * np.pi, cut[1] + 1), indexing="ij")
+    t, turn = np.meshgrid(
+        np.linspace(0, 1, cut[0] + 1), np.linspace(0, 2 * np.pi, cut[1] + 1), indexing="ij"
+    )
     across = np.where(t < 0.5, radius, radius * np.cos(np.pi * (t - 0.5)) + 1e-4)
     along = np.where(t < 0.5, 1.6 * t * height, height * (0.8 + 0.2 * np.sin(np.pi * (t - 0.5))))
     a = np.cross(axis, [0.31, 0.95, 0.05])
@@ -59,7 +66,8 @@ def _knob(at: Floats, axis: Floats, radius: float, height: float, cut: tuple[int
 
 def _egg(centre: list[float], half: list[float], cut: tuple[int, int]) -> tuple[Floats, Ints]:
     """A closed, rounded box (superellipsoid): vertices and outward triangles."""
-    rings, turns = max(cut[0], 3), max(cut[1], 6)
+    rings = max(cut[0], 3)
+    turns = max(cut[1], 6)
     tilt = np.linspace(-np.pi / 2, np.pi / 2, rings + 1)[1:-1]
     turn = np.linspace(0, 2 * np.pi, turns, endpoint=False)
     soft = lambda x: np.sign(x) * np.abs(x) ** 0.4  # noqa: E731
@@ -68,10 +76,18 @@ def _egg(centre: list[float], half: list[float], cut: tuple[int, int]) -> tuple[
     z = np.broadcast_to(soft(np.sin(tilt))[:, None], x.shape)
     points = np.concatenate([np.stack([x, y, z], axis=-1).reshape(-1, 3), [[0, 0, -1], [0, 0, 1]]])
     index = np.arange(x.size).reshape(x.shape)
-    here, right = index, np.roll(index, -1, axis=1)
-    faces = [np.stack([here[:-1], right[:-1], right[1:]], axis=-1), np.stack([here[:-1], right[1:], here[1:]], axis=-1)]
-    low, high = np.full(turns, x.size), np.full(turns, x.size + 1)
-    caps = [np.stack([low, right[0], here[0]], axis=-1), np.stack([high, here[-1], right[-1]], axis=-1)]
+    here = index
+    right = np.roll(index, -1, axis=1)
+    faces = [
+        np.stack([here[:-1], right[:-1], right[1:]], axis=-1),
+        np.stack([here[:-1], right[1:], here[1:]], axis=-1),
+    ]
+    low = np.full(turns, x.size)
+    high = np.full(turns, x.size + 1)
+    caps = [
+        np.stack([low, right[0], here[0]], axis=-1),
+        np.stack([high, here[-1], right[-1]], axis=-1),
+    ]
     triangles = np.concatenate([f.reshape(-1, 3) for f in [*faces, *caps]])
     return np.array(centre) + points * half, triangles
 
@@ -106,16 +122,27 @@ def _cuts(cut: tuple[int, int], fine: float) -> tuple[int, int]:
 def cockpit(size: str) -> Environment:
     """The cockpit of about `size` triangles, a key of SIZES."""
     fine = SIZES[size]
-    parts = [RawPart(name, *_sheet(_panel(c, e, f, bulge, _cuts(cut, fine))))
-             for name, (c, e, f, bulge, cut) in PANELS.items()]  # fmt: skip
-    parts += [RawPart(name, *_egg(c, half, _cuts(cut, fine))) for name, (c, half, cut) in SOLIDS.items()]
+    parts = [
+        RawPart(name, *_sheet(_panel(c, e, f, bulge, _cuts(cut, fine))))
+        for name, (c, e, f, bulge, cut) in PANELS.items()
+    ]
+    parts += [
+        RawPart(name, *_egg(c, half, _cuts(cut, fine))) for name, (c, half, cut) in SOLIDS.items()
+    ]
     rng = np.random.default_rng(20)
     for name, many in (("instrument_panel", 48), ("left_console", 24), ("right_console", 24)):
         corner, e, f, bulge, _ = PANELS[name]
         normal = np.cross(e, f) / np.linalg.norm(np.cross(e, f))
-        found = [_knob(_panel(corner, e, f, bulge, (1, 1))[0, 0] + u * np.array(e) + v * np.array(f), -normal
-                       if name == "instrument_panel" else normal, r, 2 * r, _cuts((14, 26), fine))
-                 for u, v, r in rng.uniform([0.04, 0.08, 0.006], [0.96, 0.92, 0.02], (many, 3))]  # fmt: skip
+        found = [
+            _knob(
+                _panel(corner, e, f, bulge, (1, 1))[0, 0] + u * np.array(e) + v * np.array(f),
+                -normal if name == "instrument_panel" else normal,
+                r,
+                2 * r,
+                _cuts((14, 26), fine),
+            )
+            for u, v, r in rng.uniform([0.04, 0.08, 0.006], [0.96, 0.92, 0.02], (many, 3))
+        ]
         sheets = [_sheet(points) for points in found]
         first = np.cumsum([0, *(len(v) for v, _ in sheets)])
         faces = np.concatenate([f + start for (_, f), start in zip(sheets, first, strict=False)])
@@ -125,7 +152,8 @@ def cockpit(size: str) -> Environment:
 
 
 def dense_body(body: Body, spheres: int = 1500) -> Body:
-    """The body with its largest spheres each split into four inside it, until there are about so many."""
+    """The body with its largest spheres each split into four inside it, until there are about so
+    many."""
     split = np.zeros(len(body.radius), dtype=np.bool_)
     split[np.argsort(-body.radius, kind="stable")[: (spheres - len(body.radius)) // 3]] = True
     count = np.where(split, 4, 1)
@@ -136,25 +164,43 @@ def dense_body(body: Body, spheres: int = 1500) -> Body:
     shift = np.where(pieces[:, None], 0.3 * body.radius[owner, None] * corner[turn], 0.0)
     first = np.concatenate([[0], np.cumsum(count)])
     return replace(
-        body, name=f"{body.name}_{len(owner)}", centre=body.centre[owner] + shift,
-        radius=np.where(pieces, 0.7, 1.0) * body.radius[owner], start=first[body.start],
-        sphere_names=tuple(body.sphere_names[i] for i in owner), sphere_direction=body.sphere_direction[owner],
-        twist_share=body.twist_share[owner], blend_joint=body.blend_joint[owner], blend_share=body.blend_share[owner],
-    )  # fmt: skip
+        body,
+        name=f"{body.name}_{len(owner)}",
+        centre=body.centre[owner] + shift,
+        radius=np.where(pieces, 0.7, 1.0) * body.radius[owner],
+        start=first[body.start],
+        sphere_names=tuple(body.sphere_names[i] for i in owner),
+        sphere_direction=body.sphere_direction[owner],
+        twist_share=body.twist_share[owner],
+        blend_joint=body.blend_joint[owner],
+        blend_share=body.blend_share[owner],
+    )
 
 
 def seated_poses(body: Body, count: int = 1000, *, seed: int = 7, spread: float = 1.0) -> Poses:
-    """Seeded seated poses: joints turned at random about the seated posture, the hips moved a few centimetres."""
+    """Seeded seated poses: joints turned at random about the seated posture, the hips moved a few
+    centimetres."""
     library = load_postures(posture_path("bubbleman"), wb.load_body("bubbleman"))[0]  # type: ignore[arg-type]
     base = posture_pose(body, library, "seated")
     rng = np.random.default_rng(seed)
-    size = np.array([0.35 if name[0] in "LR" and name[1:] in ("S", "E", "W") else 0.06 for name in body.joints])
+    size = np.array(
+        [0.35 if name[0] in "LR" and name[1:] in ("S", "E", "W") else 0.06 for name in body.joints]
+    )
     vector = rng.normal(size=(count, len(body.joints), 3)) * (0.5 * spread * size)[:, None]
     turn = np.concatenate([np.ones((*vector.shape[:2], 1)), vector], axis=-1)
     turn /= np.linalg.norm(turn, axis=-1, keepdims=True)
-    w, v = base.rotations[..., :1], base.rotations[..., 1:]
+    w = base.rotations[..., :1]
+    v = base.rotations[..., 1:]
     real = w * turn[..., :1] - (v * turn[..., 1:]).sum(-1, keepdims=True)
-    imaginary = w * turn[..., 1:] + turn[..., :1] * v + np.cross(np.broadcast_to(v, vector.shape), turn[..., 1:])
+    imaginary = (
+        w * turn[..., 1:]
+        + turn[..., :1] * v
+        + np.cross(np.broadcast_to(v, vector.shape), turn[..., 1:])
+    )
     world = np.repeat(base.world_from_reference, count, axis=0)
-    world[:, :, 3] += np.array([-0.10, 0.0, 0.12]) + rng.normal(size=(count, 3)) * spread * [0.03, 0.015, 0.02]
+    world[:, :, 3] += np.array([-0.10, 0.0, 0.12]) + rng.normal(size=(count, 3)) * spread * [
+        0.03,
+        0.015,
+        0.02,
+    ]
     return wb.Poses(np.concatenate([real, imaginary], axis=-1), base.reference, world)

@@ -1,8 +1,9 @@
 """Writes bubbleman.yaml from bubbleman_sections.yaml: cross sections chosen by hand become spheres.
 
-Run `python bodies/make_bubbleman.py [FOLDER]` from anywhere; the same sections always give the same file. Lengths [mm],
-angles [deg], masses [kg]. The data file holds the left half in the world of the zero pose; here it is filled with
-spheres, mirrored, moved into segment frames, and written one sphere a line.
+Run `python bodies/make_bubbleman.py [FOLDER]` from anywhere; the same sections always give the same
+file. Lengths [mm], angles [deg], masses [kg]. The data file holds the left half in the world of the
+zero pose; here it is filled with spheres, mirrored, moved into segment frames, and written one
+sphere a line.
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ MIRROR = np.array([1.0, -1.0, 1.0])
 
 @dataclass(frozen=True)
 class Ball:
-    """A sphere in the world of the zero pose [mm], with the name and direction of its subpart, or ""."""
+    """A sphere in the world of the zero pose [mm], with the name and direction of its subpart, or
+    ""."""
 
     centre: tuple[float, float, float]
     radius: float
@@ -58,7 +60,9 @@ class Ball:
         x, y, z = self.centre
         swap = {"left": "right", "right": "left"}
         name = " ".join(swap.get(word, word) for word in self.name.split())
-        return replace(self, centre=(x, -y, z), name=name, direction=swap.get(self.direction, self.direction))
+        return replace(
+            self, centre=(x, -y, z), name=name, direction=swap.get(self.direction, self.direction)
+        )
 
 
 def main() -> None:
@@ -70,7 +74,8 @@ def main() -> None:
 
 def body_text(data: Row) -> str:
     """The body file as text."""
-    segments, joints = _both_sides(data["segments"]), _both_sides(data["joints"])
+    segments = _both_sides(data["segments"])
+    joints = _both_sides(data["joints"])
     balls = {name: _segment_balls(data["shape"], name) for name in segments}
     lines = [HEADER.format(spheres=sum(map(len, balls.values()))) + "segments:"]
     for name, row in segments.items():
@@ -84,7 +89,8 @@ def body_text(data: Row) -> str:
     return "\n".join(lines + _allowance_lines(data["allowances"])) + "\n"
 
 
-# ---------------------------------------------------------------------------------------------- left and right
+# ----------------------------------------------------------------------------------------------
+# left and right
 
 
 def _is_left(mnemonic: str) -> bool:
@@ -127,11 +133,13 @@ def _mirrored_row(row: Row) -> Row:
     return twin
 
 
-# -------------------------------------------------------------------------------------- cross sections to spheres
+# -------------------------------------------------------------------------------------- cross
+# sections to spheres
 
 
 def _segment_balls(shape: dict[str, list[Any]], name: str) -> list[Ball]:
-    """All spheres of a segment; a midline segment gets the mirror image of what stands left of the middle."""
+    """All spheres of a segment; a midline segment gets the mirror image of what stands left of the
+    middle."""
     left = [ball for row in shape.get(_left(name), []) for ball in _row_balls(row)]
     if _is_right(name):
         return [ball.mirrored() for ball in left]
@@ -164,7 +172,8 @@ def _grid(spans: Vector, row: Row) -> Iterator[tuple[float, float, float]]:
     """Spheres of radius r whose outermost touch the sides of the section."""
     radius = float(row["r"])
     first, second = (
-        np.linspace(span[0] + radius, span[1] - radius, n) for span, n in zip(spans, row["n"], strict=True)
+        np.linspace(span[0] + radius, span[1] - radius, n)
+        for span, n in zip(spans, row["n"], strict=True)
     )
     yield from ((a, b, radius) for a in first for b in second)
 
@@ -172,12 +181,14 @@ def _grid(spans: Vector, row: Row) -> Iterator[tuple[float, float, float]]:
 def _ellipse(spans: Vector, row: Row) -> Iterator[tuple[float, float, float]]:
     """Spheres along the longer side of an elliptic section, on its medial axis.
 
-    An ellipse of half axes a > b has there radius b sqrt(1 - t^2 / (a^2 - b^2)) for |t| <= (a^2 - b^2) / a; `full`
-    moves the radius at the ends from that of the ellipse (0) to b (1), a stadium.
+    An ellipse of half axes a > b has there radius b sqrt(1 - t^2 / (a^2 - b^2)) for |t| <= (a^2 -
+    b^2) / a; `full` moves the radius at the ends from that of the ellipse (0) to b (1), a stadium.
     """
-    middle, half = spans.mean(axis=1), (spans[:, 1] - spans[:, 0]) / 2
+    middle = spans.mean(axis=1)
+    half = (spans[:, 1] - spans[:, 0]) / 2
     long = int(np.argmax(half))
-    a, b = half[long], half[1 - long]
+    a = half[long]
+    b = half[1 - long]
     end = b * row.get("full", 0.0) + b * b / a * (1 - row.get("full", 0.0))
     for share in np.linspace(-1, 1, row["n"]):
         place = middle.copy()
@@ -185,7 +196,8 @@ def _ellipse(spans: Vector, row: Row) -> Iterator[tuple[float, float, float]]:
         yield place[0], place[1], b - (b - end) * share**2
 
 
-# ------------------------------------------------------------------------------------------------------- text
+# -------------------------------------------------------------------------------------------------------
+# text
 
 
 def _number(value: float) -> str:
@@ -229,7 +241,8 @@ def _joint_lines(name: str, row: Row, segments: dict[str, Row]) -> list[str]:
 
 
 def _stop_lines(name: str, data: Row) -> list[str]:
-    row, right = data["stops"][_left(name)], _is_right(name)
+    row = data["stops"][_left(name)]
+    right = _is_right(name)
     lines = [f"    stop: {row['stop']}", "    swing:"]
     lines += [f"      - {_motion(motion, right)}" for motion in row["swing"]]
     lines.append(f"    twist: {_motion(row['twist'], right)}")
@@ -272,7 +285,9 @@ def _allowance_lines(allowances: list[list[Any]]) -> list[str]:
         image = (_other(first), _other(second))
         if image[::-1] not in pairs:
             pairs[image] = depth
-    rows = [f"  - {{between: [{a}, {b}], depth: {_number(depth)}}}" for (a, b), depth in pairs.items()]
+    rows = [
+        f"  - {{between: [{a}, {b}], depth: {_number(depth)}}}" for (a, b), depth in pairs.items()
+    ]
     return ["allowances:", *rows] if rows else ["allowances: []"]
 
 

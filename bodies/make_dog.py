@@ -1,8 +1,10 @@
-"""Writes dog.yaml from dog_outlines.yaml: cross sections become one smooth surface, the surface spheres.
+"""Writes dog.yaml from dog_outlines.yaml: cross sections become one smooth surface, the surface
+spheres.
 
-Run `python bodies/make_dog.py` from anywhere; the same outlines give the same file. The sections of each part carry
-ellipsoids along its middle line; parts flow into each other over `blend` (smooth minimum of distances); the surface of
-the field is cut by the nearest bone and each segment fitted. Limbs are fitted on the left and mirrored.
+Run `python bodies/make_dog.py` from anywhere; the same outlines give the same file. The sections of
+each part carry ellipsoids along its middle line; parts flow into each other over `blend` (smooth
+minimum of distances); the surface of the field is cut by the nearest bone and each segment fitted.
+Limbs are fitted on the left and mirrored.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ HERE = Path(__file__).resolve().parent
 MASS = 24.0
 PITCH = 0.0045
 FAR = 0.05
-LOW, HIGH = np.array([-0.56, -0.16, -0.03]), np.array([0.58, 0.16, 0.83])
+LOW = np.array([-0.56, -0.16, -0.03])
+HIGH = np.array([0.58, 0.16, 0.83])
 FIT = {"outward": 0.003, "inward": 0.0025, "least_radius": 0.003, "greatest_radius": 0.2}
 MIRROR = np.array([1.0, -1.0, 1.0])
 HEADER = """\
@@ -47,14 +50,24 @@ licence: CC0-1.0
 length: mm
 postures: dog_postures.yaml
 """
-FLEXION, OUT, INWARD = ("flexion", "extension"), ("abduction", "adduction"), ("turn_in", "turn_out")
+FLEXION = ("flexion", "extension")
+OUT = ("abduction", "adduction")
+INWARD = ("turn_in", "turn_out")
 # what turns a limb out, and its toes in, by side
 AXES = {"L": {"out": "+x", "in": "-z"}, "R": {"out": "-x", "in": "+z"}, "": {}}
-# motions (first, second name), axis of the first; two of swing, one of twist; limits in the order of five numbers:
-# both of the first swing, both of the second, twist both ways
+# motions (first, second name), axis of the first; two of swing, one of twist; limits in the order
+# of five numbers: both of the first swing, both of the second, twist both ways
 MOTIONS = {
-    "spine": ((FLEXION, "+y"), (("bend_left", "bend_right"), "+z"), (("roll_right", "roll_left"), "+x")),
-    "tail": ((("raise", "lower"), "+y"), (("wag_right", "wag_left"), "+z"), (("roll_left", "roll_right"), "-x")),
+    "spine": (
+        (FLEXION, "+y"),
+        (("bend_left", "bend_right"), "+z"),
+        (("roll_right", "roll_left"), "+x"),
+    ),
+    "tail": (
+        (("raise", "lower"), "+y"),
+        (("wag_right", "wag_left"), "+z"),
+        (("roll_left", "roll_right"), "-x"),
+    ),
     "blade": ((("protraction", "retraction"), "-y"), (OUT, "out"), (INWARD, "in")),
     "fore": ((FLEXION, "-y"), (OUT, "out"), (INWARD, "in")),
     "back": ((FLEXION, "+y"), (OUT, "out"), (INWARD, "in")),
@@ -63,7 +76,8 @@ MOTIONS = {
 
 @dataclass(frozen=True, eq=False)
 class Segment:
-    """A segment of the dog: mnemonic, name, number, its origin (3,), spheres (n, 3), (n,) [m], errors, volume."""
+    """A segment of the dog: mnemonic, name, number, its origin (3,), spheres (n, 3), (n,) [m],
+    errors, volume."""
 
     key: str
     entry: Row
@@ -101,18 +115,25 @@ def _add_tube(field: Array, axes: list[Array], rows: Array) -> None:
         frame = np.stack([across, np.cross(tangent, across), tangent], axis=1)
         half = np.array([place[3], place[4], min(place[3:])])
         reach = half.max() + 0.9 * FAR
-        box = tuple(slice(*np.searchsorted(a, [c - reach, c + reach])) for a, c in zip(axes, place[:3], strict=True))
+        box = tuple(
+            slice(*np.searchsorted(a, [c - reach, c + reach]))
+            for a, c in zip(axes, place[:3], strict=True)
+        )
         near = [a[s] - c for a, s, c in zip(axes, box, place[:3], strict=True)]
         offset = np.stack(np.meshgrid(*near, indexing="ij"), axis=-1) @ frame
         # distance to an ellipsoid to first order: |p / h| (|p / h| - 1) / |p / h^2|
-        first, second = np.linalg.norm(offset / half, axis=-1), np.linalg.norm(offset / half**2, axis=-1)
+        first = np.linalg.norm(offset / half, axis=-1)
+        second = np.linalg.norm(offset / half**2, axis=-1)
         field[box] = np.minimum(field[box], first * (first - 1) / np.maximum(second, 1e-9))
 
 
 def both_sides(data: Row) -> tuple[dict[str, Row], dict[str, Row]]:
-    """Segments and joints of both sides, L and R before the mnemonics of paired ones; places in metres."""
+    """Segments and joints of both sides, L and R before the mnemonics of paired ones; places in
+    metres."""
     paired = {key for key, entry in data["segments"].items() if entry.get("side") == "both"}
-    joints = {key: 1e-3 * np.array(entry["at"], dtype=float) for key, entry in data["joints"].items()}
+    joints = {
+        key: 1e-3 * np.array(entry["at"], dtype=float) for key, entry in data["joints"].items()
+    }
     found: list[dict[str, Row]] = []
     for kind in ("segments", "joints"):
         rows: dict[str, Row] = {}
@@ -126,8 +147,13 @@ def both_sides(data: Row) -> tuple[dict[str, Row], dict[str, Row]]:
                     row["at"] = joints[key] * mirror
                     row["between"] = [(side if s in paired else "") + s for s in entry["between"]]
                 else:
-                    ends = [[joints[p] if isinstance(p, str) else 1e-3 * np.array(p, dtype=float) for p in bone]
-                            for bone in entry["bones"]]  # fmt: skip
+                    ends = [
+                        [
+                            joints[p] if isinstance(p, str) else 1e-3 * np.array(p, dtype=float)
+                            for p in bone
+                        ]
+                        for bone in entry["bones"]
+                    ]
                     row["bones"] = np.array(ends) * mirror
                 rows[side + key] = row
         found.append(rows)
@@ -135,9 +161,9 @@ def both_sides(data: Row) -> tuple[dict[str, Row], dict[str, Row]]:
 
 
 def fitted(surface: Surface, segments: dict[str, Row], claims: list[Row]) -> list[Segment]:
-    """The segments with their spheres; right limbs are the left ones mirrored. claims: spheres of one segment whose
-    centres lie in a box (left, or mirrored) belong to another: the back of an ear is near the neck but moves with the
-    head."""
+    """The segments with their spheres; right limbs are the left ones mirrored. claims: spheres of
+    one segment whose centres lie in a box (left, or mirrored) belong to another: the back of an ear
+    is near the neck but moves with the head."""
     names = [key for key, entry in segments.items() for _ in entry["bones"]]
     ends = np.concatenate([entry["bones"] for entry in segments.values()])
     bones = Bones(tuple(names), ends[:, 0], ends[:, 1])
@@ -150,33 +176,52 @@ def fitted(surface: Surface, segments: dict[str, Row], claims: list[Row]) -> lis
         centre, radius = cut.spheres(like)
         part = cut.parts[cut.segments.index(like)]
         origin = np.round(middle[cut.segments.index(like)] * mirror, 3)
-        rows.append(Segment(key, entry, origin, centre * mirror - origin, radius, (part.outside, part.inside),
-                            part.volume))  # fmt: skip
+        rows.append(
+            Segment(
+                key,
+                entry,
+                origin,
+                centre * mirror - origin,
+                radius,
+                (part.outside, part.inside),
+                part.volume,
+            )
+        )
     _tell(cut)
     return rows
 
 
 def _claimed(cut: SegmentedFit, claims: list[Row]) -> SegmentedFit:
-    member, names = cut.member.copy(), cut.segments
+    member = cut.member.copy()
+    names = cut.segments
     for claim in claims:
         low, high = 1e-3 * np.array(claim["box"], dtype=float)
         for side, mirror in (("L", np.ones(3)), ("R", MIRROR)):
-            inside = np.all((cut.fit.centre * mirror >= low) & (cut.fit.centre * mirror <= high), axis=1)
+            inside = np.all(
+                (cut.fit.centre * mirror >= low) & (cut.fit.centre * mirror <= high), axis=1
+            )
             gives = names.index(claim["from"])
             takes = names.index(claim["to"] if claim["to"] in names else side + claim["to"])
             moved = inside & member[:, gives] & (np.arange(len(member)) >= cut.fit.joints)
-            member[moved, gives], member[moved, takes] = False, True
+            member[moved, gives] = False
+            member[moved, takes] = True
     return replace(cut, member=member)
 
 
 def _middles(surface: Surface, bones: Bones) -> Array:
     """(N, 3) the middle of each segment's volume, which is its centre of gravity."""
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    low = surface.vertices.min(axis=0)
+    high = surface.vertices.max(axis=0)
     axes = [np.arange(a, b, 0.006) for a, b in zip(low, high, strict=True)]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     points = points[surface.distance(points) < 0]
     number = regions_of(surface, bones).number(points)
-    return np.array([points[number == k].mean(axis=0) * [1, len(name) > 2, 1] for k, name in enumerate(bones.names)])
+    return np.array(
+        [
+            points[number == k].mean(axis=0) * [1, len(name) > 2, 1]
+            for k, name in enumerate(bones.names)
+        ]
+    )
 
 
 def body_text(data: Row, rows: list[Segment], joints: dict[str, Row]) -> str:
@@ -186,16 +231,24 @@ def body_text(data: Row, rows: list[Segment], joints: dict[str, Row]) -> str:
     density = MASS / sum(row.volume for row in rows)
     for row in rows:
         error = {"outside": _up(row.error[0]), "inside": _up(row.error[1])}
-        lines += [f"  {row.key}:", f"    name: {row.entry['name']}", f"    number: {row.entry['number']}",
-                  f"    mass: {density * row.volume:.3f}", "    directions: {front: +x, left: +y, top: +z}",
-                  f"    fit_error: {_flow(error)}", "    spheres:"]  # fmt: skip
+        lines += [
+            f"  {row.key}:",
+            f"    name: {row.entry['name']}",
+            f"    number: {row.entry['number']}",
+            f"    mass: {density * row.volume:.3f}",
+            "    directions: {front: +x, left: +y, top: +z}",
+            f"    fit_error: {_flow(error)}",
+            "    spheres:",
+        ]
         names = _names(data["names"], row)
         at = [joint["at"] - row.origin for joint in joints.values() if row.key in joint["between"]]
         for k, centre in enumerate(row.centre):
             for joint in at:
                 if np.linalg.norm(joint - centre) < 1e-4:
                     centre = joint
-            lines.append(f"      - {_flow([*_mm(centre), *_mm([row.radius[k]]), *names.get(k, ())])}")
+            lines.append(
+                f"      - {_flow([*_mm(centre), *_mm([row.radius[k]]), *names.get(k, ())])}"
+            )
     lines.append("joints:")
     origin = {row.key: row.origin for row in rows}
     for key, entry in joints.items():
@@ -207,16 +260,27 @@ def _joint(key: str, entry: Row, origin: dict[str, Array]) -> list[str]:
     limits = [float(v) for v in entry["limits"]]
     spans = [limits[:2], limits[2:4], [limits[4], limits[4]]]
     axes = AXES[entry["side"]]
-    rows = [{"motion": list(names), "axis": axes.get(axis, axis), "limits": span}
-            for (names, axis), span in zip(MOTIONS[entry["swing"]], spans, strict=True)]  # fmt: skip
+    rows = [
+        {"motion": list(names), "axis": axes.get(axis, axis), "limits": span}
+        for (names, axis), span in zip(MOTIONS[entry["swing"]], spans, strict=True)
+    ]
     at = {s: _mm(entry["at"] - origin[s]) for s in entry["between"]}
-    return [f"  {key}:", f"    name: {entry['name']}", f"    number: {entry['number']}",
-            f"    between: [{', '.join(entry['between'])}]", f"    at: {_flow(at)}", "    stop: cone", "    swing:",
-            *(f"      - {_flow(row)}" for row in rows[:2]), f"    twist: {_flow(rows[2])}"]  # fmt: skip
+    return [
+        f"  {key}:",
+        f"    name: {entry['name']}",
+        f"    number: {entry['number']}",
+        f"    between: [{', '.join(entry['between'])}]",
+        f"    at: {_flow(at)}",
+        "    stop: cone",
+        "    swing:",
+        *(f"      - {_flow(row)}" for row in rows[:2]),
+        f"    twist: {_flow(rows[2])}",
+    ]
 
 
 def _names(table: dict[str, Row], row: Segment) -> dict[int, tuple[str, str]]:
-    """Names and directions of a segment's spheres by row: each for the sphere whose surface is nearest to its place."""
+    """Names and directions of a segment's spheres by row: each for the sphere whose surface is
+    nearest to its place."""
     side = row.entry["side"]
     mirror = MIRROR if side == "R" else np.ones(3)
     found: dict[int, tuple[str, str]] = {}
@@ -231,14 +295,17 @@ def _names(table: dict[str, Row], row: Segment) -> dict[int, tuple[str, str]]:
 
 
 def folds(file: Path) -> dict[tuple[str, str], int]:
-    """Depth [mm] by which segments that share no joint overlap in the dog's own postures: folds of its skin."""
+    """Depth [mm] by which segments that share no joint overlap in the dog's own postures: folds of
+    its skin."""
     body = wb.load_body(file)
     postures = load_postures(HERE / "dog_postures.yaml", body)[0]
     found: dict[tuple[str, str], int] = {}
     for name in postures.postures:
         rows = wb.self_contacts(wb.place(body, posture_pose(body, postures, name)))
         of = body.sphere_segment
-        for one, other, distance in zip(of[rows.sphere], of[rows.other_sphere], rows.distance, strict=True):
+        for one, other, distance in zip(
+            of[rows.sphere], of[rows.other_sphere], rows.distance, strict=True
+        ):
             pair = [body.segments[int(one)], body.segments[int(other)]]
             for turned in (pair, [_mirrored(s) for s in pair]):
                 first, second = sorted(turned, key=body.segments.index)
@@ -253,8 +320,10 @@ def _mirrored(segment: str) -> str:
 
 def _tell(cut: SegmentedFit) -> None:
     q = cut.fit.quality
-    print(f"{q.spheres} spheres, mean {q.mean * 1e3:.2f} mm, largest {q.largest * 1e3:.1f} mm, IoU {q.iou:.3f}, "
-          f"{q.seconds:.0f} s")  # fmt: skip
+    print(
+        f"{q.spheres} spheres, mean {q.mean * 1e3:.2f} mm, largest {q.largest * 1e3:.1f} mm, IoU {q.iou:.3f}, "
+        f"{q.seconds:.0f} s"
+    )
 
 
 def _mm(values: Any) -> list[float]:
@@ -278,7 +347,9 @@ def main() -> None:
     file = folder / "dog.yaml"
     text = body_text(data, rows, joints)
     file.write_text(text, encoding="utf-8")
-    pairs = [f"  - {_flow({'between': pair, 'depth': depth})}" for pair, depth in folds(file).items()]
+    pairs = [
+        f"  - {_flow({'between': pair, 'depth': depth})}" for pair, depth in folds(file).items()
+    ]
     file.write_text("\n".join([text.rstrip(), "allowances:", *pairs, ""]), encoding="utf-8")
 
 

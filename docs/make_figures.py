@@ -1,4 +1,5 @@
-"""Make the pictures of README.md and docs/: Figures 1, 2, 3, 5, 6 and 7 of the paper, done again. Run from anywhere."""
+"""Make the pictures of README.md and docs/: Figures 1, 2, 3, 5, 6 and 7 of the paper, done again.
+Run from anywhere."""
 
 from __future__ import annotations
 
@@ -24,17 +25,37 @@ from workbench.draw.views import framed_views
 from workbench.model.moving import poses_at
 
 IMAGES = Path(__file__).resolve().parent / "images"
-BELTED = {"LH": {"flexion": 82}, "RH": {"flexion": 82}, "LK": {"flexion": 62}, "RK": {"flexion": 62},
-          "LS": {"flexion": 48}, "RS": {"flexion": 48}, "LE": {"flexion": 38}, "RE": {"flexion": 38}}  # fmt: skip
-LEAN = {"W": {"flexion": 26}, "SP": {"flexion": 22}, "NP": {"flexion": 30}, "HP": {"flexion": 18},
-        "LS": {"flexion": 92}, "RS": {"flexion": 92}, "LE": {"flexion": 12}, "RE": {"flexion": 12},
-        "LK": {"flexion": 40}, "RK": {"flexion": 40}}  # fmt: skip
+BELTED = {
+    "LH": {"flexion": 82},
+    "RH": {"flexion": 82},
+    "LK": {"flexion": 62},
+    "RK": {"flexion": 62},
+    "LS": {"flexion": 48},
+    "RS": {"flexion": 48},
+    "LE": {"flexion": 38},
+    "RE": {"flexion": 38},
+}
+LEAN = {
+    "W": {"flexion": 26},
+    "SP": {"flexion": 22},
+    "NP": {"flexion": 30},
+    "HP": {"flexion": 18},
+    "LS": {"flexion": 92},
+    "RS": {"flexion": 92},
+    "LE": {"flexion": 12},
+    "RE": {"flexion": 12},
+    "LK": {"flexion": 40},
+    "RK": {"flexion": 40},
+}
 TIMES = np.array([0.0, 0.05, 0.09, 0.12, 0.20])  # [s]
-SHARE = np.array([0.0, 0.18, 0.75, 1.0, 0.45])  # of the way into the belt: an invented, plausible pulse
+SHARE = np.array(
+    [0.0, 0.18, 0.75, 1.0, 0.45]
+)  # of the way into the belt: an invented, plausible pulse
 
 
 def grey_disks(scene: Scene, camera: Camera) -> Image.Image:
-    """The paper's picture: one grey a sphere by the depth of its frontmost point, lighter the nearer, on white."""
+    """The paper's picture: one grey a sphere by the depth of its frontmost point, lighter the
+    nearer, on white."""
     found = disks_of(scene.spheres, camera)
     sphere = painted(found, camera)
     far, near = found.front[found.order[[0, -1]]]
@@ -43,7 +64,8 @@ def grey_disks(scene: Scene, camera: Camera) -> Image.Image:
 
 
 def figures_1_and_2() -> None:
-    """A standing man as circles, and as grey disks in the paper's 240 x 320; and by every third scan line."""
+    """A standing man as circles, and as grey disks in the paper's 240 x 320; and by every third
+    scan line."""
     scene = scene_of("bubbleman", posture="standing")
     (IMAGES / "figure_1_circles.svg").write_text(
         circles(scene, framed_views(scene, ["three_quarter"], width=260, height=480)[0][1])
@@ -69,7 +91,10 @@ def figures_3_and_5() -> None:
 def trainer() -> None:
     """Two men in the trainer as disks, and in light."""
     scene = scene_of("trainer_clearance")
-    for name, mode, width, height in (("trainer", "flat", 760, 760), ("trainer_shaded", "shaded", 640, 480)):
+    for name, mode, width, height in (
+        ("trainer", "flat", 760, 760),
+        ("trainer_shaded", "shaded", 640, 480),
+    ):
         camera = framed_views(scene, ["three_quarter"], width=width, height=height)[0][1]
         picture = disks(scene, camera, mode=mode)
         picture.quantize(256, dither=Image.Dither.NONE).save(IMAGES / f"{name}.png", optimize=True)
@@ -93,14 +118,19 @@ def crash() -> tuple[Scene, wb.Poses]:
                 start = BELTED.get(joint, {}).get(motion, 0.0)
                 angles.setdefault(joint, {})[motion] = start + share * (degrees - start)
         tilt = np.radians(20.0 - 26.0 * share)
-        turn = np.array([[np.cos(tilt), 0, -np.sin(tilt)], [0, 1, 0], [np.sin(tilt), 0, np.cos(tilt)]])
-        rows.append(wb.pose(body, angles, reference="LT", position=(0.12 * share, 0.0, 0.0), attitude=turn))
+        turn = np.array(
+            [[np.cos(tilt), 0, -np.sin(tilt)], [0, 1, 0], [np.sin(tilt), 0, np.cos(tilt)]]
+        )
+        rows.append(
+            wb.pose(body, angles, reference="LT", position=(0.12 * share, 0.0, 0.0), attitude=turn)
+        )
     poses = replace(wb.join_poses(rows), time=TIMES)
     return Scene((SceneBody(wb.place(body, poses)),), title="a belted man thrown forward"), poses
 
 
 def figure_7() -> None:
-    """Four positions side by side, each with ghosts of those before; and the same as a film ten times slower."""
+    """Four positions side by side, each with ghosts of those before; and the same as a film ten
+    times slower."""
     scene, poses = crash()
     shown = every_pose(scene)
     camera = framed_views(shown, ["right"], width=300, height=330)[0][1]

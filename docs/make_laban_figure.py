@@ -1,4 +1,5 @@
-"""Make the picture of docs/labanotation.md: the score docs/examples/greeting.laban at each beat. Run from anywhere."""
+"""Make the picture of docs/labanotation.md: the score docs/examples/greeting.laban at each beat.
+Run from anywhere."""
 
 from __future__ import annotations
 
@@ -20,14 +21,17 @@ BEATS = np.array([1.0, 3.0, 4.0, 5.0, 6.0, 7.0])
 
 
 def greeting() -> None:
-    """The body at the end of each movement, seen from the front and, turned a little, from its left."""
+    """The body at the end of each movement, seen from the front and, turned a little, from its
+    left."""
     body = wb.load_body("bubbleman")
     motion, _ = load_motion(body, DOCS / "examples" / "greeting.laban")
     placed = wb.place(body, poses_at(motion, BEATS - 1.0))
     shown = Scene((SceneBody(placed),), title="greeting")
     camera = framed_views(every_pose(shown), ["three_quarter"], width=230, height=330)[0][1]
     pictures = [disks(scene_at(shown, k), camera) for k in range(len(BEATS))]
-    strip_image(pictures, [f"beat {beat:g}" for beat in BEATS]).save(DOCS / "images" / "greeting.png", optimize=True)
+    strip_image(pictures, [f"beat {beat:g}" for beat in BEATS]).save(
+        DOCS / "images" / "greeting.png", optimize=True
+    )
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-"""Closed solids from a few moves: loft, hull and sweep, placed by frames, joined and cut by booleans. Lengths [mm]."""
+"""Closed solids from a few moves: loft, hull and sweep, placed by frames, joined and cut by
+booleans. Lengths [mm]."""
 
 from __future__ import annotations
 
@@ -9,13 +10,30 @@ import numpy as np
 from manifold3d import Manifold, Mesh64, triangulate
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["box", "disc", "frame", "hull", "loft", "mirrored", "place", "prism", "shell", "sweep", "union", "write_obj"]
+__all__ = [
+    "box",
+    "disc",
+    "frame",
+    "hull",
+    "loft",
+    "mirrored",
+    "place",
+    "prism",
+    "shell",
+    "sweep",
+    "union",
+    "write_obj",
+]
 
 Floats = NDArray[np.float64]
 DIGITS = 7  # vertices are written in metres to 0.1 micrometre, so that what is planar stays planar
 GRID = 10.0 ** (3 - DIGITS)  # [mm]
 LEAST_HEIGHT = 0.1  # a triangle lower than this is a needle [mm]
-AXES = {"x": [2, 0, 1], "y": [0, 2, 1], "z": [0, 1, 2]}  # where x, y, z are found in (outline, height)
+AXES = {
+    "x": [2, 0, 1],
+    "y": [0, 2, 1],
+    "z": [0, 1, 2],
+}  # where x, y, z are found in (outline, height)
 
 
 def loft(rings: ArrayLike) -> Manifold:
@@ -23,12 +41,16 @@ def loft(rings: ArrayLike) -> Manifold:
     points = np.asarray(rings, dtype=np.float64)
     m, n = points.shape[:2]
     start = np.arange(m - 1)[:, None] * n
-    here, there = np.arange(n), np.roll(np.arange(n), -1)
+    here = np.arange(n)
+    there = np.roll(np.arange(n), -1)
     a, b, c, d = (np.ravel(start + k) for k in (here, there, there + n, here + n))
-    first, last = _cap(points[0]), _cap(points[-1]) + (m - 1) * n
+    first = _cap(points[0])
+    last = _cap(points[-1]) + (m - 1) * n
     flat = points.reshape(-1, 3)
     shorter = np.linalg.norm(flat[a] - flat[c], axis=1) <= np.linalg.norm(flat[b] - flat[d], axis=1)
-    one = np.where(shorter, [a, b, c], [a, b, d]).T  # cut along the shorter diagonal: the same on either side
+    one = np.where(
+        shorter, [a, b, c], [a, b, d]
+    ).T  # cut along the shorter diagonal: the same on either side
     two = np.where(shorter, [a, c, d], [b, c, d]).T
     return _outward(flat, np.concatenate([one, two, first[:, ::-1], last]))
 
@@ -41,7 +63,9 @@ def _cap(ring: Floats) -> NDArray[np.int64]:
     x, y = flat.T
     backward = float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < 0.0
     flat = flat * [1.0, -1.0] if backward else flat  # now anticlockwise, in the same order
-    triangles: NDArray[np.int64] = np.asarray(triangulate([np.ascontiguousarray(flat)]), dtype=np.int64)
+    triangles: NDArray[np.int64] = np.asarray(
+        triangulate([np.ascontiguousarray(flat)]), dtype=np.int64
+    )
     return triangles
 
 
@@ -50,7 +74,9 @@ def _outward(vertices: Floats, faces: NDArray[np.int64]) -> Manifold:
     corner = vertices[faces]
     volume = np.einsum("ij,ij->", corner[:, 0], np.cross(corner[:, 1], corner[:, 2]))
     turned = faces if volume > 0 else faces[:, ::-1]
-    solid = Manifold(Mesh64(np.ascontiguousarray(vertices), np.ascontiguousarray(turned, dtype=np.uint64)))
+    solid = Manifold(
+        Mesh64(np.ascontiguousarray(vertices), np.ascontiguousarray(turned, dtype=np.uint64))
+    )
     if solid.is_empty():
         raise ValueError(f"not a closed surface: {solid.status()}")
     return solid
@@ -74,7 +100,9 @@ def hull(points: ArrayLike) -> Manifold:
     return Manifold.hull_points(np.ascontiguousarray(points, dtype=np.float64))
 
 
-def sweep(path: ArrayLike, radii: float | Sequence[float], *, sides: int = 12, flat: float = 1.0) -> Manifold:
+def sweep(
+    path: ArrayLike, radii: float | Sequence[float], *, sides: int = 12, flat: float = 1.0
+) -> Manifold:
     """A round bar along a path (N, 3), mitred at its bends; flat < 1 presses it to an oval."""
     p = np.asarray(path, dtype=np.float64)
     r = np.broadcast_to(np.asarray(radii, dtype=np.float64), len(p))
@@ -89,13 +117,19 @@ def sweep(path: ArrayLike, radii: float | Sequence[float], *, sides: int = 12, f
         across = side - along * (side @ along)
         across /= np.linalg.norm(across)
         other = np.cross(along, across)
-        rings.append(centre + radius * (np.outer(np.cos(turn), across) + flat * np.outer(np.sin(turn), other)))
+        rings.append(
+            centre
+            + radius * (np.outer(np.cos(turn), across) + flat * np.outer(np.sin(turn), other))
+        )
     return loft(rings)
 
 
-def disc(centre: ArrayLike, axis: ArrayLike, radius: float, height: float, *, sides: int = 24) -> Manifold:
+def disc(
+    centre: ArrayLike, axis: ArrayLike, radius: float, height: float, *, sides: int = 24
+) -> Manifold:
     """A round disc standing on `centre`, `height` along `axis`."""
-    base, along = np.asarray(centre, dtype=np.float64), np.asarray(axis, dtype=np.float64)
+    base = np.asarray(centre, dtype=np.float64)
+    along = np.asarray(axis, dtype=np.float64)
     return sweep([base, base + along / np.linalg.norm(along) * height], radius, sides=sides)
 
 
@@ -113,8 +147,10 @@ def union(solids: Iterable[Manifold]) -> Manifold:
 
 
 def frame(origin: ArrayLike, u: ArrayLike, v: ArrayLike) -> Floats:
-    """The placement (3, 4) of a solid drawn with x along u, y along v and z along their cross product."""
-    a, b = np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64)
+    """The placement (3, 4) of a solid drawn with x along u, y along v and z along their cross
+    product."""
+    a = np.asarray(u, dtype=np.float64)
+    b = np.asarray(v, dtype=np.float64)
     return np.column_stack([a, b, np.cross(a, b), np.asarray(origin, dtype=np.float64)])
 
 
@@ -134,14 +170,18 @@ def write_obj(path: Path, parts: dict[str, Manifold], title: str) -> None:
     for name, solid in parts.items():
         vertices, faces = _gridded(name, solid)
         lines.append(f"o {name}")
-        lines += ["v " + " ".join(f"{c / 10**DIGITS:.{DIGITS}f}" for c in row) for row in vertices.tolist()]
+        lines += [
+            "v " + " ".join(f"{c / 10**DIGITS:.{DIGITS}f}" for c in row)
+            for row in vertices.tolist()
+        ]
         lines += [f"f {a + base} {b + base} {c + base}" for a, b, c in faces.tolist()]
         base += len(vertices)
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _gridded(name: str, solid: Manifold) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Vertices [GRID] and triangles of a solid in an order that depends on nothing but its shape."""
+    """Vertices [GRID] and triangles of a solid in an order that depends on nothing but its
+    shape."""
     mesh = solid.simplify(LEAST_HEIGHT).to_mesh64()
     whole = np.rint(np.asarray(mesh.vert_properties)[:, :3] / GRID).astype(np.int64)
     vertices, index = np.unique(whole, axis=0, return_inverse=True)
@@ -163,4 +203,6 @@ def _check(name: str, vertices: Floats, faces: NDArray[np.int64]) -> None:
     area = np.linalg.norm(np.cross(edge[:, 0], edge[:, 1]), axis=1)
     height = area / np.linalg.norm(edge, axis=2).max(axis=1)
     if height.min() < LEAST_HEIGHT:
-        raise ValueError(f"{name}: a triangle {height.min():.3f} mm high at {corner[int(np.argmin(height))].tolist()}")
+        raise ValueError(
+            f"{name}: a triangle {height.min():.3f} mm high at {corner[int(np.argmin(height))].tolist()}"
+        )

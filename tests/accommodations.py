@@ -27,20 +27,37 @@ from workbench.people.draw import draw_people
 from workbench.people.share import share_of
 from workbench.study.placement import place_person
 
-__all__ = ["ACCOMMODATIONS", "made", "panel_map", "smaller_study", "trainer_accommodation", "trainer_people"]
+__all__ = [
+    "ACCOMMODATIONS",
+    "made",
+    "panel_map",
+    "smaller_study",
+    "trainer_accommodation",
+    "trainer_people",
+]
 
 ACCOMMODATIONS = [
-    path.stem for path in tracked("studies/*.yaml") if "\nkind: accommodation" in path.read_text(encoding="utf-8")
+    path.stem
+    for path in tracked("studies/*.yaml")
+    if "\nkind: accommodation" in path.read_text(encoding="utf-8")
 ]
 """Names of the shipped accommodation studies."""
 
-REASONS = ("length of the limb", "right shoulder (flexion)", "instrument_panel", "the seat's travel")
+REASONS = (
+    "length of the limb",
+    "right shoulder (flexion)",
+    "instrument_panel",
+    "the seat's travel",
+)
 LEVELS = (1, 5, 50, 95, 99)
 
 
 def smaller_study(name, folder, *, people, detail="coarse"):
-    """Write a shipped accommodation study with fewer people at another level of detail; returns its path."""
-    text, counts = re.subn(r"people: \d+", f"people: {people}", (ROOT / "studies" / f"{name}.yaml").read_text())
+    """Write a shipped accommodation study with fewer people at another level of detail; returns its
+    path."""
+    text, counts = re.subn(
+        r"people: \d+", f"people: {people}", (ROOT / "studies" / f"{name}.yaml").read_text()
+    )
     text, details = re.subn(r"^detail: \w+", f"detail: {detail}", text, flags=re.MULTILINE)
     assert (counts, details) == (1, 1)
     path = folder / f"{name}.yaml"
@@ -61,13 +78,32 @@ def trainer_people(count, *, seed=7):
 def study_of(people, criteria, *, name="made_up", maps=(), mixes=None, confidence=0.95):
     body = wb.load_body("bubbleman")
     return AccommodationStudy(
-        name, "accommodation", "Who fits the trainer", "Made up for a test.", trainer(), body, (), people, "left",
-        Aims({}), "seated", criteria, mixes or {}, confidence, maps, {}, people and 7,
-    )  # fmt: skip
+        name,
+        "accommodation",
+        "Who fits the trainer",
+        "Made up for a test.",
+        trainer(),
+        body,
+        (),
+        people,
+        "left",
+        Aims({}),
+        "seated",
+        criteria,
+        mixes or {},
+        confidence,
+        maps,
+        {},
+        people and 7,
+    )
 
 
 def groups_of(people, served, mixes, confidence):
-    rows = [("everybody", np.ones(len(people), dtype=bool)), ("women", people.sex == 1), ("men", people.sex == 0)]
+    rows = [
+        ("everybody", np.ones(len(people), dtype=bool)),
+        ("women", people.sex == 1),
+        ("men", people.sex == 0),
+    ]
     shares = []
     for name, mask in rows:
         if mask.any():
@@ -75,19 +111,37 @@ def groups_of(people, served, mixes, confidence):
             shares.append(GroupShare(name, found.share, found.low, found.high, int(mask.sum())))
     for name, women in mixes.items():
         parts = [(people.sex == 1, women), (people.sex == 0, 1 - women)]
-        share = sum(part * float(np.mean(served[mask])) for mask, part in parts if part and mask.any())
-        shares.append(GroupShare(name, share, max(share - 0.03, 0), min(share + 0.03, 1), len(people)))
+        share = sum(
+            part * float(np.mean(served[mask])) for mask, part in parts if part and mask.any()
+        )
+        shares.append(
+            GroupShare(name, share, max(share - 0.03, 0), min(share + 0.03, 1), len(people))
+        )
     return tuple(shares)
 
 
-def made(people, requirements, margin, *, mixes=None, maps=(), gains=(), warnings=(), shown=False, reason=None):
-    """An accommodation of margins (P, R) [m], all figures worked out from them in the plainest way."""
+def made(
+    people,
+    requirements,
+    margin,
+    *,
+    mixes=None,
+    maps=(),
+    gains=(),
+    warnings=(),
+    shown=False,
+    reason=None,
+):
+    """An accommodation of margins (P, R) [m], all figures worked out from them in the plainest
+    way."""
     margin = np.asarray(margin, dtype=float)
     met = np.isnan(margin) | (margin >= -1e-6)
     served = met.all(axis=1)
     weight = people.weight / people.weight.sum()
     joint = float(weight @ served)
-    without = np.array([weight @ np.delete(met, r, axis=1).all(axis=1) for r in range(margin.shape[1])])
+    without = np.array(
+        [weight @ np.delete(met, r, axis=1).all(axis=1) for r in range(margin.shape[1])]
+    )
     lack = -np.where(np.isnan(margin), 0.0, margin).min(axis=1)
     order = np.argsort(-lack, kind="stable")
     hardest = tuple(int(p) for p in order if not served[p])[:5]
@@ -105,44 +159,81 @@ def made(people, requirements, margin, *, mixes=None, maps=(), gains=(), warning
     measures = ("thumb_tip_reach", "popliteal_height", "eye_height_sitting", "buttock_knee_length")
     worst = np.argmin(np.where(np.isnan(margin), np.inf, margin), axis=1)
     return Accommodation(
-        study, tuple(requirements), margin, reason, REASONS, np.zeros((len(people), 2)),
+        study,
+        tuple(requirements),
+        margin,
+        reason,
+        REASONS,
+        np.zeros((len(people), 2)),
         tuple("" if served[p] else measures[worst[p] % 4] for p in range(len(people))),
         groups_of(people, served, mixes or {}, 0.95),
-        np.array(weight @ met), without, without - joint, spread, hardest, tuple(gains), tuple(maps),
-        {"inputs": {"study": "0" * 64}, "versions": {"workbench": "0.1.0"}, "seed": {"people": "7"}}, tuple(warnings),
+        np.array(weight @ met),
+        without,
+        without - joint,
+        spread,
+        hardest,
+        tuple(gains),
+        tuple(maps),
+        {
+            "inputs": {"study": "0" * 64},
+            "versions": {"workbench": "0.1.0"},
+            "seed": {"people": "7"},
+        },
+        tuple(warnings),
         tuple(shown_of(study, p, int(worst[p]), requirements) for p in hardest) if shown else (),
-    )  # fmt: skip
+    )
 
 
 def shown_of(study, row, requirement, requirements):
     """The body of the study, seated, with its target where the requirement's control is."""
-    body, environment = study.body, study.environment
+    body = study.body
+    environment = study.environment
     file, _ = load_postures(posture_path("bubbleman"), body)
     name = "seated" if "seated" in file.postures else next(iter(file.postures))
     pose = posture_pose(body, file, name)
-    person = Person("who", body, Poses(pose.rotations, pose.reference, pose.world_from_reference), (name,), "left")
+    person = Person(
+        "who",
+        body,
+        Poses(pose.rotations, pose.reference, pose.world_from_reference),
+        (name,),
+        "left",
+    )
     placed = place_person(person, environment)
     here = requirements[requirement]
     control = next((c for c in environment.controls if c.name == here.target), None)
     segment = body.segments.index("RHN")
     tip = tuple(float(v) for v in placed.world_from_segment[0, segment, :, 3])
-    return Shown(row, requirement, placed, environment, "right hand" if here.check == "reach" else "right knee",
-                 control.at if control else None, tip if control else None)  # fmt: skip
+    return Shown(
+        row,
+        requirement,
+        placed,
+        environment,
+        "right hand" if here.check == "reach" else "right knee",
+        control.at if control else None,
+        tip if control else None,
+    )
 
 
 def panel_map(part="instrument_panel", *, count=600, seed=3):
-    """Shares that fall with the distance from a point, over the side of a part that the sitter sees."""
+    """Shares that fall with the distance from a point, over the side of a part that the sitter
+    sees."""
     environment = trainer()
     k = environment.part(part)
     rng = np.random.default_rng(seed)
-    points, normals = [], []
+    points = []
+    normals = []
     for f in range(environment.part_start[k], environment.part_start[k + 1]):
         if environment.normal[f, 0] > -0.5:
             continue
         corners = environment.vertices[
             environment.triangles[environment.triangle_start[f] : environment.triangle_start[f + 1]]
         ]
-        area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+        area = (
+            np.linalg.norm(
+                np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+            )
+            / 2
+        )
         for corner, one in zip(corners, area, strict=True):
             for u, v in rng.random((max(1, round(one * count / 0.45)), 2)):
                 u, v = (1 - u, 1 - v) if u + v > 1 else (u, v)
@@ -152,16 +243,21 @@ def panel_map(part="instrument_panel", *, count=600, seed=3):
     away = np.linalg.norm(points - [0.45, 0.15, 0.75], axis=1)
     share = np.round(1 / (1 + np.exp((away - 0.42) / 0.035)), 3)
     flat = np.column_stack([-points[:, 1], points[:, 2]])
-    return ReachMap(MapTask(part, "push", 2, "either", count), points, np.array(normals), flat, share)
+    return ReachMap(
+        MapTask(part, "push", 2, "either", count), points, np.array(normals), flat, share
+    )
 
 
 def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=True):
-    """Margins that hang together with the people's measures, for all controls of the left seat and more."""
+    """Margins that hang together with the people's measures, for all controls of the left seat and
+    more."""
     people = trainer_people(count, seed=seed)
     rng = np.random.default_rng(seed)
     chosen = [c for c in trainer().controls if not c.name.startswith("right_")][:controls]
-    stature, reach = people.column("stature"), people.column("thumb_tip_reach")
-    requirements, columns = [], []
+    stature = people.column("stature")
+    reach = people.column("thumb_tip_reach")
+    requirements = []
+    columns = []
     away = [float(np.linalg.norm(np.array(c.at) - [0.1, 0.2, 0.8])) for c in chosen]
     for c, far in zip(chosen, np.argsort(np.argsort(away)) / max(len(chosen) - 1, 1), strict=True):
         criterion = f"controls of zone {c.zone}"
@@ -174,15 +270,25 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
     ]:
         requirements.append(Requirement(name, "room to move", "clearance", target))
         columns.append(margin)
-    requirements.append(Requirement("eyes at the design eye point", "view", "vision", "left_design_eye"))
+    requirements.append(
+        Requirement("eyes at the design eye point", "view", "vision", "left_design_eye")
+    )
     columns.append(0.09 - np.abs(people.column("eye_height_sitting") - 0.77))
     requirements.append(Requirement("pedals within the seat's travel", "seat", "seat", "left"))
     columns.append(0.09 - np.abs(people.column("popliteal_height") - 0.42))
     gains = (
         Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),
-        Gain("lengthening the seat's travel forward by 25 mm", "pedals within the seat's travel", 0.025, 1.0, 0.97,
-             0.99, 0.813, 0.813),
-    )  # fmt: skip
+        Gain(
+            "lengthening the seat's travel forward by 25 mm",
+            "pedals within the seat's travel",
+            0.025,
+            1.0,
+            0.97,
+            0.99,
+            0.813,
+            0.813,
+        ),
+    )
     return made(
         people,
         requirements,

@@ -17,12 +17,23 @@ def _dec(values: np.ndarray) -> bytes:
 
 def _reals(values: object, processor: int) -> bytes:
     given = np.atleast_1d(np.asarray(values, dtype=np.float64))
-    return _dec(given) if processor == 85 else given.astype(">f4" if processor == 86 else "<f4").tobytes()
+    return (
+        _dec(given)
+        if processor == 85
+        else given.astype(">f4" if processor == 86 else "<f4").tobytes()
+    )
 
 
-def _parameter(group: int, name: str, kind: int, dimensions: tuple[int, ...], data: bytes, order: str) -> bytes:
+def _parameter(
+    group: int, name: str, kind: int, dimensions: tuple[int, ...], data: bytes, order: str
+) -> bytes:
     body = struct.pack("bB", kind, len(dimensions)) + bytes(dimensions) + data + b"\0"
-    return struct.pack("bb", len(name), group) + name.encode() + struct.pack(order + "H", len(body) + 2) + body
+    return (
+        struct.pack("bb", len(name), group)
+        + name.encode()
+        + struct.pack(order + "H", len(body) + 2)
+        + body
+    )
 
 
 def c3d_file(
@@ -32,9 +43,12 @@ def c3d_file(
     real: bool = True,
     labels: tuple[str, ...] = ("LHEE", "RASI"),
 ) -> bytes:
-    """A C3D file of points (F, M, 3) [mm] at 100 Hz; NaN where a point is not seen. Whole numbers count 0.1 mm."""
+    """A C3D file of points (F, M, 3) [mm] at 100 Hz; NaN where a point is not seen. Whole numbers
+    count 0.1 mm."""
     if points is None:
-        points = np.array([[[0, 1, 2], [3, 900, 5]], [[0, 1, 2], [np.nan, np.nan, np.nan]]], dtype=np.float64)
+        points = np.array(
+            [[[0, 1, 2], [3, 900, 5]], [[0, 1, 2], [np.nan, np.nan, np.nan]]], dtype=np.float64
+        )
     order = ">" if processor == 86 else "<"
     frames, markers = points.shape[:2]
     width = max(map(len, labels))
@@ -46,7 +60,11 @@ def c3d_file(
     groups += bytes(2)
     section = (bytes([1, 80, 1, processor]) + groups).ljust(512, b"\0")
     header = bytes([2, 80]) + struct.pack(order + "5H", markers, 0, 1, frames, 0)
-    header += _reals(-1 if real else 0.1, processor) + struct.pack(order + "2H", 3, 0) + _reals(100, processor)
+    header += (
+        _reals(-1 if real else 0.1, processor)
+        + struct.pack(order + "2H", 3, 0)
+        + _reals(100, processor)
+    )
     rows = np.concatenate([points, np.zeros((frames, markers, 1))], axis=2)
     rows[np.isnan(points).any(axis=2)] = (0, 0, 0, -1)
     data = _reals(rows.ravel(), processor) if real else _whole(rows, order)

@@ -104,16 +104,24 @@ def pytest_configure(config):
 
 @cache
 def repository_files(root: Path = ROOT) -> tuple[Path, ...]:
-    """The files of the repository: those that git tracks, so that a stray folder in a checkout is nobody's concern."""
+    """The files of the repository: those that git tracks, so that a stray folder in a checkout is
+    nobody's concern."""
     try:
-        done = subprocess.run(["git", "ls-files", "-z"], cwd=root, capture_output=True, text=True, check=True)
+        done = subprocess.run(
+            ["git", "ls-files", "-z"], cwd=root, capture_output=True, text=True, check=True
+        )
         names = [name for name in done.stdout.split("\0") if name]
     except (OSError, subprocess.CalledProcessError):
         names = []
     files = [root / name for name in names]
     if not files:
-        files = [*root.glob("*"), *(path for folder in FOLDERS for path in (root / folder).rglob("*"))]
-    return tuple(sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts))
+        files = [
+            *root.glob("*"),
+            *(path for folder in FOLDERS for path in (root / folder).rglob("*")),
+        ]
+    return tuple(
+        sorted(path for path in files if path.is_file() and "__pycache__" not in path.parts)
+    )
 
 
 def tracked(*patterns: str) -> list[Path]:
@@ -132,7 +140,8 @@ def one_arm(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def two_spheres(tmp_path_factory):
-    """Two spheres of 10 mm that share no joint: middle and end of a chain of three, 100 mm apart."""
+    """Two spheres of 10 mm that share no joint: middle and end of a chain of three, 100 mm
+    apart."""
     text = """
 body: two_spheres
 length: mm
@@ -237,10 +246,14 @@ def random_arm(one_arm):
 
 
 def printed_with_and_without_the_compiler(code: str) -> list[bytes]:
-    """What a fresh Python prints that runs some code, kernels compiled and kernels as plain Python."""
+    """What a fresh Python prints that runs some code, kernels compiled and kernels as plain
+    Python."""
     return [
         subprocess.run(
-            [sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": off}, capture_output=True, check=True
+            [sys.executable, "-c", code],
+            env=os.environ | {"NUMBA_DISABLE_JIT": off},
+            capture_output=True,
+            check=True,
         ).stdout
         for off in "01"
     ]

@@ -1,4 +1,5 @@
-"""A pit with a floor and a wall, and a man somewhere in it: simulations small enough to check by hand."""
+"""A pit with a floor and a wall, and a man somewhere in it: simulations small enough to check by
+hand."""
 
 from __future__ import annotations
 
@@ -22,7 +23,9 @@ def box(name, low, high, first):
     top = [(x0, y0, z1), (x1, y0, z1), (x1, y1, z1), (x0, y1, z1)]
     corners = top + [(x, y, z0) for x, y, _ in top]
     lines = [f"o {name}", *(f"v {x} {y} {z}" for x, y, z in corners)]
-    return "\n".join([*lines, *("f " + " ".join(str(first + k) for k in face) for face in BOX)]) + "\n"
+    return (
+        "\n".join([*lines, *("f " + " ".join(str(first + k) for k in face) for face in BOX)]) + "\n"
+    )
 
 
 def pit(folder, text=SIMULATION):

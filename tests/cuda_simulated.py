@@ -1,4 +1,5 @@
-"""Run in a process of its own with NUMBA_ENABLE_CUDASIM=1: the device's answers beside the processor's, as JSON."""
+"""Run in a process of its own with NUMBA_ENABLE_CUDASIM=1: the device's answers beside the
+processor's, as JSON."""
 
 from __future__ import annotations
 
@@ -28,13 +29,16 @@ def main(body_file: Path) -> None:
     world[:, :, :3], world[:, :, 3] = np.eye(3), rng.normal(size=(70, 3)) * 0.2
     poses = wb.Poses(exponential(rng.normal(size=(70, 3, 3))), 0, world)
     placed = wb.place(body, poses)
-    one, two = by_segment(placed, cab), by_segment(placed, cab, device="cuda")
+    one = by_segment(placed, cab)
+    two = by_segment(placed, cab, device="cuda")
     apart = wb.clearance(placed, cab) - wb.clearance(placed, cab, device="cuda")
     hit = wb.collides(placed, cab)
     told = {
         "clearance": float(np.abs(apart).max()),
         "by_segment": float(np.abs(one.distance - two.distance).max()),
-        "witnesses": bool(np.array_equal(one.sphere, two.sphere) and np.array_equal(one.polygon, two.polygon)),
+        "witnesses": bool(
+            np.array_equal(one.sphere, two.sphere) and np.array_equal(one.polygon, two.polygon)
+        ),
         "collides": bool(np.array_equal(hit, wb.collides(placed, cab, device="cuda"))),
         "posed": bool(np.array_equal(hit, posed_collides(body, poses, cab, device="cuda"))),
         "hits": int(hit.sum()),

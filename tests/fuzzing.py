@@ -1,11 +1,12 @@
-"""Damaged files for every reader: whole seeds, mutations of them by number, and a child process that reads them.
+"""Damaged files for every reader: whole seeds, mutations of them by number, and a child process
+that reads them.
 
 A mutation is made from the reader's name and a number alone, so each can be made again:
 
     python -m tests.fuzzing READER FIRST COUNT
 
-reads that many files, with the memory of the process and the time of each file bounded, and prints what came out that
-is not one of the workbench's own errors.
+reads that many files, with the memory of the process and the time of each file bounded, and prints
+what came out that is not one of the workbench's own errors.
 """
 
 from __future__ import annotations
@@ -49,8 +50,26 @@ MEMORY = 2 * 2**30
 """Bytes that the child process may take on top of what it has when everything is imported."""
 LONGEST = 20.0
 """Seconds that one file may take."""
-EXTREMES = ("-1", "0", "1e308", "-1e308", "nan", "inf", "1e-320", "4294967295", "2147483648", "9" * 25, "9" * 5000,
-            "", "x", "0x10", "1_0", "\u00b2", "-0", "3.5")  # fmt: skip
+EXTREMES = (
+    "-1",
+    "0",
+    "1e308",
+    "-1e308",
+    "nan",
+    "inf",
+    "1e-320",
+    "4294967295",
+    "2147483648",
+    "9" * 25,
+    "9" * 5000,
+    "",
+    "x",
+    "0x10",
+    "1_0",
+    "\u00b2",
+    "-0",
+    "3.5",
+)
 WORDS = re.compile(rb"[A-Za-z_][\w.]*")
 NUMBERS = re.compile(rb"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
@@ -61,7 +80,8 @@ class TooLongError(BaseException):
 
 @dataclass(frozen=True)
 class Reader:
-    """A reader under attack: how its files end, whole files to start from, the call, and how they are opened up."""
+    """A reader under attack: how its files end, whole files to start from, the call, and how they
+    are opened up."""
 
     ending: str
     seeds: tuple[bytes, ...]
@@ -80,7 +100,8 @@ class Reader:
 
 @dataclass(frozen=True)
 class Finding:
-    """What a reader should not have done with a mutation: the last lines of a traceback, or how long it took."""
+    """What a reader should not have done with a mutation: the last lines of a traceback, or how
+    long it took."""
 
     reader: str
     number: int
@@ -88,10 +109,19 @@ class Finding:
 
 
 def mutated(data: bytes, chance: random.Random) -> bytes:
-    """Damage some bytes once to four times: flipped, cut, doubled, dropped; words and numbers replaced."""
+    """Damage some bytes once to four times: flipped, cut, doubled, dropped; words and numbers
+    replaced."""
     changes: list[Callable[[bytes, random.Random], bytes]] = [
-        _flipped, _cut, _doubled, _dropped, _new_number, _new_number, _new_word, _swapped_lines, _extreme_bytes,
-    ]  # fmt: skip
+        _flipped,
+        _cut,
+        _doubled,
+        _dropped,
+        _new_number,
+        _new_number,
+        _new_word,
+        _swapped_lines,
+        _extreme_bytes,
+    ]
     for _ in range(chance.choice((1, 1, 1, 2, 4))):
         if data:
             data = chance.choice(changes)(data, chance)
@@ -120,7 +150,9 @@ def _dropped(data: bytes, chance: random.Random) -> bytes:
     return data[:start] + data[start + chance.choice((1, 2, 16, 200)) :]
 
 
-def _replaced(data: bytes, pattern: re.Pattern[bytes], chance: random.Random, given: bytes) -> bytes:
+def _replaced(
+    data: bytes, pattern: re.Pattern[bytes], chance: random.Random, given: bytes
+) -> bytes:
     found = list(pattern.finditer(data[:200_000]))
     if not found:
         return data
@@ -139,14 +171,25 @@ def _new_word(data: bytes, chance: random.Random) -> bytes:
 
 def _swapped_lines(data: bytes, chance: random.Random) -> bytes:
     lines = data.split(b"\n")
-    k, n = chance.randrange(len(lines)), chance.randrange(len(lines))
+    k = chance.randrange(len(lines))
+    n = chance.randrange(len(lines))
     lines[k], lines[n] = lines[n], lines[k]
     return b"\n".join(lines)
 
 
 def _extreme_bytes(data: bytes, chance: random.Random) -> bytes:
-    value = chance.choice((b"\xff" * 4, b"\xff\xff\xff\x7f", b"\0" * 4, b"\0\0\0\x80", struct.pack("<f", np.nan),
-                           struct.pack("<f", 1e38), b"\xff\xff", b"\0\x80"))  # fmt: skip
+    value = chance.choice(
+        (
+            b"\xff" * 4,
+            b"\xff\xff\xff\x7f",
+            b"\0" * 4,
+            b"\0\0\0\x80",
+            struct.pack("<f", np.nan),
+            struct.pack("<f", 1e38),
+            b"\xff\xff",
+            b"\0\x80",
+        )
+    )
     at = chance.randrange(max(1, len(data) - len(value)))
     at -= at % len(value) if chance.random() < 0.7 else 0
     return data[:at] + value + data[at + len(value) :]
@@ -163,7 +206,8 @@ def mutation(reader: str, number: int) -> bytes:
 
 
 def search(reader: str, first: int, count: int) -> dict[str, Any]:
-    """Read mutations first to first + count: how many were read and refused, the longest time, and the findings."""
+    """Read mutations first to first + count: how many were read and refused, the longest time, and
+    the findings."""
     how = READERS[reader]
     findings: list[Finding] = []
     read = refused = 0
@@ -188,11 +232,18 @@ def search(reader: str, first: int, count: int) -> dict[str, Any]:
             except TooLongError:
                 findings.append(Finding(reader, number, f"longer than {LONGEST:g} s"))
             except Exception:  # noqa: BLE001 - this is what the search is for
-                findings.append(Finding(reader, number, "".join(traceback.format_exc().splitlines(True)[-6:])))
+                findings.append(
+                    Finding(reader, number, "".join(traceback.format_exc().splitlines(True)[-6:]))
+                )
             finally:
                 signal.setitimer(signal.ITIMER_REAL, 0)
             longest = max(longest, time.perf_counter() - start)
-    return {"read": read, "refused": refused, "longest": longest, "findings": [vars(one) for one in findings]}
+    return {
+        "read": read,
+        "refused": refused,
+        "longest": longest,
+        "findings": [vars(one) for one in findings],
+    }
 
 
 def _interrupt(_: int, __: FrameType | None) -> None:
@@ -209,14 +260,23 @@ def _bound_memory() -> None:
 
 def _in_glb(data: bytes, change: Callable[[bytes], bytes]) -> bytes:
     length = int.from_bytes(data[12:16], "little")
-    text, rest = change(data[20 : 20 + length]), data[20 + length :]
+    text = change(data[20 : 20 + length])
+    rest = data[20 + length :]
     text += b" " * (-len(text) % 4)
-    return data[:8] + struct.pack("<III", 20 + len(text) + len(rest), len(text), 0x4E4F534A) + text + rest
+    return (
+        data[:8]
+        + struct.pack("<III", 20 + len(text) + len(rest), len(text), 0x4E4F534A)
+        + text
+        + rest
+    )
 
 
 def _in_zip(data: bytes, change: Callable[[bytes], bytes]) -> bytes:
     packed = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(data)) as old, zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as new:
+    with (
+        zipfile.ZipFile(io.BytesIO(data)) as old,
+        zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as new,
+    ):
         names = old.namelist()
         for k, name in enumerate(names):
             inside = old.read(name)
@@ -231,19 +291,42 @@ def _meshes() -> dict[str, Reader]:
 
     box = trimesh.creation.box(extents=(2, 4, 6))
     scene = trimesh.Scene({"seat": box})
-    ring = "".join(f"v {np.cos(k)} {np.sin(k)} 0\n" for k in range(7)) + "f 1 2 3 4 5 6 7\nf -1 -2 -3 -4\n"
+    ring = (
+        "".join(f"v {np.cos(k)} {np.sin(k)} 0\n" for k in range(7))
+        + "f 1 2 3 4 5 6 7\nf -1 -2 -3 -4\n"
+    )
     node = '<node name="a"><scale>1 1 -1</scale><instance_node url="#door"/></node>'
     placed = dae(node).replace("<library_visual_scenes>", DOOR + "<library_visual_scenes>")
-    nodes = [{"name": "seat", "mesh": 0, "rotation": [0, 0, 0, 1], "children": [1],
-              "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}},
-             {"mesh": 0, "matrix": list(np.eye(4).ravel())}]  # fmt: skip
-    sparse = {"count": 1, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 2}}
+    nodes = [
+        {
+            "name": "seat",
+            "mesh": 0,
+            "rotation": [0, 0, 0, 1],
+            "children": [1],
+            "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}},
+        },
+        {"mesh": 0, "matrix": list(np.eye(4).ravel())},
+    ]
+    sparse = {
+        "count": 1,
+        "indices": {"bufferView": 1, "componentType": 5123},
+        "values": {"bufferView": 2},
+    }
     views = (np.array([1], dtype="<u2").tobytes(), np.array([7, 0, 0], dtype="<f4").tobytes())
-    copies = points_gltf(CORNERS, 5126, nodes=nodes, accessor={"sparse": sparse}, views=views, scenes=[{"nodes": [0]}])
-    model = ('<object id="1" name="seat"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
-             '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh>'
-             '</object><object id="2"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0 5"/>'
-             '</components></object><build><item objectid="2"/></build>')  # fmt: skip
+    copies = points_gltf(
+        CORNERS,
+        5126,
+        nodes=nodes,
+        accessor={"sparse": sparse},
+        views=views,
+        scenes=[{"nodes": [0]}],
+    )
+    model = (
+        '<object id="1" name="seat"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/>'
+        '<vertex x="0" y="1" z="0"/></vertices><triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh>'
+        '</object><object id="2"><components><component objectid="1" transform="1 0 0 0 1 0 0 0 1 0 0 5"/>'
+        '</components></object><build><item objectid="2"/></build>'
+    )
     quads = box.export(file_type="ply")
     off = b"OFF\n5 2 0\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n2 2 1\n3 0 1 2\n5 0 1 2 3 4\n"
     return {
@@ -253,12 +336,29 @@ def _meshes() -> dict[str, Reader]:
         "ply": Reader(".ply", (_text_ply(),), read_mesh),
         "ply_binary": Reader(".ply", (quads,), read_mesh),
         "off": Reader(".off", (off, box.export(file_type="off").encode()), read_mesh),
-        "gltf": Reader(".gltf", (gltf().encode(), copies.encode()), read_mesh, nightly=8000, sample=30),
+        "gltf": Reader(
+            ".gltf", (gltf().encode(), copies.encode()), read_mesh, nightly=8000, sample=30
+        ),
         "glb": Reader(".glb", (scene.export(file_type="glb"),), read_mesh, _in_glb),
-        "dae": Reader(".dae", (dae(node.replace("instance_node", "instance_geometry").replace("door", "tri")).encode(),
-                               placed.encode()), read_mesh, nightly=6000),
-        "3mf": Reader(".3mf", (scene.export(file_type="3mf"), threemf(model)), read_mesh, _in_zip, nightly=6000),
-    }  # fmt: skip
+        "dae": Reader(
+            ".dae",
+            (
+                dae(
+                    node.replace("instance_node", "instance_geometry").replace("door", "tri")
+                ).encode(),
+                placed.encode(),
+            ),
+            read_mesh,
+            nightly=6000,
+        ),
+        "3mf": Reader(
+            ".3mf",
+            (scene.export(file_type="3mf"), threemf(model)),
+            read_mesh,
+            _in_zip,
+            nightly=6000,
+        ),
+    }
 
 
 def _text_ply() -> bytes:
@@ -273,7 +373,9 @@ def _motions() -> dict[str, Reader]:
 
     angles = b"# body: one_arm\n# reference: BASE\ntime [s], x [mm], y [mm], z [mm], roll [deg], ELBOW.flexion [deg]\n"
     angles += b"0, 1, 2, 3, 4, 5\n0.1, 1, 2, 3, 4, 50\n0.2, 1, 2, 3, 4, 7\n"
-    turns = b"time [ms], x [m], qw, qx, qy, qz, SHOULDER.qw, SHOULDER.qx, SHOULDER.qy, SHOULDER.qz\n"
+    turns = (
+        b"time [ms], x [m], qw, qx, qy, qz, SHOULDER.qw, SHOULDER.qx, SHOULDER.qy, SHOULDER.qz\n"
+    )
     turns += b"0, 0.1, 1, 0, 0, 0, 1, 0, 0, 0\n10, 0.2, 1, 0, 0, 0, 0, 1, 0, 0\n"
     single = b"time [s], H.x [mm], H.y [mm], H.z [mm], H.roll [deg], H.pitch [deg], H.yaw [deg]\n"
     single += b"0, 100, 0, 1600, 0, 0, 90\n0.5, 101, 0, 1600, 0, 0, 80\n"
@@ -284,10 +386,20 @@ def _motions() -> dict[str, Reader]:
     mot += b"0 0.1 10 -20\n0.1 0.1 11 -22\n"
     sto = b"simm\ndatarows 2\ndatacolumns 3\nrange 0 1\nendheader\ntime arm_flex_r elbow_flex_r\n0 1 2\n0.5 3 4\n"
     points = tuple(c3d_file(processor=p, real=r) for p in (84, 85, 86) for r in (False, True))
-    kinds = {"csv_angles": (".csv", (angles, turns)), "csv_segments": (".csv", (single,)),
-             "bvh": (".bvh", (TWO.encode(),)), "trc": (".trc", (trc,)), "mot": (".mot", (mot,)),
-             "sto": (".sto", (sto,)), "laban": (".laban", (SCORE.encode(),)), "c3d": (".c3d", points)}  # fmt: skip
-    return {name: Reader(ending, seeds, _read_motion, sample=20) for name, (ending, seeds) in kinds.items()}
+    kinds = {
+        "csv_angles": (".csv", (angles, turns)),
+        "csv_segments": (".csv", (single,)),
+        "bvh": (".bvh", (TWO.encode(),)),
+        "trc": (".trc", (trc,)),
+        "mot": (".mot", (mot,)),
+        "sto": (".sto", (sto,)),
+        "laban": (".laban", (SCORE.encode(),)),
+        "c3d": (".c3d", points),
+    }
+    return {
+        name: Reader(ending, seeds, _read_motion, sample=20)
+        for name, (ending, seeds) in kinds.items()
+    }
 
 
 _body: list[Any] = []
@@ -319,32 +431,59 @@ def _yaml() -> dict[str, Reader]:
     return {
         "body": Reader(".yaml", (body,), place="bodies/one_arm", **cab),
         "postures": Reader(".yaml", (POSTURES.encode(),), place="bodies/arms", nightly=3000, **cab),
-        "environment": Reader(".yaml", (ENVIRONMENT.encode(),), place="environments/cab/environment", **cab),
+        "environment": Reader(
+            ".yaml", (ENVIRONMENT.encode(),), place="environments/cab/environment", **cab
+        ),
         "study": Reader(".yaml", (STUDY.encode(),), place="studies/cab_study", nightly=3000, **cab),
         "population": Reader(".yaml", (people,), check_file, place="people"),
         "growth": Reader(".yaml", (growth,), check_file, place="growth", nightly=200, sample=1),
         "encumbrance": Reader(".yaml", tuple(worn), check_file, place="worn"),
-        "simulation": Reader(".yaml", (crash_pit.SIMULATION.encode(),), check_file, nightly=2000, sample=4,
-                             place="studies/simulations/pit_crash", prepare=_write_pit),
-        "accommodation": Reader(".yaml", ((ROOT / "studies/trainer_accommodation.yaml").read_bytes(),), check_file,
-                                place="studies/trainer", nightly=300, sample=1),
-        "crash": Reader(".yaml", ((ROOT / "studies/trainer_crash.yaml").read_bytes(),), check_file,
-                        place="studies/crash", nightly=300, sample=1, prepare=_copy_simulations),
-    }  # fmt: skip
+        "simulation": Reader(
+            ".yaml",
+            (crash_pit.SIMULATION.encode(),),
+            check_file,
+            nightly=2000,
+            sample=4,
+            place="studies/simulations/pit_crash",
+            prepare=_write_pit,
+        ),
+        "accommodation": Reader(
+            ".yaml",
+            ((ROOT / "studies/trainer_accommodation.yaml").read_bytes(),),
+            check_file,
+            place="studies/trainer",
+            nightly=300,
+            sample=1,
+        ),
+        "crash": Reader(
+            ".yaml",
+            ((ROOT / "studies/trainer_crash.yaml").read_bytes(),),
+            check_file,
+            place="studies/crash",
+            nightly=300,
+            sample=1,
+            prepare=_copy_simulations,
+        ),
+    }
 
 
 def _population() -> bytes:
-    """A population of two measures: a file of the whole survey takes a hundred times as long to read."""
+    """A population of two measures: a file of the whole survey takes a hundred times as long to
+    read."""
     rows = "stature: [1400, 1750, 2000]\n    mass: [40, 80, 140]"
     matrix = "stature: [1]\n    mass: [0.5, 1]"
-    sexes = "".join(f"{sex}:\n  count: 100\n  quantiles:\n    {rows}\n  correlation:\n    {matrix}\n"
-                    for sex in ("male", "female"))  # fmt: skip
+    sexes = "".join(
+        f"{sex}:\n  count: 100\n  quantiles:\n    {rows}\n  correlation:\n    {matrix}\n"
+        for sex in ("male", "female")
+    )
     return f"population: few\nlength: mm\npercentiles: [0, 50, 100]\n{sexes}".encode()
 
 
 def _tables() -> dict[str, Reader]:
     rows = ["subjectid,Gender,stature,sittingheight,weightkg,Weight"]
-    rows += [f"{k},{'Male' if k % 2 else 'Female'},{1700 + k},{900 + k},{700 + k},1" for k in range(12)]
+    rows += [
+        f"{k},{'Male' if k % 2 else 'Female'},{1700 + k},{900 + k},{700 + k},1" for k in range(12)
+    ]
     arrays = (ROOT / "bodies/human_basis.npz").read_bytes()
     return {
         "ansur": Reader(".csv", ("\r\n".join(rows).encode(),), _read_ansur),
@@ -357,8 +496,18 @@ def _read_ansur(path: Path) -> object:
 
 
 def _step() -> dict[str, Reader]:
-    return {"step": Reader(".step", (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=CARTESIAN_POINT('',(0.,0.,0.));\n"
-                                     b"ENDSEC;\nEND-ISO-10303-21;\n",), read_mesh, nightly=40, sample=1)}  # fmt: skip
+    return {
+        "step": Reader(
+            ".step",
+            (
+                b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n#1=CARTESIAN_POINT('',(0.,0.,0.));\n"
+                b"ENDSEC;\nEND-ISO-10303-21;\n",
+            ),
+            read_mesh,
+            nightly=40,
+            sample=1,
+        )
+    }
 
 
 READERS: dict[str, Reader] = _meshes() | _motions() | _yaml() | _tables() | _step()

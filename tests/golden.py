@@ -1,4 +1,5 @@
-"""The pictures of tests/data/golden: each vector display with what it can show. python -m tests.golden renews them.
+"""The pictures of tests/data/golden: each vector display with what it can show. python -m
+tests.golden renews them.
 
 Look at every picture that changes before it is committed.
 """
@@ -27,11 +28,17 @@ OTHER = replace(spheres_body([[0, 0, 0], [0, 0.4, 0.5]], [0.4, 0.3]), colour="bl
 SCENES = {
     "alone": Scene((ARM,), title="an arm"),
     "in_a_room": Scene((ARM,), ROOM, title="an arm & a room"),
-    "marked": Scene((ARM,), marks=(Mark((0.5, 0.4, 0.5), "<12.4 mm>", "contact"),
-                                   Mark((0.2, -0.7, -0.8), "80.0 mm", "clearance", (0.2, 0.6, -0.8)),
-                                   Mark((0, -0.6, 0), "", "reach"), Mark((0, 0, 0), "x", "axis_x", (0.0, 0.9, 0.0)))),
+    "marked": Scene(
+        (ARM,),
+        marks=(
+            Mark((0.5, 0.4, 0.5), "<12.4 mm>", "contact"),
+            Mark((0.2, -0.7, -0.8), "80.0 mm", "clearance", (0.2, 0.6, -0.8)),
+            Mark((0, -0.6, 0), "", "reach"),
+            Mark((0, 0, 0), "x", "axis_x", (0.0, 0.9, 0.0)),
+        ),
+    ),
     "over_another": Scene((ARM,), ghosts=(OTHER,), key=(("predicted", "warm"), ("actual", "blue"))),
-}  # fmt: skip
+}
 
 
 def _front(field: float = 0.0) -> Camera:
@@ -41,7 +48,9 @@ def _front(field: float = 0.0) -> Camera:
 def _strip() -> str:
     ways = [(0.5 * math.cos(turn), 0.5 * math.sin(turn)) for turn in (0.0, 0.8)]
     bodies = [spheres_body([[0.0, 0.0, 0.0], [0.0, y, z]], [0.4, 0.25]) for y, z in ways]
-    return strip_svg([outline(Scene((body,)), _front()) for body in bodies], ["0 ms", "<50> ms"], title="a strip")
+    return strip_svg(
+        [outline(Scene((body,)), _front()) for body in bodies], ["0 ms", "<50> ms"], title="a strip"
+    )
 
 
 PICTURES: Mapping[str, Callable[[], str]] = {

@@ -1,7 +1,9 @@
-"""Kill a process just before its n-th step on the disk: what stands there then is what a killed run leaves.
+"""Kill a process just before its n-th step on the disk: what stands there then is what a killed run
+leaves.
 
-Python announces every file that is opened, renamed, linked or removed to audit hooks, before it happens. So nothing of
-the program is replaced: the process ends itself by SIGKILL at the n-th announcement that is about a folder.
+Python announces every file that is opened, renamed, linked or removed to audit hooks, before it
+happens. So nothing of the program is replaced: the process ends itself by SIGKILL at the n-th
+announcement that is about a folder.
 """
 
 from __future__ import annotations
@@ -16,12 +18,23 @@ from typing import Any
 
 EXCHANGE = "ctypes.dlsym"
 """The announcement of the function that exchanges two folders."""
-STEPS = {"open", "os.rename", "os.link", "os.mkdir", "os.rmdir", "os.remove", "os.chmod", "os.utime", EXCHANGE}
+STEPS = {
+    "open",
+    "os.rename",
+    "os.link",
+    "os.mkdir",
+    "os.rmdir",
+    "os.remove",
+    "os.chmod",
+    "os.utime",
+    EXCHANGE,
+}
 """Announcements that are counted."""
 
 
 def killed_before(number: int, folder: Path, work: Callable[[], Any]) -> bool:
-    """Do some work in a fork of this process that is killed before its step `number` in a folder, counted from 1.
+    """Do some work in a fork of this process that is killed before its step `number` in a folder,
+    counted from 1.
 
     Returns whether it was killed; it is not where it takes fewer steps.
     """
@@ -59,9 +72,14 @@ def _is_about(event: str, arguments: tuple[Any, ...], folder: str) -> bool:
         return arguments[1] in ("renameat2", "renamex_np")
     if event == "open" and not _writes(arguments):
         return False
-    if event in ("os.remove", "os.rmdir") and arguments[1] != -1:  # beside an open folder: a tree that is removed
+    if (
+        event in ("os.remove", "os.rmdir") and arguments[1] != -1
+    ):  # beside an open folder: a tree that is removed
         return True
-    return any(isinstance(word, (str, os.PathLike)) and os.fspath(word).startswith(folder) for word in arguments)
+    return any(
+        isinstance(word, (str, os.PathLike)) and os.fspath(word).startswith(folder)
+        for word in arguments
+    )
 
 
 def _writes(arguments: tuple[Any, ...]) -> bool:

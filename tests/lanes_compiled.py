@@ -44,9 +44,22 @@ from workbench.kernels.quads import (
 @njit
 def every_lane_function(a, b, out):
     """Rows of eight into out; bits of a <= b, of a == b, the first of those and how many."""
-    u, v, zero = load(a, 0), load(b, 0), eight(0.0)
-    rows = (u + v, u - v, u * v, smaller(u, v), larger(u, v), root(larger(u, zero - u)), where_below(u, v, v, u),
-            eight(a[3]), eight(least(u)), eight(greatest(v)), whole(u))  # fmt: skip
+    u = load(a, 0)
+    v = load(b, 0)
+    zero = eight(0.0)
+    rows = (
+        u + v,
+        u - v,
+        u * v,
+        smaller(u, v),
+        larger(u, v),
+        root(larger(u, zero - u)),
+        where_below(u, v, v, u),
+        eight(a[3]),
+        eight(least(u)),
+        eight(greatest(v)),
+        whole(u),
+    )
     at = 0
     for row in rows:
         store(out, at, row)
@@ -57,8 +70,10 @@ def every_lane_function(a, b, out):
 
 @njit
 def every_quad_function(a, b, out, single):
-    """Triples of fours of double precision into out, fours rounded into single; the greatest of a and the first."""
-    u, v = load_four(a, np.uint64(0)), load_four(b, np.uint64(0))
+    """Triples of fours of double precision into out, fours rounded into single; the greatest of a
+    and the first."""
+    u = load_four(a, np.uint64(0))
+    v = load_four(b, np.uint64(0))
     store_triples(out, np.uint64(0), u + v, u - v, u * v)
     store_triples(out, np.uint64(12), lower(u, v), upper(u, v), four(a[2]))
     x, y, z = load_triples(out, np.uint64(0))
@@ -69,8 +84,10 @@ def every_quad_function(a, b, out, single):
 
 @njit
 def cell_mix(short, r, s, t, out):
-    """The eight codes and the weights of a point's corners into out (16,); the sum of their products."""
-    values, weights = codes(short, np.uint64(0)), corners(np.float32(r), np.float32(s), np.float32(t))
+    """The eight codes and the weights of a point's corners into out (16,); the sum of their
+    products."""
+    values = codes(short, np.uint64(0))
+    weights = corners(np.float32(r), np.float32(s), np.float32(t))
     store(out, np.uint64(0), values)
     store(out, np.uint64(8), weights)
     return total(values * weights)
@@ -84,7 +101,8 @@ def packed(array, at, bits, base):
 
 @njit
 def list_bounds(x, field, gaps):
-    """Bounds of the distance of a point (3,) from below and above by the list of its cell, and how many patches."""
+    """Bounds of the distance of a point (3,) from below and above by the list of its cell, and how
+    many patches."""
     at = list_of(x[0], x[1], x[2], field, 0)
     if at < 0:
         return -1.0, np.inf, 0

@@ -75,12 +75,20 @@ PARTS = {
 }
 
 
-def write_cab(folder: Path, *, study: str = STUDY, body: str = ONE_ARM, postures: str = POSTURES,
-              environment: str = ENVIRONMENT) -> Path:  # fmt: skip
+def write_cab(
+    folder: Path,
+    *,
+    study: str = STUDY,
+    body: str = ONE_ARM,
+    postures: str = POSTURES,
+    environment: str = ENVIRONMENT,
+) -> Path:
     """Write body, postures, environment and study as a catalogue; returns the study's file."""
     for kind in ("bodies", "environments/cab", "studies"):
         (folder / kind).mkdir(parents=True, exist_ok=True)
-    (folder / "bodies/one_arm.yaml").write_text(body.replace("length: mm", "length: mm\npostures: arms.yaml", 1))
+    (folder / "bodies/one_arm.yaml").write_text(
+        body.replace("length: mm", "length: mm\npostures: arms.yaml", 1)
+    )
     (folder / "bodies/arms.yaml").write_text(postures)
     (folder / "environments/cab/cab.obj").write_text(boxes(PARTS))
     (folder / "environments/cab/environment.yaml").write_text(environment)
@@ -94,7 +102,10 @@ def boxes(parts: dict[str, tuple[tuple[float, ...], tuple[float, ...]]]) -> str:
     lines: list[str] = []
     for n, (name, (low, high)) in enumerate(parts.items()):
         lines.append(f"o {name}")
-        lines += ["v {} {} {}".format(*(low[k] + corner[k] * (high[k] - low[k]) for k in range(3))) for corner in BOX]
+        lines += [
+            "v {} {} {}".format(*(low[k] + corner[k] * (high[k] - low[k]) for k in range(3)))
+            for corner in BOX
+        ]
         lines += ["f {} {} {}".format(*(face + 1 + 8 * n)) for face in BOX_FACES]
     return "\n".join(lines) + "\n"
 
@@ -118,12 +129,15 @@ def line_with(text: str, part: str) -> int:
 
 
 def mutants(text: str, count: int, *, seed: int) -> Iterator[bytes]:
-    """Copies of a text with bytes flipped, lines doubled, dropped or exchanged, numbers and names replaced."""
+    """Copies of a text with bytes flipped, lines doubled, dropped or exchanged, numbers and names
+    replaced."""
     rng = random.Random(seed)
     odd = [b"-1", b".nan", b"1e308", b"", b"[]", b"null", b"0x" + b"f" * 300, b"x", b"*a", b"\xff"]
     for _ in range(count):
-        lines, kind = text.encode().split(b"\n"), rng.randrange(6)
-        a, b = rng.randrange(len(lines)), rng.randrange(len(lines))
+        lines = text.encode().split(b"\n")
+        kind = rng.randrange(6)
+        a = rng.randrange(len(lines))
+        b = rng.randrange(len(lines))
         if kind == 0:
             lines = lines[:a]
         elif kind == 1:

@@ -9,14 +9,19 @@ def matrix(q):
     """Rotation matrix of a quaternion by its action on the axes: q v q*."""
 
     def times(a, b):
-        return np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+        return np.array(
+            [a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))]
+        )
 
     inverse = q * [1, -1, -1, -1] / (q @ q)
-    return np.stack([times(times(q, np.array([0.0, *axis])), inverse)[1:] for axis in np.eye(3)], axis=1)
+    return np.stack(
+        [times(times(q, np.array([0.0, *axis])), inverse)[1:] for axis in np.eye(3)], axis=1
+    )
 
 
 def forward(body, poses):
-    """World transforms as 4 x 4 products from the reference segment outward, one segment at a time."""
+    """World transforms as 4 x 4 products from the reference segment outward, one segment at a
+    time."""
     n = len(body.segments)
     world = np.full((len(poses), n, 4, 4), np.nan)
     for p in range(len(poses)):
@@ -24,7 +29,8 @@ def forward(body, poses):
         world[p, poses.reference] = np.vstack([poses.world_from_reference[p], [0, 0, 0, 1]])
         while len(done) < n:
             for child in range(1, n):
-                parent, j = int(body.parent[child]), child - 1
+                parent = int(body.parent[child])
+                j = child - 1
                 parent_from_child = np.eye(4)
                 parent_from_child[:3, :3] = matrix(poses.rotations[p, j])
                 shift = parent_from_child[:3, :3] @ body.joint_in_child[j]
@@ -46,7 +52,8 @@ def point_segment(p, a, b):
 
 
 def point_triangle(p, corners):
-    """Distance of a point to a triangle: its plane where the foot is inside, else its nearest edge."""
+    """Distance of a point to a triangle: its plane where the foot is inside, else its nearest
+    edge."""
     a, b, c = corners
     edges = min(point_segment(p, a, b), point_segment(p, b, c), point_segment(p, c, a))
     n = np.cross(b - a, c - a)
@@ -63,7 +70,9 @@ def winding(p, triangles):
     for corners in triangles:
         a, b, c = corners - p
         la, lb, lc = np.linalg.norm([a, b, c], axis=1)
-        total += 2 * np.arctan2(a @ np.cross(b, c), la * lb * lc + (a @ b) * lc + (b @ c) * la + (c @ a) * lb)
+        total += 2 * np.arctan2(
+            a @ np.cross(b, c), la * lb * lc + (a @ b) * lc + (b @ c) * la + (c @ a) * lb
+        )
     return total / (4 * np.pi)
 
 
@@ -74,7 +83,9 @@ def clearance(placed, environment):
     corners = environment.vertices[environment.triangles]
     for p, n, k in np.ndindex(out.shape):
         polygons = environment.polygons(k)
-        part = corners[environment.triangle_start[polygons.start] : environment.triangle_start[polygons.stop]]
+        part = corners[
+            environment.triangle_start[polygons.start] : environment.triangle_start[polygons.stop]
+        ]
         rows = range(*body.spheres(n).indices(len(body.radius)))
         if environment.hidden[k] or not len(part) or not rows:
             continue
@@ -95,14 +106,19 @@ def sphere_pairs(placed):
     for p in range(len(placed)):
         for i in range(len(body.radius)):
             for j in range(i + 1, len(body.radius)):
-                gap = np.linalg.norm(placed.centres[p, i] - placed.centres[p, j]) - body.radius[i] - body.radius[j]
+                gap = (
+                    np.linalg.norm(placed.centres[p, i] - placed.centres[p, j])
+                    - body.radius[i]
+                    - body.radius[j]
+                )
                 if gap < -1e-9 and not body.adjacent[segment[i], segment[j]]:
                     found[p, i, j] = gap
     return found
 
 
 def circle_touches_polygon(centre, radius, loops):
-    """The paper's predicate in the plane: does a circle (2D) touch a polygon given as loops of corners (even-odd)?"""
+    """The paper's predicate in the plane: does a circle (2D) touch a polygon given as loops of
+    corners (even-odd)?"""
     inside = False
     for loop in loops:
         for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True):
@@ -123,7 +139,8 @@ def on_the_way(body, way, steps):
 
 
 def first_below(distance, level):
-    """(...) the first row of distance (T, ...) that is below a level, as a fraction of the way; infinite for none."""
+    """(...) the first row of distance (T, ...) that is below a level, as a fraction of the way;
+    infinite for none."""
     touch = distance < level
     return np.where(touch.any(axis=0), np.argmax(touch, axis=0), np.inf) / (len(distance) - 1)
 
@@ -147,17 +164,24 @@ def check_sweep(body, way, environment, found, *, steps):
 
 
 def check_pair_sweep(body, way, other, own, *, steps):
-    """First times of sphere pairs (S, S) with another pose of the body and with itself, against dense sampling."""
+    """First times of sphere pairs (S, S) with another pose of the body and with itself, against
+    dense sampling."""
     import workbench as wb
 
-    centres, radii = on_the_way(body, way, steps).centres, body.radius[:, None] + body.radius[None]
-    still, segment = wb.place(body, other[1]).centres[0], body.sphere_segment
+    centres = on_the_way(body, way, steps).centres
+    radii = body.radius[:, None] + body.radius[None]
+    still = wb.place(body, other[1]).centres[0]
+    segment = body.sphere_segment
     gaps = np.linalg.norm(centres[:, :, None] - still[None, None], axis=-1) - radii
     selves = np.linalg.norm(centres[:, :, None] - centres[:, None], axis=-1) - radii
     allowed = body.allowance[segment][:, segment]
     apart = np.triu(~body.adjacent)[segment][:, segment]
-    for found, distance, level in ((other[0], gaps, 0.0), (own, np.where(apart, selves, np.inf), -allowed)):
-        sampled, times = first_below(distance, level - 1e-9), np.where(np.isnan(found), np.inf, found)
+    for found, distance, level in (
+        (other[0], gaps, 0.0),
+        (own, np.where(apart, selves, np.inf), -allowed),
+    ):
+        sampled = first_below(distance, level - 1e-9)
+        times = np.where(np.isnan(found), np.inf, found)
         assert np.all(times <= sampled + 2e-6)
         # not earlier than the step before, but for contacts that fall between two steps
         early = np.argwhere(times < sampled - 1.0 / steps - 2e-6)
@@ -169,27 +193,36 @@ def check_pair_sweep(body, way, other, own, *, steps):
 
 
 def check_episodes(body, motion, environment, found, *, steps):
-    """Episodes by segment and part against dense sampling: what is sampled in contact lies in one of them, they begin
-    and end where the surfaces meet, and nothing sampled is deeper."""
+    """Episodes by segment and part against dense sampling: what is sampled in contact lies in one
+    of them, they begin and end where the surfaces meet, and nothing sampled is deeper."""
     import workbench as wb
 
     def frame(i):
         return wb.Poses(motion.rotations[[i]], motion.reference, motion.world_from_reference[[i]])
 
-    pieces = [wb.clearance(on_the_way(body, (frame(i), frame(i + 1)), steps), environment)
-              for i in range(len(motion) - 1)]  # fmt: skip
+    pieces = [
+        wb.clearance(on_the_way(body, (frame(i), frame(i + 1)), steps), environment)
+        for i in range(len(motion) - 1)
+    ]
     distance = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
     times = np.arange(len(distance)) / steps
-    inside, deep = np.zeros(distance.shape, dtype=bool), np.full(distance.shape[1:], np.inf)
+    inside = np.zeros(distance.shape, dtype=bool)
+    deep = np.full(distance.shape[1:], np.inf)
     for e in range(len(found)):
-        n, k = found.segment[e], found.part[e]
+        n = found.segment[e]
+        k = found.part[e]
         here = (times >= found.enter[e] - 2e-6) & (times <= found.leave[e] + 2e-6)
         inside[here, n, k] = True
         deep[n, k] = min(deep[n, k], found.distance[e])
         within = (times >= found.enter[e] + 2e-6) & (times <= found.leave[e] - 2e-6)
         assert np.all(distance[within, n, k] < 1e-5)
         assert found.distance[e] <= distance[within, n, k].min(initial=np.inf) + 1.1e-5
-        at = wb.between(frame(found.frame[e]), frame(min(found.frame[e] + 1, len(motion) - 1)),
-                        found.deepest[e] - found.frame[e])  # fmt: skip
-        assert abs(wb.clearance(wb.place(body, at), environment)[0, n, k] - found.distance[e]) < 1e-8
+        at = wb.between(
+            frame(found.frame[e]),
+            frame(min(found.frame[e] + 1, len(motion) - 1)),
+            found.deepest[e] - found.frame[e],
+        )
+        assert (
+            abs(wb.clearance(wb.place(body, at), environment)[0, n, k] - found.distance[e]) < 1e-8
+        )
     assert np.all(inside | ~(distance < -1e-9))

@@ -1,4 +1,5 @@
-"""Limits at the 5th and 95th percentile of several measures do not serve 90 %: each leaves out other people."""
+"""Limits at the 5th and 95th percentile of several measures do not serve 90 %: each leaves out
+other people."""
 
 from __future__ import annotations
 
@@ -17,13 +18,24 @@ def inside_limits(people: Population, low: Floats, high: Floats) -> Bools:
 
     low, high: (M,) for everybody, or (2, M) a row for each of SEXES.
     """
-    by_sex = [np.broadcast_to(limit, (len(SEXES), len(people.names)))[people.sex] for limit in (low, high)]
-    return np.asarray(np.all((people.measures >= by_sex[0]) & (people.measures <= by_sex[1]), axis=1))
+    by_sex = [
+        np.broadcast_to(limit, (len(SEXES), len(people.names)))[people.sex] for limit in (low, high)
+    ]
+    return np.asarray(
+        np.all((people.measures >= by_sex[0]) & (people.measures <= by_sex[1]), axis=1)
+    )
 
 
-def inside_own_percentiles(people: Population, *, measures: Sequence[str] = COCKPIT, low: float = 5, high: float = 95,
-                           limits: Population | PopulationModel | None = None) -> Bools:  # fmt: skip
-    """(P,) whether a person lies between two percentiles [%] of their own sex in all of these measures.
+def inside_own_percentiles(
+    people: Population,
+    *,
+    measures: Sequence[str] = COCKPIT,
+    low: float = 5,
+    high: float = 95,
+    limits: Population | PopulationModel | None = None,
+) -> Bools:
+    """(P,) whether a person lies between two percentiles [%] of their own sex in all of these
+    measures.
 
     limits: where the percentiles come from; the people themselves where not given.
     """

@@ -1,5 +1,6 @@
-"""Slow oracles of reaches among obstacles: postures drawn from all over the joints' ranges, brought to the target, and
-there kept off what they enter. They use the package's contacts, stops and forward kinematics, and none of its solver.
+"""Slow oracles of reaches among obstacles: postures drawn from all over the joints' ranges, brought
+to the target, and there kept off what they enter. They use the package's contacts, stops and
+forward kinematics, and none of its solver.
 """
 
 from __future__ import annotations
@@ -10,18 +11,27 @@ import workbench as wb
 from workbench.model.posing import angles_of, compose
 from workbench.solve.stops import stops
 
-STEP, ROUNDS, MOST_TURN = 1e-6, 12, 0.3
-OFF, TIP, DAMPING, MOST = 5e-4, 1e-4, 1e-4, 16
+STEP = 1e-6
+ROUNDS = 12
+MOST_TURN = 0.3
+OFF = 5e-4
+TIP = 1e-4
+DAMPING = 1e-4
+MOST = 16
 PAST = np.radians(0.1)
 
 
 def clear_ways(body, arm, pose, target, environment, *, draws, keep, seed, gap=1e-3):
-    """Postures (n, J, 4) of `keep` drawn ones, the nearest of `draws`, that reach a target to within gap [m] and
-    enter nothing: random legal angles, then damped least squares on the tip by differences, no comfort, no planes."""
-    rng, free = np.random.default_rng(seed), list(arm.free)
+    """Postures (n, J, 4) of `keep` drawn ones, the nearest of `draws`, that reach a target to
+    within gap [m] and enter nothing: random legal angles, then damped least squares on the tip by
+    differences, no comfort, no planes."""
+    rng = np.random.default_rng(seed)
+    free = list(arm.free)
     start = angles_of(body, pose)[0]
-    low, high = -body.stops.limits[free, :, 1], body.stops.limits[free, :, 0]
-    near, gaps = [], []
+    low = -body.stops.limits[free, :, 1]
+    high = body.stops.limits[free, :, 0]
+    near = []
+    gaps = []
     for _ in range(max(draws // 20000, 1)):
         angles = np.repeat(start[None], min(draws, 20000), axis=0)
         angles[:, free] = rng.uniform(low, high, (len(angles), len(free), 3))
@@ -57,10 +67,14 @@ def _margin(body, arm, pose, angles):
 
 
 def _brought(body, arm, pose, angles, target):
-    """Angles after a few damped least-squares steps toward the target, kept within their own ranges."""
-    free = [(j, axis) for j in arm.free for axis in range(3) if body.stops.limits[j, axis].sum() > 0]
+    """Angles after a few damped least-squares steps toward the target, kept within their own
+    ranges."""
+    free = [
+        (j, axis) for j in arm.free for axis in range(3) if body.stops.limits[j, axis].sum() > 0
+    ]
     rows, columns = map(list, zip(*free, strict=True))
-    low, high = -body.stops.limits[rows, columns, 1], body.stops.limits[rows, columns, 0]
+    low = -body.stops.limits[rows, columns, 1]
+    high = body.stops.limits[rows, columns, 0]
     for _ in range(ROUNDS):
         at = _tips(body, arm, pose, angles)
         slope = np.empty((len(angles), 3, len(free)))
@@ -69,19 +83,26 @@ def _brought(body, arm, pose, angles, target):
             other[:, j, axis] += STEP
             slope[:, :, i] = (_tips(body, arm, pose, other) - at) / STEP
         square = slope @ slope.transpose(0, 2, 1) + 1e-6 * np.eye(3)
-        step = np.einsum("pci,pc->pi", slope, np.linalg.solve(square, (target - at)[..., None])[..., 0])
-        step *= np.minimum(1.0, MOST_TURN / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12))
+        step = np.einsum(
+            "pci,pc->pi", slope, np.linalg.solve(square, (target - at)[..., None])[..., 0]
+        )
+        step *= np.minimum(
+            1.0, MOST_TURN / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12)
+        )
         angles[:, rows, columns] = np.clip(angles[:, rows, columns] + step, low, high)
     return angles
 
 
 def slow_ways(body, arm, pose, target, environment, *, starts=24, draws=6000, rounds=30, seed=1):
-    """Postures (n, J, 4) that bring the tip to a target within 0.1 mm, keep the stops and enter nothing, none where
-    none is found: from the nearest of drawn postures, damped least squares on the distance, the breach of the stops and
-    the overlaps at once. Slopes are differences; a contact is pushed out along its normal."""
-    rng, free = np.random.default_rng(seed), list(arm.free)
+    """Postures (n, J, 4) that bring the tip to a target within 0.1 mm, keep the stops and enter
+    nothing, none where none is found: from the nearest of drawn postures, damped least squares on
+    the distance, the breach of the stops and the overlaps at once. Slopes are differences; a
+    contact is pushed out along its normal."""
+    rng = np.random.default_rng(seed)
+    free = list(arm.free)
     angles = np.repeat(angles_of(body, pose)[:1], draws, axis=0)
-    low, high = -body.stops.limits[free, :, 1], body.stops.limits[free, :, 0]
+    low = -body.stops.limits[free, :, 1]
+    high = body.stops.limits[free, :, 0]
     angles[:, free] = rng.uniform(low, high, (draws, len(free), 3))
     off = np.linalg.norm(_tips(body, arm, pose, angles) - target, axis=1)
     legal = np.flatnonzero(_margin(body, arm, pose, angles) >= 0)
@@ -99,29 +120,37 @@ def slow_ways(body, arm, pose, target, environment, *, starts=24, draws=6000, ro
         others[np.arange(len(turns)), :, rows, columns] += STEP
         moved = _state(body, arm, pose, others.reshape(-1, *angles.shape[1:]))
         slopes = [
-            (b.reshape(len(turns), *a.shape) - a) / STEP for a, b in zip((tip, breach, centres), moved, strict=True)
+            (b.reshape(len(turns), *a.shape) - a) / STEP
+            for a, b in zip((tip, breach, centres), moved, strict=True)
         ]
         left, slope = _equations((tip - target, breach), slopes, met)
         square = slope.transpose(0, 2, 1) @ slope + DAMPING * np.eye(len(turns))
         step = -np.linalg.solve(square, np.einsum("pri,pr->pi", slope, left)[..., None])[..., 0]
-        step *= np.minimum(1.0, MOST_TURN / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12))
+        step *= np.minimum(
+            1.0, MOST_TURN / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-12)
+        )
         angles[:, rows, columns] += step
     return np.zeros((0, len(body.joints), 4))
 
 
 def _equations(state, slopes, met):
-    """What is left (P, 4 + MOST) of tip, stops and deepest contacts, and how it changes with each turn (P, 4 + MOST,
-    n)."""
+    """What is left (P, 4 + MOST) of tip, stops and deepest contacts, and how it changes with each
+    turn (P, 4 + MOST, n)."""
     tip, breach = state
     tips, breaches, centres = slopes
-    left, slope = np.zeros((len(tip), 4 + MOST)), np.zeros((len(tip), 4 + MOST, len(tips)))
-    left[:, :3], left[:, 3] = tip, breach
-    slope[:, :3], slope[:, 3] = tips.transpose(1, 2, 0), breaches.T
+    left = np.zeros((len(tip), 4 + MOST))
+    slope = np.zeros((len(tip), 4 + MOST, len(tips)))
+    left[:, :3] = tip
+    left[:, 3] = breach
+    slope[:, :3] = tips.transpose(1, 2, 0)
+    slope[:, 3] = breaches.T
     used = np.full(len(tip), 4)
     deep = _is_inside(met)
     inside = set(zip(met.pose[deep], met.sphere[deep], met.part[deep], strict=True))
     for c in np.argsort(-met.excess):
-        p, s, part = met.pose[c], met.sphere[c], met.part[c]
+        p = met.pose[c]
+        s = met.sphere[c]
+        part = met.part[c]
         contrary = (p, s, part) in inside and not deep[c]
         if used[p] < 4 + MOST and not contrary:
             left[p, used[p]] = met.excess[c] + OFF
@@ -137,7 +166,9 @@ def _is_inside(met):
 
 def _state(body, arm, pose, angles):
     """Tips (P, 3), breaches of the stops (P,) [rad] and centres of all spheres (P, S, 3)."""
-    placed = wb.place(body, _poses(body, pose, angles), window=[body.segments[segment] for segment in arm.moving])
+    placed = wb.place(
+        body, _poses(body, pose, angles), window=[body.segments[segment] for segment in arm.moving]
+    )
     world = placed.world_from_segment[:, arm.end]
     tip = np.einsum("pij,j->pi", world[..., :3], arm.tip) + world[..., 3]
     return tip, np.maximum(0.0, -_margin(body, arm, pose, angles)), placed.centres
@@ -146,5 +177,7 @@ def _state(body, arm, pose, angles):
 def _met(body, arm, pose, angles, environment):
     """Contacts of the limb's solid spheres, and what is nearly one."""
     window = [body.segments[segment] for segment in arm.moving]
-    met = wb.contacts(wb.place(body, _poses(body, pose, angles), window=window), environment, margin=OFF)
+    met = wb.contacts(
+        wb.place(body, _poses(body, pose, angles), window=window), environment, margin=OFF
+    )
     return met.rows(arm.solid[met.sphere] & (met.excess > -OFF))

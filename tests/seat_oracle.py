@@ -1,5 +1,5 @@
-"""Sitting, slowly and obviously: every place of the seat is tried, sitting and stepping take turns a fixed number of
-times, each foot begins anew. What the compiled search must equal."""
+"""Sitting, slowly and obviously: every place of the seat is tried, sitting and stepping take turns
+a fixed number of times, each foot begins anew. What the compiled search must equal."""
 
 from __future__ import annotations
 
@@ -11,46 +11,68 @@ from workbench.solve.reaching.reach import reach
 from workbench.solve.seating.posture import pointed_foot, positions
 from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
 
-TURNS, LIFTS, SHORT, HEEL_IN_AIR = 3, 4, 1e-3, 10.0
+TURNS = 3
+LIFTS = 4
+SHORT = 1e-3
+HEEL_IN_AIR = 10.0
 
 
 def eye_points(placed):
     """(P, 3) [m] the point midway between the two eyes."""
     names = placed.body.sphere_names
-    return 0.5 * (placed.centres[:, names.index("left eye")] + placed.centres[:, names.index("right eye")])
+    return 0.5 * (
+        placed.centres[:, names.index("left eye")] + placed.centres[:, names.index("right eye")]
+    )
 
 
 def seat_slowly(body, poses, seat, *, eye, pedals):
-    """Forward, up [m], eye (3,), misses [m], limits in words, discomfort, rotations (J, 4) of one sitter."""
+    """Forward, up [m], eye (3,), misses [m], limits in words, discomfort, rotations (J, 4) of one
+    sitter."""
     forward = positions(seat.travel_forward)
     up = np.full(len(forward), min(max(0.0, seat.travel_up[0]), seat.travel_up[1]))
-    poses = wb.Poses(np.repeat(poses.rotations, len(forward), axis=0), poses.reference,
-                     np.repeat(poses.world_from_reference, len(forward), axis=0))  # fmt: skip
+    poses = wb.Poses(
+        np.repeat(poses.rotations, len(forward), axis=0),
+        poses.reference,
+        np.repeat(poses.world_from_reference, len(forward), axis=0),
+    )
     for _ in range(1 + LIFTS * (eye is not None)):
         poses, miss, limit, ease = stepped(body, poses, seat, (forward, up), pedals)
         eyes = eye_points(wb.place(body, poses, window=["H"]))
         if eye is not None:
-            before, up = up, np.clip(up + eye - eyes[:, 2], *seat.travel_up)
-    missed = np.sum([np.where(m > SHORT, m, 0.0) for m in miss.values()], axis=0) * np.ones(len(forward))
+            before = up
+            up = np.clip(up + eye - eyes[:, 2], *seat.travel_up)
+    missed = np.sum([np.where(m > SHORT, m, 0.0) for m in miss.values()], axis=0) * np.ones(
+        len(forward)
+    )
     best = np.lexsort((np.abs(forward), ease.round(3), missed.round(4)))[0]
     at = up if eye is None else before
     return {
-        "forward": forward[best], "up": at[best], "eye": eyes[best], "discomfort": ease[best],
-        "rotations": poses.rotations[best], "miss": {foot: m[best] for foot, m in miss.items()},
-        "limit": {foot: words[best] for foot, words in limit.items()}, "every": (forward, missed, ease),
-    }  # fmt: skip
+        "forward": forward[best],
+        "up": at[best],
+        "eye": eyes[best],
+        "discomfort": ease[best],
+        "rotations": poses.rotations[best],
+        "miss": {foot: m[best] for foot, m in miss.items()},
+        "limit": {foot: words[best] for foot, words in limit.items()},
+        "every": (forward, missed, ease),
+    }
 
 
 def stepped(body, poses, seat, travel, pedals):
-    """Sitters (P) with the seat at these places, feet on the pedals: poses, misses, limits, discomfort (P,)."""
+    """Sitters (P) with the seat at these places, feet on the pedals: poses, misses, limits,
+    discomfort (P,)."""
     side = seat_planes(seat)[2]
     ahead = np.array([side[1], -side[0], 0.0])
     shift = travel[0][:, None] * ahead + travel[1][:, None] * np.array([0.0, 0.0, 1.0])
-    miss, limit, poses = {}, {}, sat(body, poses, seat, shift)
+    miss = {}
+    limit = {}
+    poses = sat(body, poses, seat, shift)
     for _ in range(TURNS):
         total = np.zeros(len(poses))
         for foot, at in pedals.at.items():
-            poses, miss[foot], limit[foot], ease = on_pedal(body, poses, (foot, at, ahead), pedals.floor)
+            poses, miss[foot], limit[foot], ease = on_pedal(
+                body, poses, (foot, at, ahead), pedals.floor
+            )
             total = total + ease
         poses = sat(body, poses, seat, shift)
     return poses, miss, limit, total
@@ -59,24 +81,30 @@ def stepped(body, poses, seat, travel, pedals):
 def sat(body, poses, seat, shift):
     world = poses.world_from_reference.copy()
     world[:, :, :3] = seat_attitude(seat)
-    world = seat_body(body, wb.Poses(poses.rotations, poses.reference, world), seat).world_from_reference.copy()
+    world = seat_body(
+        body, wb.Poses(poses.rotations, poses.reference, world), seat
+    ).world_from_reference.copy()
     world[:, :, 3] += shift
     return wb.Poses(poses.rotations, poses.reference, world)
 
 
 def on_pedal(body, poses, pedal, floor):
     name, at, ahead = pedal
-    ball, heel = limb(body, name, grip="ball"), limb(body, name, grip="heel")
+    ball = limb(body, name, grip="ball")
+    heel = limb(body, name, grip="heel")
     targets = np.broadcast_to(np.array(at), (len(poses), 3))
     free = reach(body, poses, targets, limb=ball)
     words = [free.limit(p) for p in range(len(poses))]
-    rotations, miss, ease = free.poses.rotations, free.miss, free.discomfort
+    rotations = free.poses.rotations
+    miss = free.miss
+    ease = free.discomfort
     if floor is not None:
         rise = float(np.clip((at[2] - floor) / np.linalg.norm(ball.tip - heel.tip), -0.95, 0.95))
         along = np.sqrt(1.0 - rise * rise) * ahead + rise * np.array([0.0, 0.0, 1.0])
         heeled = reach(body, poses, targets, limb=pointed_foot(body, name), direction=along)
         down = heeled.reached
         rotations = np.where(down[:, None, None], heeled.poses.rotations, rotations)
-        miss, ease = np.where(down, heeled.miss, miss), np.where(down, heeled.discomfort, ease + HEEL_IN_AIR)
+        miss = np.where(down, heeled.miss, miss)
+        ease = np.where(down, heeled.discomfort, ease + HEEL_IN_AIR)
         words = ["" if down[p] else words[p] for p in range(len(poses))]
     return wb.Poses(rotations, poses.reference, poses.world_from_reference), miss, words, ease

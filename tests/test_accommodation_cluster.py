@@ -1,4 +1,5 @@
-"""The same chunks on a Dask cluster: the same numbers, a worker that dies loses nothing, no answer is told soon."""
+"""The same chunks on a Dask cluster: the same numbers, a worker that dies loses nothing, no answer
+is told soon."""
 
 from __future__ import annotations
 
@@ -37,7 +38,10 @@ def test_an_address_where_nobody_answers_is_told_within_ten_seconds():
 
 
 def test_an_address_that_is_none_is_told():
-    with pytest.raises(wb.InputError, match="such as tcp://host:8786"), cluster_at("nowhere at all"):
+    with (
+        pytest.raises(wb.InputError, match="such as tcp://host:8786"),
+        cluster_at("nowhere at all"),
+    ):
         pass
 
 

@@ -1,4 +1,5 @@
-"""The page of an accommodation study: words, charts, maps, and odd results that must not break it."""
+"""The page of an accommodation study: words, charts, maps, and odd results that must not break
+it."""
 
 from __future__ import annotations
 
@@ -12,12 +13,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.accommodations import few, made, panel_map, trainer, trainer_accommodation, trainer_people
+from tests.accommodations import (
+    few,
+    made,
+    panel_map,
+    trainer,
+    trainer_accommodation,
+    trainer_people,
+)
 from workbench.draw.contours import level_loops, spacing, spread
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
 from workbench.people.share import percent, percent_number
-from workbench.report.accommodation.charts import bar, margin_axis, margin_range, margin_strip, share_axis, whisker
+from workbench.report.accommodation.charts import (
+    bar,
+    margin_axis,
+    margin_range,
+    margin_strip,
+    share_axis,
+    whisker,
+)
 from workbench.report.accommodation.page import accommodation_page
 from workbench.report.accommodation.words import (
     accommodation_headline,
@@ -38,7 +53,9 @@ class Balanced(HTMLParser):
 
     def __init__(self):
         super().__init__()
-        self.open, self.ids, self.links = [], [], []
+        self.open = []
+        self.ids = []
+        self.links = []
 
     def handle_starttag(self, tag, attrs):
         self.ids += [v for k, v in attrs if k == "id"]
@@ -73,7 +90,8 @@ def usual():
 
 @pytest.fixture(scope="module")
 def ten():
-    """Ten people, two requirements: flaps are missed by four, the knee by three, by one of them both."""
+    """Ten people, two requirements: flaps are missed by four, the knee by three, by one of them
+    both."""
     people = trainer_people(10)
     flaps = np.array([-41, -20, -5, -1, 5, 10, 20, 30, 40, 50]) / 1000
     knee = np.array([-2, 1, 2, 3, -3, -12, 30, 40, 50, 60]) / 1000
@@ -83,8 +101,10 @@ def ten():
 
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
     said = accommodation_headline(ten)
-    assert said == ("40 % of the population fits (95 % interval 17 to 69 %, 10 people). Most are left out by "
-                    "“reach flaps”: 40 % of the people, 30 % by this alone.")  # fmt: skip
+    assert said == (
+        "40 % of the population fits (95 % interval 17 to 69 %, 10 people). Most are left out by "
+        "“reach flaps”: 40 % of the people, 30 % by this alone."
+    )
     assert requirement_sentence(ten) == (
         "“reach flaps” leaves out most people: 40 %. Dropping it would gain most: the share that meets all would go "
         "from 40 % to 70 %."
@@ -94,12 +114,16 @@ def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
 def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
     said = person_sentence(ten, 0)
     tall = 1000 * ten.study.people.column("stature")[0]
-    assert said.startswith(f"A man of {tall:,.0f} mm (male 1): his right hand stays 41 mm short of flaps in zone 2, "
-                           "limited by the length of the arm. His thumb tip reach is ")  # fmt: skip
+    assert said.startswith(
+        f"A man of {tall:,.0f} mm (male 1): his right hand stays 41 mm short of flaps in zone 2, "
+        "limited by the length of the arm. His thumb tip reach is "
+    )
     assert said.endswith("1 more requirement is not met.")
     assert "the men here" not in said  # five men are too few to be compared with
     assert "women here have more" in person_sentence(trainer_accommodation(200, shown=False), 194)
-    assert "right knee is 12 mm nearer to the instrument panel than it may be" in person_sentence(ten, 5)
+    assert "right knee is 12 mm nearer to the instrument panel than it may be" in person_sentence(
+        ten, 5
+    )
     assert person_sentence(ten, 9).endswith("everything is met.")
 
 
@@ -110,27 +134,50 @@ def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
     assert "The five hardest cases" in html
 
 
-@pytest.mark.parametrize(("gain", "said"), [
-    (Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),
-     "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and all requirements together from 81.3 to "
-     "84.2 %."),
-    (Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.813),
-     "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and leaves all requirements together at 81.3 %."),
-    (Gain("x", "y", 0.01, 0.0, 0.5, 0.5, 0.25, 0.25), "X leaves “y” at 50.0 % and leaves all requirements together at "
-     "25.0 %."),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("gain", "said"),
+    [
+        (
+            Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),
+            "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and all requirements together from 81.3 to "
+            "84.2 %.",
+        ),
+        (
+            Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.813),
+            "Moving flaps 32 mm aft takes “reach flaps” from 88.1 to 95.0 % and leaves all requirements together at 81.3 %.",
+        ),
+        (
+            Gain("x", "y", 0.01, 0.0, 0.5, 0.5, 0.25, 0.25),
+            "X leaves “y” at 50.0 % and leaves all requirements together at 25.0 %.",
+        ),
+    ],
+)
 def test_a_gain_is_told_with_both_shares(gain, said):
     assert gain_sentence(gain, 500) == said
 
 
-@pytest.mark.parametrize(("share", "few", "many"), [
-    (0.0, "0 %", "0.0 %"), (1.0, "100 %", "100.0 %"), (0.813, "81 %", "81.3 %"),
-    (0.00001, "under 1 %", "under 0.1 %"), (0.99996, "over 99 %", "over 99.9 %"), (0.9996, "over 99 %", "over 99.9 %"),
-    (1 - 1e-15, "100 %", "100.0 %"), (1e-16, "0 %", "0.0 %"), (0.9994, "over 99 %", "99.9 %"),
-    (0.0006, "under 1 %", "0.1 %"), (-1e-17, "0 %", "0.0 %"), (0.005, "under 1 %", "0.5 %"),
-    (0.995, "over 99 %", "99.5 %"), (0.0051, "1 %", "0.5 %"),
-])  # fmt: skip
-def test_a_share_is_never_rounded_to_all_or_nothing_and_has_tenths_from_500_people_on(share, few, many):
+@pytest.mark.parametrize(
+    ("share", "few", "many"),
+    [
+        (0.0, "0 %", "0.0 %"),
+        (1.0, "100 %", "100.0 %"),
+        (0.813, "81 %", "81.3 %"),
+        (0.00001, "under 1 %", "under 0.1 %"),
+        (0.99996, "over 99 %", "over 99.9 %"),
+        (0.9996, "over 99 %", "over 99.9 %"),
+        (1 - 1e-15, "100 %", "100.0 %"),
+        (1e-16, "0 %", "0.0 %"),
+        (0.9994, "over 99 %", "99.9 %"),
+        (0.0006, "under 1 %", "0.1 %"),
+        (-1e-17, "0 %", "0.0 %"),
+        (0.005, "under 1 %", "0.5 %"),
+        (0.995, "over 99 %", "99.5 %"),
+        (0.0051, "1 %", "0.5 %"),
+    ],
+)
+def test_a_share_is_never_rounded_to_all_or_nothing_and_has_tenths_from_500_people_on(
+    share, few, many
+):
     assert percent(share, 499) == few
     assert percent(share, 500) == many
 
@@ -159,24 +206,51 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
     assert reason_words("") == ""
 
 
-@pytest.mark.parametrize(("requirement", "reason", "said"), [
-    (FLAPS, "instrument_panel", "the reach lacks 12 mm to flaps in zone 2: the instrument panel is in the way"),
-    (FLAPS, "right elbow (flexion)", "the reach stays 12 mm short of flaps in zone 2, limited by the right elbow "
-     "(flexion)"),
-    (KNEE, "right lower leg (knee cap) at instrument_panel", "her right lower leg (knee cap) is 12 mm nearer to the "
-     "instrument panel than it may be"),
-    (KNEE, "", "her body is 12 mm nearer to the instrument panel than it may be"),
-    (Requirement("view over the nose", "v", "vision", "coaming"), "eyes too low",
-     "her eyes are 12 mm too low for “view over the nose”"),
-    (Requirement("pedals", "s", "seat", "left"), "left foot, length of the limb",
-     "her left foot stays 12 mm short of its pedal, limited by the length of the leg"),
-    (Requirement("pedals", "s", "seat", "left"), "the seat stops too far back",
-     "“pedals” is missed by 12 mm (the seat stops too far back)"),
-    (Requirement("stops", "j", "stops", "joints"), "neck pivot (flexion)",
-     "“stops” is missed by 12 mm (the neck pivot (flexion))"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("requirement", "reason", "said"),
+    [
+        (
+            FLAPS,
+            "instrument_panel",
+            "the reach lacks 12 mm to flaps in zone 2: the instrument panel is in the way",
+        ),
+        (
+            FLAPS,
+            "right elbow (flexion)",
+            "the reach stays 12 mm short of flaps in zone 2, limited by the right elbow (flexion)",
+        ),
+        (
+            KNEE,
+            "right lower leg (knee cap) at instrument_panel",
+            "her right lower leg (knee cap) is 12 mm nearer to the instrument panel than it may be",
+        ),
+        (KNEE, "", "her body is 12 mm nearer to the instrument panel than it may be"),
+        (
+            Requirement("view over the nose", "v", "vision", "coaming"),
+            "eyes too low",
+            "her eyes are 12 mm too low for “view over the nose”",
+        ),
+        (
+            Requirement("pedals", "s", "seat", "left"),
+            "left foot, length of the limb",
+            "her left foot stays 12 mm short of its pedal, limited by the length of the leg",
+        ),
+        (
+            Requirement("pedals", "s", "seat", "left"),
+            "the seat stops too far back",
+            "“pedals” is missed by 12 mm (the seat stops too far back)",
+        ),
+        (
+            Requirement("stops", "j", "stops", "joints"),
+            "neck pivot (flexion)",
+            "“stops” is missed by 12 mm (the neck pivot (flexion))",
+        ),
+    ],
+)
 def test_each_kind_of_requirement_is_told_in_its_own_words(requirement, reason, said):
-    result = made(trainer_people(1), [requirement], [[-0.012]], reason=np.array([[0 if reason else -1]]))
+    result = made(
+        trainer_people(1), [requirement], [[-0.012]], reason=np.array([[0 if reason else -1]])
+    )
     assert f"): {said}. Her " in person_sentence(replace(result, reasons=(reason,)), 0)
 
 
@@ -184,9 +258,18 @@ def test_the_page_is_whole_closed_and_the_same_each_time(usual):
     html = accommodation_page(usual)
     parsed(html)
     said = text_of(html)
-    for part in ("Who fits", "What leaves people out", "Limiting dimensions", "Changes that would gain",
-                 "hardest cases", "Who reaches the instrument panel", "Margins", "All requirements", "Provenance",
-                 "Method and its limits"):  # fmt: skip
+    for part in (
+        "Who fits",
+        "What leaves people out",
+        "Limiting dimensions",
+        "Changes that would gain",
+        "hardest cases",
+        "Who reaches the instrument panel",
+        "Margins",
+        "All requirements",
+        "Provenance",
+        "Method and its limits",
+    ):
         assert part in said
     assert '<a href="people.csv" download>' in html
     assert accommodation_page(usual) == html
@@ -199,10 +282,13 @@ def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
     assert "room: 30 % left out, 20 % by it alone" in html
 
 
-@pytest.mark.parametrize(("margin", "said"), [
-    (0.01, "Everybody fits (95 % interval 89 to 100 %, 30 people)."),
-    (-0.01, "Nobody fits (95 % interval 0 to 11 %, 30 people)."),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("margin", "said"),
+    [
+        (0.01, "Everybody fits (95 % interval 89 to 100 %, 30 people)."),
+        (-0.01, "Nobody fits (95 % interval 0 to 11 %, 30 people)."),
+    ],
+)
 def test_everybody_and_nobody(margin, said):
     result = made(trainer_people(30), [FLAPS], np.full((30, 1), margin))
     html = accommodation_page(result)
@@ -218,7 +304,9 @@ def test_one_person_one_requirement_no_map_no_picture():
     assert "The one person does not fit. Right knee clear of the panel is not met." in text_of(html)
     assert "The hardest case" in html
     assert "Who reaches" not in html
-    assert "The one person fits." in text_of(accommodation_page(made(trainer_people(1), [KNEE], [[0.0]])))
+    assert "The one person fits." in text_of(
+        accommodation_page(made(trainer_people(1), [KNEE], [[0.0]]))
+    )
 
 
 def test_margins_that_do_not_apply_are_no_misses():
@@ -234,7 +322,11 @@ def test_margins_that_do_not_apply_are_no_misses():
 def test_names_are_text_and_never_markup():
     evil = Requirement("<script>alert(1)</script>", 'x" onload="y', "reach", "<b>&", 1)
     result = made(trainer_people(6), [evil], np.full((6, 1), -0.02), warnings=["<i>w"])
-    strange = replace(result, reasons=("<u>why",) * 4, study=replace(result.study, title="<h1>t", description="a<b"))
+    strange = replace(
+        result,
+        reasons=("<u>why",) * 4,
+        study=replace(result.study, title="<h1>t", description="a<b"),
+    )
     html = accommodation_page(strange, downloads=["a&b.csv"])
     parsed(html)
     for raw in ("<script>", 'onload="y', "<b>&", "<u>why", "<h1>t", "<i>w"):
@@ -245,8 +337,12 @@ def test_names_are_text_and_never_markup():
 def test_forty_requirements_and_a_name_of_two_hundred_letters():
     people = trainer_people(25)
     rng = np.random.default_rng(1)
-    requirements = [Requirement(f"requirement {n} " + "long " * (40 if n == 3 else 0), f"c{n % 7}", "reach", f"t{n}", 1)
-                    for n in range(40)]  # fmt: skip
+    requirements = [
+        Requirement(
+            f"requirement {n} " + "long " * (40 if n == 3 else 0), f"c{n % 7}", "reach", f"t{n}", 1
+        )
+        for n in range(40)
+    ]
     html = accommodation_page(made(people, requirements, rng.normal(0.05, 0.04, (25, 40))))
     parsed(html)
     assert html.count("margins at 1, 5, 50, 95 and 99 %") == 40
@@ -269,15 +365,21 @@ def test_a_strip_is_well_formed_and_inside_its_cell(values):
     assert ends[0] < 0 < ends[1]
     root = ElementTree.fromstring(margin_strip(spread_row, ends, said='a & "b"'))
     for shape in root.iter("rect"):
-        left, width = float(shape.get("x").rstrip("%")), float(shape.get("width").rstrip("%"))
+        left = float(shape.get("x").rstrip("%"))
+        width = float(shape.get("width").rstrip("%"))
         assert left >= 0 and width >= 0 and left + width <= 100.16
 
 
 def test_charts_of_nothing_are_empty_or_plain():
     assert margin_strip(np.full(5, np.nan), (-1, 1), said="") == ""
     assert margin_range(np.full((2, 5), np.nan)) == (-0.01, 0.01)
-    for text in (bar(0, 0, most=0, said="x"), whisker(1, 1, 1, least=1, said="x"), share_axis(0.95), share_axis(0.0),
-                 margin_axis((-0.01, 0.01))):  # fmt: skip
+    for text in (
+        bar(0, 0, most=0, said="x"),
+        whisker(1, 1, 1, least=1, said="x"),
+        share_axis(0.95),
+        share_axis(0.0),
+        margin_axis((-0.01, 0.01)),
+    ):
         ElementTree.fromstring(text)
 
 
@@ -299,7 +401,9 @@ def test_contours_of_a_cone_are_circles_and_of_a_full_field_its_border():
 
 
 def shoelace(loop):
-    return 0.5 * float(np.sum(loop[:, 1] * np.roll(loop[:, 0], -1) - np.roll(loop[:, 1], -1) * loop[:, 0]))
+    return 0.5 * float(
+        np.sum(loop[:, 1] * np.roll(loop[:, 0], -1) - np.roll(loop[:, 1], -1) * loop[:, 0])
+    )
 
 
 @given(st.integers(0, 10_000), st.floats(0.1, 0.9))
@@ -312,7 +416,8 @@ def test_contours_hold_every_point_at_or_above_the_level_and_no_other(seed, leve
 
 
 def winding(loop, shape):
-    """How often a loop goes round each grid point: even-odd by a ray just off the grid lines, signed by its area."""
+    """How often a loop goes round each grid point: even-odd by a ray just off the grid lines,
+    signed by its area."""
     rows, columns = np.mgrid[0 : shape[0], 0 : shape[1]]
     out = np.zeros(shape)
     for (r0, c0), (r1, c1) in zip(loop, np.roll(loop, -1, axis=0), strict=True):
@@ -344,9 +449,12 @@ def test_a_reach_map_shows_lines_with_their_shares_over_the_part():
 
 
 def test_a_map_measured_from_behind_is_seen_from_the_sitters_side():
-    found, sitter = panel_map(), trainer().seat("left").srp
+    found = panel_map()
+    sitter = trainer().seat("left").srp
     behind = replace(found, flat=found.flat * [-1, 1])
-    assert reach_map_svg(behind, trainer(), sitter=sitter) == reach_map_svg(found, trainer(), sitter=sitter)
+    assert reach_map_svg(behind, trainer(), sitter=sitter) == reach_map_svg(
+        found, trainer(), sitter=sitter
+    )
     assert reach_map_svg(behind, trainer()) != reach_map_svg(found, trainer())
 
 
@@ -355,10 +463,18 @@ def test_a_map_of_one_share_has_one_colour_and_no_line_in_it(share):
     found = panel_map(count=200)
     flat = replace(found, share=np.full(len(found.share), share))
     root = ElementTree.fromstring(reach_map_svg(flat, trainer()))
-    assert "50 %" not in ["".join(t.itertext()) for t in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert "50 %" not in [
+        "".join(t.itertext()) for t in root.iter("{http://www.w3.org/2000/svg}text")
+    ]
 
 
 def test_a_map_of_a_single_point_is_drawn_too():
     found = panel_map()
-    one = replace(found, points=found.points[:1], normals=found.normals[:1], flat=found.flat[:1], share=found.share[:1])
+    one = replace(
+        found,
+        points=found.points[:1],
+        normals=found.normals[:1],
+        flat=found.flat[:1],
+        share=found.share[:1],
+    )
     ElementTree.fromstring(reach_map_svg(one, trainer()))

@@ -1,4 +1,5 @@
-"""Shares of people by hand: jointly, alone, without one requirement, weighted; what is odd about somebody."""
+"""Shares of people by hand: jointly, alone, without one requirement, weighted; what is odd about
+somebody."""
 
 from __future__ import annotations
 
@@ -56,14 +57,17 @@ def test_a_weight_of_two_counts_as_two_people():
     st.lists(st.floats(0.1, 5), min_size=12, max_size=12),
 )
 def test_leaving_one_out_is_what_brute_force_says(rows, weights):
-    met, weight = np.array(rows), np.array(weights[: len(rows)])
+    met = np.array(rows)
+    weight = np.array(weights[: len(rows)])
     joint = weight[met.all(axis=1)].sum() / weight.sum()
     for r in range(3):
         others = np.delete(met, r, axis=1).all(axis=1)
         assert share_without(met, weight)[r] == pytest.approx(weight[others].sum() / weight.sum())
         only = others & ~met[:, r]
         assert left_out_alone(met, weight)[r] == pytest.approx(weight[only].sum() / weight.sum())
-        assert share_without(met, weight)[r] == pytest.approx(joint + left_out_alone(met, weight)[r])
+        assert share_without(met, weight)[r] == pytest.approx(
+            joint + left_out_alone(met, weight)[r]
+        )
 
 
 def test_a_mix_of_a_quarter_women_gives_women_a_quarter_of_the_weight():
@@ -74,17 +78,24 @@ def test_a_mix_of_a_quarter_women_gives_women_a_quarter_of_the_weight():
 
 def test_shares_are_told_of_everybody_each_sex_and_each_mix():
     served = np.array([True, True, False, False])
-    shares = {s.group: s for s in group_shares(served, people_of([0, 0, 1, 1]), {"mostly men": 0.1, "men only": 0.0})}
+    shares = {
+        s.group: s
+        for s in group_shares(served, people_of([0, 0, 1, 1]), {"mostly men": 0.1, "men only": 0.0})
+    }
     assert [shares[name].share for name in ("everybody", "men", "women")] == [0.5, 1.0, 0.0]
     assert shares["mostly men"].share == pytest.approx(0.9)
     assert shares["men only"].share == 1.0 and shares["men only"].count == 2
 
 
 def test_the_interval_is_wilsons():
-    """By hand: 8 of 10, z = 1.96: centre (0.8 + 0.192) / 1.384, half 1.96 sqrt(0.016 + 0.0096) / 1.384."""
+    """By hand: 8 of 10, z = 1.96: centre (0.8 + 0.192) / 1.384, half 1.96 sqrt(0.016 + 0.0096) /
+    1.384."""
     served = np.arange(10) < 8
     found = next(iter(group_shares(served, people_of([0] * 10), {})))
-    assert (found.low, found.high) == (pytest.approx(0.4902, abs=2e-4), pytest.approx(0.9433, abs=2e-4))
+    assert (found.low, found.high) == (
+        pytest.approx(0.4902, abs=2e-4),
+        pytest.approx(0.9433, abs=2e-4),
+    )
 
 
 def test_one_sex_only_has_no_groups():
@@ -99,14 +110,18 @@ def test_margins_are_spread_by_weight_and_what_does_not_apply_is_left_out():
 
 
 def test_the_shortest_move_that_gains_nearly_what_the_best_does_is_taken():
-    shares = np.array([0.5, 0.6, 0.69, 0.695, 0.7])  # the best gains 0.2 over 0.5, nineteen twentieths of it are 0.19
+    shares = np.array(
+        [0.5, 0.6, 0.69, 0.695, 0.7]
+    )  # the best gains 0.2 over 0.5, nineteen twentieths of it are 0.19
     assert shortest(shares, 0.5) == 2
-    assert shortest(np.array([0.5, 0.4]), 0.5) is None  # a move that lowers the share of all is no proposal
+    assert (
+        shortest(np.array([0.5, 0.4]), 0.5) is None
+    )  # a move that lowers the share of all is no proposal
 
 
 def test_the_bootstrap_of_four_people_by_hand():
-    """Two of four: redrawn, a binomial of 4 at 1/2: 1, 4, 6, 4, 1 in 16. Between 10 % and 90 % lie 1 to 3 of 4; between
-    5 % and 95 % all, since 0 of 4 is 6.25 %."""
+    """Two of four: redrawn, a binomial of 4 at 1/2: 1, 4, 6, 4, 1 in 16. Between 10 % and 90 % lie
+    1 to 3 of 4; between 5 % and 95 % all, since 0 of 4 is 6.25 %."""
     served = np.array([True, True, False, False])
     found = bootstrap_share(served, seed=1, confidence=0.8)
     assert (found.share, found.low, found.high) == (0.5, 0.25, 0.75)
@@ -119,7 +134,9 @@ def test_the_bootstrap_draws_each_sex_by_itself_where_sexes_are_weighted_to_a_mi
     served = np.array([True] * 3 + [False] * 5)
     people = people_of([0] * 3 + [1] * 5)
     rule = IntervalRule("bootstrap", seed=3)
-    shares = {s.group: s for s in group_shares(served, people, {"one in ten a woman": 0.1}, interval=rule)}
+    shares = {
+        s.group: s for s in group_shares(served, people, {"one in ten a woman": 0.1}, interval=rule)
+    }
     mixed = shares["one in ten a woman"]
     assert (mixed.low, mixed.share, mixed.high) == pytest.approx((0.9, 0.9, 0.9))
     assert shares["everybody"].low < 3 / 8 < shares["everybody"].high
@@ -127,13 +144,19 @@ def test_the_bootstrap_draws_each_sex_by_itself_where_sexes_are_weighted_to_a_mi
 
 def test_a_bootstrap_is_the_same_for_the_same_seed_and_near_wilsons_for_many_people():
     served = np.arange(2000) % 10 < 8
-    one, two, wilson = bootstrap_share(served, seed=5), bootstrap_share(served, seed=5), share_of(served)
+    one = bootstrap_share(served, seed=5)
+    two = bootstrap_share(served, seed=5)
+    wilson = share_of(served)
     assert one == two
-    assert (one.low, one.high) == (pytest.approx(wilson.low, abs=2e-3), pytest.approx(wilson.high, abs=2e-3))
+    assert (one.low, one.high) == (
+        pytest.approx(wilson.low, abs=2e-3),
+        pytest.approx(wilson.high, abs=2e-3),
+    )
 
 
 def test_a_bootstrap_with_weights_is_that_of_drawing_people_one_by_one():
-    served, weight = np.arange(40) % 3 > 0, 1.0 + np.arange(40) % 2
+    served = np.arange(40) % 3 > 0
+    weight = 1.0 + np.arange(40) % 2
     stream = np.random.default_rng(0)
     rows = stream.integers(0, 40, size=(20_000, 40))
     shares = (weight * served)[rows].sum(axis=1) / weight[rows].sum(axis=1)
@@ -162,10 +185,19 @@ def test_the_odd_measure_of_a_man_with_short_arms_is_his_reach():
 
 
 def test_two_percentile_people_do_not_stand_for_ninety_percent():
-    """Who lies between the 5th and the 95th percentile of their own sex in eight seated measures."""
+    """Who lies between the 5th and the 95th percentile of their own sex in eight seated
+    measures."""
     people = draw_people(wb.load_population_model("ansur2"), 4000, seed=5)
-    eight = ("sitting_height", "eye_height_sitting", "acromial_height_sitting", "buttock_knee_length",
-             "knee_height_sitting", "thumb_tip_reach", "bideltoid_breadth", "hip_breadth_sitting")  # fmt: skip
+    eight = (
+        "sitting_height",
+        "eye_height_sitting",
+        "acromial_height_sitting",
+        "buttock_knee_length",
+        "knee_height_sitting",
+        "thumb_tip_reach",
+        "bideltoid_breadth",
+        "hip_breadth_sitting",
+    )
     inside = inside_own_percentiles(people, measures=eight)
     for sex in (0, 1):
         assert 0.55 < inside[people.sex == sex].mean() < 0.75

@@ -1,4 +1,5 @@
-"""The accommodation study on a toy cockpit: counts checked by other means, runs cut off, files, bad luck."""
+"""The accommodation study on a toy cockpit: counts checked by other means, runs cut off, files, bad
+luck."""
 
 from __future__ import annotations
 
@@ -59,13 +60,16 @@ def reaching(study, crew, at):
     for body in crew.bodies(0):
         poses = seated(study, [body], [0]).seat.poses
         chain = limb(body, "right hand", grip="push", zone=1)
-        found.append(bool(reach(body, poses, at, limb=chain, environment=study.environment).reached[0]))
+        found.append(
+            bool(reach(body, poses, at, limb=chain, environment=study.environment).reached[0])
+        )
     return np.array(found)
 
 
 def test_a_knob_put_where_exactly_so_many_reach_it_is_reached_by_so_many(toy, tmp_path):
     _, _, (study, crew) = toy
-    low, high = 0.7, 1.0
+    low = 0.7
+    high = 1.0
     for _ in range(12):
         middle = (low + high) / 2
         count = int(reaching(study, crew, [middle, -0.18, 0.85]).sum())
@@ -73,7 +77,9 @@ def test_a_knob_put_where_exactly_so_many_reach_it_is_reached_by_so_many(toy, tm
             break
         low, high = (middle, high) if count > 3 else (low, middle)
     assert count == 3
-    result = accommodation_study(load_accommodation(write_toy(tmp_path, knob=1000 * middle, people=PEOPLE)))
+    result = accommodation_study(
+        load_accommodation(write_toy(tmp_path, knob=1000 * middle, people=PEOPLE))
+    )
     column = [r.name for r in result.requirements].index("reach knob by the right hand")
     assert int(result.met[:, column].sum()) == 3
     assert result.single[column] == pytest.approx(3 / PEOPLE)
@@ -86,7 +92,8 @@ def test_the_spare_of_a_reach_is_how_much_farther_it_would_still_be_reached(toy)
     _, result, (study, crew) = toy
     column = [r.name for r in result.requirements].index("reach knob by the right hand")
     row = int(np.argmin(result.margin[:, column]))
-    spare, body = result.margin[row, column], crew.body(row)
+    spare = result.margin[row, column]
+    body = crew.body(row)
     assert 0 < spare < 0.19
     poses = seated(study, [body], [0]).seat.poses
     placed = wb.place(body, poses)
@@ -105,8 +112,12 @@ def test_margins_of_view_and_head_room_are_heights_that_can_be_measured(toy):
     names = [r.name for r in result.requirements]
     body = crew.body(3)
     placed = wb.place(body, seated(study, [body], [0]).seat.poses)
-    eyes = [placed.centres[0, body.sphere_names.index(f"{side} eye"), 2] for side in ("left", "right")]
-    assert result.margin[3, names.index("view")] == pytest.approx(0.06 - abs(np.mean(eyes) - 1.05), abs=1e-9)
+    eyes = [
+        placed.centres[0, body.sphere_names.index(f"{side} eye"), 2] for side in ("left", "right")
+    ]
+    assert result.margin[3, names.index("view")] == pytest.approx(
+        0.06 - abs(np.mean(eyes) - 1.05), abs=1e-9
+    )
     head = body.spheres(body.segment("H"))
     top = np.max(placed.centres[0, head, 2] + body.radius[head])
     assert result.margin[3, names.index("head room")] == pytest.approx(1.6 - top - 0.15, abs=1e-6)
@@ -127,10 +138,14 @@ def test_many_bodies_are_placed_as_one_after_the_other(toy):
     poses = seated(study, bodies, [0, 1, 2]).seat.poses
     found = place_people(bodies, poses)
     for b, body in enumerate(bodies):
-        one = wb.Poses(poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1])
+        one = wb.Poses(
+            poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1]
+        )
         alone = wb.place(body, one)
         assert np.allclose(found.centres[b], alone.centres[0], rtol=0, atol=1e-12)
-        assert np.allclose(found.world_from_segment[b], alone.world_from_segment[0], rtol=0, atol=1e-12)
+        assert np.allclose(
+            found.world_from_segment[b], alone.world_from_segment[0], rtol=0, atol=1e-12
+        )
 
 
 def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_moved(toy):
@@ -139,21 +154,31 @@ def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_m
     sitters = seated(study, bodies, [0, 1, 2])
     shift = np.array([[0.01, 0, 0], [0, 0, 0.02], [-0.03, 0, 0.01]])
     moves = study.environment.seat("pilot").moves
-    head = Gap(bodies[0].sphere_segment == bodies[0].segment("H"), np.array([True, True, False, True]), False)
+    head = Gap(
+        bodies[0].sphere_segment == bodies[0].segment("H"),
+        np.array([True, True, False, True]),
+        False,
+    )
     placed = place_people(bodies, sitters.seat.poses)
     found = people_gaps(bodies[0], placed, study.environment, gaps=[head], moves=moves, shift=shift)
     for b, body in enumerate(bodies):
         one = sitters.seat.poses
-        pose = wb.Poses(one.rotations[b : b + 1], one.reference, one.world_from_reference[b : b + 1])
+        pose = wb.Poses(
+            one.rotations[b : b + 1], one.reference, one.world_from_reference[b : b + 1]
+        )
         room = moved(study.environment, moves, shift[b])
         near = wb.clearance(wb.place(body, pose), room)[0, body.segment("H")]
-        assert found.room[b, 0] == pytest.approx(near[3], abs=1e-12)  # pan and back may be touched: left out
+        assert found.room[b, 0] == pytest.approx(
+            near[3], abs=1e-12
+        )  # pan and back may be touched: left out
 
 
 def test_the_bodies_show_the_measures_of_their_people(toy):
     _, _, (study, crew) = toy
     body = crew.body(2)
-    for name, found in wb.measure(body, ["thumb_tip_reach", "eye_height_sitting", "popliteal_height"]).items():
+    for name, found in wb.measure(
+        body, ["thumb_tip_reach", "eye_height_sitting", "popliteal_height"]
+    ).items():
         assert found == pytest.approx(study.people.column(name)[2], abs=3e-4)
     assert body.mass.sum() == pytest.approx(study.people.column("mass")[2])
 
@@ -164,9 +189,14 @@ def test_bodies_are_the_same_whoever_fits_them(toy):
     task = Task(crew.task.templates, crew.task.exact)
     found = {}
     fit_chunks(task, [people, people], processes=2, done=found.__setitem__)
-    assert all(np.array_equal(found[0].fields[name], found[1].fields[name]) for name in found[0].fields)
+    assert all(
+        np.array_equal(found[0].fields[name], found[1].fields[name]) for name in found[0].fields
+    )
     here = fit_chunk(task, people)
-    assert all(np.allclose(found[0].fields[name], here.fields[name], rtol=0, atol=1e-6) for name in here.fields)
+    assert all(
+        np.allclose(found[0].fields[name], here.fields[name], rtol=0, atol=1e-6)
+        for name in here.fields
+    )
 
 
 def test_kept_bodies_are_read_back_as_they_were(toy, tmp_path, monkeypatch):
@@ -177,7 +207,10 @@ def test_kept_bodies_are_read_back_as_they_were(toy, tmp_path, monkeypatch):
     first = crew_of(study.body, some, (), say=said.append)
     again = crew_of(study.body, some, (), say=lambda text: pytest.fail(text))
     assert said and not again.fits[0].fields["centre"].flags.owndata
-    assert all(np.array_equal(first.fits[0].fields[n], again.fits[0].fields[n]) for n in first.fits[0].fields)
+    assert all(
+        np.array_equal(first.fits[0].fields[n], again.fits[0].fields[n])
+        for n in first.fits[0].fields
+    )
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
@@ -206,7 +239,9 @@ def test_the_parquet_file_holds_the_same_table(toy, tmp_path):
     duckdb = pytest.importorskip("duckdb")
     _, result, _ = toy
     write_report(result, tmp_path / "out")
-    found = duckdb.sql(f"select avg(\"view [mm]\"), count(*) from '{tmp_path}/out/people.parquet'").fetchall()[0]
+    found = duckdb.sql(
+        f"select avg(\"view [mm]\"), count(*) from '{tmp_path}/out/people.parquet'"
+    ).fetchall()[0]
     assert found == (pytest.approx(1000 * result.margin[:, 2].mean(), abs=1e-2), PEOPLE)
 
 
@@ -219,7 +254,9 @@ def command(path, out, *, chunk=2):
 def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(toy, tmp_path):
     path = toy[0]
     kept = tmp_path / ".killed.chunks"
-    process = subprocess.Popen(command(path, tmp_path / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(
+        command(path, tmp_path / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
     for _ in range(6000):
         if len(list(kept.glob("*.chunk"))) >= 2 or process.poll() is not None:
             break
@@ -234,24 +271,36 @@ def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(toy, tmp_path):
     names = sorted(file.name for file in (tmp_path / "whole").iterdir())
     assert sorted(file.name for file in (tmp_path / "killed").iterdir()) == names
     for name in names:
-        assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+        assert (tmp_path / "killed" / name).read_bytes() == (
+            tmp_path / "whole" / name
+        ).read_bytes(), name
 
 
 @pytest.mark.nightly
 @pytest.mark.skipif(sys.platform != "linux", reason="audit hooks announce other paths elsewhere")
 def test_a_run_killed_at_any_step_of_its_chunks_goes_on_and_gives_the_same_bytes(toy, tmp_path):
-    """Before each file of a chunk is opened or renamed, and before each is removed when the work is done."""
+    """Before each file of a chunk is opened or renamed, and before each is removed when the work is
+    done."""
     subprocess.run(command(toy[0], tmp_path / "whole"), check=True, capture_output=True)
-    number, killed = 0, True
+    number = 0
+    killed = True
     while killed:
         number += 1
         kept = tmp_path / f".{number}.chunks"
         run = command(toy[0], tmp_path / str(number))
-        run[2] = f"import pathlib, tests.killed as k; k.kill_before({number}, pathlib.Path({str(kept)!r})); {run[2]}"
-        killed = subprocess.run(run, capture_output=True, cwd=ROOT, check=False).returncode == -signal.SIGKILL
+        run[2] = (
+            f"import pathlib, tests.killed as k; k.kill_before({number}, pathlib.Path({str(kept)!r})); {run[2]}"
+        )
+        killed = (
+            subprocess.run(run, capture_output=True, cwd=ROOT, check=False).returncode
+            == -signal.SIGKILL
+        )
         subprocess.run(command(toy[0], tmp_path / str(number)), check=True, capture_output=True)
         for file in (tmp_path / "whole").iterdir():
-            assert (tmp_path / str(number) / file.name).read_bytes() == file.read_bytes(), (number, file.name)
+            assert (tmp_path / str(number) / file.name).read_bytes() == file.read_bytes(), (
+                number,
+                file.name,
+            )
         assert not kept.exists(), number
     assert number > 12
 
@@ -274,7 +323,8 @@ def test_half_written_files_of_the_cache_go_after_a_day(tmp_path):
 
 def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, monkeypatch):
     monkeypatch.setattr(crew_module, "CHUNK", 2)
-    real, written = index_cache.tempfile.NamedTemporaryFile, []
+    real = index_cache.tempfile.NamedTemporaryFile
+    written = []
 
     def full(*args, **options):
         if len(written) == 2:
@@ -283,18 +333,24 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
         return real(*args, **options)
 
     monkeypatch.setattr(index_cache.tempfile, "NamedTemporaryFile", full)
-    with pytest.raises(wb.InputError, match=r"\(No space left on device\)\n4 of 8 people are done and kept"):
+    with pytest.raises(
+        wb.InputError, match=r"\(No space left on device\)\n4 of 8 people are done and kept"
+    ):
         accommodation_study(load_accommodation(toy[0]), keep=tmp_path / "keep")
     assert len(list((tmp_path / "keep").iterdir())) == 2
 
 
-@pytest.mark.parametrize(("count", "size"), [(1, 1), (64, 64), (600, 64), (1100, 128), (2048, 256), (6068, 256)])
+@pytest.mark.parametrize(
+    ("count", "size"), [(1, 1), (64, 64), (600, 64), (1100, 128), (2048, 256), (6068, 256)]
+)
 def test_chunks_hold_everybody_once_and_are_larger_where_there_are_many(count, size):
     people = wb.draw_people(wb.load_population_model("ansur2"), count, seed=1)
     fits = [Fit({}, [""] * min(64, count - first)) for first in range(0, count, 64)]
     crew = Crew(None, people, (), fits)
     assert crew.size == size
-    assert np.concatenate([crew.index(chunk) for chunk in range(len(crew))]).tolist() == list(range(count))
+    assert np.concatenate([crew.index(chunk) for chunk in range(len(crew))]).tolist() == list(
+        range(count)
+    )
     held = [sum(len(fit.told) for fit in crew.fits_of(chunk)) for chunk in range(len(crew))]
     assert held == [len(crew.index(chunk)) for chunk in range(len(crew))]
 
@@ -311,12 +367,17 @@ def test_real_rows_with_weights_are_people_too(toy, tmp_path):
     lines = [",".join(["SubjectId", "Gender", "count", *names])]
     for row in range(4):
         sizes = [f"{100 * study.people.column(name)[row]:.3f}" for name in names]
-        lines.append(",".join([f"p{row}", ("Male", "Female")[study.people.sex[row]], str(row + 1), *sizes]))
-    path = write_toy(tmp_path, swap={"{people: 10, seed: 3}": "{files: [four.csv], unit: cm, weights: count}"})
+        lines.append(
+            ",".join([f"p{row}", ("Male", "Female")[study.people.sex[row]], str(row + 1), *sizes])
+        )
+    path = write_toy(
+        tmp_path, swap={"{people: 10, seed: 3}": "{files: [four.csv], unit: cm, weights: count}"}
+    )
     (path.parent / "four.csv").write_text("\n".join(lines) + "\n")
     found = accommodation_study(load_accommodation(path))
     assert found.study.people.labels == ("p0", "p1", "p2", "p3")
-    served, weight = found.served, np.arange(1, 5)
+    served = found.served
+    weight = np.arange(1, 5)
     assert found.shares[0].share == pytest.approx(weight[served].sum() / 10)
     assert found.margin[:, 2] == pytest.approx(result.margin[:4, 2], abs=2e-3)
 
@@ -324,9 +385,16 @@ def test_real_rows_with_weights_are_people_too(toy, tmp_path):
 def test_a_change_of_the_design_is_confirmed_by_a_run_with_it(toy, tmp_path):
     change = "changes:\n  - {name: moving knob 60 mm aft, control: knob, move: [-60, 0, 0]}\n"
     study = Path(toy[0]).read_text() + change
-    path = write_toy(tmp_path, knob=850, study=study.replace(f"people: {PEOPLE}", "people: PEOPLE"), people=PEOPLE)
+    path = write_toy(
+        tmp_path,
+        knob=850,
+        study=study.replace(f"people: {PEOPLE}", "people: PEOPLE"),
+        people=PEOPLE,
+    )
     result = accommodation_study(load_accommodation(path))
-    nearer = accommodation_study(load_accommodation(write_toy(tmp_path / "nearer", knob=790, people=PEOPLE)))
+    nearer = accommodation_study(
+        load_accommodation(write_toy(tmp_path / "nearer", knob=790, people=PEOPLE))
+    )
     gain = result.gains[0]
     assert gain.requirement == "reach knob by the right hand" and gain.move == pytest.approx(0.06)
     assert gain.before == result.single[0] and gain.after == nearer.single[0] > gain.before
@@ -347,7 +415,8 @@ def test_what_is_proposed_lets_more_people_meet_everything(tmp_path):
 
 
 def test_where_everybody_left_out_lacks_two_things_nothing_is_proposed(tmp_path):
-    """At 850 mm the two who are short of the knob are too low to see as well: no single move lets them in."""
+    """At 850 mm the two who are short of the knob are too low to see as well: no single move lets
+    them in."""
     result = accommodation_study(load_accommodation(write_toy(tmp_path, knob=850, people=PEOPLE)))
     missed = ~result.met
     assert missed[:, 0].any() and np.all(missed.sum(axis=1) != 1)

@@ -1,4 +1,5 @@
-"""Public functions with hostile arguments: the package's own errors, which name the argument, and nothing else."""
+"""Public functions with hostile arguments: the package's own errors, which name the argument, and
+nothing else."""
 
 from __future__ import annotations
 
@@ -21,10 +22,41 @@ from workbench.model.environment import Rest, Seat
 from workbench.shape.scaling.scale import morph_to
 from workbench.solve.seating.posture import Pedals
 
-NAN, INF = float("nan"), float("inf")
-ODD = [None, object(), "no such name", "", b"bytes", -1, 0, 7, 3.5, -0.5, NAN, INF, 10**30, True, [], {}, [[1], [1, 2]],
-       "x" * 10_000, np.zeros((2, 7, 3)), np.full(3, NAN), np.full((1, 3), INF), np.zeros(0), ["no such name"], [NAN],
-       {"no such name": 1.0}, {"stature": NAN}, {1: 2}, ("a", "b"), np.array(["a"]), 1j, lambda: 0]  # fmt: skip
+NAN = float("nan")
+INF = float("inf")
+ODD = [
+    None,
+    object(),
+    "no such name",
+    "",
+    b"bytes",
+    -1,
+    0,
+    7,
+    3.5,
+    -0.5,
+    NAN,
+    INF,
+    10**30,
+    True,
+    [],
+    {},
+    [[1], [1, 2]],
+    "x" * 10_000,
+    np.zeros((2, 7, 3)),
+    np.full(3, NAN),
+    np.full((1, 3), INF),
+    np.zeros(0),
+    ["no such name"],
+    [NAN],
+    {"no such name": 1.0},
+    {"stature": NAN},
+    {1: 2},
+    ("a", "b"),
+    np.array(["a"]),
+    1j,
+    lambda: 0,
+]
 """What is put in the place of every argument."""
 
 
@@ -40,7 +72,9 @@ def fitting_cases():
     """The functions that fit spheres to a surface."""
     surface = wb.sealed(*block())
     bones = wb.Bones(
-        ("A", "B"), np.array([[0.02, 0.05, 0.05], [0.05, 0.05, 0.05]]), np.array([[0.05] * 3, [0.08] + [0.05] * 2])
+        ("A", "B"),
+        np.array([[0.02, 0.05, 0.05], [0.05, 0.05, 0.05]]),
+        np.array([[0.05] * 3, [0.08] + [0.05] * 2]),
     )
     radii = {"least_radius": 0.01, "greatest_radius": 0.05}
     return {
@@ -93,7 +127,13 @@ def arm_cases(one_arm):
             "threads": 1,
         },
         "clearance": {"placed": placed, "environment": room, "device": "cpu"},
-        "collides": {"placed": placed, "environment": room, "tolerance": 1e-6, "threads": 1, "device": "cpu"},
+        "collides": {
+            "placed": placed,
+            "environment": room,
+            "tolerance": 1e-6,
+            "threads": 1,
+            "device": "cpu",
+        },
         "contacts": {"placed": placed, "environment": room, "margin": 0.1, "tolerance": 1e-6},
         "episodes": {
             "body": one_arm,
@@ -149,7 +189,8 @@ def arm_cases(one_arm):
 
 
 def slow_cases():
-    """What takes seconds for all that is put in: spheres fitted, envelopes searched, bodies scaled."""
+    """What takes seconds for all that is put in: spheres fitted, envelopes searched, bodies
+    scaled."""
     upright = wb.pose(man(), {}, reference="LT", position=(0.1, 0.0, 0.35))
     hand = {"name": "right hand", "grip": "push", "zone": 1}
     return {
@@ -164,7 +205,12 @@ def slow_cases():
             "environment": None,
             **hand,
         },
-        "scale": {"body": man(), "measures": {"stature": 1.7}, "others": {"sitting_height": 0.9}, "detail": "coarse"},
+        "scale": {
+            "body": man(),
+            "measures": {"stature": 1.7},
+            "others": {"sitting_height": 0.9},
+            "detail": "coarse",
+        },
     }
 
 
@@ -175,11 +221,22 @@ def man():
 
 def human_cases(tmp_path):
     """The functions that are about people."""
-    body, model = man(), wb.load_population_model("ansur2")
+    body = man()
+    model = wb.load_population_model("ansur2")
     upright = wb.pose(body, {}, reference="LT", position=(0.1, 0.0, 0.35))
     room = environment_of(soup(1, 12))
-    seat = Seat("driver", (0.0, 0.0, 0.3), 0.4, 0.2, 0.0, Rest("pan", ("LT",), 0.01), Rest("back", ("UT",), 0.01),
-                (-0.1, 0.1), (0.0, 0.05), ())  # fmt: skip
+    seat = Seat(
+        "driver",
+        (0.0, 0.0, 0.3),
+        0.4,
+        0.2,
+        0.0,
+        Rest("pan", ("LT",), 0.01),
+        Rest("back", ("UT",), 0.01),
+        (-0.1, 0.1),
+        (0.0, 0.05),
+        (),
+    )
     driver = Driver("male", 1.75, 0.92, 25.0)
     package = Package((0.8, 0.0, 0.0), (0.9, 0.0, 0.2), (0.4, 0.0, 0.7), (0.0, 0.0, 0.3))
     feet = {"left foot": (0.85, 0.1, 0.15), "right foot": (0.85, -0.1, 0.15)}
@@ -188,7 +245,12 @@ def human_cases(tmp_path):
     rows = tmp_path / "rows.csv"
     rows.write_text("subjectid,Gender,stature\n1,Male,1750\n2,Female,1640\n")
     return {
-        "boundary_cases": {"source": model, "sex": "female", "share": 0.95, "measures": ("stature", "sitting_height")},
+        "boundary_cases": {
+            "source": model,
+            "sex": "female",
+            "share": 0.95,
+            "measures": ("stature", "sitting_height"),
+        },
         "draw_people": {"model": model, "count": 3, "seed": 1, "men": 0.5},
         "driving_angles": {"driver": driver, "package": package},
         "driving_posture": {
@@ -290,7 +352,8 @@ FILES = [
 
 
 def called(name, arguments):
-    """A public function with arguments; what is not an error of the package is told with what it was called with."""
+    """A public function with arguments; what is not an error of the package is told with what it
+    was called with."""
     try:
         if name == "read_ansur":
             arguments = dict(arguments)
@@ -303,7 +366,8 @@ def called(name, arguments):
 
 
 def hostile(value):
-    """What is put in place of an argument: ODD things, and the argument itself with something wrong in it."""
+    """What is put in place of an argument: ODD things, and the argument itself with something wrong
+    in it."""
     yield from ODD
     if isinstance(value, wb.Poses):
         joints = value.rotations.shape[1]
@@ -336,7 +400,11 @@ def failures(cases):
                 try:
                     called(name, tuple(wrong.values()) if isinstance(right, tuple) else wrong)
                 except Exception as error:  # noqa: BLE001
-                    found.append(f"{name}({argument}={argument_words(bad)}): {type(error).__name__}: {error}"[:300])
+                    found.append(
+                        f"{name}({argument}={argument_words(bad)}): {type(error).__name__}: {error}"[
+                            :300
+                        ]
+                    )
     return found
 
 
@@ -382,7 +450,9 @@ def test_nouns_made_of_hostile_values_are_refused_in_our_own_words(one_arm):
                 except wb.InputError:
                     continue
                 except Exception as error:  # noqa: BLE001
-                    found.append(f"{type(noun).__name__}.{field.name}={argument_words(bad)}: {error!r}"[:300])
+                    found.append(
+                        f"{type(noun).__name__}.{field.name}={argument_words(bad)}: {error!r}"[:300]
+                    )
     assert found == []
 
 
@@ -392,15 +462,30 @@ PLACE = np.eye(3, 4)[None]
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"world_from_reference": PLACE * [[-1], [1], [1]]}, "mirrored one (determinant -1) in row 0"),
+        (
+            {"world_from_reference": PLACE * [[-1], [1], [1]]},
+            "mirrored one (determinant -1) in row 0",
+        ),
         ({"world_from_reference": PLACE * 2}, "whose rows are not unit vectors at right angles"),
         ({"world_from_reference": PLACE[0]}, "expected an array of shape (1, 3, 4), got (3, 4)"),
-        ({"world_from_reference": PLACE * NAN}, "poses.world_from_reference: expected rotations (3, 3)"),
-        ({"reference": 4}, "poses.reference: expected 0 to 3, the segments of a body of 3 joints, got 4"),
+        (
+            {"world_from_reference": PLACE * NAN},
+            "poses.world_from_reference: expected rotations (3, 3)",
+        ),
+        (
+            {"reference": 4},
+            "poses.reference: expected 0 to 3, the segments of a body of 3 joints, got 4",
+        ),
         ({"reference": -1}, "poses.reference: expected 0 to 3"),
         ({"reference": 1.0}, "poses.reference: expected the index of a segment, got 1.0"),
-        ({"rotations": np.full((1, 3, 4), NAN)}, "poses.rotations: expected quaternions (w, x, y, z) of length 1"),
-        ({"rotations": np.zeros((1, 3, 3))}, "poses.rotations: expected an array of shape (any, any, 4)"),
+        (
+            {"rotations": np.full((1, 3, 4), NAN)},
+            "poses.rotations: expected quaternions (w, x, y, z) of length 1",
+        ),
+        (
+            {"rotations": np.zeros((1, 3, 3))},
+            "poses.rotations: expected an array of shape (any, any, 4)",
+        ),
         ({"time": [NAN]}, "poses.time: expected finite times"),
     ],
 )
@@ -416,11 +501,23 @@ def test_poses_that_are_none_say_what_is_wrong_with_them(one_arm, change, messag
         ({"position": [0, 0, NAN]}, "position: expected finite numbers, got nan at (2,)"),
         ({"position": 1.0}, "position: expected a sequence of which each is a number, got 1.0"),
         ({"attitude": np.eye(4)}, "attitude: expected a rotation (3, 3), got an array (4, 4)"),
-        ({"attitude": np.diag([1, 1, -1])}, "attitude: expected rotations (3, 3), got a mirrored one"),
+        (
+            {"attitude": np.diag([1, 1, -1])},
+            "attitude: expected rotations (3, 3), got a mirrored one",
+        ),
         ({"attitude": [[1, 0], [0]]}, "attitude: expected numbers in rows of equal length"),
-        ({"angles": {"ELBOW": 40}}, "angles['ELBOW']: expected a mapping of a text to a number, got 40"),
-        ({"angles": {"ELBOW": {"flexion": NAN}}}, "angles['ELBOW']['flexion']: expected a finite number, got nan"),
-        ({"rotations": {"WRIST": [1, 0, 0]}}, "rotations: joint WRIST: expected a quaternion w, x, y, z"),
+        (
+            {"angles": {"ELBOW": 40}},
+            "angles['ELBOW']: expected a mapping of a text to a number, got 40",
+        ),
+        (
+            {"angles": {"ELBOW": {"flexion": NAN}}},
+            "angles['ELBOW']['flexion']: expected a finite number, got nan",
+        ),
+        (
+            {"rotations": {"WRIST": [1, 0, 0]}},
+            "rotations: joint WRIST: expected a quaternion w, x, y, z",
+        ),
         ({"body": "one_arm"}, "body: expected a Body, got 'one_arm'"),
         ({"reference": 3}, "reference: expected a text or None, got 3"),
     ],
@@ -445,7 +542,11 @@ def test_a_stature_that_nobody_has_is_refused_by_every_way_to_a_body(metres):
 def test_a_whole_number_is_as_good_as_one_with_a_fraction(one_arm):
     placed = wb.place(one_arm, wb.pose(one_arm, {}, position=[0, 0, 1]))
     room = environment_of(soup(1, 12))
-    assert len(wb.contacts(placed, room, margin=1).distance) == len(wb.contacts(placed, room, margin=1.0).distance) > 0
+    assert (
+        len(wb.contacts(placed, room, margin=1).distance)
+        == len(wb.contacts(placed, room, margin=1.0).distance)
+        > 0
+    )
 
 
 @pytest.mark.parametrize("name", [*FILES, "run", "compare", "to_pyvista"])

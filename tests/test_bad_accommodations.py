@@ -1,4 +1,5 @@
-"""Accommodation studies that cannot be: each is told in one line, where it stands, with what would be right."""
+"""Accommodation studies that cannot be: each is told in one line, where it stands, with what would
+be right."""
 
 from __future__ import annotations
 
@@ -22,31 +23,74 @@ from workbench.study.reaches import buried_controls
 
 CRITERIA = STUDY[STUDY.index("criteria:") :]
 CASES = [
-    ("check: vision, at_most_below: 60, at_most_above: 60", "check: vision", "a vision needs 'at_most_below'"),
-    ("controls: [knob, near]", "controls: [knobb]", "nothing is called 'knobb'; did you mean 'knob'?"),
+    (
+        "check: vision, at_most_below: 60, at_most_above: 60",
+        "check: vision",
+        "a vision needs 'at_most_below'",
+    ),
+    (
+        "controls: [knob, near]",
+        "controls: [knobb]",
+        "nothing is called 'knobb'; did you mean 'knob'?",
+    ),
     ("segments: [H]", "segments: [HEAD]", "nothing is called 'HEAD'"),
     ("parts: [roof]", "parts: [roofs]", "did you mean 'roof'?"),
     ("name: view,", "name: knobs,", "two criteria are named 'knobs'"),
     (", at_least: 150", "", "a clearance needs 'at_least'"),
-    ("seat: pilot", "seat: copilot", "environment toy has no seat 'copilot'; did you mean 'pilot'?"),
+    (
+        "seat: pilot",
+        "seat: copilot",
+        "environment toy has no seat 'copilot'; did you mean 'pilot'?",
+    ),
     ("like: driving", "like: flying", "no posture 'flying'"),
-    ("detail: coarse", "detail: fine\nencumbrance: [hat]", "no bodies/encumbrance entry named 'hat'"),
+    (
+        "detail: coarse",
+        "detail: fine\nencumbrance: [hat]",
+        "no bodies/encumbrance entry named 'hat'",
+    ),
     ("eyes: eye", "eyes: nose", "has no point 'nose'"),
     ("{like: driving, eyes: eye}", "{like: driving}", "it names none"),
-    ("people: PEOPLE, seed: 3", "people: 10", "people that are drawn need 'people', how many, and a 'seed'"),
-    ("people: PEOPLE, seed: 3", "people: 10, seed: 3, source: nasa", "no bodies/populations entry named 'nasa'"),
-    ("people: PEOPLE, seed: 3", "people: 10, seed: 3, weights: w", "'unit' and 'weights' belong to 'files'"),
+    (
+        "people: PEOPLE, seed: 3",
+        "people: 10",
+        "people that are drawn need 'people', how many, and a 'seed'",
+    ),
+    (
+        "people: PEOPLE, seed: 3",
+        "people: 10, seed: 3, source: nasa",
+        "no bodies/populations entry named 'nasa'",
+    ),
+    (
+        "people: PEOPLE, seed: 3",
+        "people: 10, seed: 3, weights: w",
+        "'unit' and 'weights' belong to 'files'",
+    ),
     ("people: PEOPLE, seed: 3", "files: [none.csv]", "no such file"),
-    ("people: PEOPLE, seed: 3", "people: 10, seed: 3, sexes: [female], women: 0.5", "a share of both sexes"),
+    (
+        "people: PEOPLE, seed: 3",
+        "people: 10, seed: 3, sexes: [female], women: 0.5",
+        "a share of both sexes",
+    ),
     (CRITERIA, "criteria: []\n", "at least 1"),
     ("detail: coarse", "mixes: {all: 1.5}", "less than or equal to 1"),
     ("detail: coarse", "changes: [{name: x, control: knob}]", "'move' says by how much"),
-    ("detail: coarse", "changes: [{name: x, control: handle, move: [1, 0, 0]}]", "has no control 'handle'"),
+    (
+        "detail: coarse",
+        "changes: [{name: x, control: handle, move: [1, 0, 0]}]",
+        "has no control 'handle'",
+    ),
     ("detail: coarse", "maps: [{part: wall}]", "has no part 'wall'"),
-    ("check: clearance", "check: clearance, controls: [knob]", "'controls' does not belong to check: clearance"),
-    ("  - {name: view,", "  - {name: again, check: reach, controls: [near], hand: right}\n  - {name: view,",
-     "near in zone 1 is asked for by 'knobs' already"),
-]  # fmt: skip
+    (
+        "check: clearance",
+        "check: clearance, controls: [knob]",
+        "'controls' does not belong to check: clearance",
+    ),
+    (
+        "  - {name: view,",
+        "  - {name: again, check: reach, controls: [near], hand: right}\n  - {name: view,",
+        "near in zone 1 is asked for by 'knobs' already",
+    ),
+]
 
 
 @pytest.mark.parametrize(("old", "new", "said"), CASES, ids=[case[2][:40] for case in CASES])
@@ -61,7 +105,10 @@ def test_what_is_wrong_is_told_with_its_line(tmp_path, capsys, old, new, said):
 def test_two_controls_of_one_name_are_refused_with_their_line(tmp_path):
     path = write_toy(tmp_path)
     place = tmp_path / "environments" / "toy" / "environment.yaml"
-    place.write_text(ENVIRONMENT.replace("KNOB", "700") + "  knob: {at: [1, 2, 3], grip: push, zone: 1, part: panel}\n")
+    place.write_text(
+        ENVIRONMENT.replace("KNOB", "700")
+        + "  knob: {at: [1, 2, 3], grip: push, zone: 1, part: panel}\n"
+    )
     with pytest.raises(wb.InputError, match=r"environment.yaml:\d+"):
         load_accommodation(path)
 
@@ -70,7 +117,10 @@ def test_a_control_inside_a_solid_is_told(tmp_path):
     path = write_toy(tmp_path)
     place = tmp_path / "environments" / "toy" / "environment.yaml"
     place.write_text(ENVIRONMENT.replace("[KNOB, -180, 850]", "[200, 0, 250]"))
-    assert "control 'knob' is inside the solid part 'pan'" in buried_controls(load_accommodation(path).environment)[0]
+    assert (
+        "control 'knob' is inside the solid part 'pan'"
+        in buried_controls(load_accommodation(path).environment)[0]
+    )
 
 
 def rows_file(folder, change=lambda table: None):
@@ -81,7 +131,9 @@ def rows_file(folder, change=lambda table: None):
     table = [["SubjectId", "Gender", *(name.replace("_", "") for name in names)]]
     for n in range(3):
         row = middle[n % 2, [model.names.index(name) for name in names]]
-        table.append([f"p{n}", ("Male", "Female")[n % 2], *(f"{1000 * value:.0f}" for value in row)])
+        table.append(
+            [f"p{n}", ("Male", "Female")[n % 2], *(f"{1000 * value:.0f}" for value in row)]
+        )
     change(table)
     with (folder / "rows.csv").open("w", newline="") as file:
         csv.writer(file).writerows(table)
@@ -92,7 +144,9 @@ def test_a_man_of_17_metres_is_named_by_row_and_column(tmp_path):
     def tall(table):
         table[2][table[0].index("stature")] = "17550"
 
-    with pytest.raises(wb.InputError, match=r"rows.csv:3: stature: 17550 mm is absurd for a person; 630 to 2800 mm"):
+    with pytest.raises(
+        wb.InputError, match=r"rows.csv:3: stature: 17550 mm is absurd for a person; 630 to 2800 mm"
+    ):
         load_accommodation(rows_file(tmp_path, tall))
 
 
@@ -100,7 +154,9 @@ def test_a_missing_measure_is_named_by_row_and_column(tmp_path):
     def empty(table):
         table[1][table[0].index("thumbtipreach")] = ""
 
-    with pytest.raises(wb.InputError, match=r"rows.csv:2: thumbtipreach: a number is needed \(got ''\)"):
+    with pytest.raises(
+        wb.InputError, match=r"rows.csv:2: thumbtipreach: a number is needed \(got ''\)"
+    ):
         load_accommodation(rows_file(tmp_path, empty))
 
 
@@ -120,25 +176,37 @@ def test_whole_rows_are_read(tmp_path):
 
 
 def asked(*names):
-    return tuple(Asked(Requirement(n, n, "vision", ""), Criterion(n, "vision", (), (), (), 0.0)) for n in names)
+    return tuple(
+        Asked(Requirement(n, n, "vision", ""), Criterion(n, "vision", (), (), (), 0.0))
+        for n in names
+    )
 
 
 def test_what_nobody_meets_and_what_contradicts_is_told():
     met = np.zeros((40, 3), dtype=bool)
-    met[:20, 0], met[20:, 1] = True, True
+    met[:20, 0] = True
+    met[20:, 1] = True
     told = _hopeless(asked("low", "high", "never"), met)
     assert told[0].startswith("nobody meets 'never'")
     assert told[1] == "nobody meets both 'low' and 'high': they contradict each other"
-    assert _hopeless(asked("low", "high"), met[:, :2][::2][:4]) != told  # a few people contradict nothing
+    assert (
+        _hopeless(asked("low", "high"), met[:, :2][::2][:4]) != told
+    )  # a few people contradict nothing
 
 
 def test_a_seat_that_does_not_move_is_a_seat(tmp_path):
-    assert load_accommodation(write_toy(tmp_path)).environment.seat("pilot").travel_forward == (0.0, 0.0)
+    assert load_accommodation(write_toy(tmp_path)).environment.seat("pilot").travel_forward == (
+        0.0,
+        0.0,
+    )
 
 
 def test_a_cluster_without_dask_says_what_to_install(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
-    with pytest.raises(MissingPartError, match=r"pip install 'bubbleman-workbench\[cluster\]'"), cluster_at("local"):
+    with (
+        pytest.raises(MissingPartError, match=r"pip install 'bubbleman-workbench\[cluster\]'"),
+        cluster_at("local"),
+    ):
         pass
 
 

@@ -1,4 +1,5 @@
-"""Bad studies, postures and environments: every fault with its line, its key, what was given, what would be right."""
+"""Bad studies, postures and environments: every fault with its line, its key, what was given, what
+would be right."""
 
 from __future__ import annotations
 
@@ -8,7 +9,16 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ONE_ARM, ROOT
-from tests.one_arm_cab import ENVIRONMENT, POSTURES, STUDY, changed, line_with, lines_of, mutants, write_cab
+from tests.one_arm_cab import (
+    ENVIRONMENT,
+    POSTURES,
+    STUDY,
+    changed,
+    line_with,
+    lines_of,
+    mutants,
+    write_cab,
+)
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.kinds import check_file, kind_of
@@ -22,7 +32,8 @@ def problems(folder, **files):
 
 
 def check(folder, kind, text, words):
-    """Exactly one fault, in this file, on the first line that was changed, with these words in it."""
+    """Exactly one fault, in this file, on the first line that was changed, with these words in
+    it."""
     good, name = {"study": (STUDY, "cab_study"), "postures": (POSTURES, "arms")}[kind]
     pairs = zip(good.splitlines(), text.splitlines(), strict=False)
     line = next(n for n, (one, other) in enumerate(pairs, start=1) if one != other)
@@ -47,36 +58,76 @@ def test_the_unchanged_study_loads(tmp_path):
             "environment: cabb",
             "environment: no environments entry named 'cabb'; did you mean 'cab'? valid",
         ),
-        ("environment: cab", "environment: ../none.yaml", "environment: ../none.yaml: no such file (looked from "),
-        ("bert: {body: one_arm", "bert: {body: one_leg", "people.bert.body: no bodies entry named 'one_leg'; valid: "),
-        ("bert: {body: one_arm", "bert: {body: " + "x" * 300, "people.bert.body: no bodies entry named 'xxx"),
+        (
+            "environment: cab",
+            "environment: ../none.yaml",
+            "environment: ../none.yaml: no such file (looked from ",
+        ),
+        (
+            "bert: {body: one_arm",
+            "bert: {body: one_leg",
+            "people.bert.body: no bodies entry named 'one_leg'; valid: ",
+        ),
+        (
+            "bert: {body: one_arm",
+            "bert: {body: " + "x" * 300,
+            "people.bert.body: no bodies entry named 'xxx",
+        ),
         (
             "seat: stool",
             "seat: stul",
             "people.anna.seat: environment cab has no seat 'stul'; did you mean 'stool'? valid: ",
         ),
-        ("forward: 10", "forward: 51", "adjust.forward: beyond the travel of seat stool, -50 to 50 mm (got 51 mm)"),
-        ("up: 0}", "up: -1 in}", "adjust.up: beyond the travel of seat stool, -20 to 20 mm (got -25.4 mm)"),
+        (
+            "forward: 10",
+            "forward: 51",
+            "adjust.forward: beyond the travel of seat stool, -50 to 50 mm (got 51 mm)",
+        ),
+        (
+            "up: 0}",
+            "up: -1 in}",
+            "adjust.up: beyond the travel of seat stool, -20 to 20 mm (got -25.4 mm)",
+        ),
         (
             "seat: stool, adjust: {forward: 10, up: 0}",
             "adjust: {forward: 1}",
             "exactly one of 'seat', 'at' and 'stand'",
         ),
-        ("seat: stool", "seat: stool, stand: {on: [0, 0, 0]}", "exactly one of 'seat', 'at' and 'stand' says where"),
-        ("at: {segment: BASE", "adjust: {up: 1}, at: {segment: BASE", "'adjust' moves a seat; give 'seat' too"),
+        (
+            "seat: stool",
+            "seat: stool, stand: {on: [0, 0, 0]}",
+            "exactly one of 'seat', 'at' and 'stand' says where",
+        ),
+        (
+            "at: {segment: BASE",
+            "adjust: {up: 1}, at: {segment: BASE",
+            "'adjust' moves a seat; give 'seat' too",
+        ),
         (
             "at: {segment: BASE",
             "at: {segment: BSAE",
             "at.segment: unknown segment 'BSAE'; did you mean 'BASE'? valid: BASE,",
         ),
-        ("position: [0, 600, 900]", "position: [0, 600]", "at.position: value 3 of the list is missing (got [0, 600])"),
+        (
+            "position: [0, 600, 900]",
+            "position: [0, 600]",
+            "at.position: value 3 of the list is missing (got [0, 600])",
+        ),
         (
             "position: [0, 600, 900]",
             "position: [0, .nan, 0]",
             "at.position[1]: input should be a finite number (got nan)",
         ),
-        ("position: [0, 600, 900]", "position: [0, 6 feet, 0]", "units: mm, cm, m, in, ft (got '6 feet')"),
-        ("attitude: {yaw: 90}", "attitude: {yaw: 9000}", "attitude.yaw: input should be less than or equal to 720"),
+        (
+            "position: [0, 600, 900]",
+            "position: [0, 6 feet, 0]",
+            "units: mm, cm, m, in, ft (got '6 feet')",
+        ),
+        (
+            "attitude: {yaw: 90}",
+            "attitude: {yaw: 9000}",
+            "attitude.yaw: input should be less than or equal to 720",
+        ),
         (
             "attitude: {yaw: 90}",
             "attitude: {jaw: 90}",
@@ -92,16 +143,32 @@ def test_the_unchanged_study_loads(tmp_path):
             "SHOLDER: {flexion: 80}",
             "angles.SHOLDER: body one_arm has no joint 'SHOLDER'; did you",
         ),
-        ("SHOULDER: {flexion: 80}", "SHOULDER WRST: {flexion: 80}", "has no joint 'WRST'; did you mean 'WRIST'"),
-        ("SHOULDER: {flexion: 80}", "'': {flexion: 80}", "angles.'': no joint is named here; valid: SHOULDER"),
+        (
+            "SHOULDER: {flexion: 80}",
+            "SHOULDER WRST: {flexion: 80}",
+            "has no joint 'WRST'; did you mean 'WRIST'",
+        ),
+        (
+            "SHOULDER: {flexion: 80}",
+            "'': {flexion: 80}",
+            "angles.'': no joint is named here; valid: SHOULDER",
+        ),
         (
             "SHOULDER: {flexion: 80}",
             "SHOULDER: {flexon: 80}",
             "joint SHOULDER: no motion 'flexon'; did you mean 'flexion'",
         ),
-        ("SHOULDER: {flexion: 80}", "SHOULDER: {flexion: 800}", "flexion: input should be less than or equal to 720"),
+        (
+            "SHOULDER: {flexion: 80}",
+            "SHOULDER: {flexion: 800}",
+            "flexion: input should be less than or equal to 720",
+        ),
         ("SHOULDER: {flexion: 80}", "SHOULDER: {flexion: .inf}", "finite number (got inf)"),
-        ("SHOULDER: {flexion: 80}", "SHOULDER: 80", "angles.SHOULDER: a mapping of keys is needed (got 80)"),
+        (
+            "SHOULDER: {flexion: 80}",
+            "SHOULDER: 80",
+            "angles.SHOULDER: a mapping of keys is needed (got 80)",
+        ),
         ("name: forward", "name: down", "cases[1].name: two cases are named 'down'"),
         (
             "name: joints",
@@ -118,24 +185,68 @@ def test_the_unchanged_study_loads(tmp_path):
             "segments: [HND]",
             "criteria[1].segments[0]: nothing is called 'HND'; did you mean 'HAND'",
         ),
-        ("segments: [HAND]", "segments: [lower arm]", "nothing is called 'lower arm'; did you mean 'LOWER'?"),
-        ("segments: [HAND]", "segments: []", "criteria[1].segments: at least 1 are needed (got [])"),
-        ("segments: [HAND]", "segments: HAND", "criteria[1].segments: a list is needed (got 'HAND')"),
-        ('["w*"]', '["x*"]', "criteria[1].parts[0]: nothing is called 'x*'; valid: floor, wall, seat, rest"),
-        ('["w*"]', "[secret]", "criteria[1].parts[0]: part 'secret' is hidden, so it is not checked; "),
+        (
+            "segments: [HAND]",
+            "segments: [lower arm]",
+            "nothing is called 'lower arm'; did you mean 'LOWER'?",
+        ),
+        (
+            "segments: [HAND]",
+            "segments: []",
+            "criteria[1].segments: at least 1 are needed (got [])",
+        ),
+        (
+            "segments: [HAND]",
+            "segments: HAND",
+            "criteria[1].segments: a list is needed (got 'HAND')",
+        ),
+        (
+            '["w*"]',
+            '["x*"]',
+            "criteria[1].parts[0]: nothing is called 'x*'; valid: floor, wall, seat, rest",
+        ),
+        (
+            '["w*"]',
+            "[secret]",
+            "criteria[1].parts[0]: part 'secret' is hidden, so it is not checked; ",
+        ),
         (", at_least: 100", "", "criteria[1]: a clearance needs 'at_least'"),
-        ("at_least: 100", "degrees: 5, at_least: 9", "criteria[1]: 'degrees' belongs to check: stops"),
-        ("check: self_contact", "check: self_contact, at_least: 3", "'at_least' is a length; self_contact takes none"),
+        (
+            "at_least: 100",
+            "degrees: 5, at_least: 9",
+            "criteria[1]: 'degrees' belongs to check: stops",
+        ),
+        (
+            "check: self_contact",
+            "check: self_contact, at_least: 3",
+            "'at_least' is a length; self_contact takes none",
+        ),
         (
             "check: self_contact",
             "check: self_contact, parts: [wall]",
             "'parts' belongs to contact and clearance, not to self",
         ),
-        ("check: stops, degrees: 0", "check: stops, at_least: 3", "stops takes none, use 'degrees'"),
-        ("check: stops", "check: stop", "criteria[4].check: input should be 'contact', 'clearance', 'self_con"),
-        ("kind: clearance", "kind: reech", "kind: input should be 'clearance' or 'reach' (got 'reech')"),
+        (
+            "check: stops, degrees: 0",
+            "check: stops, at_least: 3",
+            "stops takes none, use 'degrees'",
+        ),
+        (
+            "check: stops",
+            "check: stop",
+            "criteria[4].check: input should be 'contact', 'clearance', 'self_con",
+        ),
+        (
+            "kind: clearance",
+            "kind: reech",
+            "kind: input should be 'clearance' or 'reach' (got 'reech')",
+        ),
         ("study: cab_study", "study: ../up", "study: string should match pattern"),
-        ("length: mm", "length: yards", "length: the unit of length is needed (got 'yards'), one of mm, cm, m, in, ft"),
+        (
+            "length: mm",
+            "length: yards",
+            "length: the unit of length is needed (got 'yards'), one of mm, cm, m, in, ft",
+        ),
         (
             "title: One",
             "titel: One",
@@ -148,7 +259,9 @@ def test_one_fault_of_a_study_is_one_line(tmp_path, old, new, words):
 
 
 def test_two_people_cannot_sit_in_one_seat(tmp_path):
-    text = changed(STUDY, "at: {segment: BASE, position: [0, 600, 900], attitude: {yaw: 90}}", "seat: stool")
+    text = changed(
+        STUDY, "at: {segment: BASE, position: [0, 600, 900], attitude: {yaw: 90}}", "seat: stool"
+    )
     check(tmp_path, "study", text, "people.bert.seat: 'anna' sits in 'stool' already")
 
 
@@ -167,25 +280,45 @@ def test_one_person_alone_has_nobody_to_keep_away_from(tmp_path):
     assert "between_people needs two people or more" in found[0]
 
 
-def test_all_faults_of_a_study_come_at_once_even_where_its_environment_and_a_body_are_unknown(tmp_path):
+def test_all_faults_of_a_study_come_at_once_even_where_its_environment_and_a_body_are_unknown(
+    tmp_path,
+):
     text = STUDY
-    parts = ["environment: cub", "bert: {body: one_leg", "{posture: bant", "people: [ana]", "name: down #"]
-    for old, new in zip(["environment: cab", "bert: {body: one_arm", "{posture: bent, an", "people: [anna]",
-    "name: forward"],
-                        [*parts[:2], "{posture: bant, an", *parts[3:]], strict=True):  # fmt: skip
+    parts = [
+        "environment: cub",
+        "bert: {body: one_leg",
+        "{posture: bant",
+        "people: [ana]",
+        "name: down #",
+    ]
+    for old, new in zip(
+        [
+            "environment: cab",
+            "bert: {body: one_arm",
+            "{posture: bent, an",
+            "people: [anna]",
+            "name: forward",
+        ],
+        [*parts[:2], "{posture: bant, an", *parts[3:]],
+        strict=True,
+    ):
         text = changed(text, old, new)
     found = problems(tmp_path, study=text)
     assert sorted(lines_of(found)) == sorted(line_with(text, part) for part in parts)
 
 
 def test_faults_of_the_files_a_study_names_come_with_those_of_the_study(tmp_path):
-    found = problems(tmp_path, study=changed(STUDY, "people: [anna]", "people: [ana]"),
-                     body=changed(ONE_ARM, "mass: 2", "mass: two"),
-                     environment=changed(ENVIRONMENT, "part: seat", "part: set"))  # fmt: skip
+    found = problems(
+        tmp_path,
+        study=changed(STUDY, "people: [anna]", "people: [ana]"),
+        body=changed(ONE_ARM, "mass: 2", "mass: two"),
+        environment=changed(ENVIRONMENT, "part: seat", "part: set"),
+    )
     assert len(lines_of(found)) == len(set(found)) == 3
-    assert [name in line for name, line in zip(["environment.yaml", "one_arm", "cab_study"], found, strict=True)] == [
-        True
-    ] * 3
+    assert [
+        name in line
+        for name, line in zip(["environment.yaml", "one_arm", "cab_study"], found, strict=True)
+    ] == [True] * 3
 
 
 @pytest.mark.parametrize(
@@ -201,14 +334,26 @@ def test_faults_of_the_files_a_study_names_come_with_those_of_the_study(tmp_path
             "refrence: BASE\nreference: BASE",
             "refrence: unknown key 'refrence'; did you mean 'reference'",
         ),
-        ("ELBOW: {", "ELBO: {", "postures.bent.angles.ELBO: body one_arm has no joint 'ELBO'; did you mean 'ELBOW'"),
+        (
+            "ELBOW: {",
+            "ELBO: {",
+            "postures.bent.angles.ELBO: body one_arm has no joint 'ELBO'; did you mean 'ELBOW'",
+        ),
         (
             "{flexion: 90}",
             "{flexin: 90}",
             "angles.ELBOW.flexin: joint ELBOW: no motion 'flexin'; did you mean 'flexion'",
         ),
-        ("{flexion: 90}", "{flexion: right}", "angles.ELBOW.flexion: a number is needed (got 'right')"),
-        ("{flexion: 90}", "{flexion: -721}", "input should be greater than or equal to -720 (got -721)"),
+        (
+            "{flexion: 90}",
+            "{flexion: right}",
+            "angles.ELBOW.flexion: a number is needed (got 'right')",
+        ),
+        (
+            "{flexion: 90}",
+            "{flexion: -721}",
+            "input should be greater than or equal to -720 (got -721)",
+        ),
         (
             "    angles:",
             "    rotations: {WRST: [1, 0, 0, 0]}\n    angles:",
@@ -224,13 +369,21 @@ def test_faults_of_the_files_a_study_names_come_with_those_of_the_study(tmp_path
             "    rotations: {WRIST: [0, 0, 0, 0]}\n    angles:",
             "whose length is not zero (got [0.0, 0.0, 0.0",
         ),
-        ("    angles:", "    attitude: {pitch: up}\n    angles:", "bent.attitude.pitch: a number is needed (got 'up')"),
+        (
+            "    angles:",
+            "    attitude: {pitch: up}\n    angles:",
+            "bent.attitude.pitch: a number is needed (got 'up')",
+        ),
         (
             "    angles:",
             "    angels: {}\n    angles:",
             "bent.angels: unknown key 'angels'; did you mean 'angles'? valid: angles",
         ),
-        ("hanging: {description: the arm straight down}", "hanging: 5", "hanging: a mapping of keys is needed (got 5)"),
+        (
+            "hanging: {description: the arm straight down}",
+            "hanging: 5",
+            "hanging: a mapping of keys is needed (got 5)",
+        ),
     ],
 )
 def test_one_fault_of_a_posture_file_is_one_line(tmp_path, old, new, words):
@@ -249,7 +402,9 @@ def test_a_missing_posture_file_is_a_fault_of_the_body_that_names_it(tmp_path):
     with pytest.raises(InputError) as caught:
         check_file(tmp_path / "bodies/one_arm.yaml")
     assert lines_of(caught.value.problems) == [4]
-    with pytest.raises(InputError, match=r"one_arm.yaml:4:1: postures: no such file 'arms.yaml' in "):
+    with pytest.raises(
+        InputError, match=r"one_arm.yaml:4:1: postures: no such file 'arms.yaml' in "
+    ):
         wb.load_study(path)
 
 
@@ -262,16 +417,25 @@ def test_a_body_without_postures_cannot_be_in_a_study(tmp_path):
     assert "people.anna.body: body 'one_arm' names no postures file" in caught.value.problems[0]
 
 
-@pytest.mark.parametrize(("kind", "data"), [("studies/cab_study.yaml", b""), ("bodies/arms.yaml", b"\xff\xfe\x00"),
-                                            ("environments/cab/environment.yaml", b"a: [1"),
-                                            ("bodies/one_arm.yaml", b"[]")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("kind", "data"),
+    [
+        ("studies/cab_study.yaml", b""),
+        ("bodies/arms.yaml", b"\xff\xfe\x00"),
+        ("environments/cab/environment.yaml", b"a: [1"),
+        ("bodies/one_arm.yaml", b"[]"),
+    ],
+)
 def test_a_file_that_is_none_is_told_with_its_name(tmp_path, kind, data):
     path = write_cab(tmp_path)
     (tmp_path / kind).write_bytes(data)
     with pytest.raises(InputError) as caught:
         wb.load_study(path)
     assert lines_of(caught.value.problems)
-    assert all(line.startswith(str(tmp_path / "studies/.." / kind)) or kind in line for line in caught.value.problems)
+    assert all(
+        line.startswith(str(tmp_path / "studies/.." / kind)) or kind in line
+        for line in caught.value.problems
+    )
 
 
 def test_a_misspelt_first_key_does_not_make_a_study_an_environment(tmp_path):
@@ -288,7 +452,9 @@ def test_a_yaml_file_of_no_known_kind_is_told_the_kinds(tmp_path):
 
 
 def test_angles_beyond_the_stops_warn_and_still_run(tmp_path, capsys):
-    path = write_cab(tmp_path, study=changed(STUDY, "SHOULDER: {flexion: 80}", "ELBOW: {flexion: 150}"))
+    path = write_cab(
+        tmp_path, study=changed(STUDY, "SHOULDER: {flexion: 80}", "ELBOW: {flexion: 150}")
+    )
     assert main(["run", str(path), "--out", str(tmp_path / "out"), "--json"]) == 1
     told = capsys.readouterr()
     result = json.loads(told.out)
@@ -296,7 +462,9 @@ def test_angles_beyond_the_stops_warn_and_still_run(tmp_path, capsys):
     assert pieces.startswith("anna, bert: the body is in ")
     assert bent == "anna, forward: elbow is 8.0 degrees past its stop in flexion"
     assert told.err == f"warning: {pieces}\nwarning: {bent}\n"
-    margin = {(row["case"], row["joint"]): row["margin_deg"] for row in result["people"][0]["stops"]}
+    margin = {
+        (row["case"], row["joint"]): row["margin_deg"] for row in result["people"][0]["stops"]
+    }
     assert margin[("forward", "ELBOW")] == pytest.approx(-8.0, abs=1e-6)
 
 
@@ -308,7 +476,11 @@ def test_angles_of_a_case_replace_those_of_the_posture_axis_by_axis(tmp_path):
 
 
 def test_sixty_mutants_of_studies_postures_and_environments_load_or_are_bad_input(tmp_path):
-    files = {"studies/cab_study": STUDY, "bodies/arms": POSTURES, "environments/cab/environment": ENVIRONMENT}
+    files = {
+        "studies/cab_study": STUDY,
+        "bodies/arms": POSTURES,
+        "environments/cab/environment": ENVIRONMENT,
+    }
     bad = 0
     for name, text in files.items():
         path = write_cab(tmp_path)
@@ -323,7 +495,8 @@ def test_sixty_mutants_of_studies_postures_and_environments_load_or_are_bad_inpu
 
 
 def test_mutants_of_the_shipped_study_are_checked_within_its_catalogue(tmp_path):
-    text, path = (ROOT / "studies/trainer_clearance.yaml").read_text(), tmp_path / "study.yaml"
+    text = (ROOT / "studies/trainer_clearance.yaml").read_text()
+    path = tmp_path / "study.yaml"
     for data in mutants(changed(text, "environment: trainer", "environment: nowhere"), 10, seed=3):
         path.write_bytes(data)
         with pytest.raises(InputError) as caught:

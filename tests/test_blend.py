@@ -1,4 +1,5 @@
-"""Blended spheres: smooth across a joint, exact where they can be checked by hand, inside their enclosing spheres."""
+"""Blended spheres: smooth across a joint, exact where they can be checked by hand, inside their
+enclosing spheres."""
 
 from __future__ import annotations
 
@@ -23,7 +24,8 @@ BLENDED = ONE_ARM.replace(
 
 @pytest.fixture(scope="module")
 def blended(tmp_path_factory):
-    """The one arm; the middle sphere of its forearm half blended across the elbow, the last one across the wrist."""
+    """The one arm; the middle sphere of its forearm half blended across the elbow, the last one
+    across the wrist."""
     path = tmp_path_factory.mktemp("zoo") / "one_arm.yaml"
     path.write_text(BLENDED)
     return wb.load_body(path)
@@ -33,7 +35,10 @@ def random_blend(body, seed):
     """The body with every sphere blended across a random joint of its segment by a random share."""
     rng = np.random.default_rng(seed)
     segment = body.sphere_segment
-    near = [[j for j in range(len(body.joints)) if n in (j + 1, body.parent[j + 1])] for n in range(len(body.segments))]
+    near = [
+        [j for j in range(len(body.joints)) if n in (j + 1, body.parent[j + 1])]
+        for n in range(len(body.segments))
+    ]
     joint = np.array([rng.choice(near[n]) if near[n] else -1 for n in segment])
     made = replace(body, blend_joint=joint, blend_share=rng.uniform(0, 1, len(segment)))
     centre, radius = enclosing_spheres(made)
@@ -51,15 +56,19 @@ def test_in_the_zero_pose_nothing_moves_at_all(one_arm, blended):
 
 
 def test_half_of_an_elbow_at_90_degrees_is_midway_between_both_segments(blended):
-    # elbow at -300; the sphere hangs 100 below and 20 ahead of it; bent forward it stands at (100, 0, -280)
+    # elbow at -300; the sphere hangs 100 below and 20 ahead of it; bent forward it stands at (100,
+    # 0, -280)
     placed = wb.place(blended, wb.pose(blended, {"ELBOW": {"flexion": 90}}))
-    bent, hanging = np.array([0.1, 0, -0.28]), np.array([0.02, 0, -0.4])
+    bent = np.array([0.1, 0, -0.28])
+    hanging = np.array([0.02, 0, -0.4])
     assert placed.centres[0, 5] == pytest.approx((bent + hanging) / 2, abs=1e-12)
 
 
 def test_the_wrists_twist_is_shared_and_not_blended_once_more(one_arm, blended):
     pose = wb.pose(one_arm, {"WRIST": {"pronation": 90}})
-    assert np.allclose(wb.place(blended, pose).centres[0, 6], wb.place(one_arm, pose).centres[0, 6], atol=1e-12)
+    assert np.allclose(
+        wb.place(blended, pose).centres[0, 6], wb.place(one_arm, pose).centres[0, 6], atol=1e-12
+    )
 
 
 def test_the_wrists_swing_is_blended_after_the_twist(blended):
@@ -77,7 +86,8 @@ def test_a_share_of_none_is_rigid_and_of_all_moves_with_the_other_segment(one_ar
     joint = np.array([-1, 0, 1, 1, 1, -1, -1, 2, 2, 2])
     none = replace(one_arm, blend_joint=joint, blend_share=np.zeros(10))
     assert np.array_equal(wb.place(none, poses).centres, rigid.centres)
-    # the upper arm's last sphere, carried along by the forearm: the elbow is its own middle, so 150 below it
+    # the upper arm's last sphere, carried along by the forearm: the elbow is its own middle, so 150
+    # below it
     share = np.array([0, 0, 1.0, 0, 0, 0, 0, 0, 0, 0])
     moved = wb.place(replace(one_arm, blend_joint=joint, blend_share=share), poses)
     lower = rigid.world_from_segment[:, 2]
@@ -87,12 +97,15 @@ def test_a_share_of_none_is_rigid_and_of_all_moves_with_the_other_segment(one_ar
 
 @given(st.integers(0, 10**6))
 def test_the_formula_of_two_frames_is_what_the_kernel_does(one_arm, random_arm, seed):
-    body, poses = random_blend(replace(one_arm, twist_joint=np.full(4, -1)), seed), random_arm(3, seed)
+    body = random_blend(replace(one_arm, twist_joint=np.full(4, -1)), seed)
+    poses = random_arm(3, seed)
     body = replace(body, twist_share=np.zeros(10))
     placed = wb.place(body, poses)
-    world, segment = placed.world_from_segment, body.sphere_segment
+    world = placed.world_from_segment
+    segment = body.sphere_segment
     for s in np.flatnonzero(body.blend_joint >= 0):
-        n, j = int(segment[s]), int(body.blend_joint[s])
+        n = int(segment[s])
+        j = int(body.blend_joint[s])
         other = int(body.parent[n]) if j == n - 1 else j + 1
         point = body.joint_in_child[j] if j == n - 1 else body.joint_in_parent[j]
         w = body.blend_share[s]
@@ -103,16 +116,20 @@ def test_the_formula_of_two_frames_is_what_the_kernel_does(one_arm, random_arm, 
 
 @given(st.integers(0, 10**6))
 def test_both_sides_of_a_joint_that_shares_its_twist_stay_together(one_arm, seed):
-    """Two spheres at the same place near the wrist, one of the forearm and one of the hand, both halfway blended."""
+    """Two spheres at the same place near the wrist, one of the forearm and one of the hand, both
+    halfway blended."""
     rng = np.random.default_rng(seed)
     spot = np.array([0.02, 0.01, 0.0])
     centre = one_arm.centre.copy()
-    centre[6], centre[7] = one_arm.joint_in_parent[2] + spot, one_arm.joint_in_child[2] + spot
+    centre[6] = one_arm.joint_in_parent[2] + spot
+    centre[7] = one_arm.joint_in_child[2] + spot
     share = one_arm.twist_share.copy()
     share[6] = 1.0
     joint = np.full(10, -1)
     joint[6:8] = 2
-    body = replace(one_arm, centre=centre, twist_share=share, blend_joint=joint, blend_share=np.full(10, 0.5))
+    body = replace(
+        one_arm, centre=centre, twist_share=share, blend_joint=joint, blend_share=np.full(10, 0.5)
+    )
     q = rng.normal(size=(1, 3, 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     placed = wb.place(body, wb.Poses(q, 0, np.eye(3, 4)[None]))
@@ -120,8 +137,11 @@ def test_both_sides_of_a_joint_that_shares_its_twist_stay_together(one_arm, seed
 
 
 @given(st.integers(0, 10**6), st.integers(0, 3))
-def test_a_batch_of_blended_bodies_equals_its_rows_to_the_last_bit(one_arm, random_arm, seed, reference):
-    body, poses = random_blend(one_arm, seed), random_arm(4, seed)
+def test_a_batch_of_blended_bodies_equals_its_rows_to_the_last_bit(
+    one_arm, random_arm, seed, reference
+):
+    body = random_blend(one_arm, seed)
+    poses = random_arm(4, seed)
     poses = wb.Poses(poses.rotations, reference, poses.world_from_reference)
     whole = wb.place(body, poses)
     for p in range(4):
@@ -130,8 +150,11 @@ def test_a_batch_of_blended_bodies_equals_its_rows_to_the_last_bit(one_arm, rand
 
 
 @given(st.integers(0, 10**6), st.sampled_from(["SHOULDER", "ELBOW", "WRIST"]), st.integers(0, 3))
-def test_incremental_update_of_blended_spheres_equals_the_full_chain(one_arm, random_arm, seed, joint, reference):
-    body, poses = random_blend(one_arm, seed), random_arm(3, seed)
+def test_incremental_update_of_blended_spheres_equals_the_full_chain(
+    one_arm, random_arm, seed, joint, reference
+):
+    body = random_blend(one_arm, seed)
+    poses = random_arm(3, seed)
     poses = wb.Poses(poses.rotations, reference, poses.world_from_reference)
     rotations = poses.rotations.copy()
     rotations[:, body.joint(joint)] = random_arm(3, seed + 1).rotations[:, 0]
@@ -142,15 +165,18 @@ def test_incremental_update_of_blended_spheres_equals_the_full_chain(one_arm, ra
 
 @given(st.integers(0, 10**6))
 def test_a_window_gives_blended_spheres_the_same_numbers(one_arm, random_arm, seed):
-    body, poses = random_blend(one_arm, seed), random_arm(3, seed)
-    whole, part = wb.place(body, poses), wb.place(body, poses, window=["LOWER"])
+    body = random_blend(one_arm, seed)
+    poses = random_arm(3, seed)
+    whole = wb.place(body, poses)
+    part = wb.place(body, poses, window=["LOWER"])
     assert np.array_equal(whole.centres[:, :7], part.centres[:, :7])
     assert np.isnan(part.centres[:, 7:]).all()
 
 
 @given(st.integers(0, 10**6))
 def test_rereferencing_carries_blended_spheres_along(one_arm, random_arm, seed):
-    body, poses = random_blend(one_arm, seed), random_arm(2, seed)
+    body = random_blend(one_arm, seed)
+    poses = random_arm(2, seed)
     placed = wb.place(body, poses)
     again = wb.place(body, wb.Poses(poses.rotations, 2, placed.world_from_segment[:, 2]))
     assert np.allclose(again.centres, placed.centres, rtol=0, atol=1e-12)
@@ -162,7 +188,8 @@ def test_enclosing_spheres_hold_blended_spheres_in_any_pose(bubbleman, seed):
     q = np.random.default_rng(seed).normal(size=(8, len(body.joints), 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     placed = wb.place(body, wb.Poses(q, 0, np.broadcast_to(np.eye(3, 4), (8, 3, 4))))
-    world, segment = placed.world_from_segment, body.sphere_segment
+    world = placed.world_from_segment
+    segment = body.sphere_segment
     around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre) + world[..., 3]
     reach = np.linalg.norm(placed.centres - around[:, segment], axis=-1) + body.radius
     assert (reach - body.enclosing_radius[segment]).max() <= 1e-9
@@ -172,7 +199,9 @@ def test_the_sphere_at_a_joint_stays_at_the_joint_however_it_is_blended(bubblema
     body = random_blend(bubbleman, 3)
     q = np.random.default_rng(3).normal(size=(5, len(body.joints), 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
-    for s in np.flatnonzero(np.linalg.norm(body.centre - body.joint_in_parent[body.blend_joint], axis=1) < 1e-9):
+    for s in np.flatnonzero(
+        np.linalg.norm(body.centre - body.joint_in_parent[body.blend_joint], axis=1) < 1e-9
+    ):
         j = int(body.blend_joint[s])
         if body.parent[j + 1] != body.sphere_segment[s]:
             continue
@@ -197,13 +226,19 @@ def test_a_blended_body_is_written_and_read_again_as_it_was(blended, tmp_path):
     assert again.sphere_names == blended.sphere_names
 
 
-@pytest.mark.parametrize(("blend", "words"), [
-    ("{SHOULDER: {1: 0.5}}", "blend.SHOULDER: not a joint of LOWER (got 'SHOULDER'); valid: ELBOW, WRIST"),
-    ("{ELBOW: {3: 0.5}}", "LOWER has the spheres 0 to 2 (got 3)"),
-    ("{ELBOW: {1: 0.5}, WRIST: {1: 0.5}}", "sphere 1 is blended across ELBOW already"),
-    ("{ELBOW: {1: 1.5}}", "blend.ELBOW.1: input should be less than or equal to 1"),
-    ("{ELBOW: {first: 0.5}}", "blend.ELBOW"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("blend", "words"),
+    [
+        (
+            "{SHOULDER: {1: 0.5}}",
+            "blend.SHOULDER: not a joint of LOWER (got 'SHOULDER'); valid: ELBOW, WRIST",
+        ),
+        ("{ELBOW: {3: 0.5}}", "LOWER has the spheres 0 to 2 (got 3)"),
+        ("{ELBOW: {1: 0.5}, WRIST: {1: 0.5}}", "sphere 1 is blended across ELBOW already"),
+        ("{ELBOW: {1: 1.5}}", "blend.ELBOW.1: input should be less than or equal to 1"),
+        ("{ELBOW: {first: 0.5}}", "blend.ELBOW"),
+    ],
+)
 def test_a_wrong_blend_is_told_where_it_stands(tmp_path, blend, words):
     path = tmp_path / "wrong.yaml"
     path.write_text(BLENDED.replace("{ELBOW: {1: 0.5}, WRIST: {2: 0.4}}", blend))

@@ -31,8 +31,9 @@ stations:
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory):
-    """A mesh [mm] of the zoo's arm: one limb 80 mm thick from 60 mm above the shoulder to below the hand, standing as
-    the skeleton stands with its base at (0, 0, 1 m); the skeleton; its postures."""
+    """A mesh [mm] of the zoo's arm: one limb 80 mm thick from 60 mm above the shoulder to below the
+    hand, standing as the skeleton stands with its base at (0, 0, 1 m); the skeleton; its
+    postures."""
     folder = tmp_path_factory.mktemp("arm")
     mesh = trimesh.creation.capsule(620, 40, count=(24, 24))
     middle = mesh.bounds.mean(axis=0)
@@ -46,8 +47,22 @@ def arm(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def fitted(arm):
-    code = main(["body", "fit", str(arm / "arm.obj"), "--length", "mm", "--skeleton", str(arm / "one_arm.yaml"), "--at",
-                 "0 mm, 0 mm, 1 m", "-o", str(arm / "made.yaml"), *COARSE])  # fmt: skip
+    code = main(
+        [
+            "body",
+            "fit",
+            str(arm / "arm.obj"),
+            "--length",
+            "mm",
+            "--skeleton",
+            str(arm / "one_arm.yaml"),
+            "--at",
+            "0 mm, 0 mm, 1 m",
+            "-o",
+            str(arm / "made.yaml"),
+            *COARSE,
+        ]
+    )
     assert code == 0
     return wb.load_body(arm / "made.yaml")
 
@@ -55,13 +70,18 @@ def fitted(arm):
 def test_the_body_has_the_skeletons_segments_joints_and_stops(fitted, arm):
     skeleton = wb.load_body(arm / "one_arm.yaml")
     assert (fitted.segments, fitted.joints) == (skeleton.segments, skeleton.joints)
-    assert np.allclose(fitted.joint_in_parent, skeleton.joint_in_parent) and len(fitted.radius) > len(skeleton.radius)
+    assert np.allclose(fitted.joint_in_parent, skeleton.joint_in_parent) and len(
+        fitted.radius
+    ) > len(skeleton.radius)
     assert np.allclose(fitted.stops.limits, skeleton.stops.limits)
 
 
 def test_a_sphere_is_exactly_at_every_joint_in_both_segments(fitted):
     for j in range(len(fitted.joints)):
-        for segment, joint in ((fitted.parent[j + 1], fitted.joint_in_parent[j]), (j + 1, fitted.joint_in_child[j])):
+        for segment, joint in (
+            (fitted.parent[j + 1], fitted.joint_in_parent[j]),
+            (j + 1, fitted.joint_in_child[j]),
+        ):
             assert np.abs(fitted.centre[fitted.spheres(segment)] - joint).sum(axis=1).min() == 0
 
 
@@ -76,7 +96,10 @@ def test_the_surface_stays_within_the_stated_fit_error(fitted, arm):
 
 
 def test_named_subparts_are_there_and_masses_are_volumes(fitted, arm):
-    assert {"fingertip", "thumb tip", "ball"} & set(fitted.sphere_names) == {"fingertip", "thumb tip"}
+    assert {"fingertip", "thumb tip", "ball"} & set(fitted.sphere_names) == {
+        "fingertip",
+        "thumb tip",
+    }
     volume = read_surface(arm / "arm.obj", length="mm").volume
     assert fitted.mass.sum() == pytest.approx(1010 * volume, rel=1e-3)
 
@@ -99,10 +122,12 @@ def test_a_mesh_in_a_posture_gives_the_same_segments(arm):
     body = wb.load_body(arm / "one_arm.yaml")
     straight = placed_skeleton(arm / "one_arm.yaml", at=[0, 0, 1.0])
     bent = placed_skeleton(arm / "one_arm.yaml", posture="bent", at=[0, 0, 1.0])
-    assert np.allclose(straight.world[:2], bent.world[:2]) and not np.allclose(straight.world[2], bent.world[2])
-    assert np.allclose(bent.world[2, :, :3] @ bent.world[2, :, :3].T, np.eye(3)) and len(bent.world) == len(
-        body.segments
+    assert np.allclose(straight.world[:2], bent.world[:2]) and not np.allclose(
+        straight.world[2], bent.world[2]
     )
+    assert np.allclose(bent.world[2, :, :3] @ bent.world[2, :, :3].T, np.eye(3)) and len(
+        bent.world
+    ) == len(body.segments)
 
 
 def test_a_posture_that_twists_a_shared_joint_is_refused(arm):
@@ -115,11 +140,27 @@ def test_a_posture_that_twists_a_shared_joint_is_refused(arm):
 def test_outlines_give_a_body_of_one_segment(tmp_path, capsys):
     (tmp_path / "forearm.yaml").write_text(FOREARM)
     out = tmp_path / "made.yaml"
-    assert main(["body", "fit", str(tmp_path / "forearm.yaml"), "-o", str(out), "--count", "12", "--json"]) == 0
+    assert (
+        main(
+            [
+                "body",
+                "fit",
+                str(tmp_path / "forearm.yaml"),
+                "-o",
+                str(out),
+                "--count",
+                "12",
+                "--json",
+            ]
+        )
+        == 0
+    )
     told = json.loads(capsys.readouterr().out)
     body = wb.load_body(out)
     assert body.segments == ("BODY",) and len(body.radius) == told["whole"]["spheres"] == 12
-    assert told["whole"]["mean_mm"] < 2 and told["whole"]["volume_l"] == pytest.approx(0.387, rel=0.02)
+    assert told["whole"]["mean_mm"] < 2 and told["whole"]["volume_l"] == pytest.approx(
+        0.387, rel=0.02
+    )
     # the origin is the centre of gravity
     assert np.abs(np.average(body.centre, axis=0, weights=body.radius**3)).max() < 0.02
 
@@ -127,7 +168,8 @@ def test_outlines_give_a_body_of_one_segment(tmp_path, capsys):
 def test_the_bound_is_at_most_what_was_found():
     surface = read_of(trimesh.creation.capsule(0.3, 0.05, count=(24, 24)))
     limits = Limits(0.002, 0.2, 0.004, 0.004)
-    fit, fewest = fit_body(surface, None, limits), bound_of(surface, None, limits)
+    fit = fit_body(surface, None, limits)
+    fewest = bound_of(surface, None, limits)
     assert 0.7 * len(fit.fit.radius) <= fewest <= len(fit.fit.radius)
 
 
@@ -137,23 +179,44 @@ def read_of(mesh):
     return sealed(mesh.vertices, mesh.faces)
 
 
-@pytest.mark.parametrize("options, said", [
-    (["--length", "m"], r"is 700 m large, .* a wrong unit of length"),
-    ([], "does not say its unit of length"),
-    (["--length", "mm", "--at", "0 mm, 0 mm, 3 m"], "outside the surface.*place or pose"),
-    (["--length", "mm", "--at", "0 mm"], "three lengths"),
-    (["--length", "mm", "--at", "0 mm, 0 mm, 1 m", "--posture", "flying"], "no posture 'flying'"),
-    (["--length", "mm", "--at", "0 mm, 0 mm, 1 m", "--least-radius", "300 mm"], "greater than --greatest-radius"),
-    (["--length", "mm", "--at", "0 mm, 0 mm, 1 m", "--least-radius", "60 mm"], "it can be with a least radius of"),
-    (["--length", "mm", "--outward", "4 apples"], "a length such as"),
-    (["--length", "mm", "--count", "20", "--bound"], "leave --count out"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "options, said",
+    [
+        (["--length", "m"], r"is 700 m large, .* a wrong unit of length"),
+        ([], "does not say its unit of length"),
+        (["--length", "mm", "--at", "0 mm, 0 mm, 3 m"], "outside the surface.*place or pose"),
+        (["--length", "mm", "--at", "0 mm"], "three lengths"),
+        (
+            ["--length", "mm", "--at", "0 mm, 0 mm, 1 m", "--posture", "flying"],
+            "no posture 'flying'",
+        ),
+        (
+            ["--length", "mm", "--at", "0 mm, 0 mm, 1 m", "--least-radius", "300 mm"],
+            "greater than --greatest-radius",
+        ),
+        (
+            ["--length", "mm", "--at", "0 mm, 0 mm, 1 m", "--least-radius", "60 mm"],
+            "it can be with a least radius of",
+        ),
+        (["--length", "mm", "--outward", "4 apples"], "a length such as"),
+        (["--length", "mm", "--count", "20", "--bound"], "leave --count out"),
+    ],
+)
 def test_a_bad_call_is_told_and_writes_nothing(arm, capsys, options, said):
     import re
 
     out = arm / "none.yaml"
     code = main(
-        ["body", "fit", str(arm / "arm.obj"), "--skeleton", str(arm / "one_arm.yaml"), "-o", str(out), *options]
+        [
+            "body",
+            "fit",
+            str(arm / "arm.obj"),
+            "--skeleton",
+            str(arm / "one_arm.yaml"),
+            "-o",
+            str(out),
+            *options,
+        ]
     )
     told = capsys.readouterr().err
     assert code in (2, 3) and re.search(said, told) and not out.exists() and "Traceback" not in told

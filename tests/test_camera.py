@@ -1,4 +1,5 @@
-"""Cameras: one noun for parallel and perspective views; what is behind the eye or cut away is never drawn."""
+"""Cameras: one noun for parallel and perspective views; what is behind the eye or cut away is never
+drawn."""
 
 from __future__ import annotations
 
@@ -11,7 +12,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, boxes, crowd, eye_of, front, painted_slowly, spheres_body
-from workbench.draw.camera import VIEWS, fitted, look_at, metric, project, projective, standard_view, turned
+from workbench.draw.camera import (
+    VIEWS,
+    fitted,
+    look_at,
+    metric,
+    project,
+    projective,
+    standard_view,
+    turned,
+)
 from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
 from workbench.draw.cutting import cut_away
 from workbench.draw.disks import disks
@@ -45,13 +55,17 @@ def test_the_eye_is_where_it_was_put_and_a_parallel_view_has_none() -> None:
 
 def test_a_parallel_view_is_the_limit_of_perspective() -> None:
     points = np.random.default_rng(1).uniform(-1, 1, (50, 3))
-    near, far = front(640), standard_view("front", BOX, width=640, height=640, field=1e-7, margin=0.0)
+    near = front(640)
+    far = standard_view("front", BOX, width=640, height=640, field=1e-7, margin=0.0)
     assert math.isinf(near.distance) and far.distance > 1e6
-    assert project(replace(far, scale=near.scale), points) == pytest.approx(project(near, points), abs=1e-3)
+    assert project(replace(far, scale=near.scale), points) == pytest.approx(
+        project(near, points), abs=1e-3
+    )
     scene = Scene((crowd(),))
     wide = replace(near, distance=1e12)
     assert np.array_equal(visible_layers(scene, wide).sphere, visible_layers(scene, near).sphere)
-    arcs, like = outline_arcs(scene, near), outline_arcs(scene, replace(near, distance=1e5))
+    arcs = outline_arcs(scene, near)
+    like = outline_arcs(scene, replace(near, distance=1e5))
     assert np.bincount(like.sphere, arc_lengths(like), 60) == pytest.approx(
         np.bincount(arcs.sphere, arc_lengths(arcs), 60), abs=0.5
     )
@@ -62,11 +76,15 @@ def test_a_parallel_view_is_the_limit_of_perspective() -> None:
 @pytest.mark.parametrize("view", VIEWS)
 def test_a_fitted_view_holds_every_sphere_and_touches_the_margin(view: str, field: float) -> None:
     shown = crowd(3, 30)
-    camera = fitted_view(Scene((shown,)), standard_view(view, BOX, width=300, height=200, field=field), margin=0.1)
+    camera = fitted_view(
+        Scene((shown,)), standard_view(view, BOX, width=300, height=200, field=field), margin=0.1
+    )
     surface = np.random.default_rng(2).normal(size=(4000, 1, 3))
     points = (
         shown.placed.centres[0]
-        + surface / np.linalg.norm(surface, axis=-1, keepdims=True) * shown.placed.body.radius[:, None]
+        + surface
+        / np.linalg.norm(surface, axis=-1, keepdims=True)
+        * shown.placed.body.radius[:, None]
     )
     pixels = project(camera, points)[..., :2].reshape(-1, 2) / (300, 200)
     room = np.min([pixels.min(axis=0), 1.0 - pixels.max(axis=0)])
@@ -85,10 +103,13 @@ def test_projective_depth_is_linear_along_a_line_and_turns_back_into_metres() ->
 
 
 def test_a_whole_turn_gives_the_first_picture_byte_for_byte() -> None:
-    scene, camera = Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.9]])), front(48)
+    scene = Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.9]]))
+    camera = front(48)
     first = disks(scene, camera).tobytes()
     assert disks(scene, turned(camera, math.tau)).tobytes() == first
-    bare = replace(scene, environment=None)  # the box has corners on the borders of pixels, where rounding shows
+    bare = replace(
+        scene, environment=None
+    )  # the box has corners on the borders of pixels, where rounding shows
     first = disks(bare, camera).tobytes()
     for _ in range(8):
         camera = turned(camera, math.tau / 8)
@@ -111,8 +132,12 @@ def test_the_near_plane_shows_the_face_it_cuts() -> None:
     whole = replace(front(200), cut=0.3)  # the front is gone, the widest circle is not
     layers = visible_layers(ball, whole)
     assert projected_disks(ball, whole).disk[0, 2] == pytest.approx(50)
-    assert layers.body_depth.max() == 0.3 and np.sum(layers.body_depth == 0.3) == pytest.approx(np.pi * 40**2, rel=0.01)
-    behind = projected_disks(ball, replace(whole, cut=-0.3))  # only a cap is left, as wide as the cut: 3-4-5
+    assert layers.body_depth.max() == 0.3 and np.sum(layers.body_depth == 0.3) == pytest.approx(
+        np.pi * 40**2, rel=0.01
+    )
+    behind = projected_disks(
+        ball, replace(whole, cut=-0.3)
+    )  # only a cap is left, as wide as the cut: 3-4-5
     assert behind.disk[0, 2] == pytest.approx(40) and behind.front[0] == -0.3
     assert not len(projected_disks(ball, replace(whole, cut=-0.5)).order)
 
@@ -122,7 +147,13 @@ def test_disks_in_perspective_equal_a_plain_painter(seed: int) -> None:
     random = np.random.default_rng(seed)
     scene = Scene((crowd(seed % 7, 40),))
     eye = random.normal(size=3)
-    camera = look_at(eye * random.uniform(0.2, 4.0), (0, 0, 0), width=41, height=29, cut=random.choice([np.inf, 0.2]))
+    camera = look_at(
+        eye * random.uniform(0.2, 4.0),
+        (0, 0, 0),
+        width=41,
+        height=29,
+        cut=random.choice([np.inf, 0.2]),
+    )
     drawn = projected_disks(scene, camera)
     slow = painted_slowly(scene, camera)
     assert np.array_equal(visible_layers(scene, camera).sphere, slow)
@@ -150,7 +181,12 @@ def test_the_eye_of_a_body_looks_ahead_and_sees_its_hands_not_its_nose() -> None
     layers = visible_layers(scene, camera)
     body = scene.bodies[0].placed.body
     segment = np.array(body.segments)[body.sphere_segment]
-    assert "H" not in segment[np.unique(layers.sphere[(layers.sphere >= 0) & (layers.sphere < len(segment))])]
+    assert (
+        "H"
+        not in segment[
+            np.unique(layers.sphere[(layers.sphere >= 0) & (layers.sphere < len(segment))])
+        ]
+    )
     assert np.any(layers.triangle >= 0)
 
 
@@ -162,7 +198,8 @@ def test_a_body_without_eyes_says_so() -> None:
 @given(st.integers(0, 2**32 - 1))
 def test_clipped_triangles_keep_their_area_on_both_sides(seed: int) -> None:
     random = np.random.default_rng(seed)
-    corners, normal = random.normal(size=(20, 3, 3)), random.normal(size=3)
+    corners = random.normal(size=(20, 3, 3))
+    normal = random.normal(size=3)
     below, of = clip_triangles(corners, normal, 0.2)
     above, also = clip_triangles(corners, -normal, -0.2)
     pieces = np.bincount(of, _areas(below), 20) + np.bincount(also, _areas(above), 20)
@@ -172,11 +209,18 @@ def test_clipped_triangles_keep_their_area_on_both_sides(seed: int) -> None:
 
 
 def _areas(corners: np.ndarray) -> np.ndarray:
-    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2.0
+    return (
+        np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        / 2.0
+    )
 
 
 def test_a_segment_through_the_plane_ends_on_it() -> None:
-    ends = np.array([[[0, 0, -1.0], [0, 0, 3.0]], [[0, 0, 1.0], [0, 0, 2.0]], [[1, 0, -2.0], [1, 0, -1.0]]])
+    ends = np.array(
+        [[[0, 0, -1.0], [0, 0, 3.0]], [[0, 0, 1.0], [0, 0, 2.0]], [[1, 0, -2.0], [1, 0, -1.0]]]
+    )
     pieces, of = clip_segments(ends, UP, 0.0)
     assert of.tolist() == [0, 2] and pieces[0].tolist() == [[0, 0, -1], [0, 0, 0]]
 
@@ -206,9 +250,13 @@ def test_a_shell_cut_in_half_is_open_and_a_solid_closed_by_its_cut_face() -> Non
     assert area.sum() == pytest.approx(1.0 + 4 * 0.5 + 1.0)
     half = cut_away(shell, (0, 0, 0), (2, 0, 0))
     area = _areas(half.vertices[half.triangles])
-    assert area.sum() == pytest.approx(1.0 + 4 * 0.5) and half.bounds[:, 0] == pytest.approx([-0.5, 0.0])
+    assert area.sum() == pytest.approx(1.0 + 4 * 0.5) and half.bounds[:, 0] == pytest.approx(
+        [-0.5, 0.0]
+    )
     whole, opened = (visible_layers(Scene((), shown), front()).depth for shown in (box, half))
-    assert whole[32, 32] == pytest.approx(0.5, abs=1e-3) and opened[32, 32] == pytest.approx(-0.5, abs=1e-3)
+    assert whole[32, 32] == pytest.approx(0.5, abs=1e-3) and opened[32, 32] == pytest.approx(
+        -0.5, abs=1e-3
+    )
     edges, _ = drawn_edges(half, front(), np.inf)
     rim = edges[np.all(np.abs(edges[:, :, 2]) < 1e-9, axis=1)]
     assert np.linalg.norm(rim[:, 1, :2] - rim[:, 0, :2], axis=1).sum() == pytest.approx(4 * 32.0)
@@ -218,9 +266,12 @@ def test_a_shell_cut_in_half_is_open_and_a_solid_closed_by_its_cut_face() -> Non
 
 @pytest.mark.parametrize(
     ("point", "normal", "message"),
-    [((0, 0, 0), (0, 0, 0), "a point and a direction"), ((0, np.nan, 0), (1, 0, 0), "a point and a direction"),
-     ((-9, 0, 0), (1, 0, 0), "nothing of boxes is left")],
-)  # fmt: skip
+    [
+        ((0, 0, 0), (0, 0, 0), "a point and a direction"),
+        ((0, np.nan, 0), (1, 0, 0), "a point and a direction"),
+        ((-9, 0, 0), (1, 0, 0), "nothing of boxes is left"),
+    ],
+)
 def test_a_plane_that_is_none_or_leaves_nothing_is_refused(
     point: tuple[float, ...], normal: tuple[float, ...], message: str
 ) -> None:

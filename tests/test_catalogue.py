@@ -1,4 +1,5 @@
-"""Every body, environment and study that comes along loads, checks and runs; names follow the paper."""
+"""Every body, environment and study that comes along loads, checks and runs; names follow the
+paper."""
 
 from __future__ import annotations
 
@@ -35,15 +36,21 @@ def is_data(path):
 
 
 @pytest.mark.parametrize(
-    "path", [p for p in YAML if is_data(p)], ids=lambda p: p.name if "env" not in p.name else p.parent.name
+    "path",
+    [p for p in YAML if is_data(p)],
+    ids=lambda p: p.name if "env" not in p.name else p.parent.name,
 )
 def test_every_file_of_the_catalogue_checks_without_a_warning(path):
     assert check_file(path) == []
 
 
 def test_bubbleman_has_the_papers_segments_with_their_numbers_and_names(bubbleman):
-    table = {(n, s, name) for n, s, name in zip(bubbleman.segment_numbers, bubbleman.segments,
-                                                bubbleman.segment_names, strict=True)}  # fmt: skip
+    table = {
+        (n, s, name)
+        for n, s, name in zip(
+            bubbleman.segment_numbers, bubbleman.segments, bubbleman.segment_names, strict=True
+        )
+    }
     assert table == set(PAPER_SEGMENTS)
 
 
@@ -51,7 +58,15 @@ def test_bubbleman_has_the_papers_joints_between_the_papers_segments(bubbleman):
     rows = set()
     for j, name in enumerate(bubbleman.joints):
         parent = bubbleman.segments[bubbleman.parent[j + 1]]
-        rows.add((bubbleman.joint_numbers[j], name, bubbleman.joint_names[j], parent, bubbleman.segments[j + 1]))
+        rows.add(
+            (
+                bubbleman.joint_numbers[j],
+                name,
+                bubbleman.joint_names[j],
+                parent,
+                bubbleman.segments[j + 1],
+            )
+        )
     assert rows == set(PAPER_JOINTS)
 
 
@@ -61,8 +76,13 @@ def test_bubbleman_is_of_250_to_400_spheres_and_median_mass(bubbleman):
 
 
 def test_the_right_hand_has_the_papers_directions(bubbleman):
-    table = dict(zip(("front", "back", "left", "right", "top", "bottom"),
-                     bubbleman.directions[bubbleman.segment("RHN")].tolist(), strict=True))  # fmt: skip
+    table = dict(
+        zip(
+            ("front", "back", "left", "right", "top", "bottom"),
+            bubbleman.directions[bubbleman.segment("RHN")].tolist(),
+            strict=True,
+        )
+    )
     assert (table["back"], table["top"], table["left"]) == ([0, -1, 0], [0, 0, -1], [1, 0, 0])
 
 
@@ -70,14 +90,20 @@ def median(name):
     path = ROOT.parent / "shared" / "reference" / "ansur2_percentiles.csv"
     if not path.exists():
         pytest.skip("reference table not here")
-    return next(float(row["M50"]) for row in csv.DictReader(path.read_text().splitlines()) if row["dim"] == name)
+    return next(
+        float(row["M50"])
+        for row in csv.DictReader(path.read_text().splitlines())
+        if row["dim"] == name
+    )
 
 
 def extent(library, posture, *, segments, axis):
     placed, names = library
-    body, p = placed.body, names.index(posture)
+    body = placed.body
+    p = names.index(posture)
     rows = np.isin(body.sphere_segment, [body.segment(s) for s in segments])
-    c, r = placed.centres[p, rows, axis], body.radius[rows]
+    c = placed.centres[p, rows, axis]
+    r = body.radius[rows]
     return 1000 * (c - r).min(), 1000 * (c + r).max()
 
 
@@ -86,10 +112,15 @@ def test_bubbleman_stands_1755_mm_tall(library):
     assert high - low == pytest.approx(median("stature"), abs=3)
 
 
-@pytest.mark.parametrize(("measure", "segments", "axis"), [
-    ("footlength", ["LF"], 0), ("footbreadthhorizontal", ["LF"], 1), ("headbreadth", ["H"], 1),
-    ("handlength", ["LHN"], 2),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("measure", "segments", "axis"),
+    [
+        ("footlength", ["LF"], 0),
+        ("footbreadthhorizontal", ["LF"], 1),
+        ("headbreadth", ["H"], 1),
+        ("handlength", ["LHN"], 2),
+    ],
+)
 def test_bubblemans_parts_have_median_extents(library, measure, segments, axis):
     low, high = extent(library, "standing", segments=segments, axis=axis)
     # ears stand out from the head's breadth; the hand is measured to its wrist crease
@@ -106,7 +137,10 @@ def test_bubbleman_sits_918_mm_tall(library):
 def test_left_and_right_mirror_each_other(bubbleman):
     for name in bubbleman.segments:
         if name.startswith("L") and name not in ("LT",):
-            left, right = (bubbleman.centre[bubbleman.spheres(bubbleman.segment(s))] for s in (name, "R" + name[1:]))
+            left, right = (
+                bubbleman.centre[bubbleman.spheres(bubbleman.segment(s))]
+                for s in (name, "R" + name[1:])
+            )
             assert np.allclose(left * [1, -1, 1], right, atol=1e-9), name
 
 
@@ -119,13 +153,21 @@ def test_all_library_postures_are_within_the_joint_stops(bubbleman, postures):
 
 
 def test_bubbleman_is_made_by_its_script_to_the_byte(tmp_path):
-    subprocess.run([sys.executable, ROOT / "bodies" / "make_bubbleman.py", tmp_path], check=True, capture_output=True)
-    assert (tmp_path / "bubbleman.yaml").read_bytes() == (ROOT / "bodies" / "bubbleman.yaml").read_bytes()
+    subprocess.run(
+        [sys.executable, ROOT / "bodies" / "make_bubbleman.py", tmp_path],
+        check=True,
+        capture_output=True,
+    )
+    assert (tmp_path / "bubbleman.yaml").read_bytes() == (
+        ROOT / "bodies" / "bubbleman.yaml"
+    ).read_bytes()
 
 
 def test_the_trainer_is_made_by_its_script_to_the_byte(tmp_path):
     path = ROOT / "environments" / "trainer" / "trainer.obj"
-    subprocess.run([sys.executable, path.with_name("make.py"), tmp_path], check=True, capture_output=True)
+    subprocess.run(
+        [sys.executable, path.with_name("make.py"), tmp_path], check=True, capture_output=True
+    )
     assert (tmp_path / "trainer.obj").read_bytes() == path.read_bytes()
 
 
@@ -154,7 +196,8 @@ def test_a_seat_reference_point_is_where_cushion_and_back_planes_meet():
 @pytest.mark.parametrize("name", [path.stem for path in tracked("studies/*.yaml")])
 def test_every_study_runs_to_the_same_bytes_twice(name, tmp_path):
     study = smaller_study(name, tmp_path, people=20) if name in ACCOMMODATIONS else name
-    first, second = tmp_path / "first", tmp_path / "second"
+    first = tmp_path / "first"
+    second = tmp_path / "second"
     for folder in (first, second):
         write_report(run(load(study)), folder)
     assert sorted(p.name for p in first.iterdir()) == sorted(p.name for p in second.iterdir())

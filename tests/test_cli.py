@@ -1,4 +1,5 @@
-"""The command line: exit codes, data on stdout and talk on stderr, never a traceback, folders whole or not at all."""
+"""The command line: exit codes, data on stdout and talk on stderr, never a traceback, folders whole
+or not at all."""
 
 from __future__ import annotations
 
@@ -17,8 +18,16 @@ from workbench.cli import main
 from workbench.files import output_folder
 from workbench.files.yaml_text import read_yaml
 
-COMMANDS = {"run": "STUDY", "check": "FILES", "inspect": "SOURCE", "render": "SOURCE", "schema": "KIND",
-            "doctor": "--json", "body list": "--json", "body show": "BODY"}  # fmt: skip
+COMMANDS = {
+    "run": "STUDY",
+    "check": "FILES",
+    "inspect": "SOURCE",
+    "render": "SOURCE",
+    "schema": "KIND",
+    "doctor": "--json",
+    "body list": "--json",
+    "body show": "BODY",
+}
 STRICT = changed(STUDY, "at_least: 100", "at_least: 300")
 LIGHT = ("numba", "scipy", "trimesh", "pyvista", "PIL", "numpy", "jinja2", "pydantic")
 
@@ -47,8 +56,13 @@ def answer(capsys, *arguments):
 
 def started(*arguments, **settings):
     """The same in a process of its own."""
-    return subprocess.run([sys.executable, "-W", "error", "-m", "workbench", *map(str, arguments)], capture_output=True,
-                          check=False, timeout=120, **settings)  # fmt: skip
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-m", "workbench", *map(str, arguments)],
+        capture_output=True,
+        check=False,
+        timeout=120,
+        **settings,
+    )
 
 
 def content(folder):
@@ -70,7 +84,10 @@ def test_help_lists_all_commands_and_exit_codes_and_loads_nothing_heavy():
     assert done.stdout.endswith("set() 0\n")
     assert all(f"│ {command.split()[0]} " in done.stdout for command in COMMANDS)
     told = " ".join(done.stdout.split())
-    assert "Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing" in told
+    assert (
+        "Exit codes: 0 fine, 1 a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing"
+        in told
+    )
     assert "70 an internal error, 130 stopped by Ctrl-C." in told
 
 
@@ -83,11 +100,15 @@ def test_run_writes_the_folder_and_tells_the_verdicts(capsys, cab, tmp_path):
     code, out, err = answer(capsys, "run", cab, "--out", tmp_path / "new" / "out")
     assert (code, err) == (0, f"warning: {IN_PIECES}\n")
     assert [line.split()[0] for line in out.splitlines()[:5]] == ["passed"] * 5
-    assert out.endswith(f"2 people in 2 cases: all 5 criteria hold, with 1 warning.\n{tmp_path}/new/out/report.html\n")
+    assert out.endswith(
+        f"2 people in 2 cases: all 5 criteria hold, with 1 warning.\n{tmp_path}/new/out/report.html\n"
+    )
     assert [path.name for path in (tmp_path / "new").iterdir()] == ["out"]
 
 
-def test_run_goes_to_out_and_the_name_of_the_study_where_not_told(capsys, cab, tmp_path, monkeypatch):
+def test_run_goes_to_out_and_the_name_of_the_study_where_not_told(
+    capsys, cab, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     assert answer(capsys, "run", cab)[1].endswith("out/cab_study/report.html\n")
     assert (tmp_path / "out/cab_study/result.json").is_file()
@@ -110,9 +131,13 @@ def test_the_result_is_valid_by_the_published_schema(capsys, finished):
 
 @pytest.mark.parametrize(
     ("kind", "file"),
-    [("body", "bodies/one_arm.yaml"), ("postures", "bodies/arms.yaml"), ("study", "studies/cab_study.yaml"),
-     ("environment", "environments/cab/environment.yaml")],
-)  # fmt: skip
+    [
+        ("body", "bodies/one_arm.yaml"),
+        ("postures", "bodies/arms.yaml"),
+        ("study", "studies/cab_study.yaml"),
+        ("environment", "environments/cab/environment.yaml"),
+    ],
+)
 def test_the_schema_of_a_kind_accepts_a_good_file_and_no_misspelt_key(capsys, cab, kind, file):
     code, out, err = answer(capsys, "schema", kind)
     assert (code, err) == (0, "")
@@ -120,7 +145,9 @@ def test_the_schema_of_a_kind_accepts_a_good_file_and_no_misspelt_key(capsys, ca
     value = read_yaml(cab.parents[1] / file).value
     jsonschema.validate(value, json.loads(out), cls=jsonschema.Draft202012Validator)
     with pytest.raises(jsonschema.ValidationError, match="misspelt"):
-        jsonschema.validate(value | {"misspelt": 1}, json.loads(out), cls=jsonschema.Draft202012Validator)
+        jsonschema.validate(
+            value | {"misspelt": 1}, json.loads(out), cls=jsonschema.Draft202012Validator
+        )
 
 
 def test_check_names_the_good_files_and_all_faults_of_the_bad(capsys, cab, tmp_path):
@@ -144,20 +171,32 @@ def test_check_names_the_good_files_and_all_faults_of_the_bad(capsys, cab, tmp_p
         (["check"], 2, "name one file or more"),
         (["schema", "bodies"], 2, "no schema 'bodies'; did you mean 'body'? valid: body, postures"),
         (["render", "bubbleman"], 2, "--out requires an argument"),
-        (["render", "bubbleman", "--out", "x.jpg"], 2, "x.jpg: the ending says what to make; valid: .png"),
+        (
+            ["render", "bubbleman", "--out", "x.jpg"],
+            2,
+            "x.jpg: the ending says what to make; valid: .png",
+        ),
         (
             ["render", "bubbleman", "--out", "x.png", "--size", "big"],
             2,
             "pixels such as 800 or 1280x720",
         ),
         (["render", "bubbleman", "--out", "x.png", "--size", "9x900"], 2, "16 to 8192 pixels"),
-        (["render", "bubbleman", "--out", "x.png", "--view", "up"], 2, "no view 'up'; valid: front"),
+        (
+            ["render", "bubbleman", "--out", "x.png", "--view", "up"],
+            2,
+            "no view 'up'; valid: front",
+        ),
         (
             ["render", "bubbleman", "--out", "x.svg", "--display", "circels"],
             2,
             "no display 'circels'; did you mean",
         ),
-        (["inspect", "trainer", "--units", "mm"], 2, "--units, --up and --forward are for mesh files"),
+        (
+            ["inspect", "trainer", "--units", "mm"],
+            2,
+            "--units, --up and --forward are for mesh files",
+        ),
         (["run", "no_such_study"], 3, "no studies entry named 'no_such_study'; valid: "),
         (["run", "no/such.yaml"], 3, "no/such.yaml: no such file (looked from "),
         (["run", "x" * 5000], 3, "no studies entry named"),
@@ -169,12 +208,18 @@ def test_check_names_the_good_files_and_all_faults_of_the_bad(capsys, cab, tmp_p
         (["inspect", "none.obj"], 3, "none.obj"),
         (["inspect", "no_such_cab"], 3, "no environments entry named 'no_such_cab'"),
         (["render", "nobody", "--out", "x.png"], 3, "nothing is called 'nobody'"),
-        (["render", "bubbleman", "--out", "x.png", "--pose", "std"], 3, "no posture 'std'; did you mean 'seated'?"),
+        (
+            ["render", "bubbleman", "--out", "x.png", "--pose", "std"],
+            3,
+            "no posture 'std'; did you mean 'seated'?",
+        ),
         (["body", "show", "nobody"], 3, "no bodies entry named 'nobody'"),
         (["body", "shwo"], 2, "shwo"),
     ],
 )
-def test_wrong_calls_are_2_bad_input_is_3_and_stdout_stays_empty(capsys, tmp_path, monkeypatch, arguments, code, words):
+def test_wrong_calls_are_2_bad_input_is_3_and_stdout_stays_empty(
+    capsys, tmp_path, monkeypatch, arguments, code, words
+):
     monkeypatch.chdir(tmp_path)
     found, out, err = answer(capsys, *arguments)
     assert (found, out) == (code, "")
@@ -184,7 +229,9 @@ def test_wrong_calls_are_2_bad_input_is_3_and_stdout_stays_empty(capsys, tmp_pat
 
 def test_a_missing_optional_part_is_4_and_says_what_to_install(capsys, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "cascadio", None)
-    (tmp_path / "part.step").write_text("ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n")
+    (tmp_path / "part.step").write_text(
+        "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
+    )
     code, out, err = answer(capsys, "inspect", tmp_path / "part.step", "--units", "mm")
     assert (code, out) == (4, "")
     assert "pip install" in err
@@ -194,9 +241,17 @@ def test_inspect_tells_parts_as_text_and_as_json(capsys, cab):
     code, out, err = answer(capsys, "inspect", cab.parents[1] / "environments/cab")
     assert (code, err) == (0, "")
     assert "5 parts, 60 faces, 30 polygons" in out
-    code, out, _ = answer(capsys, "inspect", cab.parents[1] / "environments/cab/cab.obj", "--units", "m", "--json")
+    code, out, _ = answer(
+        capsys, "inspect", cab.parents[1] / "environments/cab/cab.obj", "--units", "m", "--json"
+    )
     assert code == 0
-    assert [part["name"] for part in json.loads(out)["parts"]] == ["floor", "wall", "seat", "rest", "secret"]
+    assert [part["name"] for part in json.loads(out)["parts"]] == [
+        "floor",
+        "wall",
+        "seat",
+        "rest",
+        "secret",
+    ]
 
 
 def test_body_list_and_show_speak_text_and_json(capsys, cab, monkeypatch):
@@ -204,18 +259,39 @@ def test_body_list_and_show_speak_text_and_json(capsys, cab, monkeypatch):
     code, out, err = answer(capsys, "body", "list")
     assert (code, err) == (0, "")
     assert {line.split(":")[0] for line in out.splitlines()} >= {"bubbleman", "one_arm"}
-    assert {row["name"] for row in json.loads(answer(capsys, "body", "list", "--json")[1])} >= {"bubbleman", "one_arm"}
+    assert {row["name"] for row in json.loads(answer(capsys, "body", "list", "--json")[1])} >= {
+        "bubbleman",
+        "one_arm",
+    }
     assert "thumb tip" in answer(capsys, "body", "show", "one_arm")[1]
     assert json.loads(answer(capsys, "body", "show", "one_arm", "--json")[1])["postures"] == {
-        "hanging": "the arm straight down", "bent": "elbow bent to a right angle"}  # fmt: skip
+        "hanging": "the arm straight down",
+        "bent": "elbow bent to a right angle",
+    }
 
 
-@pytest.mark.parametrize(("source", "more"), [("bodies/one_arm.yaml", ["--pose", "bent"]), ("environments/cab", []),
-                                              ("studies/cab_study.yaml", ["--case", "forward"])])  # fmt: skip
+@pytest.mark.parametrize(
+    ("source", "more"),
+    [
+        ("bodies/one_arm.yaml", ["--pose", "bent"]),
+        ("environments/cab", []),
+        ("studies/cab_study.yaml", ["--case", "forward"]),
+    ],
+)
 def test_render_draws_a_body_an_environment_and_a_case(capsys, cab, tmp_path, source, more):
     for display, ending, head in (("disks", "png", b"\x89PNG"), ("circles", "svg", b"<svg")):
         out = tmp_path / f"new/picture.{ending}"
-        wanted = ["render", cab.parents[1] / source, "--out", out, "--display", display, "--size", "64", *more]
+        wanted = [
+            "render",
+            cab.parents[1] / source,
+            "--out",
+            out,
+            "--display",
+            display,
+            "--size",
+            "64",
+            *more,
+        ]
         assert answer(capsys, *wanted) == (0, f"{out}\n", "")
         assert out.read_bytes().startswith(head)
     assert len(list((tmp_path / "new").iterdir())) == 2
@@ -223,8 +299,15 @@ def test_render_draws_a_body_an_environment_and_a_case(capsys, cab, tmp_path, so
 
 def test_render_leaves_nothing_where_it_cannot_write(capsys, cab, tmp_path):
     (tmp_path / "picture.png").mkdir()
-    code, _, err = answer(capsys, "render", cab.parents[1] / "environments/cab", "--out", tmp_path / "picture.png",
-                          "--size", "16")  # fmt: skip
+    code, _, err = answer(
+        capsys,
+        "render",
+        cab.parents[1] / "environments/cab",
+        "--out",
+        tmp_path / "picture.png",
+        "--size",
+        "16",
+    )
     assert code == 3
     assert "cannot be written" in err
     assert [path.name for path in tmp_path.iterdir()] == ["picture.png"]
@@ -233,7 +316,9 @@ def test_render_leaves_nothing_where_it_cannot_write(capsys, cab, tmp_path):
 def test_doctor_names_every_part(capsys, monkeypatch):
     monkeypatch.setattr("workbench.report.doctor._off_screen", lambda: "not tried")
     assert "numba: " in answer(capsys, "doctor")[1]
-    assert {"python", "numpy", "pyvista", "cascadio"} <= json.loads(answer(capsys, "doctor", "--json")[1]).keys()
+    assert {"python", "numpy", "pyvista", "cascadio"} <= json.loads(
+        answer(capsys, "doctor", "--json")[1]
+    ).keys()
 
 
 def test_a_second_run_in_another_process_gives_the_same_bytes(cab, finished, tmp_path):
@@ -255,10 +340,17 @@ def test_what_is_not_a_result_is_never_replaced(capsys, cab, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file", "precious"]
 
 
-def test_a_failed_write_of_the_run_command_is_3_and_an_interrupt_130(capsys, cab, tmp_path, monkeypatch):
+def test_a_failed_write_of_the_run_command_is_3_and_an_interrupt_130(
+    capsys, cab, tmp_path, monkeypatch
+):
     full = OSError(28, "No space left on device")
-    for error, code, words in ((full, 3, "out: cannot be written (No space"), (KeyboardInterrupt(), 130, "stopped")):
-        monkeypatch.setattr(output_folder, "_put", lambda *_, error=error: (_ for _ in ()).throw(error))
+    for error, code, words in (
+        (full, 3, "out: cannot be written (No space"),
+        (KeyboardInterrupt(), 130, "stopped"),
+    ):
+        monkeypatch.setattr(
+            output_folder, "_put", lambda *_, error=error: (_ for _ in ()).throw(error)
+        )
         found, _, err = answer(capsys, "run", cab, "--out", tmp_path / "out")
         assert found == code
         assert words in err
@@ -286,7 +378,14 @@ def test_a_reader_who_leaves_early_is_no_error(cab):
 
 def test_a_terminal_without_the_letters_gets_numbers_and_json_stays_json(tmp_path):
     path = write_cab(tmp_path, study=changed(STUDY, "name: down", "name: größer"))
-    done = started("run", path, "--out", tmp_path / "out", "--json", env=os.environ | {"PYTHONIOENCODING": "ascii"})
+    done = started(
+        "run",
+        path,
+        "--out",
+        tmp_path / "out",
+        "--json",
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+    )
     assert (done.returncode, done.stderr) == (0, f"warning: {IN_PIECES}\n".encode())
     assert json.loads(done.stdout)["cases"][0] == "größer"
 
@@ -297,17 +396,25 @@ def test_no_colour_codes_are_written_to_a_pipe(cab):
     assert b"\x1b" not in done.stdout + done.stderr
 
 
-def test_an_output_on_the_terminal_is_the_same_table_as_in_the_files(capsys, finished, cab, tmp_path):
+def test_an_output_on_the_terminal_is_the_same_table_as_in_the_files(
+    capsys, finished, cab, tmp_path
+):
     _, out, _ = answer(capsys, "run", cab, "--out", tmp_path / "out")
     rows = csv.DictReader(io.StringIO((finished / "verdicts.csv").read_text()))
     shown = {"yes": "passed", "no": "FAILED"}
-    assert out.splitlines()[:5] == [f"{shown[r['passed']]}  {r['criterion']}: {r['sentence']}" for r in rows]
+    assert out.splitlines()[:5] == [
+        f"{shown[r['passed']]}  {r['criterion']}: {r['sentence']}" for r in rows
+    ]
 
 
 def test_names_from_files_never_steer_the_terminal(tmp_path, capfd):
     mesh = tmp_path / "a\x1b[2J.obj"
     mesh.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\no seat\x1b]0;title\x07\nf 1 2 3\n")
-    for arguments in (["inspect", str(mesh)], ["inspect", str(mesh), "--json"], ["check", str(mesh)]):
+    for arguments in (
+        ["inspect", str(mesh)],
+        ["inspect", str(mesh), "--json"],
+        ["check", str(mesh)],
+    ):
         main(arguments)
         out, err = capfd.readouterr()
         assert "\x1b" not in out + err and "\x07" not in out + err

@@ -48,7 +48,10 @@ def test_a_sphere_over_the_box_has_its_gap_as_clearance(one_arm, unit_box):
 
 
 def test_inside_a_solid_the_distance_stays_negative_all_the_way_in(one_arm, unit_box):
-    depth = [wb.clearance(at(one_arm, 0.5, 0.5, z), unit_box)[0, 0, 0] for z in (1.05, 1.0, 0.9, 0.7, 0.5)]
+    depth = [
+        wb.clearance(at(one_arm, 0.5, 0.5, z), unit_box)[0, 0, 0]
+        for z in (1.05, 1.0, 0.9, 0.7, 0.5)
+    ]
     assert depth == pytest.approx([0.0, -0.05, -0.15, -0.35, -0.55])
 
 
@@ -84,7 +87,9 @@ def test_tangent_is_not_a_contact(one_arm, unit_box):
 @given(st.integers(0, 10**6))
 def test_clearance_equals_the_triangle_oracle(one_arm, random_arm, box_cab, seed):
     placed = wb.place(one_arm, random_arm(2, seed))
-    assert np.allclose(wb.clearance(placed, box_cab), oracles.clearance(placed, box_cab), rtol=0, atol=1e-9)
+    assert np.allclose(
+        wb.clearance(placed, box_cab), oracles.clearance(placed, box_cab), rtol=0, atol=1e-9
+    )
 
 
 @given(st.integers(0, 10**6))
@@ -95,7 +100,9 @@ def test_clearance_equals_the_oracle_among_random_triangles(one_arm, random_arm,
     corners[1, 2] = 0.5 * (corners[1, 0] + corners[1, 1])  # a needle without area
     soup = environment_of(RawPart("soup", corners.reshape(-1, 3), np.arange(18).reshape(-1, 3)))
     placed = wb.place(one_arm, random_arm(2, seed))
-    assert np.allclose(wb.clearance(placed, soup), oracles.clearance(placed, soup), rtol=0, atol=1e-9)
+    assert np.allclose(
+        wb.clearance(placed, soup), oracles.clearance(placed, soup), rtol=0, atol=1e-9
+    )
 
 
 @given(st.integers(0, 10**6), st.floats(0, 0.1))
@@ -111,9 +118,15 @@ def test_contacts_are_all_pairs_the_oracle_finds(one_arm, random_arm, box_cab, s
             wanted[s, f] = gap
     outside = rows.rows(rows.distance >= -one_arm.radius[rows.sphere])
     found = dict(
-        zip(zip(outside.sphere.tolist(), outside.polygon.tolist(), strict=True), outside.distance, strict=True)
+        zip(
+            zip(outside.sphere.tolist(), outside.polygon.tolist(), strict=True),
+            outside.distance,
+            strict=True,
+        )
     )
-    inside = {(s, f) for s, f in zip(rows.sphere.tolist(), rows.polygon.tolist(), strict=True)} - set(found)
+    inside = {
+        (s, f) for s, f in zip(rows.sphere.tolist(), rows.polygon.tolist(), strict=True)
+    } - set(found)
     assert set(found) | inside >= set(wanted)
     assert all(found[key] == pytest.approx(wanted[key], abs=1e-9) for key in found)
 
@@ -136,7 +149,10 @@ def test_the_deepest_contact_is_the_clearance(one_arm, random_arm, box_cab, seed
 def test_self_contacts_equal_all_pairs(one_arm, random_arm, seed):
     placed = wb.place(one_arm, random_arm(3, seed, spread=5))
     rows = wb.self_contacts(placed)
-    found = {(p, i, j): d for p, i, j, d in zip(rows.pose, rows.sphere, rows.other_sphere, rows.distance, strict=True)}
+    found = {
+        (p, i, j): d
+        for p, i, j, d in zip(rows.pose, rows.sphere, rows.other_sphere, rows.distance, strict=True)
+    }
     wanted = oracles.sphere_pairs(placed)
     assert set(found) == set(wanted)
     assert all(found[key] == pytest.approx(wanted[key], abs=1e-12) for key in found)
@@ -146,12 +162,21 @@ def test_self_contacts_equal_all_pairs(one_arm, random_arm, seed):
 def test_contact_of_two_bodies_is_symmetric(one_arm, two_spheres, random_arm, seed):
     one = wb.place(one_arm, random_arm(2, seed))
     other = wb.place(two_spheres, wb.join_poses([wb.pose(two_spheres, {})] * 2))
-    rows, mirrored = wb.body_contacts(one, other, margin=0.2), wb.body_contacts(other, one, margin=0.2)
-    pairs = {(p, i, j): d for p, i, j, d in zip(rows.pose, rows.sphere, rows.other_sphere, rows.distance, strict=True)}
-    back = {(p, j, i): d for p, i, j, d in
-            zip(mirrored.pose, mirrored.sphere, mirrored.other_sphere, mirrored.distance, strict=True)}  # fmt: skip
+    rows = wb.body_contacts(one, other, margin=0.2)
+    mirrored = wb.body_contacts(other, one, margin=0.2)
+    pairs = {
+        (p, i, j): d
+        for p, i, j, d in zip(rows.pose, rows.sphere, rows.other_sphere, rows.distance, strict=True)
+    }
+    back = {
+        (p, j, i): d
+        for p, i, j, d in zip(
+            mirrored.pose, mirrored.sphere, mirrored.other_sphere, mirrored.distance, strict=True
+        )
+    }
     assert pairs == back
-    near, far = body_clearance(one, other).distance, body_clearance(other, one).distance
+    near = body_clearance(one, other).distance
+    far = body_clearance(other, one).distance
     assert np.array_equal(near, far.transpose(0, 2, 1))
 
 
@@ -208,7 +233,8 @@ SHAPES = {
 
 def plate(loops):
     """A flat part in the plane z = 0, triangulated on a half-metre grid inside the loops."""
-    corners, faces = [], []
+    corners = []
+    faces = []
     for x, y in np.ndindex(4, 4):
         low = np.array([-1 + 0.5 * x, -1 + 0.5 * y])
         if oracles.circle_touches_polygon(low + 0.25, 0.0, loops):
@@ -240,7 +266,9 @@ def test_winding_number_is_one_inside_the_box_and_zero_outside(point):
     from_faces = min(abs(c) for c in point) > 1e-6 and min(abs(1 - c) for c in point) > 1e-6
     if from_faces:
         inside = all(0 < c < 1 for c in point)
-        assert point_winding(*point, triangles, 0, len(triangles)) == pytest.approx(float(inside), abs=1e-9)
+        assert point_winding(*point, triangles, 0, len(triangles)) == pytest.approx(
+            float(inside), abs=1e-9
+        )
 
 
 def test_the_window_takes_part_in_contacts_alone(bubbleman):
@@ -248,7 +276,10 @@ def test_the_window_takes_part_in_contacts_alone(bubbleman):
     floor = environment_of(box_part("floor", [-1, -1, -0.1], [1, 1, 0.05]))
     placed = wb.place(bubbleman, poses, window=["LF"])
     rows = wb.contacts(placed, floor)
-    assert {bubbleman.segments[n] for n in rows.segment} == {"LF", "LLL"}  # the path to the stage comes along
+    assert {bubbleman.segments[n] for n in rows.segment} == {
+        "LF",
+        "LLL",
+    }  # the path to the stage comes along
     distance = wb.clearance(placed, floor)
     assert np.isnan(distance[0, bubbleman.segment("RF")]).all()
 
@@ -271,7 +302,9 @@ def test_a_joint_sphere_stays_at_its_joint_in_every_posture(bubbleman, library):
         joint = frame[:, :, :3] @ bubbleman.joint_in_child[j] + frame[:, :, 3]
         gaps = []
         for n in (j + 1, int(bubbleman.parent[j + 1])):
-            gaps.append(np.linalg.norm(placed.centres[:, bubbleman.spheres(n)] - joint[:, None], axis=-1))
+            gaps.append(
+                np.linalg.norm(placed.centres[:, bubbleman.spheres(n)] - joint[:, None], axis=-1)
+            )
         assert np.all(np.concatenate(gaps, axis=1).min(axis=1) < 2e-6), bubbleman.joints[j]
 
 
@@ -284,4 +317,6 @@ def test_nearest_witnesses_lie_where_they_say(one_arm, random_arm, box_cab):
         gap = np.linalg.norm(found.point[p, n, k] - centre)
         assert abs(found.distance[p, n, k]) == pytest.approx(
             abs(gap - one_arm.radius[found.sphere[p, n, k]]), abs=1e-9
-        ) or found.distance[p, n, k] == pytest.approx(-gap - one_arm.radius[found.sphere[p, n, k]], abs=1e-9)
+        ) or found.distance[p, n, k] == pytest.approx(
+            -gap - one_arm.radius[found.sphere[p, n, k]], abs=1e-9
+        )

@@ -1,4 +1,5 @@
-"""The compact car: its dimensions by SAE J1100, its mesh, and that its file says what its drawing says."""
+"""The compact car: its dimensions by SAE J1100, its mesh, and that its file says what its drawing
+says."""
 
 from __future__ import annotations
 
@@ -53,8 +54,13 @@ def test_the_points_are_those_of_the_dimensions(at):
         import dimensions as d
     finally:
         sys.path.remove(str(FOLDER))
-    for name, place in (("accelerator_heel", d.HEEL), ("ball_of_foot", d.BALL), ("wheel_centre", d.WHEEL),
-                        ("headroom", d.ROOF), ("accelerator", d.BALL)):  # fmt: skip
+    for name, place in (
+        ("accelerator_heel", d.HEEL),
+        ("ball_of_foot", d.BALL),
+        ("wheel_centre", d.WHEEL),
+        ("headroom", d.ROOF),
+        ("accelerator", d.BALL),
+    ):
         assert at[name] == pytest.approx(np.array(place), abs=0.06), name
     assert at["driver_h_point"] == pytest.approx([0, d.W20, d.H30])
 
@@ -62,12 +68,18 @@ def test_the_points_are_those_of_the_dimensions(at):
 def test_heel_and_ball_lie_where_the_standards_curve_puts_them(at):
     h30 = (at["driver_h_point"] - at["accelerator_heel"])[2] / 1e3
     assert at["ball_of_foot"][0] == pytest.approx(1e3 * float(seat_curve(h30)), abs=0.1)
-    assert at["ball_of_foot"][0] - at["accelerator_heel"][0] == pytest.approx(1e3 * float(heel_from_ball(h30)), abs=0.1)
-    assert at["ball_of_foot"][2] == pytest.approx(203 * np.sin(float(pedal_plane_angle(h30))), abs=0.1)
+    assert at["ball_of_foot"][0] - at["accelerator_heel"][0] == pytest.approx(
+        1e3 * float(heel_from_ball(h30)), abs=0.1
+    )
+    assert at["ball_of_foot"][2] == pytest.approx(
+        203 * np.sin(float(pedal_plane_angle(h30))), abs=0.1
+    )
 
 
 def test_the_design_eye_is_the_centroid_of_the_eyellipse(at):
-    found = eyellipse(at["ball_of_foot"] / 1e3, heel=0.0, side=0.35, wheel=0.56, height=0.25, clutch=True)
+    found = eyellipse(
+        at["ball_of_foot"] / 1e3, heel=0.0, side=0.35, wheel=0.56, height=0.25, clutch=True
+    )
     assert at["design_eye"] == pytest.approx(1e3 * found.centroid, abs=0.5)
 
 
@@ -79,7 +91,9 @@ def test_the_headroom_is_975_mm_with_its_102_along_a_line_8_degrees_aft(car, at)
     below = lining[np.abs(lining[:, 1] - 350) < 1]
     order = np.argsort(below[:, 0])
     low = [min(below[np.isclose(below[:, 0], x), 2]) for x in np.unique(below[order, 0])]
-    assert np.interp(at["headroom"][0], np.unique(below[order, 0]), low) == pytest.approx(at["headroom"][2], abs=1)
+    assert np.interp(at["headroom"][0], np.unique(below[order, 0]), low) == pytest.approx(
+        at["headroom"][2], abs=1
+    )
 
 
 def test_the_wheel_is_370_mm_across_in_a_plane_24_degrees_from_vertical(car, at):

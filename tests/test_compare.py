@@ -1,4 +1,5 @@
-"""Two designs with the same people: paired shares by hand, who gains and who loses, files, pages, faults."""
+"""Two designs with the same people: paired shares by hand, who gains and who loses, files, pages,
+faults."""
 
 from __future__ import annotations
 
@@ -35,24 +36,30 @@ def paired(both, gained, lost, neither, **options):
     return paired_share(was, now, **options)
 
 
-@pytest.mark.parametrize(("counts", "difference", "low", "high"), [
-    ((20, 12, 2, 16), 0.2, 0.0562, 0.3292),
-    ((36, 12, 2, 0), 0.2, 0.0569, 0.3404),
-    ((53, 1, 0, 0), 0.0185, -0.0496, 0.0977),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("counts", "difference", "low", "high"),
+    [
+        ((20, 12, 2, 16), 0.2, 0.0562, 0.3292),
+        ((36, 12, 2, 0), 0.2, 0.0569, 0.3404),
+        ((53, 1, 0, 0), 0.0185, -0.0496, 0.0977),
+    ],
+)
 def test_the_interval_is_that_of_newcombe_1998(counts, difference, low, high):
     found = paired(*counts)
-    assert (found.difference, found.low, found.high) == pytest.approx((difference, low, high), abs=5e-5)
+    assert (found.difference, found.low, found.high) == pytest.approx(
+        (difference, low, high), abs=5e-5
+    )
 
 
 def test_the_interval_worked_by_hand():
-    # 30 both, 6 gained, 2 lost, 12 neither of 50: after 36/50, before 32/50
-    # Wilson: 0.5833 to 0.8253 and 0.5014 to 0.7586
-    # cross product 30 x 12 - 6 x 2 = 348, less 25 for continuity = 323; phi = 323 / sqrt(36 x 14 x 32 x 18) = 0.5995
-    # down: sqrt(0.1367^2 - 2 x 0.5995 x 0.1367 x 0.1186 + 0.1186^2) = 0.1154
-    # up, from 0.1053 and 0.1386 likewise: 0.1131
+    # 30 both, 6 gained, 2 lost, 12 neither of 50: after 36/50, before 32/50 Wilson: 0.5833 to
+    # 0.8253 and 0.5014 to 0.7586 cross product 30 x 12 - 6 x 2 = 348, less 25 for continuity = 323;
+    # phi = 323 / sqrt(36 x 14 x 32 x 18) = 0.5995 down: sqrt(0.1367^2 - 2 x 0.5995 x 0.1367 x
+    # 0.1186 + 0.1186^2) = 0.1154 up, from 0.1053 and 0.1386 likewise: 0.1131
     found = paired(30, 6, 2, 12)
-    assert (found.difference, found.low, found.high) == pytest.approx((0.08, -0.0354, 0.1931), abs=1e-4)
+    assert (found.difference, found.low, found.high) == pytest.approx(
+        (0.08, -0.0354, 0.1931), abs=1e-4
+    )
 
 
 def test_chance_is_that_of_a_fair_coin():
@@ -66,13 +73,18 @@ def test_chance_is_that_of_a_fair_coin():
 @given(st.lists(st.integers(0, 30), min_size=4, max_size=4).filter(any))
 def test_turning_before_and_after_round_turns_the_interval_round(counts):
     both, gained, lost, neither = counts
-    one, two = paired(both, gained, lost, neither), paired(both, lost, gained, neither)
-    assert (one.low, one.high, one.difference) == pytest.approx((-two.high, -two.low, -two.difference), abs=1e-12)
+    one = paired(both, gained, lost, neither)
+    two = paired(both, lost, gained, neither)
+    assert (one.low, one.high, one.difference) == pytest.approx(
+        (-two.high, -two.low, -two.difference), abs=1e-12
+    )
     assert one.chance == two.chance
     assert -1 <= one.low <= one.difference <= one.high <= 1
 
 
-@given(st.lists(st.tuples(st.booleans(), st.booleans(), st.integers(1, 9)), min_size=1, max_size=40))
+@given(
+    st.lists(st.tuples(st.booleans(), st.booleans(), st.integers(1, 9)), min_size=1, max_size=40)
+)
 def test_weights_count_in_shares_and_sum_up(rows):
     was, now, weight = (np.array(column) for column in zip(*rows, strict=True))
     found = paired_share(was, now, weight=weight)
@@ -83,14 +95,20 @@ def test_weights_count_in_shares_and_sum_up(rows):
 
 
 def test_a_wider_confidence_gives_a_wider_interval():
-    narrow, wide = paired(30, 6, 2, 12, confidence=0.8), paired(30, 6, 2, 12, confidence=0.99)
+    narrow = paired(30, 6, 2, 12, confidence=0.8)
+    wide = paired(30, 6, 2, 12, confidence=0.99)
     assert wide.low < narrow.low < narrow.high < wide.high
 
 
-@pytest.mark.parametrize(("was", "now", "options", "told"), [
-    ([True], [True, False], {}, "person by person"), ([], [], {}, "person by person"),
-    ([True], [True], {"weight": [0.0]}, "positive"), ([True], [True], {"confidence": 1.0}, "between 0 and 1"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("was", "now", "options", "told"),
+    [
+        ([True], [True, False], {}, "person by person"),
+        ([], [], {}, "person by person"),
+        ([True], [True], {"weight": [0.0]}, "positive"),
+        ([True], [True], {"confidence": 1.0}, "between 0 and 1"),
+    ],
+)
 def test_what_cannot_be_paired_is_told(was, now, options, told):
     with pytest.raises(InputError, match=told):
         paired_share(np.array(was, dtype=bool), np.array(now, dtype=bool), **options)
@@ -118,12 +136,21 @@ def test_who_gains_and_who_loses_by_hand(before, after):
     assert found.gained == (1, 2, 3)
     assert found.lost == (6, 7)
     assert [(g.name, g.gainers, g.losers, g.count) for g in found.groups] == [
-        ("everybody", 3, 2, 10), ("men", 3, 0, 5), ("women", 0, 2, 5)]  # fmt: skip
-    assert [(p.name, p.gainers, p.losers) for p in found.pairs] == [("reach flaps", 3, 0), (KNEE.name, 0, 2)]
+        ("everybody", 3, 2, 10),
+        ("men", 3, 0, 5),
+        ("women", 0, 2, 5),
+    ]
+    assert [(p.name, p.gainers, p.losers) for p in found.pairs] == [
+        ("reach flaps", 3, 0),
+        (KNEE.name, 0, 2),
+    ]
     assert comparison_headline(found).startswith(
         "40 % of 10 people fit before and 50 % after, +10 points (95 % interval −29 to +45)"
     )
-    assert "3 people gain and 2 people lose: as even as chance would have it." in comparison_headline(found)
+    assert (
+        "3 people gain and 2 people lose: as even as chance would have it."
+        in comparison_headline(found)
+    )
 
 
 def test_each_who_changes_is_told_with_the_margin_in_both(before, after):
@@ -152,22 +179,52 @@ def test_a_requirement_of_one_side_only_counts_there_and_is_told(before):
     found = compare(before, alone)
     assert found.only_before == (KNEE.name,)
     assert found.gained == (4, 5)
-    assert "“right knee clear of the panel” was 3 mm short, is not asked for now" in change_sentence(found, 4)
+    assert (
+        "“right knee clear of the panel” was 3 mm short, is not asked for now"
+        in change_sentence(found, 4)
+    )
 
 
 def people_of(judgement, **changes):
     return replace(judgement, **changes)
 
 
-@pytest.mark.parametrize(("change", "told"), [
-    (lambda j: Judged(j.name, j.title, j.requirements, j.labels[:9], j.sex[:9], j.weight[:9], j.stature[:9],
-                      j.margin[:9], "x"), "10 people in the first, 9 in the second"),
-    (lambda j: replace(j, sex=1 - j.sex), r"person 1 \(male 1\) is male in the first, female in the second"),
-    (lambda j: replace(j, stature=j.stature + 0.001), r"person 1 \(male 1\) has a stature of 1[\d.]+ mm"),
-    (lambda j: replace(j, weight=j.weight * 2), "has the weight 1 in the first, 2 in the second"),
-    (lambda j: replace(j, who="other"), "not in all measures"),
-    (lambda j: replace(j, requirements=("a", "b")), "no requirement in common to compare: the first asks for reach fl"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (
+            lambda j: Judged(
+                j.name,
+                j.title,
+                j.requirements,
+                j.labels[:9],
+                j.sex[:9],
+                j.weight[:9],
+                j.stature[:9],
+                j.margin[:9],
+                "x",
+            ),
+            "10 people in the first, 9 in the second",
+        ),
+        (
+            lambda j: replace(j, sex=1 - j.sex),
+            r"person 1 \(male 1\) is male in the first, female in the second",
+        ),
+        (
+            lambda j: replace(j, stature=j.stature + 0.001),
+            r"person 1 \(male 1\) has a stature of 1[\d.]+ mm",
+        ),
+        (
+            lambda j: replace(j, weight=j.weight * 2),
+            "has the weight 1 in the first, 2 in the second",
+        ),
+        (lambda j: replace(j, who="other"), "not in all measures"),
+        (
+            lambda j: replace(j, requirements=("a", "b")),
+            "no requirement in common to compare: the first asks for reach fl",
+        ),
+    ],
+)
 def test_different_people_are_told_with_the_first_difference(before, change, told):
     one = judged(before)
     with pytest.raises(InputError, match=told):
@@ -184,16 +241,33 @@ def test_the_page_and_tables_are_whole_and_the_same_each_time(before, after, tmp
     html = (tmp_path / "one/report.html").read_text()
     parsed(html)
     assert "Who gains" in text_of(html) and "“reach flaps” was 20 mm short" in text_of(html)
-    assert [(c.change, c.row) for c in rows.changed] == [("gained", 1), ("gained", 2), ("gained", 3), ("lost", 6),
-                                                         ("lost", 7)]  # fmt: skip
+    assert [(c.change, c.row) for c in rows.changed] == [
+        ("gained", 1),
+        ("gained", 2),
+        ("gained", 3),
+        ("lost", 6),
+        ("lost", 7),
+    ]
 
 
 def test_the_table_of_people_has_both_margins_of_everybody(before, after):
-    rows = list(csv.DictReader(io.StringIO(str(comparison_tables(compare(before, after))["people.csv"]))))
+    rows = list(
+        csv.DictReader(io.StringIO(str(comparison_tables(compare(before, after))["people.csv"])))
+    )
     assert len(rows) == 10
-    assert [row["change"] for row in rows] == ["left out", *["gained"] * 3, *["left out"] * 2, "lost", "lost", "fits",
-                                               "fits"]  # fmt: skip
-    assert (rows[1]["reach flaps: before [mm]"], rows[1]["reach flaps: after [mm]"]) == ("-20.0", "1.0")
+    assert [row["change"] for row in rows] == [
+        "left out",
+        *["gained"] * 3,
+        *["left out"] * 2,
+        "lost",
+        "lost",
+        "fits",
+        "fits",
+    ]
+    assert (rows[1]["reach flaps: before [mm]"], rows[1]["reach flaps: after [mm]"]) == (
+        "-20.0",
+        "1.0",
+    )
 
 
 @pytest.fixture
@@ -206,7 +280,12 @@ def folders(before, after, tmp_path):
 
 
 def test_the_command_compares_folders_as_the_arrays_are_compared(folders, before, after, capsys):
-    said = [str(folders / "before"), str(folders / "after/result.json"), "--out", str(folders / "both")]
+    said = [
+        str(folders / "before"),
+        str(folders / "after/result.json"),
+        "--out",
+        str(folders / "both"),
+    ]
     assert main(["compare", *said]) == 0
     assert capsys.readouterr().out.splitlines()[0] == comparison_headline(compare(before, after))
     assert main(["compare", *said, "--json"]) == 0
@@ -225,7 +304,18 @@ def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys
         assert main(["compare", one, two, "--out", str(out)]) == 3
         assert told in capsys.readouterr().err
         assert not out.exists()
-    assert main(["compare", str(folders / "before"), str(folders / "after"), "--out", str(folders / "before")]) == 3
+    assert (
+        main(
+            [
+                "compare",
+                str(folders / "before"),
+                str(folders / "after"),
+                "--out",
+                str(folders / "before"),
+            ]
+        )
+        == 3
+    )
     assert "holds a result, not a comparison" in capsys.readouterr().err
 
 

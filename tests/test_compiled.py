@@ -29,7 +29,8 @@ def doubled(x):
 def kernel(tmp_path, monkeypatch):
     """A function that compiles a small kernel anew, as a new process does, and hands it back."""
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
-    reload_config()  # else the compiler looks at the environment only after it has chosen the first folder
+    # else the compiler looks at the environment only after it has chosen the first folder
+    reload_config()
     path = tmp_path / "small_kernel.py"
     path.write_text(KERNEL)
 

@@ -1,4 +1,5 @@
-"""Keys of kept work: everything that a study holds reaches them, field by field, and so does the program."""
+"""Keys of kept work: everything that a study holds reaches them, field by field, and so does the
+program."""
 
 from __future__ import annotations
 
@@ -24,7 +25,9 @@ from workbench.study.accommodation.crew_files import Kept
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seating_study
 
-FULL = STUDY.replace("kind: accommodation", "kind: accommodation\ntitle: a toy\ndescription: of boxes").replace(
+FULL = STUDY.replace(
+    "kind: accommodation", "kind: accommodation\ntitle: a toy\ndescription: of boxes"
+).replace(
     "criteria:",
     """encumbrance: [helmet, shoes]
 mixes: {half: 0.5}
@@ -81,7 +84,10 @@ def other_arrays(array):
         data = bytearray(array.tobytes())
         data[at] ^= 1
         yield f" byte {at}", np.frombuffer(bytes(data), dtype=array.dtype).reshape(array.shape)
-    yield " as integers of another size", array.astype(np.float32 if array.dtype.kind == "f" else np.int32)
+    yield (
+        " as integers of another size",
+        array.astype(np.float32 if array.dtype.kind == "f" else np.int32),
+    )
     yield " with one axis more", array[None]
 
 
@@ -122,10 +128,27 @@ def study(tmp_path_factory):
 def test_a_study_holds_every_noun_that_its_numbers_rest_on(study):
     names = {type(noun).__name__ for noun in nouns(study)}
     assert names >= {
-        "AccommodationStudy", "Aims", "Allowance", "Body", "Change", "Control", "Coupling", "Criterion", "Detail",
-        "Encumbrance", "Environment", "IntervalRule", "Layer", "MapTask", "Population", "Poses", "Rest", "Seat",
-        "ShapeBasis", "Stops",
-    }  # fmt: skip
+        "AccommodationStudy",
+        "Aims",
+        "Allowance",
+        "Body",
+        "Change",
+        "Control",
+        "Coupling",
+        "Criterion",
+        "Detail",
+        "Encumbrance",
+        "Environment",
+        "IntervalRule",
+        "Layer",
+        "MapTask",
+        "Population",
+        "Poses",
+        "Rest",
+        "Seat",
+        "ShapeBasis",
+        "Stops",
+    }
 
 
 def test_any_field_of_any_noun_changes_the_key(study, tmp_path):
@@ -141,27 +164,80 @@ def test_any_field_of_any_noun_changes_the_key(study, tmp_path):
             seen.add(now)
         assert key(with_field(noun, next(iter(held)), getattr(noun, next(iter(held))))) == before
     assert {"Stops.polygon[0] with one axis more", "Stops.play byte 0"} <= tried
-    assert {"Coupling.limit[1]", "Coupling.driver_angle[0]", "AccommodationStudy.inputs[body]"} <= tried
+    assert {
+        "Coupling.limit[1]",
+        "Coupling.driver_angle[0]",
+        "AccommodationStudy.inputs[body]",
+    } <= tried
 
 
 def shallow(noun, name, folder):
-    """Changes of one field; of a noun in it the first alone, since every type of noun has its own turn."""
+    """Changes of one field; of a noun in it the first alone, since every type of noun has its own
+    turn."""
     value = getattr(noun, name)
     found = other(value, folder)
-    items = value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
+    items = (
+        value.values() if isinstance(value, Mapping) else value if isinstance(value, tuple) else ()
+    )
     if any(is_dataclass(item) for item in (value, *items)):
         found = [next(found)]
     return [(f".{name}{where}", with_field(noun, name, changed)) for where, changed in found]
 
 
 def test_values_that_only_look_alike_have_different_keys():
-    values = [None, "", b"", (), [], {}, 0, 0.0, False, "0", b"0", (0,), [0], ("0",), ((),), -0.0, {"a": 0}, {"a": "0"},
-              ("a", 0), ("ab", "c"), ("a", "bc"), ("abc",), np.zeros(0), np.zeros((0, 3)), np.zeros(1), np.int64(0),
-              np.float64(0), np.zeros(1, dtype=">f8"), np.zeros(1, dtype=np.int64), StopKind.FREE, StopKind.CONE,
-              frozenset(), frozenset({0}), {"a": 0, "b": 1}, {"b": 1, "a": 0}, np.zeros((1, 1)), float("nan"),
-              Kept({}, {}), Kept({"a": np.zeros(1)}, {})]  # fmt: skip
+    values = [
+        None,
+        "",
+        b"",
+        (),
+        [],
+        {},
+        0,
+        0.0,
+        False,
+        "0",
+        b"0",
+        (0,),
+        [0],
+        ("0",),
+        ((),),
+        -0.0,
+        {"a": 0},
+        {"a": "0"},
+        ("a", 0),
+        ("ab", "c"),
+        ("a", "bc"),
+        ("abc",),
+        np.zeros(0),
+        np.zeros((0, 3)),
+        np.zeros(1),
+        np.int64(0),
+        np.float64(0),
+        np.zeros(1, dtype=">f8"),
+        np.zeros(1, dtype=np.int64),
+        StopKind.FREE,
+        StopKind.CONE,
+        frozenset(),
+        frozenset({0}),
+        {"a": 0, "b": 1},
+        {"b": 1, "a": 0},
+        np.zeros((1, 1)),
+        float("nan"),
+        Kept({}, {}),
+        Kept({"a": np.zeros(1)}, {}),
+    ]
     assert len({key(value) for value in values}) == len(values)
-    assert len({content_key("one"), content_key("two"), content_key("one", None), content_key("one", None, None)}) == 4
+    assert (
+        len(
+            {
+                content_key("one"),
+                content_key("two"),
+                content_key("one", None),
+                content_key("one", None, None),
+            }
+        )
+        == 4
+    )
 
 
 def test_equal_values_have_equal_keys_whatever_memory_they_lie_in():
@@ -223,11 +299,22 @@ def test_versions_of_libraries_belong_to_the_program(tmp_path, monkeypatch):
 def test_where_people_sit_is_a_matter_of_seat_pedals_points_and_people_alone(study):
     base = key(seating_study(study))
     room = study.environment
-    same = [replace(room, controls=()), replace(room, vertices=room.vertices + 0.1), replace(room, allowances=())]
+    same = [
+        replace(room, controls=()),
+        replace(room, vertices=room.vertices + 0.1),
+        replace(room, allowances=()),
+    ]
     assert all(key(seating_study(replace(study, environment=one))) == base for one in same)
     seat = replace(room.seats[0], travel_up=(0.0, 0.03))
     assert key(seating_study(replace(study, environment=replace(room, seats=(seat,))))) != base
-    assert key(seating_study(replace(study, environment=replace(room, points={"eye": (0.1, 0.0, 1.06)})))) != base
+    assert (
+        key(
+            seating_study(
+                replace(study, environment=replace(room, points={"eye": (0.1, 0.0, 1.06)}))
+            )
+        )
+        != base
+    )
     stops = replace(study.body.stops, play=study.body.stops.play + 0.01)
     assert key(seating_study(replace(study, body=with_field(study.body, "stops", stops)))) != base
 
@@ -247,12 +334,16 @@ criteria:
   - {name: joints, check: stops, degrees: 0}
 """
 EDITS = {
-    "polygon": ("[[0, 105], [15, 108], [45, 100], [90, 90], [112, 105], [135, 118], [160, 110], [180, 100]",
-                "[[0, 45], [15, 48], [45, 40], [90, 40], [112, 45], [135, 48], [160, 50], [180, 40]"),
-    "coupling": ("{limit: medial_rotation, driver: RS.abduction, from: [0, 90], to: [97, 70]}",
-                 "{limit: medial_rotation, driver: RS.abduction, from: [0, 90], to: [1, 2]}"),
+    "polygon": (
+        "[[0, 105], [15, 108], [45, 100], [90, 90], [112, 105], [135, 118], [160, 110], [180, 100]",
+        "[[0, 45], [15, 48], [45, 40], [90, 40], [112, 45], [135, 48], [160, 50], [180, 40]",
+    ),
+    "coupling": (
+        "{limit: medial_rotation, driver: RS.abduction, from: [0, 90], to: [97, 70]}",
+        "{limit: medial_rotation, driver: RS.abduction, from: [0, 90], to: [1, 2]}",
+    ),
     "play": ("play: 2", "play: 2.5"),
-}  # fmt: skip
+}
 
 
 def margins(path, keep):
@@ -268,8 +359,12 @@ def margins(path, keep):
 LATER = pytest.mark.nightly
 
 
-@pytest.mark.parametrize("edit", ["polygon", pytest.param("coupling", marks=LATER), pytest.param("play", marks=LATER)])
-def test_a_run_that_goes_on_after_the_joint_stops_were_edited_equals_a_fresh_one(tmp_path, monkeypatch, edit):
+@pytest.mark.parametrize(
+    "edit", ["polygon", pytest.param("coupling", marks=LATER), pytest.param("play", marks=LATER)]
+)
+def test_a_run_that_goes_on_after_the_joint_stops_were_edited_equals_a_fresh_one(
+    tmp_path, monkeypatch, edit
+):
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
@@ -277,7 +372,8 @@ def test_a_run_that_goes_on_after_the_joint_stops_were_edited_equals_a_fresh_one
     path = write_toy(tmp_path, people=2, study=STOPS, knob=200)
     body, postures = (tmp_path / "bodies" / name for name in ("edited.yaml", "human_postures.yaml"))
     body.parent.mkdir()
-    straight, crooked = "LE RE: {flexion: 65}", "LE RE: {flexion: 65, abduction: 3}"
+    straight = "LE RE: {flexion: 65}"
+    crooked = "LE RE: {flexion: 65, abduction: 3}"
     postures.write_text((ROOT / "bodies" / postures.name).read_text().replace(straight, crooked))
     text = (ROOT / "bodies" / "adult_male.yaml").read_text()
     body.write_text(text)

@@ -25,8 +25,10 @@ from workbench.solve.recorded.tracks import poses_from_track
 from workbench.study.crash.crash import crash_study
 
 BODY = load_body("bubbleman")
-PLATE = "o plate\nv -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nv -2 -2 -1\nv 2 -2 -1\nv 2 2 -1\nv -2 2 -1\n" \
-        "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"  # fmt: skip
+PLATE = (
+    "o plate\nv -2 -2 0\nv 2 -2 0\nv 2 2 0\nv -2 2 0\nv -2 -2 -1\nv 2 -2 -1\nv 2 2 -1\nv -2 2 -1\n"
+    "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"
+)
 STUDY = """study: drop
 kind: crash
 length: mm
@@ -71,7 +73,9 @@ def drop(tmp_path):
         "environment: pit\nlength: mm\nmeshes: [{file: pit.obj, length: m, up: z, forward: x}]\n"
     )
     (tmp_path / "studies").mkdir()
-    (tmp_path / "studies/drop.csv").write_text("".join(angle_table_text(BODY, standing(height, time))))
+    (tmp_path / "studies/drop.csv").write_text(
+        "".join(angle_table_text(BODY, standing(height, time)))
+    )
     path = tmp_path / "studies/drop.yaml"
     path.write_text(STUDY)
     return path
@@ -110,8 +114,16 @@ def test_a_crash_study_leaves_its_whole_report_and_says_what_happened(drop, caps
         "meets the plate at 2.0 m/s (2.0 m/s toward it) and is 40.0 mm deep at 70.0 ms; they part at 90.0 ms."
         in sentence
     )
-    tables = {f"{name}.csv" for name in ("verdicts", "contacts", "stops", "figures", "clearance", "signals")}
-    assert {p.name for p in (tmp_path / "out").iterdir()} == {"manifest.json", "result.json", "report.html", *tables}
+    tables = {
+        f"{name}.csv"
+        for name in ("verdicts", "contacts", "stops", "figures", "clearance", "signals")
+    }
+    assert {p.name for p in (tmp_path / "out").iterdir()} == {
+        "manifest.json",
+        "result.json",
+        "report.html",
+        *tables,
+    }
     again = crash_bytes(drop, tmp_path / "again")
     assert again == {p.name: p.read_bytes() for p in (tmp_path / "out").iterdir()}
 
@@ -124,27 +136,40 @@ def crash_bytes(study, folder):
 def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):
     drop.write_text(STUDY + "against: {file: drop.csv, move: [30, 0, 40], name: actual}\n")
     result = crash_study(load_crash(drop))
-    assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * (len(BODY.segments) + len(BODY.joints))
+    assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * (
+        len(BODY.segments) + len(BODY.joints)
+    )
 
 
 def test_a_coarse_motion_is_told(drop):
     assert "the motion is coarse" in crash_study(load_crash(drop)).warnings[0]
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("{file: drop.csv}", "{file: fall.csv}", "no such file 'fall.csv'"),
-    ("{file: drop.csv}", "{file: drop.csv, start: 1, end: 0.5}", "end 0.5 s must be after start 1 s"),
-    ("{file: drop.csv}", "{file: drop.csv, start: 5}", "no frame between 5 and inf s"),
-    ("{file: drop.csv}", "{file: drop.csv, end: 0.01}", "one frame is a posture"),
-    ("{file: drop.csv}", "{file: drop.yaml}", "is no motion format"),
-    ("segment: H}", "segment: HEAD}", "no segment 'HEAD'"),
-    ("segments: [H]", "segments: [HH]", "nothing is called 'HH'; did you mean 'H'"),
-    ("check: stops", "check: rules", "the study names no rule set"),
-    ("check: stops", "check: stops, at_most: 3", "'at_most' does not belong to check: stops"),
-    ("direction: [0, 0, 1]", "direction: [0, 0, 0]", "'direction' must not be zero"),
-    (", origin: [0, 0, 0]", "", "an excursion needs"),
-    ("body: bubbleman", "body: bubbleman\nrules: fmvss_2", "no studies/rules entry named 'fmvss_2'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("{file: drop.csv}", "{file: fall.csv}", "no such file 'fall.csv'"),
+        (
+            "{file: drop.csv}",
+            "{file: drop.csv, start: 1, end: 0.5}",
+            "end 0.5 s must be after start 1 s",
+        ),
+        ("{file: drop.csv}", "{file: drop.csv, start: 5}", "no frame between 5 and inf s"),
+        ("{file: drop.csv}", "{file: drop.csv, end: 0.01}", "one frame is a posture"),
+        ("{file: drop.csv}", "{file: drop.yaml}", "is no motion format"),
+        ("segment: H}", "segment: HEAD}", "no segment 'HEAD'"),
+        ("segments: [H]", "segments: [HH]", "nothing is called 'HH'; did you mean 'H'"),
+        ("check: stops", "check: rules", "the study names no rule set"),
+        ("check: stops", "check: stops, at_most: 3", "'at_most' does not belong to check: stops"),
+        ("direction: [0, 0, 1]", "direction: [0, 0, 0]", "'direction' must not be zero"),
+        (", origin: [0, 0, 0]", "", "an excursion needs"),
+        (
+            "body: bubbleman",
+            "body: bubbleman\nrules: fmvss_2",
+            "no studies/rules entry named 'fmvss_2'",
+        ),
+    ],
+)
 def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):
     drop.write_text(STUDY.replace(old, new))
     assert main(["run", str(drop), "--out", str(drop.parent / "out")]) == 3
@@ -155,7 +180,11 @@ def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):
 def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fails(drop):
     for path in tracked("studies/rules/*.yaml"):
         assert main(["check", str(path)]) == 0
-    drop.write_text(STUDY.replace("check: stops", "check: rules").replace("body: bub", "rules: fmvss_208\nbody: bub"))
+    drop.write_text(
+        STUDY.replace("check: stops", "check: rules").replace(
+            "body: bub", "rules: fmvss_208\nbody: bub"
+        )
+    )
     verdict = crash_study(load_crash(drop)).verdicts[2]
     assert not verdict.passed
     assert "samples 35 ms apart cannot tell a figure over 15 ms" in verdict.told
@@ -184,8 +213,10 @@ def test_movement_is_told_in_the_words_of_the_limbs():
         angles[:, BODY.joint(joint), axis] = sign * np.radians(np.linspace(first, last, 41))
     told = movement_sentences(BODY, standing(np.zeros(41), time, angles=angles))
     assert told[0] == "The neck pivot flexes from 0 to 30 degrees between 0 and 400 ms."
-    assert told[1] == ("The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 0.4 s, "
-                       "the shoulder flexes from 0 to 100 degrees in 0.4 s.")  # fmt: skip
+    assert told[1] == (
+        "The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 0.4 s, "
+        "the shoulder flexes from 0 to 100 degrees in 0.4 s."
+    )
     assert told[2].startswith("The right hand ends up ")
     assert told[-1].startswith("The ways of arms are told as the upper torso sees them")
 
@@ -197,8 +228,10 @@ def test_a_limb_that_comes_nearer_to_its_joint_is_drawn_in_and_later_turns_say_w
         axis, sign = motion_of(BODY, BODY.joint(joint), "flexion")
         angles[:, BODY.joint(joint), axis] = sign * np.radians(60 * np.clip(2 * time - 1, 0, 1))
     told = movement_sentences(BODY, standing(np.zeros(101), time, angles=angles))
-    assert told[0] == ("The left leg is drawn in, forward and up; the hip flexes from 0 to 60 degrees in 0.5 s, "
-                       "the knee flexes from 0 to 60 degrees in 0.5 s (from 500 ms).")  # fmt: skip
+    assert told[0] == (
+        "The left leg is drawn in, forward and up; the hip flexes from 0 to 60 degrees in 0.5 s, "
+        "the knee flexes from 0 to 60 degrees in 0.5 s (from 500 ms)."
+    )
 
 
 @given(st.lists(st.floats(-60, 60), min_size=1, max_size=60), st.integers(1, 59))

@@ -1,4 +1,5 @@
-"""What the frames of a crash give equals what every segment against every part gives, to the last bit."""
+"""What the frames of a crash give equals what every segment against every part gives, to the last
+bit."""
 
 from __future__ import annotations
 
@@ -38,9 +39,26 @@ criteria:
 def box(name, low, high, first):
     """A box as text of an OBJ file, its vertices numbered from `first`."""
     (a, b, c), (x, y, z) = low, high
-    corners = [(a, b, z), (x, b, z), (x, y, z), (a, y, z), (a, b, c), (x, b, c), (x, y, c), (a, y, c)]
-    faces = [[int(v) + first - 1 for v in line.split()[1:]] for line in PLATE.splitlines() if line.startswith("f ")]
-    lines = [f"o {name}", *(f"v {p} {q} {r}" for p, q, r in corners), *(f"f {' '.join(map(str, f))}" for f in faces)]
+    corners = [
+        (a, b, z),
+        (x, b, z),
+        (x, y, z),
+        (a, y, z),
+        (a, b, c),
+        (x, b, c),
+        (x, y, c),
+        (a, y, c),
+    ]
+    faces = [
+        [int(v) + first - 1 for v in line.split()[1:]]
+        for line in PLATE.splitlines()
+        if line.startswith("f ")
+    ]
+    lines = [
+        f"o {name}",
+        *(f"v {p} {q} {r}" for p, q, r in corners),
+        *(f"f {' '.join(map(str, f))}" for f in faces),
+    ]
     return "\n".join(lines) + "\n"
 
 
@@ -67,7 +85,8 @@ def study(tmp_path, request):
 
 
 def test_grouped_frames_equal_every_segment_against_every_part_to_the_last_bit(study):
-    frames, pairs = frames_of(study), ruled_pairs(study)
+    frames = frames_of(study)
+    pairs = ruled_pairs(study)
     apart = wb.clearance(wb.place(study.body, study.motion), study.environment)
     allowed = allowed_depth(study.body, study.environment)
     assert frames.clearance.tobytes() == (apart + allowed).min(axis=2).tobytes()

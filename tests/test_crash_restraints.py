@@ -1,4 +1,5 @@
-"""Belts and airbags as parts of a crash study, the vehicle's pulse in its signals, forces by stated laws, films."""
+"""Belts and airbags as parts of a crash study, the vehicle's pulse in its signals, forces by stated
+laws, films."""
 
 from __future__ import annotations
 
@@ -42,10 +43,14 @@ FORCES = "forces: [{parts: [floor], stiffness: 100, returned: 0.5}]\n"
 
 @pytest.fixture
 def fall(tmp_path):
-    """Writes a study of a man who falls 100 mm at 2 m/s onto the floor, sinks 40 mm in, and comes out again."""
+    """Writes a study of a man who falls 100 mm at 2 m/s onto the floor, sinks 40 mm in, and comes
+    out again."""
     pit(tmp_path)
-    time, height = np.array([0, 0.05, 0.07, 0.09, 0.2]), np.array([0.1, 0.0, -0.04, 0.0, 0.2])
-    (tmp_path / "studies/fall.csv").write_text("".join(angle_table_text(BODY, standing(height, time))))
+    time = np.array([0, 0.05, 0.07, 0.09, 0.2])
+    height = np.array([0.1, 0.0, -0.04, 0.0, 0.2])
+    (tmp_path / "studies/fall.csv").write_text(
+        "".join(angle_table_text(BODY, standing(height, time)))
+    )
 
     def write(more="", swap=("", "")):
         path = tmp_path / "studies/fall.yaml"
@@ -70,7 +75,10 @@ def test_forces_come_into_words_tables_and_the_page(fall, tmp_path, capsys):
     rows = json.loads((tmp_path / "out/result.json").read_text())
     foot = next(c for c in rows["contacts"] if c["segment"] == "LF")
     assert foot["force_n"] == pytest.approx(4000, abs=1)
-    assert "is 40.0 mm deep at 70.0 ms, pushed back with 4.0 kN; they part at 90.0 ms." in foot["sentence"]
+    assert (
+        "is 40.0 mm deep at 70.0 ms, pushed back with 4.0 kN; they part at 90.0 ms."
+        in foot["sentence"]
+    )
     table = list(csv.DictReader((tmp_path / "out/forces.csv").read_text().splitlines()))
     assert float(table[2]["LF floor [N]"]) == pytest.approx(4000, abs=1)
     page = (tmp_path / "out/report.html").read_text()
@@ -98,24 +106,37 @@ def test_the_vehicles_pulse_is_added_to_what_is_measured_in_it(tmp_path, fall):
 
 def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
     study = crash_ready(load_crash(fall(STRAP)))
-    assert study.environment.parts == ("floor", "wall", "strap") and study.cabin.parts == ("floor", "wall")
+    assert study.environment.parts == ("floor", "wall", "strap") and study.cabin.parts == (
+        "floor",
+        "wall",
+    )
     part = study.environment.part("strap")
     assert not study.environment.solid[part]
-    assert [rule.depth for rule in study.environment.allowances if rule.part == part] == [pytest.approx(0.03)]
+    assert [rule.depth for rule in study.environment.allowances if rule.part == part] == [
+        pytest.approx(0.03)
+    ]
     ends = study.environment.vertices[-2 * 7 :].reshape(2, 7, 3)
     assert np.linalg.norm(ends[0] - ends[1], axis=1) == pytest.approx(0.05)
     middle = ends.mean(axis=0)
-    assert middle[0] == pytest.approx([-0.5, 0, 3.0]) and middle[-1] == pytest.approx([-0.5, 0, 0.9])
+    assert middle[0] == pytest.approx([-0.5, 0, 3.0]) and middle[-1] == pytest.approx(
+        [-0.5, 0, 0.9]
+    )
     placed = place(BODY, study.motion)
     some = BODY.spheres(BODY.segment("LT"))
-    gap = np.linalg.norm(placed.centres[0, some][None] - middle[1:-1, None], axis=-1) - BODY.radius[some]
+    gap = (
+        np.linalg.norm(placed.centres[0, some][None] - middle[1:-1, None], axis=-1)
+        - BODY.radius[some]
+    )
     assert gap.min(axis=1) == pytest.approx(0.004, abs=2e-3)  # it lies on the pelvis
 
 
 def test_a_belt_goes_along_with_the_body(fall):
     study = crash_ready(load_crash(fall(STRAP)))
     placed = place(BODY, study.motion)
-    ends = [with_belts(study.cabin, study.belts, placed, pose=k).vertices[-14:].reshape(2, 7, 3) for k in (0, 2)]
+    ends = [
+        with_belts(study.cabin, study.belts, placed, pose=k).vertices[-14:].reshape(2, 7, 3)
+        for k in (0, 2)
+    ]
     moved = (ends[1] - ends[0]).mean(axis=0)
     assert moved[1:-1] == pytest.approx(np.tile([0, 0, -0.14], (5, 1)), abs=1e-9)
     assert moved[[0, -1]] == pytest.approx(0, abs=1e-9)
@@ -123,12 +144,22 @@ def test_a_belt_goes_along_with_the_body(fall):
 
 def test_a_belts_tension_is_that_of_its_way_and_its_law(fall):
     result = crash_study(load_crash(fall(STRAP + "forces: [{parts: ['*'], stiffness: 100}]\n")))
-    assert {f.part for f in result.forces} == {"strap", "floor"}  # no law makes a force of where a belt once was
+    assert {f.part for f in result.forces} == {
+        "strap",
+        "floor",
+    }  # no law makes a force of where a belt once was
     tension = next(f for f in result.forces if f.part == "strap")
     placed = place(BODY, result.study.motion).world_from_segment[:, BODY.segment("LT")]
-    front, side = (placed[:, :, :3] @ np.array(p.at) + placed[:, :, 3] for p in result.study.belts[0].points[1:3])
-    way = np.linalg.norm(front - [-0.5, 0, 3.0], axis=1) + np.linalg.norm(side - [-0.5, 0, 0.9], axis=1)
-    assert tension.segment == "" and tension.force == pytest.approx(50e3 * np.maximum(way - way[0], 0), abs=1e-6)
+    front, side = (
+        placed[:, :, :3] @ np.array(p.at) + placed[:, :, 3]
+        for p in result.study.belts[0].points[1:3]
+    )
+    way = np.linalg.norm(front - [-0.5, 0, 3.0], axis=1) + np.linalg.norm(
+        side - [-0.5, 0, 0.9], axis=1
+    )
+    assert tension.segment == "" and tension.force == pytest.approx(
+        50e3 * np.maximum(way - way[0], 0), abs=1e-6
+    )
 
 
 def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surface(fall):
@@ -159,7 +190,9 @@ def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeyp
 
 
 def test_a_motion_brings_the_belts_and_the_pulse_of_its_simulation(fall, tmp_path):
-    belted = SIMULATION + STRAP + "airbags: [{name: bag, centre: [0, 0, 5000], half_axes: [9, 9, 9]}]\n"
+    belted = (
+        SIMULATION + STRAP + "airbags: [{name: bag, centre: [0, 0, 5000], half_axes: [9, 9, 9]}]\n"
+    )
     (tmp_path / "studies/simulations/pit_crash.yaml").write_text(belted)
     study = crash_ready(load_crash(fall(swap=("fall.csv,", "fall.csv, simulation: pit_crash,"))))
     assert study.environment.parts == ("floor", "wall", "bag", "strap")
@@ -167,17 +200,38 @@ def test_a_motion_brings_the_belts_and_the_pulse_of_its_simulation(fall, tmp_pat
     assert {"simulation of motion"} <= study.inputs.keys()
 
 
-@pytest.mark.parametrize(("more", "told"), [
-    ("forces: [{parts: [flor], stiffness: 1}]", "nothing is called 'flor'; did you mean 'floor'"),
-    ("forces: [{parts: [floor], stiffness: -1}]", "forces[0].stiffness"),
-    ("pulse: {shape: table, file: p.csv}", "p.csv: no such file"),
-    ("belts: [{name: strap, route: [pole, post], stiffness: 1}]", "no anchor 'pole'"),
-    ("belts: [{name: floor, route: [post, post], stiffness: 1}]", "something is named 'floor' already"),
-    ("airbags: [{name: wall, centre: [0, 0, 0], half_axes: [1, 1, 1]}]", "a part is named 'wall' already"),
-    ("airbags: [{name: bag, centre: [0, 0, 0], half_axes: [1, 0, 1]}]", "airbags[0].half_axes[1]"),
-    ("against: {file: fall.csv, simulation: none}", "no studies/simulations entry named 'none'"),
-    ("against: {file: fall.csv, simulation: trainer_lap}", "it is in environment 'trainer', this study in 'pit'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (
+            "forces: [{parts: [flor], stiffness: 1}]",
+            "nothing is called 'flor'; did you mean 'floor'",
+        ),
+        ("forces: [{parts: [floor], stiffness: -1}]", "forces[0].stiffness"),
+        ("pulse: {shape: table, file: p.csv}", "p.csv: no such file"),
+        ("belts: [{name: strap, route: [pole, post], stiffness: 1}]", "no anchor 'pole'"),
+        (
+            "belts: [{name: floor, route: [post, post], stiffness: 1}]",
+            "something is named 'floor' already",
+        ),
+        (
+            "airbags: [{name: wall, centre: [0, 0, 0], half_axes: [1, 1, 1]}]",
+            "a part is named 'wall' already",
+        ),
+        (
+            "airbags: [{name: bag, centre: [0, 0, 0], half_axes: [1, 0, 1]}]",
+            "airbags[0].half_axes[1]",
+        ),
+        (
+            "against: {file: fall.csv, simulation: none}",
+            "no studies/simulations entry named 'none'",
+        ),
+        (
+            "against: {file: fall.csv, simulation: trainer_lap}",
+            "it is in environment 'trainer', this study in 'pit'",
+        ),
+    ],
+)
 def test_what_is_wrong_with_restraints_is_told(fall, more, told, capsys, tmp_path):
     assert main(["run", str(fall(more + "\n")), "--out", str(tmp_path / "out")]) == 3
     assert told in capsys.readouterr().err

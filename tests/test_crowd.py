@@ -25,29 +25,71 @@ def rows_of(folder):
 
 def test_percentile_people_are_bodies_that_show_their_measures(tmp_path, capsys):
     out = tmp_path / "men"
-    assert run("percentile", "--sex", "male", "--p", 5, 95, "--measures", "stature,sitting_height",
-               "--bodies", out) == 0  # fmt: skip
-    assert sorted(path.name for path in out.iterdir()) == ["male_5.yaml", "male_95.yaml", "manifest.json", "people.csv"]
+    assert (
+        run(
+            "percentile",
+            "--sex",
+            "male",
+            "--p",
+            5,
+            95,
+            "--measures",
+            "stature,sitting_height",
+            "--bodies",
+            out,
+        )
+        == 0
+    )
+    assert sorted(path.name for path in out.iterdir()) == [
+        "male_5.yaml",
+        "male_95.yaml",
+        "manifest.json",
+        "people.csv",
+    ]
     assert capsys.readouterr().out == f"{out}\n"
     for row in rows_of(out):
         body = wb.load_body(out / row["file"])
-        assert 1000 * measure(body, ["stature"])["stature"] == pytest.approx(float(row["stature_mm"]), abs=0.06)
+        assert 1000 * measure(body, ["stature"])["stature"] == pytest.approx(
+            float(row["stature_mm"]), abs=0.06
+        )
         assert body.mass.sum() == pytest.approx(float(row["mass_kg"]), abs=0.01)
         assert body.name == row["file"].removesuffix(".yaml")
 
 
 def test_the_same_people_give_the_same_bytes_and_replace_earlier_ones(tmp_path):
     write_family(tmp_path)
-    words = ("draw", "--count", 4, "--seed", 3, "--body", tmp_path / "adult.yaml", "bubbleman", "--bodies")
+    words = (
+        "draw",
+        "--count",
+        4,
+        "--seed",
+        3,
+        "--body",
+        tmp_path / "adult.yaml",
+        "bubbleman",
+        "--bodies",
+    )
     for name in ("one", "two", "two"):
         assert run(*words, tmp_path / name) == 0
     files = sorted(path.name for path in (tmp_path / "one").iterdir())
-    assert files == ["female_1.yaml", "female_2.yaml", "male_1.yaml", "male_2.yaml", "manifest.json", "people.csv"]
-    assert all((tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes() for name in files)
+    assert files == [
+        "female_1.yaml",
+        "female_2.yaml",
+        "male_1.yaml",
+        "male_2.yaml",
+        "manifest.json",
+        "people.csv",
+    ]
+    assert all(
+        (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+        for name in files
+    )
 
 
 def test_boundary_people_are_called_what_they_are(tmp_path):
-    assert run("boundary", "--sex", "female", "--bodies", tmp_path / "women", "--wear", "shoes") == 0
+    assert (
+        run("boundary", "--sex", "female", "--bodies", tmp_path / "women", "--wear", "shoes") == 0
+    )
     names = {path.stem for path in (tmp_path / "women").glob("*.yaml")}
     assert {"female_overall_small", "female_longest_limbs", "female_tallest_torso"} < names
     assert len(names) == 8
@@ -57,11 +99,27 @@ def test_boundary_people_are_called_what_they_are(tmp_path):
 
 def test_children_are_made_by_their_stature_and_mass(tmp_path):
     write_family(tmp_path)
-    assert run("growth", "--sex", "female", "--age", 17, "--p", 50, "--body", tmp_path / "adult.yaml",
-               "--bodies", tmp_path / "girls") == 0  # fmt: skip
+    assert (
+        run(
+            "growth",
+            "--sex",
+            "female",
+            "--age",
+            17,
+            "--p",
+            50,
+            "--body",
+            tmp_path / "adult.yaml",
+            "--bodies",
+            tmp_path / "girls",
+        )
+        == 0
+    )
     (row,) = rows_of(tmp_path / "girls")
     body = wb.load_body(tmp_path / "girls" / row["file"])
-    assert 1000 * measure(body, ["stature"])["stature"] == pytest.approx(float(row["stature_mm"]), abs=0.06)
+    assert 1000 * measure(body, ["stature"])["stature"] == pytest.approx(
+        float(row["stature_mm"]), abs=0.06
+    )
 
 
 def test_nothing_is_written_where_one_person_cannot_be(tmp_path, capsys):
@@ -79,14 +137,17 @@ def test_a_folder_with_something_else_in_it_is_left_alone(tmp_path, capsys):
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
-@pytest.mark.parametrize(("words", "told"), [
-    (("--body", "bubbleman"), "--bodies FOLDER says where to"),
-    (("--bodies", "x", "--body", "a", "b", "c"), "got 3"),
-    (("--bodies", "x", "--body", "bubbelman"), "did you mean 'bubbleman'"),
-    (("--bodies", "x", "--detail", "fine"), "belongs to no family"),
-    (("--bodies", "x", "--wear", "hat"), "no bodies/encumbrance entry named 'hat'"),
-    (("--bodies", "x", "--measures", "span"), "no measure 'span'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--body", "bubbleman"), "--bodies FOLDER says where to"),
+        (("--bodies", "x", "--body", "a", "b", "c"), "got 3"),
+        (("--bodies", "x", "--body", "bubbelman"), "did you mean 'bubbleman'"),
+        (("--bodies", "x", "--detail", "fine"), "belongs to no family"),
+        (("--bodies", "x", "--wear", "hat"), "no bodies/encumbrance entry named 'hat'"),
+        (("--bodies", "x", "--measures", "span"), "no measure 'span'"),
+    ],
+)
 def test_what_cannot_be_made_is_told(tmp_path, monkeypatch, capsys, words, told):
     monkeypatch.chdir(tmp_path)
     assert run("percentile", "--sex", "male", *words) in (2, 3)

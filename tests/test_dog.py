@@ -32,7 +32,9 @@ def lowest(dog, placed, segment):
 
 
 def test_the_dog_has_segments_of_its_own_and_no_basis(dog):
-    assert len(dog.segments) == 21 and {"LSB", "LCR", "TT"} <= set(dog.segments) and dog.basis is None
+    assert (
+        len(dog.segments) == 21 and {"LSB", "LCR", "TT"} <= set(dog.segments) and dog.basis is None
+    )
     assert 300 <= len(dog.radius) <= 1000
 
 
@@ -52,8 +54,20 @@ def test_left_and_right_limbs_mirror_each_other(dog):
 
 
 def test_its_subparts_have_names(dog):
-    parts = {"nose", "chin", "crown", "left eye", "right ear tip", "withers", "tail tip", "left elbow point",
-             "right hock point", "left forepaw toes", "right hindpaw pad", "left knee cap"}  # fmt: skip
+    parts = {
+        "nose",
+        "chin",
+        "crown",
+        "left eye",
+        "right ear tip",
+        "withers",
+        "tail tip",
+        "left elbow point",
+        "right hock point",
+        "left forepaw toes",
+        "right hindpaw pad",
+        "left knee cap",
+    }
     assert parts <= set(dog.sphere_names)
     assert dog.centre[dog.sphere_names.index("nose"), 0] > 0.1
 
@@ -70,10 +84,14 @@ def test_its_postures_are_legal_and_it_is_not_in_itself(dog, postures, posture):
     assert (rows.distance >= -rows.allowed - 1e-9).all()
 
 
-@pytest.mark.parametrize("posture, on_the_ground", [
-    ("standing", ["LFP", "RFP", "LHF", "RHF"]), ("sitting", ["LFP", "RFP", "LHF", "RHF", "TA", "TT"]),
-    ("lying", ["LFP", "LFA", "LHF", "TH", "TT"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "posture, on_the_ground",
+    [
+        ("standing", ["LFP", "RFP", "LHF", "RHF"]),
+        ("sitting", ["LFP", "RFP", "LHF", "RHF", "TA", "TT"]),
+        ("lying", ["LFP", "LFA", "LHF", "TH", "TT"]),
+    ],
+)
 def test_it_stands_sits_and_lies_on_level_ground(dog, postures, posture, on_the_ground):
     placed = wb.place(dog, posture_pose(dog, postures, posture))
     heights = [lowest(dog, placed, s) for s in on_the_ground]
@@ -83,5 +101,7 @@ def test_it_stands_sits_and_lies_on_level_ground(dog, postures, posture, on_the_
 
 @pytest.mark.nightly
 def test_the_dog_is_made_by_its_script_to_the_byte(tmp_path):
-    subprocess.run([sys.executable, ROOT / "bodies" / "make_dog.py", tmp_path], check=True, capture_output=True)
+    subprocess.run(
+        [sys.executable, ROOT / "bodies" / "make_dog.py", tmp_path], check=True, capture_output=True
+    )
     assert (tmp_path / "dog.yaml").read_bytes() == FILE.read_bytes()

@@ -18,7 +18,8 @@ ASKED = ("clearance", {"segments": ("HAND",), "parts": ("wall",)})
 
 
 def outcome(one_arm, at_least, outside=np.nan, inside=np.nan):
-    """The verdict on the hand's clearance to the wall, the surface of every segment known so well."""
+    """The verdict on the hand's clearance to the wall, the surface of every segment known so
+    well."""
     body = replace(one_arm, fit_error=np.tile([outside, inside], (4, 1)))
     return wb.run(study(body, criterion(ASKED[0], at_least=at_least, **ASKED[1])))
 
@@ -35,7 +36,9 @@ def test_what_clears_by_less_than_the_surface_is_known_to_may_not_hold(one_arm):
     assert found.passed
     assert found.doubtful == found.worst
     told = verdict_sentence(found, ("hanging",))
-    assert told.endswith("It clears by 1.0 mm; the body's surface is known to 3.2 mm, so it may not hold.")
+    assert told.endswith(
+        "It clears by 1.0 mm; the body's surface is known to 3.2 mm, so it may not hold."
+    )
 
 
 def test_what_clears_by_more_is_in_no_doubt(one_arm):
@@ -50,7 +53,9 @@ def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
     assert not found.passed
     assert found.doubtful == found.breaches[0]
     told = verdict_sentence(found, ("hanging",))
-    assert told.endswith("It fails by 1.0 mm; the body's surface is known to 2.0 mm, so it may yet hold.")
+    assert told.endswith(
+        "It fails by 1.0 mm; the body's surface is known to 2.0 mm, so it may yet hold."
+    )
     assert only(outcome(one_arm, 0.458, inside=0.002)).doubtful is None
 
 
@@ -67,9 +72,9 @@ def test_of_two_people_both_surfaces_count(one_arm):
     made = replace(made, people=tuple(replace(person, body=body) for person in made.people))
     found = only(wb.run(made))
     assert found.worst.surface_known_to == pytest.approx(0.004)
-    assert ("the bodies' surfaces are known to 4.0 mm" in verdict_sentence(found, ("hanging",))) == (
-        abs(found.worst.value - 0.197) < 0.004
-    )
+    assert (
+        "the bodies' surfaces are known to 4.0 mm" in verdict_sentence(found, ("hanging",))
+    ) == (abs(found.worst.value - 0.197) < 0.004)
 
 
 def test_a_margin_of_a_joint_stop_has_no_surface(one_arm):

@@ -35,7 +35,10 @@ QUADS = ((0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (
 
 def numbered(points):
     """Marks of contacts with the labels 1, 2, 3, ... at points (M, 3) [m]."""
-    return tuple(Mark(tuple(map(float, point)), str(number), "contact") for number, point in enumerate(points, start=1))
+    return tuple(
+        Mark(tuple(map(float, point)), str(number), "contact")
+        for number, point in enumerate(points, start=1)
+    )
 
 
 def eye_of(camera):
@@ -50,35 +53,87 @@ def veiled(layers):
 
 def spheres_body(centre: ArrayLike, radius: ArrayLike) -> SceneBody:
     """A body of one segment made of these spheres, one pose."""
-    points, radii = np.array(centre, dtype=float).reshape(-1, 3), np.array(radius, dtype=float).reshape(-1)
-    none, count = np.empty(0), len(radii)
-    stops = Stops(none, np.empty((0, 3, 3)), np.empty((0, 3, 2)), none, (), (), (), np.empty((0, 3)), none, np.empty((0, 3)))  # fmt: skip  # noqa: E501
+    points = np.array(centre, dtype=float).reshape(-1, 3)
+    radii = np.array(radius, dtype=float).reshape(-1)
+    none = np.empty(0)
+    count = len(radii)
+    stops = Stops(
+        none,
+        np.empty((0, 3, 3)),
+        np.empty((0, 3, 2)),
+        none,
+        (),
+        (),
+        (),
+        np.empty((0, 3)),
+        none,
+        np.empty((0, 3)),
+    )
     body = Body(
-        "lump", "", ("A",), ("a",), (1,), (), (), (), np.array([-1]), np.empty((0, 3)), np.empty((0, 3)), stops,
-        np.ones(1), points, radii, np.array([0, count]), np.zeros((1, 3)), np.array([9.0]), ("",) * count,
-        np.full(count, -1), np.zeros((1, 6, 3)), np.array([-1]), np.zeros((1, 3)), np.zeros((1, 3)), np.zeros(count),
-        np.zeros((1, 1)), np.zeros((1, 2)),
-    )  # fmt: skip
+        "lump",
+        "",
+        ("A",),
+        ("a",),
+        (1,),
+        (),
+        (),
+        (),
+        np.array([-1]),
+        np.empty((0, 3)),
+        np.empty((0, 3)),
+        stops,
+        np.ones(1),
+        points,
+        radii,
+        np.array([0, count]),
+        np.zeros((1, 3)),
+        np.array([9.0]),
+        ("",) * count,
+        np.full(count, -1),
+        np.zeros((1, 6, 3)),
+        np.array([-1]),
+        np.zeros((1, 3)),
+        np.zeros((1, 3)),
+        np.zeros(count),
+        np.zeros((1, 1)),
+        np.zeros((1, 2)),
+    )
     return SceneBody(Placed(body, np.eye(4)[None, None, :3], points[None], np.array([True])))
 
 
-def boxes(*corners: ArrayLike, hidden: bool = False, see_through: bool = False, solid: bool = True) -> Environment:
+def boxes(
+    *corners: ArrayLike, hidden: bool = False, see_through: bool = False, solid: bool = True
+) -> Environment:
     """An environment of boxes given by their least and greatest corners (2, 3), all of one kind."""
-    count, faces = len(corners), 6 * len(corners)
+    count = len(corners)
+    faces = 6 * len(corners)
     unit = np.array([[(i >> k) & 1 for k in range(3)] for i in range(8)])
-    vertices = np.concatenate([np.where(unit, np.array(box)[1], np.array(box)[0]) for box in corners]).astype(float)
+    vertices = np.concatenate(
+        [np.where(unit, np.array(box)[1], np.array(box)[0]) for box in corners]
+    ).astype(float)
     quads = np.concatenate([np.array(QUADS) + 8 * k for k in range(count)])
     first, second, third, _ = vertices[quads].transpose(1, 0, 2)
     normal = np.cross(second - first, third - first)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     centre = vertices[quads].mean(axis=1)
     return Environment(
-        "boxes", "", tuple(f"box {k}" for k in range(count)), np.arange(count + 1) * 6, vertices,
-        np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2), np.arange(faces + 1) * 4, normal,
-        np.sum(normal * centre, axis=1), centre, np.linalg.norm(first - centre, axis=1),
-        quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3), np.arange(faces + 1) * 2,
-        np.full(count, solid), np.full(count, hidden), np.full(count, see_through),
-    )  # fmt: skip
+        "boxes",
+        "",
+        tuple(f"box {k}" for k in range(count)),
+        np.arange(count + 1) * 6,
+        vertices,
+        np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2),
+        np.arange(faces + 1) * 4,
+        normal,
+        np.sum(normal * centre, axis=1),
+        centre,
+        np.linalg.norm(first - centre, axis=1),
+        quads[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3),
+        np.arange(faces + 1) * 2,
+        np.full(count, solid),
+        np.full(count, hidden),
+        np.full(count, see_through),
+    )
 
 
 def front(size: int = 64) -> Camera:
@@ -104,15 +159,20 @@ def painted_slowly(scene: Scene, camera: Camera) -> Ints:
 
 @pytest.mark.parametrize("view", VIEWS)
 def test_disks_equal_a_plain_painter_pixel_for_pixel(view: str) -> None:
-    scene, camera = Scene((crowd(),)), standard_view(view, BOX, width=61, height=47)
+    scene = Scene((crowd(),))
+    camera = standard_view(view, BOX, width=61, height=47)
     assert np.array_equal(visible_layers(scene, camera).sphere, painted_slowly(scene, camera))
 
 
 def test_the_depth_of_a_body_is_that_of_a_ray_through_each_pixel() -> None:
-    scene, camera = Scene((crowd(2),)), front(32)
+    scene = Scene((crowd(2),))
+    camera = front(32)
     depth = visible_layers(scene, camera).body_depth
-    spheres, rays = scene.spheres, (np.mgrid[:32, :32] + 0.5 - 16.0) / 16.0
-    off = (rays[1][..., None] - spheres.centre[:, 1]) ** 2 + (-rays[0][..., None] - spheres.centre[:, 2]) ** 2
+    spheres = scene.spheres
+    rays = (np.mgrid[:32, :32] + 0.5 - 16.0) / 16.0
+    off = (rays[1][..., None] - spheres.centre[:, 1]) ** 2 + (
+        -rays[0][..., None] - spheres.centre[:, 2]
+    ) ** 2
     half = np.sqrt(np.maximum(spheres.radius**2 - off, 0.0))
     slow = np.where(off <= spheres.radius**2, spheres.centre[:, 0] + half, -np.inf).max(axis=-1)
     assert np.allclose(depth, slow, rtol=0, atol=1e-6)
@@ -122,30 +182,38 @@ def test_a_nearer_disk_hides_a_farther_one() -> None:
     scene = Scene((spheres_body([[0.5, 0, 0], [0.0, 0, 0]], [0.2, 0.5]),))
     layers = visible_layers(scene, front())
     assert layers.sphere[32, 32] == 0
-    assert layers.sphere[32, 32 + 12] == 1  # 12 px = 0.375 m to the left of the middle: only the large one
+    assert (
+        layers.sphere[32, 32 + 12] == 1
+    )  # 12 px = 0.375 m to the left of the middle: only the large one
     assert layers.sphere[0, 0] == -1
 
 
 def test_a_sphere_behind_a_polygon_is_hidden_by_it_where_the_veil_is_opaque() -> None:
     wall = boxes([[0.0, -1, 0.0], [0.05, 1, 1]])  # the upper half of the picture
-    body = spheres_body([[-0.5, 0, 0], [0.9, 0.8, -0.8]], [0.5, 0.1])  # the second one keeps the wall from being cut
+    body = spheres_body(
+        [[-0.5, 0, 0], [0.9, 0.8, -0.8]], [0.5, 0.1]
+    )  # the second one keeps the wall from being cut
     camera = front(256)
     alone = np.asarray(disks(Scene((), wall), camera))
     picture = np.asarray(disks(Scene((body,), wall), camera, veil=1.0))
-    assert np.ptp(picture[96, 128].astype(int) - alone[96, 128]) <= 2  # the wall's own hue, a little less faded
+    assert (
+        np.ptp(picture[96, 128].astype(int) - alone[96, 128]) <= 2
+    )  # the wall's own hue, a little less faded
     assert picture[96, 128].min() > 180 > picture[160, 128].min()
     assert veiled(visible_layers(Scene((body,), wall), camera))[96, 128]
 
 
 def test_what_is_nearer_than_every_body_is_cut_away() -> None:
-    body, wall = spheres_body([0, 0, 0], 0.5), boxes([[0.6, -1, -1], [0.7, 1, 1]])
+    body = spheres_body([0, 0, 0], 0.5)
+    wall = boxes([[0.6, -1, -1], [0.7, 1, 1]])
     layers = visible_layers(Scene((body,), wall), front())
     assert layers.cut == pytest.approx(0.5, abs=2e-3)
     assert np.all(layers.triangle == -1)
 
 
 def test_a_solid_that_the_cut_goes_through_shows_its_section() -> None:
-    body, block = spheres_body([0, 0, 0], 0.25), boxes([[-1, 0.5, -1], [1, 1, 1]])
+    body = spheres_body([0, 0, 0], 0.25)
+    block = boxes([[-1, 0.5, -1], [1, 1, 1]])
     layers = visible_layers(Scene((body,), block), front())
     assert np.all(layers.section[:, 49:63]) and not np.any(layers.section[:, :48])
     assert np.allclose(layers.depth[:, 49:63], layers.cut)
@@ -153,26 +221,37 @@ def test_a_solid_that_the_cut_goes_through_shows_its_section() -> None:
 
 @pytest.mark.parametrize("display", ["disks", "circles"])
 def test_a_hidden_part_is_not_drawn(display: str) -> None:
-    body, box = spheres_body([0, 0, 0], 0.5), boxes([[-1, -1, -1], [0.2, 1, 1]], hidden=True)
-    draw = {"disks": lambda scene: disks(scene, front()).tobytes(), "circles": lambda scene: drawing(scene)}[display]
+    body = spheres_body([0, 0, 0], 0.5)
+    box = boxes([[-1, -1, -1], [0.2, 1, 1]], hidden=True)
+    draw = {
+        "disks": lambda scene: disks(scene, front()).tobytes(),
+        "circles": lambda scene: drawing(scene),
+    }[display]
     assert draw(Scene((body,), box)) == draw(Scene((body,), None))
 
 
 def drawing(scene: Scene) -> list[str]:
     """All paths and circles of the circle picture."""
     root = ElementTree.fromstring(circles(scene, front()))
-    return [ElementTree.tostring(item).decode() for kind in ("path", "circle") for item in root.iter(SVG + kind)]
+    return [
+        ElementTree.tostring(item).decode()
+        for kind in ("path", "circle")
+        for item in root.iter(SVG + kind)
+    ]
 
 
 def test_a_see_through_part_tints_and_does_not_hide() -> None:
     body = spheres_body([[0, 0, 0], [0.9, 0.8, -0.8]], [0.5, 0.1])
     pane = boxes([[0.6, -1, -1], [0.62, 1, 1]], see_through=True)
-    bare, seen = (np.asarray(disks(Scene((body,), e), front())).astype(int)[32, 32] for e in (None, pane))
+    bare, seen = (
+        np.asarray(disks(Scene((body,), e), front())).astype(int)[32, 32] for e in (None, pane)
+    )
     assert 0 < np.abs(bare - seen).max() < 30
 
 
 def test_a_box_seen_from_the_front_is_drawn_with_the_four_edges_of_its_face() -> None:
-    scene, camera = Scene((), boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])), front()
+    scene = Scene((), boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]))
+    camera = front()
     edges, clear = drawn_edges(boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]), camera, np.inf)
     lines = visible_lines(edges, clear, visible_layers(scene, camera))
     near = lines.ends[lines.depth > 0.49]
@@ -181,7 +260,11 @@ def test_a_box_seen_from_the_front_is_drawn_with_the_four_edges_of_its_face() ->
 
 
 def test_the_svg_parses_and_has_one_circle_for_every_sphere() -> None:
-    scene = Scene((crowd(), crowd(3, 7)), boxes([[-1, -1, -1], [1, 1, -0.9]]), numbered([[0, 0, 0], [0.1, 0, 0]]))
+    scene = Scene(
+        (crowd(), crowd(3, 7)),
+        boxes([[-1, -1, -1], [1, 1, -0.9]]),
+        numbered([[0, 0, 0], [0.1, 0, 0]]),
+    )
     root = ElementTree.fromstring(circles(scene, front(640)))
     assert root.get("viewBox") == "0 0 640 640"
     assert len(list(root.iter(SVG + "circle"))) == 67
@@ -205,18 +288,30 @@ def test_the_same_scene_gives_the_same_bytes() -> None:
 def test_a_standard_view_holds_its_box_and_touches_the_margin(view: str) -> None:
     bounds = np.array([[0.0, -0.3, 0.1], [1.2, 0.3, 2.0]])
     camera = standard_view(view, bounds, width=300, height=200, margin=0.1)
-    corners = np.array([[bounds[i, 0], bounds[j, 1], bounds[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    corners = np.array(
+        [[bounds[i, 0], bounds[j, 1], bounds[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
+    )
     pixels = project(camera, corners)[:, :2] / (300, 200)
     assert pixels.min() >= 0.1 - 1e-9 and pixels.max() <= 0.9 + 1e-9
-    assert np.min(np.concatenate([pixels.min(axis=0), 1.0 - pixels.max(axis=0)])) == pytest.approx(0.1)
+    assert np.min(np.concatenate([pixels.min(axis=0), 1.0 - pixels.max(axis=0)])) == pytest.approx(
+        0.1
+    )
 
 
 @pytest.mark.parametrize(
     ("view", "forward", "left", "up"),
-    [("front", "near", "right", "up"), ("back", "far", "left", "up"), ("left", "left", "near", "up"),
-     ("right", "right", "far", "up"), ("top", "up", "left", "near"), ("bottom", "up", "right", "far")],
-)  # fmt: skip
-def test_the_axes_of_the_body_point_where_the_view_says(view: str, forward: str, left: str, up: str) -> None:
+    [
+        ("front", "near", "right", "up"),
+        ("back", "far", "left", "up"),
+        ("left", "left", "near", "up"),
+        ("right", "right", "far", "up"),
+        ("top", "up", "left", "near"),
+        ("bottom", "up", "right", "far"),
+    ],
+)
+def test_the_axes_of_the_body_point_where_the_view_says(
+    view: str, forward: str, left: str, up: str
+) -> None:
     camera = standard_view(view, BOX)
     names = ["right", "up", "near", "left", "down", "far"]
     for axis, said in zip(np.eye(3), (forward, left, up), strict=True):
@@ -243,7 +338,9 @@ def test_labels_of_crowded_marks_do_not_overlap() -> None:
 
 def test_spheres_outside_the_logical_window_are_not_drawn() -> None:
     body = crowd()
-    unplaced = replace(body.placed, centres=np.full_like(body.placed.centres, np.nan), window=np.array([False]))
+    unplaced = replace(
+        body.placed, centres=np.full_like(body.placed.centres, np.nan), window=np.array([False])
+    )
     assert not len(Scene((SceneBody(unplaced),)).spheres.radius)
 
 
@@ -280,7 +377,10 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
     )
     runs = [
         subprocess.run(
-            [sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": off}, capture_output=True, check=True
+            [sys.executable, "-c", code],
+            env=os.environ | {"NUMBA_DISABLE_JIT": off},
+            capture_output=True,
+            check=True,
         ).stdout
         for off in "01"
     ]

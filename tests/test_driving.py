@@ -34,8 +34,10 @@ SEAT = Seat("driver", (0.0, 0.35, 0.15), 0.4, 0.25, 0.0, REST, REST, (-0.2, 0.4)
 
 
 def package(h30=0.27, l6=None):
-    """A car with its seating reference point at the origin, the wheel at the distance the angles are centred on."""
-    ball, slope = float(seat_curve(h30)), float(pedal_plane_angle(h30))
+    """A car with its seating reference point at the origin, the wheel at the distance the angles
+    are centred on."""
+    ball = float(seat_curve(h30))
+    slope = float(pedal_plane_angle(h30))
     wheel = ball - (0.7 - 0.55556 * h30 if l6 is None else l6)
     heel = (ball - float(heel_from_ball(h30)), 0.22, 0.0)
     return Package(heel, (ball, 0.22, 0.203 * np.sin(slope)), (wheel, 0.35, 0.65), (0.0, 0.35, h30))
@@ -45,7 +47,9 @@ def package(h30=0.27, l6=None):
 def man():
     body = wb.load_body("adult_male")
     at = measure(body, ["stature", "sitting_height"])
-    driver = Driver("male", at["stature"], at["sitting_height"], body.mass.sum() / at["stature"] ** 2)
+    driver = Driver(
+        "male", at["stature"], at["sitting_height"], body.mass.sum() / at["stature"] ** 2
+    )
     poses = posture_pose(body, load_postures(posture_path("adult_male"), body)[0], "driving")
     return body, poses, driver
 
@@ -59,7 +63,11 @@ def driven(man, seat=SEAT, **more):
 
 @pytest.mark.parametrize(
     ("driver", "hip_to_eye", "pelvis", "thigh", "knee"),
-    [(SMALL, 5.04, 51.61, 14.06, 122.63), (MEDIAN, 5.91, 45.12, 17.96, 119.79), (LARGE, 5.86, 43.94, 19.52, 115.79)],
+    [
+        (SMALL, 5.04, 51.61, 14.06, 122.63),
+        (MEDIAN, 5.91, 45.12, 17.96, 119.79),
+        (LARGE, 5.86, 43.94, 19.52, 115.79),
+    ],
 )
 def test_three_drivers_have_the_published_codes_angles(driver, hip_to_eye, pelvis, thigh, knee):
     mean = dict(zip(ANGLES, np.degrees(driving_angles(driver, package()).mean), strict=True))
@@ -73,14 +81,18 @@ def test_a_higher_seat_brings_the_knees_down_by_26_degrees_a_metre():
 
 
 def test_the_wheel_farther_aft_counts_by_what_it_is_beyond_the_usual():
-    near, far = (np.degrees(driving_angles(MEDIAN, package(0.27, l6)).mean[7]) for l6 in (0.50, 0.60))
+    near, far = (
+        np.degrees(driving_angles(MEDIAN, package(0.27, l6)).mean[7]) for l6 in (0.50, 0.60)
+    )
     assert far - near == pytest.approx(0.0933 * 100)
 
 
 def test_drawn_angles_scatter_by_the_published_residuals():
     angles = driving_angles(MEDIAN, package())
     rows = np.array([drawn_angles(angles, 5, person=n).mean for n in range(2000)])
-    assert np.degrees(rows.std(axis=0)) == pytest.approx([3.3, 5.0, 6.5, 4.3, 11.4, 13.2, 4.4, 8.9], rel=0.06)
+    assert np.degrees(rows.std(axis=0)) == pytest.approx(
+        [3.3, 5.0, 6.5, 4.3, 11.4, 13.2, 4.4, 8.9], rel=0.06
+    )
     assert rows.mean(axis=0) == pytest.approx(angles.mean, abs=0.02)
 
 
@@ -92,7 +104,9 @@ def test_the_same_seed_and_person_draw_the_same_posture():
 
 def test_the_hip_point_is_aft_of_the_hips_by_the_flesh_between():
     aft, above = h_point_offset(MEDIAN)
-    assert (1e3 * aft, 1e3 * above) == pytest.approx((0.4691 * 27.47 + 6.7786, 0.2921 * 27.47 - 7.5027))
+    assert (1e3 * aft, 1e3 * above) == pytest.approx(
+        (0.4691 * 27.47 + 6.7786, 0.2921 * 27.47 - 7.5027)
+    )
 
 
 @pytest.mark.parametrize(
@@ -107,7 +121,9 @@ def test_the_hip_point_is_aft_of_the_hips_by_the_flesh_between():
 )
 def test_an_impossible_driver_is_refused(change, words):
     with pytest.raises(wb.InputError, match=words):
-        Driver(**({"sex": "male", "stature": 1.7, "sitting_height": 0.9, "mass_index": 25.0} | change))
+        Driver(
+            **({"sex": "male", "stature": 1.7, "sitting_height": 0.9, "mass_index": 25.0} | change)
+        )
 
 
 def test_a_seat_as_high_as_a_lorrys_is_refused():
@@ -128,7 +144,8 @@ def test_the_trunk_keeps_to_its_stops_and_to_the_line_from_hip_to_eye(scores):
     tilts = spine_tilts([spine], [angles])[0]
     turns = tilts[:-1] - tilts[1:]
     assert np.all((turns >= spine.flexion[:, 0] - 1e-9) & (turns <= spine.flexion[:, 1] + 1e-9))
-    c, s = np.cos(np.append(tilts, tilts[-1])), np.sin(np.append(tilts, tilts[-1]))
+    c = np.cos(np.append(tilts, tilts[-1]))
+    s = np.sin(np.append(tilts, tilts[-1]))
     x, z = spine.links.T
     eye = np.sum([x * c - z * s, x * s + z * c], axis=1)
     assert np.arctan2(-eye[0], eye[1]) == pytest.approx(angles.mean[0], abs=2e-4)
@@ -136,7 +153,8 @@ def test_the_trunk_keeps_to_its_stops_and_to_the_line_from_hip_to_eye(scores):
 
 def slow_tilts(spine, angles):
     """The same least squares by a general optimiser with numeric slopes."""
-    wanted, spread = angles.mean[[5, 4, 3, 2, 1]], angles.spread[[5, 4, 3, 2, 1]]
+    wanted = angles.mean[[5, 4, 3, 2, 1]]
+    spread = angles.spread[[5, 4, 3, 2, 1]]
 
     def off(turn):
         tilt = np.append(turn[0] - np.append(0, np.cumsum(turn[1:])), 0)
@@ -148,14 +166,20 @@ def slow_tilts(spine, angles):
         return np.subtract(found, [angles.mean[0], *wanted])
 
     bounds = [(-1.0, 2.0), *spine.flexion.tolist()]
-    found = minimize(lambda t: np.sum((off(t)[1:] / spread) ** 2), np.clip([0.7, 0, 0, 0, 0], *np.transpose(bounds)),
-                     bounds=bounds, constraints={"type": "eq", "fun": lambda t: off(t)[0]}, method="SLSQP",
-                     options={"ftol": 1e-12, "maxiter": 300})  # fmt: skip
+    found = minimize(
+        lambda t: np.sum((off(t)[1:] / spread) ** 2),
+        np.clip([0.7, 0, 0, 0, 0], *np.transpose(bounds)),
+        bounds=bounds,
+        constraints={"type": "eq", "fun": lambda t: off(t)[0]},
+        method="SLSQP",
+        options={"ftol": 1e-12, "maxiter": 300},
+    )
     return found.x[0] - np.append(0, np.cumsum(found.x[1:]))
 
 
 def test_tilts_are_those_of_a_general_optimiser():
-    mean, spine = driving_angles(MEDIAN, package()), man_spine()
+    mean = driving_angles(MEDIAN, package())
+    spine = man_spine()
     drawn = [drawn_angles(mean, 2, person=n) for n in range(6)]
     found = spine_tilts([spine] * 6, drawn)
     for row, angles in zip(found, drawn, strict=True):
@@ -167,7 +191,8 @@ def test_a_trunk_asked_for_its_own_angles_gets_them_back(man):
     spine = spine_of(body)
     angles = driving_angles(MEDIAN, package())
     upright = side_view(wb.place(body, wb.pose(body, {}, reference="LT")))[0]
-    # one rigid tilt of all five moves every angle by as much; the head's is told from the horizontal
+    # one rigid tilt of all five moves every angle by as much; the head's is told from the
+    # horizontal
     wanted = upright + np.radians(10.0)
     wanted[6:] = angles.mean[6:]
     found = spine_tilts([spine], [type(angles)(wanted, angles.spread)])[0]
@@ -188,7 +213,8 @@ def test_both_feet_are_where_they_are_to_be_and_no_stop_is_breached(man):
 
 
 def test_the_heel_on_the_accelerator_rests_in_the_corner_of_floor_and_pedal(man):
-    body, car = man[0], package()
+    body = man[0]
+    car = package()
     placed = wb.place(body, driven(man).poses)
     first = int(body.start[body.segment("RF")])
     rows = {name: body.sphere_names.index(name, first) for name in ("heel", "ball of foot")}
@@ -197,7 +223,9 @@ def test_the_heel_on_the_accelerator_rests_in_the_corner_of_floor_and_pedal(man)
     plane = np.subtract(car.ball, car.heel)
     normal = np.array([-plane[2], 0.0, plane[0]]) / np.hypot(plane[0], plane[2])
     for name, centre in (("heel", heel), ("ball of foot", ball)):
-        assert (centre - car.heel) @ normal == pytest.approx(body.radius[rows[name]], abs=0.003), name
+        assert (centre - car.heel) @ normal == pytest.approx(body.radius[rows[name]], abs=0.003), (
+            name
+        )
 
 
 def test_the_seat_goes_no_farther_than_its_travel_and_says_where_it_wanted_to_be(man):
@@ -231,7 +259,8 @@ def test_a_dog_does_not_drive():
 def test_shoes_move_the_driver_back_by_about_their_soles(man):
     body, poses, driver = man
     shod = wear(body, [load_encumbrance("shoes")])
-    bare, dressed = driven(man), driven((shod, poses, driver))
+    bare = driven(man)
+    dressed = driven((shod, poses, driver))
     assert 0.015 < bare.forward - dressed.forward < 0.05
     lowest = wb.place(shod, dressed.poses, window=["RF"])
     rows = shod.spheres(shod.segment("RF"))
@@ -243,8 +272,16 @@ def test_many_drivers_sit_as_each_of_them_does_alone(man):
     car = package()
     feet = {"right foot": car.ball, "left foot": (car.ball[0] - 0.03, 0.5, 0.13)}
     rows = wb.join_poses([poses, poses])
-    found = seat_drivers([body, body], rows, SEAT, drivers=[driver, driver], package=car, feet=feet, seed=3,
-                         numbers=[7, 8])  # fmt: skip
+    found = seat_drivers(
+        [body, body],
+        rows,
+        SEAT,
+        drivers=[driver, driver],
+        package=car,
+        feet=feet,
+        seed=3,
+        numbers=[7, 8],
+    )
     for k, number in enumerate((7, 8)):
         one = driven(man, seed=3, person=number)
         assert found.forward[k] == one.forward
@@ -253,7 +290,9 @@ def test_many_drivers_sit_as_each_of_them_does_alone(man):
 
 
 def test_as_many_drivers_as_bodies_are_needed(man):
-    with pytest.raises(wb.UsageError, match="1 bodies need as many poses, drivers and numbers, got 1, 0 and 1"):
+    with pytest.raises(
+        wb.UsageError, match="1 bodies need as many poses, drivers and numbers, got 1, 0 and 1"
+    ):
         seat_drivers([man[0]], man[1], SEAT, drivers=[], package=package(), feet={})
 
 

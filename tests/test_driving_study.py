@@ -1,4 +1,5 @@
-"""Studies of drivers: postures drawn for each, seats by the hip point, and what is wrong told with its line."""
+"""Studies of drivers: postures drawn for each, seats by the hip point, and what is wrong told with
+its line."""
 
 from __future__ import annotations
 
@@ -79,19 +80,27 @@ def result(written):
 
 def test_a_driver_in_the_car_touches_what_may_be_touched_and_meets_every_criterion(result):
     assert [v.criterion.name for v in result.verdicts if not v.passed] == []
-    assert not [warning for warning in result.warnings if "the body at level of detail coarse is in" not in warning]
+    assert not [
+        warning
+        for warning in result.warnings
+        if "the body at level of detail coarse is in" not in warning
+    ]
 
 
 def test_the_drivers_hip_point_is_the_seats_where_the_seat_stands(result):
     person = result.study.people[0]
     world = person.poses.world_from_reference[0]
-    body, lap = person.body, person.body.segment("LT")
+    body = person.body
+    lap = person.body.segment("LT")
     assert person.poses.reference == lap
     hips = 0.5 * (body.joint_in_parent[body.joint("LH")] + body.joint_in_parent[body.joint("RH")])
     at = world[:, :3] @ hips + world[:, 3]
     index = 70 / 1.6**2
-    expected = [person.forward + 1e-3 * (0.4691 * index + 6.7786), 0.35,
-                0.25 + person.up - 1e-3 * (0.2872 * index - 11.583)]  # fmt: skip
+    expected = [
+        person.forward + 1e-3 * (0.4691 * index + 6.7786),
+        0.35,
+        0.25 + person.up - 1e-3 * (0.2872 * index - 11.583),
+    ]
     assert at == pytest.approx(expected, abs=1e-6)
 
 
@@ -118,20 +127,33 @@ def predicted_forward(path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("wheel: wheel_centre", "wheel: wheel_center", "no point 'wheel_center'; did you mean 'wheel_centre'?"),
+        (
+            "wheel: wheel_centre",
+            "wheel: wheel_center",
+            "no point 'wheel_center'; did you mean 'wheel_centre'?",
+        ),
         ("driver: {wheel: wheel_centre, h_point: driver_h_point}", "", "go together"),
         ("heels: accelerator_heel", "", "give both 'feet: {right: ...}' and 'heels'"),
         ("right: accelerator", "right: accelerater", "no control 'accelerater'"),
         ("posture: driving_statistical", "posture: predicted", "go together"),
-        ("    size: {sex: female, measures: {stature: 1600, sitting_height: 850}, mass_kg: 70}\n", "",
-         "give 'sex', or the person a 'size'"),
-        ("h_point: driver_h_point}", "h_point: driver_h_point, age: 9}", "greater than or equal to 16"),
+        (
+            "    size: {sex: female, measures: {stature: 1600, sitting_height: 850}, mass_kg: 70}\n",
+            "",
+            "give 'sex', or the person a 'size'",
+        ),
+        (
+            "h_point: driver_h_point}",
+            "h_point: driver_h_point, age: 9}",
+            "greater than or equal to 16",
+        ),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_with_a_driver_is_told_with_its_line(written, old, new, words):
     with pytest.raises(wb.InputError) as caught:
         load_study(written(STUDY.replace(old, new)))
-    assert any(words in line and ".yaml:" in line for line in caught.value.problems), caught.value.problems
+    assert any(words in line and ".yaml:" in line for line in caught.value.problems), (
+        caught.value.problems
+    )
 
 
 def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(written):
@@ -141,7 +163,8 @@ def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(wri
     drivers = drivers_among(study.people, range(6), bodies, 40.0)
     assert [d.sex for d in drivers] == ["male"] * 3 + ["female"] * 3
     assert drivers[4].stature == study.people.column("stature")[4]
-    whole, last = seated(study, bodies, range(6)).seat, seated(study, bodies[4:], [4, 5]).seat
+    whole = seated(study, bodies, range(6)).seat
+    last = seated(study, bodies[4:], [4, 5]).seat
     assert np.array_equal(whole.forward[4:], last.forward)
     assert max(whole.miss["right foot"]) < 1e-3
 
@@ -166,10 +189,14 @@ def test_a_point_that_is_not_there_is_told_of_a_population_too(written):
 
 @pytest.fixture(scope="module")
 def drivers(written):
-    """Forty drivers in shoes, postures drawn, the track long enough for all: hip points aft of the ball of foot and
-    eyes [mm], statures [cm]."""
+    """Forty drivers in shoes, postures drawn, the track long enough for all: hip points aft of the
+    ball of foot and eyes [mm], statures [cm]."""
     text = CREW.replace("people: 6", "people: 40").replace("  eyes: low_eye\n", "")
-    study = ready(load_accommodation(written(text.replace("detail: coarse", "detail: coarse\nencumbrance: [shoes]"))))
+    study = ready(
+        load_accommodation(
+            written(text.replace("detail: coarse", "detail: coarse\nencumbrance: [shoes]"))
+        )
+    )
     seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in study.environment.seats)
     study = replace(study, environment=replace(study.environment, seats=seats))
     crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
@@ -179,7 +206,8 @@ def drivers(written):
 
 
 def test_the_seats_of_drawn_drivers_spread_as_the_standards_curves_do(drivers):
-    """Forty people: the mean is known to 8 mm, the spread to 6. Bounds are wide: other people, other cars."""
+    """Forty people: the mean is known to 8 mm, the spread to 6. Bounds are wide: other people,
+    other cars."""
     aft = drivers[0]
     low, middle, high = (1e3 * float(seat_curve(0.25, percentile=p)) for p in (5.0, 50.0, 95.0))
     assert aft.mean() == pytest.approx(middle, abs=45)
@@ -187,7 +215,8 @@ def test_the_seats_of_drawn_drivers_spread_as_the_standards_curves_do(drivers):
 
 
 def test_taller_drivers_sit_farther_back_as_faraways_drivers_did(drivers):
-    """38 drivers: hips 4.27 mm farther back with a centimetre of stature, 36 mm of scatter about the line."""
+    """38 drivers: hips 4.27 mm farther back with a centimetre of stature, 36 mm of scatter about
+    the line."""
     aft, _, stature = drivers
     slope, start = np.polyfit(stature, aft, 1)
     assert slope == pytest.approx(4.27, abs=1.5)
@@ -195,8 +224,12 @@ def test_taller_drivers_sit_farther_back_as_faraways_drivers_did(drivers):
 
 
 def test_the_eyes_of_drawn_drivers_are_about_the_eyellipse(drivers):
-    """Its centroid and, by its tangent planes, its spread: 2 x 1.645 standard deviations along each axis."""
-    eyes, found = drivers[1], eyellipse((0.9596, 0.22, 0.183), heel=0, side=0.35, wheel=0.56, height=0.25, clutch=True)
+    """Its centroid and, by its tangent planes, its spread: 2 x 1.645 standard deviations along each
+    axis."""
+    eyes = drivers[1]
+    found = eyellipse(
+        (0.9596, 0.22, 0.183), heel=0, side=0.35, wheel=0.56, height=0.25, clutch=True
+    )
     assert eyes.mean(axis=0) == pytest.approx(1e3 * found.centroid, abs=60)
     assert abs(eyes[:, 2].mean() - 1e3 * found.centroid[2]) < 30
     assert eyes[:, 0].std() == pytest.approx(1e3 * found.axes[0] / 2 / 1.6449, abs=20)

@@ -47,18 +47,25 @@ def pelvis(result):
 
 
 def test_a_free_body_falls_half_g_t_squared_and_keeps_its_posture(tmp_path):
-    result = simulate(made(tmp_path, swap={"gravity: 0": "gravity: 9.80665", "peak: 20": "peak: 0"}))
+    result = simulate(
+        made(tmp_path, swap={"gravity: 0": "gravity: 9.80665", "peak: 20": "peak: 0"})
+    )
     time = result.motion.clock
     assert len(time) == 101 and time[-1] == pytest.approx(0.1)
     fallen = pelvis(result)[0, 2] - pelvis(result)[:, 2]
-    assert fallen == pytest.approx(0.5 * 9.80665 * time * (time + 2e-4), abs=1e-6)  # semi-implicit steps of 0.2 ms
+    assert fallen == pytest.approx(
+        0.5 * 9.80665 * time * (time + 2e-4), abs=1e-6
+    )  # semi-implicit steps of 0.2 ms
     assert np.abs(result.motion.rotations - result.motion.rotations[0]).max() < 1e-9
 
 
-@pytest.mark.parametrize("pulse", [
-    "{shape: half_sine, peak: 20, duration: 50}",
-    "{shape: trapezoid, peak: 16, rise: 10, hold: 20, fall: 30, toward: [0, 1, 0]}",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "pulse",
+    [
+        "{shape: half_sine, peak: 20, duration: 50}",
+        "{shape: trapezoid, peak: 16, rise: 10, hold: 20, fall: 30, toward: [0, 1, 0]}",
+    ],
+)
 def test_an_occupant_without_belts_moves_on_with_the_speed_the_vehicle_loses(tmp_path, pulse):
     simulation = made(tmp_path, swap={"{shape: half_sine, peak: 20, duration: 50}": pulse})
     result = simulate(simulation)
@@ -83,10 +90,13 @@ def test_the_wall_stops_who_flies_at_it_and_gives_back_only_its_share(tmp_path):
 
 def test_a_belt_pulls_only_when_its_slack_is_out_and_then_as_stiff_as_stated(tmp_path):
     result = simulate(made(tmp_path, more=BELT))
-    longer, tension = result.payout[:, 0], result.tension[:, 0]
+    longer = result.payout[:, 0]
+    tension = result.tension[:, 0]
     assert np.all(tension[longer <= 0.02] == 0) and np.all(tension[longer > 0.0201] > 0)
     loading = np.flatnonzero(np.maximum.accumulate(longer) <= longer + 1e-12)
-    loading = loading[longer[loading] > 0.02][:-1]  # the last may lie behind a peak between two frames
+    loading = loading[longer[loading] > 0.02][
+        :-1
+    ]  # the last may lie behind a peak between two frames
     assert tension[loading] == pytest.approx(50e3 * (longer[loading] - 0.02), rel=1e-9)
     assert longer.max() > 0.05
     back = int(longer.argmax()) + 5
@@ -97,7 +107,20 @@ def test_the_same_simulation_gives_the_same_bytes_twice(tmp_path):
     path = pit(tmp_path, SIMULATION + BELT)
     out = [tmp_path / f"{name}.csv" for name in ("one", "two")]
     for file in out:
-        assert main(["motion", "simulate", str(path), "-o", str(file), "--forces", str(file) + ".forces.csv"]) == 0
+        assert (
+            main(
+                [
+                    "motion",
+                    "simulate",
+                    str(path),
+                    "-o",
+                    str(file),
+                    "--forces",
+                    str(file) + ".forces.csv",
+                ]
+            )
+            == 0
+        )
     assert out[0].read_bytes() == out[1].read_bytes()
     head = out[0].read_text().splitlines()
     assert head[1].startswith("# made by: the simulation pit_crash, crude rigid-body dynamics")
@@ -121,7 +144,9 @@ def test_a_ball_has_the_inertia_of_a_ball_and_a_joint_carries_what_lies_beyond(b
     tensor = segment_inertia(one, mass)[n]
     radius = one.radius[one.spheres(n)][0]
     assert np.diag(tensor) == pytest.approx(0.4 * mass[n] * radius**2, rel=0.02)
-    still = Poses(compose(bubbleman, np.zeros((1, len(bubbleman.joints), 3))), 0, np.eye(3, 4)[None])
+    still = Poses(
+        compose(bubbleman, np.zeros((1, len(bubbleman.joints), 3))), 0, np.eye(3, 4)[None]
+    )
     carries = carried(place(bubbleman, still), mass, segment_inertia(bubbleman, mass))
     knee = bubbleman.joint("LK")
     below = mass[bubbleman.segment("LLL")] + mass[bubbleman.segment("LF")]
@@ -131,20 +156,35 @@ def test_a_ball_has_the_inertia_of_a_ball_and_a_joint_carries_what_lies_beyond(b
 
 def replace_spheres(body, segment, keep):
     """A body with only some spheres in a segment."""
-    rows = np.concatenate([np.arange(body.start[segment]), keep, np.arange(body.start[segment + 1], len(body.radius))])
+    rows = np.concatenate(
+        [np.arange(body.start[segment]), keep, np.arange(body.start[segment + 1], len(body.radius))]
+    )
     start = body.start.copy()
     start[segment + 1 :] -= int(body.start[segment + 1] - body.start[segment]) - len(keep)
-    per_sphere = ("centre", "radius", "sphere_direction", "twist_share", "blend_joint", "blend_share")
-    return replace(body, start=start, sphere_names=tuple(body.sphere_names[r] for r in rows),
-                   **{name: getattr(body, name)[rows] for name in per_sphere})  # fmt: skip
+    per_sphere = (
+        "centre",
+        "radius",
+        "sphere_direction",
+        "twist_share",
+        "blend_joint",
+        "blend_share",
+    )
+    return replace(
+        body,
+        start=start,
+        sphere_names=tuple(body.sphere_names[r] for r in rows),
+        **{name: getattr(body, name)[rows] for name in per_sphere},
+    )
 
 
 def test_the_fast_stops_agree_with_the_exact_ones_on_who_is_past(bubbleman):
     rng = np.random.default_rng(5)
     angles = rng.uniform(-1.2, 1.2, (300, len(bubbleman.joints), 3))
     poses = Poses(compose(bubbleman, angles), 0, np.tile(np.eye(3, 4), (300, 1, 1)))
-    exact, pack = stops(bubbleman, poses), packed_stops(bubbleman)
-    past, room = np.empty((19, 3)), (np.empty((19, 3)), np.empty((19, 3, 2)))
+    exact = stops(bubbleman, poses)
+    pack = packed_stops(bubbleman)
+    past = np.empty((19, 3))
+    room = (np.empty((19, 3)), np.empty((19, 3, 2)))
     for p in range(300):
         past_stops(poses.rotations[p], pack, *room, past)
         size = np.linalg.norm(past, axis=1)
@@ -158,7 +198,8 @@ def test_the_fast_stops_agree_with_the_exact_ones_on_who_is_past(bubbleman):
 
 def test_a_joint_past_its_stop_comes_back_and_goes_no_farther(tmp_path):
     simulation = made(tmp_path, swap={"peak: 20": "peak: 0"}, tone=0.0, duration=0.06)
-    elbow, beyond = simulation.body.joint("LE"), 0.04
+    elbow = simulation.body.joint("LE")
+    beyond = 0.04
     turns = simulation.poses.rotations.copy()
     axis = simulation.body.stops.axes[elbow, 0]
     turns[0, elbow] = np.concatenate([[np.cos(0.5 * beyond)], -np.sin(0.5 * beyond) * axis])
@@ -173,19 +214,26 @@ def test_the_stored_crashes_exceed_no_stop_by_more_than_three_times_the_stated_s
         body = load_simulation(name).body
         motion = read_angle_table(ROOT / f"studies/motions/{name}.csv", body)[0]
         margin = stops(body, motion).margin[:, 1:]
-        assert margin.min() > -3 * STOP_SOFTNESS, (name, body.joints[1 + int(margin.min(axis=0).argmin())])
+        assert margin.min() > -3 * STOP_SOFTNESS, (
+            name,
+            body.joints[1 + int(margin.min(axis=0).argmin())],
+        )
 
 
 def test_the_pilot_is_at_rest_on_his_seat_before_the_crash(tmp_path):
     text = (ROOT / "studies/simulations/trainer_lap.yaml").read_text()
-    later = text.replace("duration: 90}", "duration: 90, start: 30}").replace("duration: 200", "duration: 20")
+    later = text.replace("duration: 90}", "duration: 90, start: 30}").replace(
+        "duration: 200", "duration: 20"
+    )
     path = tmp_path / "still.yaml"
     path.write_text(later)
     simulation = prepared(load_simulation(path))
     result = simulate(simulation)
     assert result.settled < 0.005 and result.warnings == ()
     assert np.linalg.norm(pelvis(result) - pelvis(result)[0], axis=1).max() < 1e-3
-    moved = pelvis(result)[0] - place(simulation.body, simulation.poses).world_from_segment[0, 1, :, 3]
+    moved = (
+        pelvis(result)[0] - place(simulation.body, simulation.poses).world_from_segment[0, 1, :, 3]
+    )
     assert np.linalg.norm(moved) < 0.01  # he settles near where the seat puts him
     assert result.tension.max() == 0.0
 
@@ -194,11 +242,19 @@ def test_the_pilot_is_at_rest_on_his_seat_before_the_crash(tmp_path):
 @pytest.mark.parametrize("name", ["trainer_lap", "trainer_harness"])
 def test_the_stored_motions_are_made_again_by_their_simulations(name, tmp_path):
     out = tmp_path / "again.csv"
-    assert main(["motion", "simulate", str(ROOT / f"studies/simulations/{name}.yaml"), "-o", str(out)]) == 0
+    assert (
+        main(["motion", "simulate", str(ROOT / f"studies/simulations/{name}.yaml"), "-o", str(out)])
+        == 0
+    )
     body = load_simulation(name).body
-    again, stored = (read_angle_table(file, body)[0] for file in (out, ROOT / f"studies/motions/{name}.csv"))
+    again, stored = (
+        read_angle_table(file, body)[0] for file in (out, ROOT / f"studies/motions/{name}.csv")
+    )
     apart = np.linalg.norm(pelvis_of(again) - pelvis_of(stored), axis=1)
-    first = place(body, again).world_from_segment[..., 3] - place(body, stored).world_from_segment[..., 3]
+    first = (
+        place(body, again).world_from_segment[..., 3]
+        - place(body, stored).world_from_segment[..., 3]
+    )
     # another processor rounds differently, and contacts make much of it late in a crash
     assert np.linalg.norm(first[:60], axis=-1).max() < 1e-3
     assert apart.max() < 0.03

@@ -1,4 +1,5 @@
-"""Reach envelopes: closed forms, laws, sampled postures that must lie within, obstacles, ease, people."""
+"""Reach envelopes: closed forms, laws, sampled postures that must lie within, obstacles, ease,
+people."""
 
 from __future__ import annotations
 
@@ -24,7 +25,12 @@ HAND = {"name": "right hand", "grip": "grasp"}
 @pytest.fixture(scope="module")
 def sitting(bubbleman):
     """The median man sitting, and a point at his hips."""
-    flexed = {"LH": {"flexion": 90}, "RH": {"flexion": 90}, "LK": {"flexion": 90}, "RK": {"flexion": 90}}
+    flexed = {
+        "LH": {"flexion": 90},
+        "RH": {"flexion": 90},
+        "LK": {"flexion": 90},
+        "RK": {"flexion": 90},
+    }
     return wb.pose(bubbleman, flexed, reference="LT"), np.array([-0.1, 0.0, -0.1])
 
 
@@ -39,16 +45,26 @@ def walled(bubbleman, sitting):
     """The same before a wall 350 mm ahead of the origin, and a post beyond reach."""
     poses, origin = sitting
     cab = environment_of(
-        box_part("wall", [0.25, -1.5, -1.0], [0.30, 1.5, 1.5]), box_part("post", [-0.1, -2.6, -1.0], [0.1, -2.5, 1.5])
+        box_part("wall", [0.25, -1.5, -1.0], [0.30, 1.5, 1.5]),
+        box_part("post", [-0.1, -2.6, -1.0], [0.1, -2.5, 1.5]),
     )
     return wb.reach_envelope(bubbleman, poses, origin, environment=cab, levels=False, **HAND), cab
 
 
 def planar_ends(body, first, second, rays=None):
-    """The ends of rays about the first joint of two links of these lengths, the second of which bends 0 to 140
-    degrees."""
+    """The ends of rays about the first joint of two links of these lengths, the second of which
+    bends 0 to 140 degrees."""
     arm = replace_lengths(body, first)
-    chain = Limb("arm", 0, 2, (0, 1), np.array([0, 0, -second]), np.array([0, 0, -1.0]), (1, 2), np.ones(3, dtype=bool))
+    chain = Limb(
+        "arm",
+        0,
+        2,
+        (0, 1),
+        np.array([0, 0, -second]),
+        np.array([0, 0, -1.0]),
+        (1, 2),
+        np.ones(3, dtype=bool),
+    )
     task = asked([arm], wb.pose(arm, {}), chain)
     if rays is None:
         rays = point_rays(np.zeros((1, 3)), *ray_grid(15))
@@ -76,10 +92,13 @@ def test_two_links_in_a_plane_reach_from_the_bent_to_the_straight_arm_and_nowher
     ten = np.radians(10)
     bent = UPPER * np.cos(ten) + np.sqrt(LOWER**2 - (UPPER * np.sin(ten)) ** 2)
     assert ends.outer[inside] == pytest.approx([*np.full(23, UPPER + LOWER), bent], abs=5e-4)
-    # the bent arm points 56 degrees off the first link; the ray 120 degrees back is 64 from its stop, and gets 50
+    # the bent arm points 56 degrees off the first link; the ray 120 degrees back is 64 from its
+    # stop, and gets 50
     fifty = np.radians(50)
     stopped = UPPER * np.cos(fifty) + np.sqrt(LOWER**2 - (UPPER * np.sin(fifty)) ** 2)
-    back = np.argmax(rays.direction[inside] @ [-np.sin(np.radians(120)), 0, -np.cos(np.radians(120))])
+    back = np.argmax(
+        rays.direction[inside] @ [-np.sin(np.radians(120)), 0, -np.cos(np.radians(120))]
+    )
     least = np.where(np.arange(24) == back, stopped, NEAREST)
     assert ends.inner[inside] == pytest.approx(least, abs=1e-3)
 
@@ -89,7 +108,9 @@ def test_two_links_in_a_plane_reach_from_the_bent_to_the_straight_arm_and_nowher
 def test_a_longer_arm_never_reaches_less(planar, first, second, more, angle):
     direction = np.array([[np.cos(angle), 0.0, np.sin(angle)]])
     ray = point_rays(np.zeros((1, 3)), direction, np.zeros((0, 3), dtype=np.int64))
-    short, long = (planar_ends(planar, first, length, ray)[1].outer[0] for length in (second, second + more))
+    short, long = (
+        planar_ends(planar, first, length, ray)[1].outer[0] for length in (second, second + more)
+    )
     assert short == pytest.approx(first + second, abs=5e-4)
     assert long >= short - 5e-4
 
@@ -104,14 +125,20 @@ def test_all_lengths_twice_as_long_reach_twice_as_far(planar):
 def scaled_body(body, s):
     """A body with all lengths times s."""
     return replace(
-        body, joint_in_parent=s * body.joint_in_parent, joint_in_child=s * body.joint_in_child, centre=s * body.centre,
-        radius=s * body.radius, twist_point=s * body.twist_point,
-    )  # fmt: skip
+        body,
+        joint_in_parent=s * body.joint_in_parent,
+        joint_in_child=s * body.joint_in_child,
+        centre=s * body.centre,
+        radius=s * body.radius,
+        twist_point=s * body.twist_point,
+    )
 
 
 def test_a_body_scaled_by_s_has_an_envelope_scaled_by_s(bubbleman, sitting, free):
     poses, origin = sitting
-    large = wb.reach_envelope(scaled_body(bubbleman, 1.1), poses, 1.1 * origin, levels=False, **HAND)
+    large = wb.reach_envelope(
+        scaled_body(bubbleman, 1.1), poses, 1.1 * origin, levels=False, **HAND
+    )
     assert large.volume == pytest.approx(1.1**3 * free.volume, rel=0.01)
     off = np.abs(large.about.outer - 1.1 * free.about.outer)
     assert np.mean(off < 2e-3) > 0.95
@@ -127,8 +154,8 @@ def test_the_mirrored_hand_has_the_mirrored_envelope(bubbleman, sitting, free):
 
 
 def beyond(found, outer, tips, degrees):
-    """How far (M,) [m] tips within a narrow cone about a ray are beyond its outer end and twice what that gains toward
-    the rays beside within the cone's angle; of those that are in one."""
+    """How far (M,) [m] tips within a narrow cone about a ray are beyond its outer end and twice
+    what that gains toward the rays beside within the cone's angle; of those that are in one."""
     about = found.about
     off = tips - about.origin[0]
     far = np.linalg.norm(off, axis=1)
@@ -159,8 +186,11 @@ def reach_side_clear(body, poses, arm, cab):
     clear = np.ones(len(poses), dtype=bool)
     for part in cab.parts:
         k = cab.parts.index(part)
-        corners = cab.vertices[cab.edges[cab.edge_start[cab.part_start[k]] : cab.edge_start[cab.part_start[k + 1]]]]
-        low, high = corners.reshape(-1, 3).min(axis=0), corners.reshape(-1, 3).max(axis=0)
+        corners = cab.vertices[
+            cab.edges[cab.edge_start[cab.part_start[k]] : cab.edge_start[cab.part_start[k + 1]]]
+        ]
+        low = corners.reshape(-1, 3).min(axis=0)
+        high = corners.reshape(-1, 3).max(axis=0)
         centres = placed.centres[:, arm.solid]
         gap = np.linalg.norm(np.maximum(np.maximum(low - centres, centres - high), 0.0), axis=2)
         clear &= np.all(gap > body.radius[arm.solid], axis=1)
@@ -172,7 +202,9 @@ def test_no_sampled_posture_goes_beyond_the_envelope(bubbleman, free, sitting):
     assert len(past) > 30 and past.max() < 0.01
 
 
-def test_no_clear_sampled_posture_goes_beyond_the_envelope_with_obstacles(bubbleman, walled, sitting):
+def test_no_clear_sampled_posture_goes_beyond_the_envelope_with_obstacles(
+    bubbleman, walled, sitting
+):
     found, cab = walled
     past = sampled_check(bubbleman, found, sitting, 3000, cab)
     assert len(past) > 20 and past.max() < 0.01
@@ -227,9 +259,13 @@ def test_the_surface_is_closed_and_holds_the_volume(free, walled):
     for envelope, clear in ((free, False), (walled[0], False)):
         points, faces = envelope.surface(clear=clear)
         edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-        forward, backward = (np.unique(e, axis=0, return_counts=True) for e in (edges, edges[:, ::-1]))
+        forward, backward = (
+            np.unique(e, axis=0, return_counts=True) for e in (edges, edges[:, ::-1])
+        )
         assert np.array_equal(forward[0], backward[0]) and np.array_equal(forward[1], backward[1])
-        solid = manifold3d.Manifold(manifold3d.Mesh(points.astype(np.float32), faces.astype(np.uint32)))
+        solid = manifold3d.Manifold(
+            manifold3d.Mesh(points.astype(np.float32), faces.astype(np.uint32))
+        )
         assert solid.status() == manifold3d.Error.NoError
         assert solid.volume() == pytest.approx(envelope.volume, rel=0.1)
 
@@ -249,13 +285,17 @@ def test_the_grid_of_rays_is_a_closed_surface_that_faces_out():
     assert {tuple(e) for e in edges} == {tuple(e[::-1]) for e in edges}
     a, b, c = (direction[triangles[:, k]] for k in range(3))
     volume = np.sum(np.cross(a, b) * c) / 6
-    assert volume == pytest.approx(4 / 3 * np.pi, rel=0.03) and np.all(np.sum(np.cross(a, b) * c, axis=1) > 0)
+    assert volume == pytest.approx(4 / 3 * np.pi, rel=0.03) and np.all(
+        np.sum(np.cross(a, b) * c, axis=1) > 0
+    )
     assert solid_angles(direction, np.radians(15)).sum() == pytest.approx(4 * np.pi)
 
 
 def test_rays_know_those_beside_them():
     rays = level_rays(np.zeros(3), np.array([0.0, 0.15]), 15)
-    assert sorted(rays.beside[0].tolist()) == [-1, 1, 23, 24] and np.all(rays.origin[24:, 2] == 0.15)
+    assert sorted(rays.beside[0].tolist()) == [-1, 1, 23, 24] and np.all(
+        rays.origin[24:, 2] == 0.15
+    )
     pole = point_rays(np.zeros((2, 3)), *ray_grid(15)).beside[264]
     assert set(pole[pole >= 0]) <= set(range(24)) and (pole >= 0).sum() == 8
 
@@ -265,7 +305,9 @@ def test_level_sections_agree_with_the_rays_about_the_point(bubbleman, sitting):
     found = wb.reach_envelope(bubbleman, poses, origin, step=30, **HAND)
     level = np.flatnonzero(np.abs(found.about.direction[:, 2]) < 1e-9)
     zero = int(np.flatnonzero(np.abs(found.heights) < 1e-9)[0]) * 12 + np.arange(12)
-    np.testing.assert_allclose(found.levels.direction[zero], found.about.direction[level], atol=1e-12)
+    np.testing.assert_allclose(
+        found.levels.direction[zero], found.about.direction[level], atol=1e-12
+    )
     assert np.median(np.abs(found.levels.outer[zero] - found.about.outer[level])) < 1e-3
     assert found.heights[1] - found.heights[0] == pytest.approx(0.15)
 
@@ -274,7 +316,9 @@ def test_the_percentile_of_people_is_that_of_their_radii(bubbleman, sitting):
     poses, origin = sitting
     bodies = [scaled_body(bubbleman, s) for s in (0.9, 1.0, 1.1)]
     three = wb.join_poses([poses] * 3)
-    low, middle = (wb.people_envelope(bodies, three, origin, percentile=p, step=30, **HAND) for p in (5, 50))
+    low, middle = (
+        wb.people_envelope(bodies, three, origin, percentile=p, step=30, **HAND) for p in (5, 50)
+    )
     one = wb.reach_envelope(bodies[0], poses, origin, step=30, levels=False, **HAND)
     both = low.about.reached & one.about.reached
     assert np.mean(np.abs(low.about.outer - one.about.outer)[both] < 5e-3) > 0.8
@@ -283,16 +327,26 @@ def test_the_percentile_of_people_is_that_of_their_radii(bubbleman, sitting):
         wb.people_envelope(bodies, three, origin, percentile=95, **HAND)
 
 
-FITTED = [("bubbleman", "male", 0.811), ("bubbleman", "female", 0.742), ("adult_male", "male", 0.811),
-          ("adult_female", "female", 0.742)]  # fmt: skip
+FITTED = [
+    ("bubbleman", "male", 0.811),
+    ("bubbleman", "female", 0.742),
+    ("adult_male", "male", 0.811),
+    ("adult_female", "female", 0.742),
+]
 
 
 @pytest.mark.parametrize(("name", "sex", "given"), FITTED)
-def test_a_body_fitted_to_a_thumb_tip_reach_reaches_that_far_from_the_wall_and_little_farther(name, sex, given):
+def test_a_body_fitted_to_a_thumb_tip_reach_reaches_that_far_from_the_wall_and_little_farther(
+    name, sex, given
+):
     person = wb.person_body(
-        wb.load_body(name), wb.load_population_model("ansur2"), sex=sex, measures={"thumb_tip_reach": given}
+        wb.load_body(name),
+        wb.load_population_model("ansur2"),
+        sex=sex,
+        measures={"thumb_tip_reach": given},
     )
-    body, arm = person.body, limb(person.body, "right hand", grip="pinch")
+    body = person.body
+    arm = limb(person.body, "right hand", grip="pinch")
     placed = wb.place(body, wb.pose(body, {"RS": {"flexion": 90}}, reference="UT"))
     torso = np.isin(body.sphere_segment, [body.segment(code) for code in ("LT", "CT", "UT")])
     wall = (placed.centres[0, :, 0] - body.radius)[torso].min()

@@ -34,7 +34,8 @@ def slab():
 
 
 def test_a_ball_through_a_slab_enters_is_deepest_and_leaves_by_hand(two_spheres, slab):
-    # the first ball, 10 mm, falls 1 m a second from 0.5 m: enters at 0.49 s, deepest in the middle, leaves at 0.71 s
+    # the first ball, 10 mm, falls 1 m a second from 0.5 m: enters at 0.49 s, deepest in the middle,
+    # leaves at 0.71 s
     way = motion_of(two_spheres, [[0, 0, 0.5], [0, 0, -1.5]], time=[10, 12])
     found = wb.episodes(two_spheres, way, slab)
     first = found.rows(found.segment == 0)
@@ -47,7 +48,11 @@ def test_a_ball_through_a_slab_enters_is_deepest_and_leaves_by_hand(two_spheres,
 
 def test_a_contact_over_many_frames_is_one_episode(two_spheres, slab):
     height = np.concatenate([np.linspace(0.1, -0.05, 40), np.linspace(-0.05, 0.1, 40)])
-    way = motion_of(two_spheres, np.stack([np.zeros(80), np.zeros(80), height], axis=1), time=np.arange(80) / 100)
+    way = motion_of(
+        two_spheres,
+        np.stack([np.zeros(80), np.zeros(80), height], axis=1),
+        time=np.arange(80) / 100,
+    )
     found = wb.episodes(two_spheres, way, slab)
     first = found.rows(found.segment == 0)
     step = 0.15 / 39
@@ -85,7 +90,9 @@ def test_allowed_depth_begins_the_episode_and_is_carried(two_spheres, slab):
 
 
 def test_sheets_passed_within_one_frame_are_as_many_episodes(two_spheres):
-    sheets = environment_of(*[box_part(f"sheet{i}", [0.1 * i, -1, -1], [0.1 * i + 0.001, 1, 1]) for i in range(20)])
+    sheets = environment_of(
+        *[box_part(f"sheet{i}", [0.1 * i, -1, -1], [0.1 * i + 0.001, 1, 1]) for i in range(20)]
+    )
     way = motion_of(two_spheres, [[-50, 0, 0], [50, 0, 0]])
     found = wb.episodes(two_spheres, way, sheets)
     assert len(found) == 4 * 20  # the rod has a sphere at each end
@@ -133,7 +140,8 @@ def test_motions_that_cannot_be_are_told(two_spheres, slab):
 def test_a_motion_backwards_has_the_same_episodes_backwards(one_arm, random_arm, box_cab, seed):
     motion = random_arm(3, seed, 0.3)
     back = wb.Poses(motion.rotations[::-1], 0, motion.world_from_reference[::-1])
-    one, two = wb.episodes(one_arm, motion, box_cab), wb.episodes(one_arm, back, box_cab)
+    one = wb.episodes(one_arm, motion, box_cab)
+    two = wb.episodes(one_arm, back, box_cab)
     assert keys(one) == keys(two)
     order = np.lexsort((2 - two.leave, two.part, two.segment))
     assert np.allclose(one.enter, (2 - two.leave)[order], rtol=0, atol=2 * EXACT)
@@ -159,8 +167,11 @@ def test_episodes_equal_dense_sampling_at_ten_thousand_steps(one_arm, random_arm
 
 def test_the_first_episode_begins_at_the_first_contact(one_arm, random_arm, box_cab):
     motion = random_arm(2, 11, 0.3)
-    start, end = (wb.Poses(motion.rotations[[i]], 0, motion.world_from_reference[[i]]) for i in (0, 1))
-    first, found = wb.sweep(one_arm, (start, end), box_cab, by="part")[0], wb.episodes(one_arm, motion, box_cab)
+    start, end = (
+        wb.Poses(motion.rotations[[i]], 0, motion.world_from_reference[[i]]) for i in (0, 1)
+    )
+    first = wb.sweep(one_arm, (start, end), box_cab, by="part")[0]
+    found = wb.episodes(one_arm, motion, box_cab)
     wanted = np.full(first.shape, np.nan)
     for row in reversed(range(len(found))):
         wanted[found.segment[row], found.part[row]] = found.enter[row]

@@ -1,4 +1,5 @@
-"""Files for other programs: closed solids of the right size, glTF scenes with the body's tree and its motion."""
+"""Files for other programs: closed solids of the right size, glTF scenes with the body's tree and
+its motion."""
 
 from __future__ import annotations
 
@@ -47,7 +48,9 @@ def test_the_solid_of_one_sphere_has_its_volume_and_lies_inside_it_by_no_more_th
 
 
 def test_two_overlapping_spheres_are_one_solid_of_the_union_s_volume():
-    points, faces = body_solid(spheres_body([[0, 0, 0], [0.1, 0, 0]], [0.1, 0.1]).placed, tolerance=1e-4)
+    points, faces = body_solid(
+        spheres_body([[0, 0, 0], [0.1, 0, 0]], [0.1, 0.1]).placed, tolerance=1e-4
+    )
     lens = math.pi * (4 * 0.1 + 0.1) * (2 * 0.1 - 0.1) ** 2 / 12  # of two spheres r = 0.1, d = 0.1
     mesh = trimesh.Trimesh(points, faces)
     assert mesh.body_count == 1 and mesh.is_watertight
@@ -57,7 +60,8 @@ def test_two_overlapping_spheres_are_one_solid_of_the_union_s_volume():
 def test_the_whole_body_is_a_closed_solid_as_stl_and_3mf(bubbleman, library):
     placed, names = library
     surface = body_solid(placed, names.index("seated"), tolerance=2e-3)
-    stl, threemf = loaded(stl_bytes({"man": surface}), "stl"), threemf_bytes({"man": surface})
+    stl = loaded(stl_bytes({"man": surface}), "stl")
+    threemf = threemf_bytes({"man": surface})
     stl.merge_vertices()
     assert stl.is_watertight and stl.is_winding_consistent and stl.volume > 0
     assert 0.06e9 < stl.volume < 0.08e9  # cubic millimetres: some 70 litres
@@ -69,7 +73,9 @@ def test_the_whole_body_is_a_closed_solid_as_stl_and_3mf(bubbleman, library):
 def test_a_solid_stays_within_the_logical_window_and_refuses_what_it_cannot_do(one_arm):
     placed = wb.place(one_arm, wb.pose(one_arm, {}), window=["UPPER"])
     points, _ = body_solid(placed)
-    assert points[:, 2].min() == pytest.approx(-0.34, abs=5e-4)  # lowest sphere of the upper arm, not of the hand
+    assert points[:, 2].min() == pytest.approx(
+        -0.34, abs=5e-4
+    )  # lowest sphere of the upper arm, not of the hand
     with pytest.raises(UsageError, match=r"0\.001 to 100 mm is needed"):
         body_solid(placed, tolerance=0.0)
     far = wb.place(one_arm, wb.pose(one_arm, {}))
@@ -87,9 +93,12 @@ def test_solids_are_the_same_bytes_twice_and_names_are_text():
 
 
 def test_a_posed_body_is_a_tree_of_named_segments_with_one_mesh_for_all_spheres(one_arm):
-    glb = glb_bytes([Figure("arm", wb.place(one_arm, wb.pose(one_arm, {"ELBOW": {"flexion": 90}})), WARM)])
+    glb = glb_bytes(
+        [Figure("arm", wb.place(one_arm, wb.pose(one_arm, {"ELBOW": {"flexion": 90}})), WARM)]
+    )
     tree = document(glb)
-    upper, lower = named(glb, "upper arm"), named(glb, "lower arm")
+    upper = named(glb, "upper arm")
+    lower = named(glb, "lower arm")
     assert tree["nodes"].index(lower) in upper["children"]
     assert named(glb, "fingertip")["scale"] == [0.02] * 3
     assert len(tree["meshes"]) == 1 and sum("mesh" in node for node in tree["nodes"]) == 10
@@ -100,26 +109,36 @@ def test_every_sphere_of_the_file_is_where_the_body_has_it(bubbleman, library):
     placed, names = library
     pose = names.index("seated")
     scene = loaded(glb_bytes([Figure("man", placed, WARM)], pose=pose), "glb")
-    at = sorted(tuple(np.round(scene.graph[node][0][:3, 3], 5)) for node in scene.graph.nodes_geometry)
+    at = sorted(
+        tuple(np.round(scene.graph[node][0][:3, 3], 5)) for node in scene.graph.nodes_geometry
+    )
     want = sorted(tuple(np.round(c[[1, 2, 0]], 5)) for c in placed.centres[pose])  # y up, z forward
     assert np.allclose(at, want, atol=2e-5)
 
 
 def test_a_motion_is_an_animation_of_what_moves_and_only_that(one_arm):
-    placed = wb.place(one_arm, wb.join_poses([wb.pose(one_arm, {"ELBOW": {"flexion": a}}) for a in (0, 45, 90)]))
+    placed = wb.place(
+        one_arm, wb.join_poses([wb.pose(one_arm, {"ELBOW": {"flexion": a}}) for a in (0, 45, 90)])
+    )
     glb = glb_bytes([Figure("arm", placed, WARM)], times=np.array([1.0, 1.5, 2.0]))
     tree = document(glb)
     moved = {
-        (tree["nodes"][c["target"]["node"]]["name"], c["target"]["path"]) for c in tree["animations"][0]["channels"]
+        (tree["nodes"][c["target"]["node"]]["name"], c["target"]["path"])
+        for c in tree["animations"][0]["channels"]
     }
-    assert moved == {("lower arm", "rotation"), ("lower arm", "translation")}  # about the elbow, not its own middle
+    assert moved == {
+        ("lower arm", "rotation"),
+        ("lower arm", "translation"),
+    }  # about the elbow, not its own middle
     clock = tree["accessors"][tree["animations"][0]["samplers"][0]["input"]]
     assert (clock["min"], clock["max"], clock["count"]) == ([0.0], [1.0], 3)
 
 
 def test_spheres_that_share_a_twist_move_in_their_segment(bubbleman):
     poses = wb.join_poses([wb.pose(bubbleman, {"RW": {"pronation": a}}) for a in (0, 40)])
-    tree = document(glb_bytes([Figure("man", wb.place(bubbleman, poses), WARM)], times=np.array([0.0, 1.0])))
+    tree = document(
+        glb_bytes([Figure("man", wb.place(bubbleman, poses), WARM)], times=np.array([0.0, 1.0]))
+    )
     moved = [tree["nodes"][c["target"]["node"]]["name"] for c in tree["animations"][0]["channels"]]
     assert any(name.startswith("RLA ") for name in moved)
 
@@ -136,7 +155,11 @@ def test_a_still_motion_has_no_animation_and_an_environment_has_its_parts(one_ar
 
 @pytest.mark.parametrize(
     ("times", "message"),
-    [([0.0, 0.0], "must be finite and rise"), ([0.0], "2 poses, the motion 1"), ([0.0, np.nan], "finite")],
+    [
+        ([0.0, 0.0], "must be finite and rise"),
+        ([0.0], "2 poses, the motion 1"),
+        ([0.0, np.nan], "finite"),
+    ],
 )
 def test_times_that_cannot_be_are_refused(one_arm, times, message):
     placed = wb.place(one_arm, wb.join_poses([wb.pose(one_arm, {})] * 2))
@@ -165,7 +188,8 @@ def test_matrices_and_quaternions_turn_alike(turn, vector):
 
 @given(vectors, vectors, st.floats(0, 1))
 def test_slerp_goes_from_one_to_the_other_at_a_constant_rate(turn, step, share):
-    a, b = exponential(turn), multiply(exponential(turn), exponential(step))
+    a = exponential(turn)
+    b = multiply(exponential(turn), exponential(step))
     at = slerp(a, b, np.array(share))
     apart = [2 * math.acos(min(abs(float(p @ q)), 1.0)) for p, q in ((a, at), (a, b))]
     assert apart[0] == pytest.approx(share * apart[1], abs=1e-6)

@@ -1,4 +1,5 @@
-"""Families of bodies: members at any coefficients and detail, bodies to measures within the family, bad basis files."""
+"""Families of bodies: members at any coefficients and detail, bodies to measures within the family,
+bad basis files."""
 
 from __future__ import annotations
 
@@ -20,7 +21,14 @@ from workbench.shape.scaling.scale import scale, scale_many
 from workbench.shape.scaling.space import shape_space
 from workbench.study.persons import person_body
 
-SIX = ("stature", "sitting_height", "bideltoid_breadth", "knee_height_sitting", "shoulder_elbow_length", "foot_length")
+SIX = (
+    "stature",
+    "sitting_height",
+    "bideltoid_breadth",
+    "knee_height_sitting",
+    "shoulder_elbow_length",
+    "foot_length",
+)
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +53,8 @@ def changed(folder, to, **arrays):
     return to / "adult.yaml"
 
 
-# ------------------------------------------------------------------------------------------------- members
+# -------------------------------------------------------------------------------------------------
+# members
 
 
 def test_a_body_file_names_its_family_and_its_place_in_it(adult):
@@ -55,13 +64,22 @@ def test_a_body_file_names_its_family_and_its_place_in_it(adult):
 
 def test_the_member_at_a_bodys_own_coefficients_is_that_body(adult):
     same = morph(adult, adult.basis_at, "fine")
-    for field in ("centre", "radius", "joint_in_parent", "joint_in_child", "mass", "twist_share", "enclosing_radius"):
+    for field in (
+        "centre",
+        "radius",
+        "joint_in_parent",
+        "joint_in_child",
+        "mass",
+        "twist_share",
+        "enclosing_radius",
+    ):
         assert np.allclose(getattr(same, field), getattr(adult, field), atol=1e-9), field
 
 
 def test_the_component_of_size_makes_the_body_four_per_cent_larger_in_every_measure(adult):
     large = morph(adult, np.eye(13)[0], "fine")
-    before, after = measure(adult, SIX), measure(large, SIX)
+    before = measure(adult, SIX)
+    after = measure(large, SIX)
     assert all(after[name] == pytest.approx(1.04 * before[name]) for name in SIX)
     assert large.mass.sum() == pytest.approx(1.04**3 * adult.mass.sum())
 
@@ -78,15 +96,22 @@ def test_every_member_stands_on_the_floor_with_spheres_at_its_joints(adult, z, l
     body = morph(adult, z, level)
     for j in range(len(body.joints)):
         ends = ((body.parent[j + 1], body.joint_in_parent[j]), (j + 1, body.joint_in_child[j]))
-        gaps = [np.linalg.norm(body.centre[body.spheres(int(n))] - at, axis=1).min(initial=9) for n, at in ends]
+        gaps = [
+            np.linalg.norm(body.centre[body.spheres(int(n))] - at, axis=1).min(initial=9)
+            for n, at in ends
+        ]
         assert min(gaps) == 0.0, body.joints[j]
     assert np.all(body.radius > 0)
 
 
-@pytest.mark.parametrize(("at", "words"), [
-    ([0.0] * 12, "13 finite coefficients are needed"), ([np.nan] * 13, "13 finite"),
-    ([-40.0] + [0.0] * 12, "no body has these coefficients"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("at", "words"),
+    [
+        ([0.0] * 12, "13 finite coefficients are needed"),
+        ([np.nan] * 13, "13 finite"),
+        ([-40.0] + [0.0] * 12, "no body has these coefficients"),
+    ],
+)
 def test_coefficients_that_cannot_be_are_refused(adult, at, words):
     with pytest.raises(wb.InputError, match=words):
         morph(adult, at, "fine")
@@ -99,7 +124,8 @@ def test_a_level_that_is_not_there_is_answered_with_those_that_are(adult, bubble
         scale(bubbleman, {"stature": 1.7}, detail="coarse")
 
 
-# --------------------------------------------------------------------------------------------------- scaling
+# ---------------------------------------------------------------------------------------------------
+# scaling
 
 
 def test_scaling_to_all_its_own_measures_returns_the_body(adult):
@@ -125,14 +151,20 @@ def test_a_stature_alone_changes_mostly_what_makes_people_tall(adult):
 
 def test_what_the_family_does_not_reach_is_closed_by_stretching(adult):
     # no component makes the hand broader
-    wider = scale(adult, measure(adult, SIX) | {"hand_breadth": measure(adult)["hand_breadth"] + 0.004})
-    assert measure(wider)["hand_breadth"] == pytest.approx(measure(adult)["hand_breadth"] + 0.004, abs=1e-5)
+    wider = scale(
+        adult, measure(adult, SIX) | {"hand_breadth": measure(adult)["hand_breadth"] + 0.004}
+    )
+    assert measure(wider)["hand_breadth"] == pytest.approx(
+        measure(adult)["hand_breadth"] + 0.004, abs=1e-5
+    )
     assert np.abs(wider.basis_at).max() < 0.8
 
 
 def test_a_mix_that_nobody_has_is_refused_with_the_measure_that_causes_it(adult):
     given = measure(adult, SIX)
-    with pytest.raises(wb.InputError, match=r"no such person: .*; stature 2400 mm does not go with the others"):
+    with pytest.raises(
+        wb.InputError, match=r"no such person: .*; stature 2400 mm does not go with the others"
+    ):
         scale(adult, given | {"stature": 2.4})
 
 
@@ -191,7 +223,10 @@ def test_the_measures_not_given_come_near_those_of_such_people(adult):
 
 def test_a_scaled_member_is_written_with_its_place_in_the_family_and_read_again(folder, tmp_path):
     out = folder / "short.yaml"
-    assert main(["body", "scale", str(folder / "adult.yaml"), "--stature", "1650 mm", "-o", str(out)]) == 0
+    assert (
+        main(["body", "scale", str(folder / "adult.yaml"), "--stature", "1650 mm", "-o", str(out)])
+        == 0
+    )
     short = wb.load_body(out)
     assert measure(short, ["stature"])["stature"] == pytest.approx(1.65, abs=1e-5)
     assert np.abs(short.basis_at).max() > 0.3
@@ -208,11 +243,13 @@ def test_a_body_of_a_family_is_made_in_the_detail_asked_for(folder):
     assert measure(made, ["stature"])["stature"] == pytest.approx(1.7, abs=1e-5)
 
 
-# ------------------------------------------------------------------------------------------------- bad files
+# -------------------------------------------------------------------------------------------------
+# bad files
 
 
 def test_a_basis_in_another_order_of_segments_is_put_in_the_bodys(adult):
-    segments, joints = adult.segments[::-1], adult.joints[::-1]
+    segments = adult.segments[::-1]
+    joints = adult.joints[::-1]
     there = in_order(adult.basis, segments, joints)
     back = in_order(there, adult.segments, adult.joints)
     assert np.array_equal(back.details["fine"].centre_mean, adult.basis.details["fine"].centre_mean)
@@ -220,19 +257,25 @@ def test_a_basis_in_another_order_of_segments_is_put_in_the_bodys(adult):
     assert np.array_equal(there.joint_mean, adult.basis.joint_mean[::-1])
 
 
-@pytest.mark.parametrize(("arrays", "words"), [
-    ({"format": np.array(2)}, "format 2 is unknown; 1 is what can be read"),
-    ({"joint_mean": None}, "array 'joint_mean' is missing"),
-    ({"origin_mean": np.zeros((4, 3))}, "origin_mean: numbers of shape (20, 3) are needed"),
-    ({"anchors": np.full((2, 13), np.nan)}, "anchors: finite numbers are needed"),
-    ({"fine_radius_mean": np.array(["a"] * 399)}, "fine_radius_mean: numbers of shape (399,) are needed"),
-    ({"fine_segment": np.full(399, 77)}, "fine_segment: numbers from 0 to 19 are needed"),
-    ({"segments": np.array(["A"] * 20)}, "is of other segments or joints than this body"),
-    ({"fine_blend_share": np.full(399, 2.0)}, "fine_blend_share: numbers from 0 to 1"),
-    ({"fine_direction": np.array(["up"] * 399)}, "no direction 'up'"),
-    ({"fine_segment": None, "coarse_segment": None}, "no level of detail"),
-    ({"fine_segment": None}, "this body's 399 spheres fit none of these levels"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"format": np.array(2)}, "format 2 is unknown; 1 is what can be read"),
+        ({"joint_mean": None}, "array 'joint_mean' is missing"),
+        ({"origin_mean": np.zeros((4, 3))}, "origin_mean: numbers of shape (20, 3) are needed"),
+        ({"anchors": np.full((2, 13), np.nan)}, "anchors: finite numbers are needed"),
+        (
+            {"fine_radius_mean": np.array(["a"] * 399)},
+            "fine_radius_mean: numbers of shape (399,) are needed",
+        ),
+        ({"fine_segment": np.full(399, 77)}, "fine_segment: numbers from 0 to 19 are needed"),
+        ({"segments": np.array(["A"] * 20)}, "is of other segments or joints than this body"),
+        ({"fine_blend_share": np.full(399, 2.0)}, "fine_blend_share: numbers from 0 to 1"),
+        ({"fine_direction": np.array(["up"] * 399)}, "no direction 'up'"),
+        ({"fine_segment": None, "coarse_segment": None}, "no level of detail"),
+        ({"fine_segment": None}, "this body's 399 spheres fit none of these levels"),
+    ],
+)
 def test_a_wrong_basis_is_told_with_file_and_array(folder, tmp_path, arrays, words):
     path = changed(folder, tmp_path / "wrong", **arrays)
     with pytest.raises(wb.InputError) as caught:
@@ -250,14 +293,21 @@ def test_a_basis_with_pickles_or_of_another_kind_is_refused(folder, tmp_path):
         wb.load_body(path)
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ("basis: family.npz", "basis: nothing.npz", "basis: no such file 'nothing.npz'"),
-    ("- 0.0\n", "", "13 coefficients are needed for family.npz (got 0)"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("basis: family.npz", "basis: nothing.npz", "basis: no such file 'nothing.npz'"),
+        ("- 0.0\n", "", "13 coefficients are needed for family.npz (got 0)"),
+    ],
+)
 def test_a_wrong_place_in_a_family_is_told_where_it_stands(folder, old, new, words):
     path = folder / "wrong.yaml"
-    path.write_text((folder / "adult.yaml").read_text().replace(old, new).replace("basis_at:\n", "basis_at: []\n"
-                    if not new else "basis_at:\n"))  # fmt: skip
+    path.write_text(
+        (folder / "adult.yaml")
+        .read_text()
+        .replace(old, new)
+        .replace("basis_at:\n", "basis_at: []\n" if not new else "basis_at:\n")
+    )
     with pytest.raises(wb.InputError) as caught:
         wb.load_body(path)
     assert words in str(caught.value)

@@ -41,14 +41,25 @@ def spindle(rings=24, length=0.6, radius=0.15):
     turn = np.linspace(0, 2 * np.pi, rings, endpoint=False)
     belt = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros(rings)], axis=1)
     points = np.concatenate([belt, [[0, 0, length], [0, 0, -length]]])
-    here, then = np.arange(rings), (np.arange(rings) + 1) % rings
-    faces = [np.stack([here, then, np.full(rings, rings)], 1), np.stack([then, here, np.full(rings, rings + 1)], 1)]
-    return RawPart("spindle", points @ np.linalg.qr(np.arange(9).reshape(3, 3) + np.eye(3))[0], np.concatenate(faces))
+    here = np.arange(rings)
+    then = (np.arange(rings) + 1) % rings
+    faces = [
+        np.stack([here, then, np.full(rings, rings)], 1),
+        np.stack([then, here, np.full(rings, rings + 1)], 1),
+    ]
+    return RawPart(
+        "spindle",
+        points @ np.linalg.qr(np.arange(9).reshape(3, 3) + np.eye(3))[0],
+        np.concatenate(faces),
+    )
 
 
 def pierced():
-    """One closed part of two boxes that run through each other: winding number 2 where they overlap."""
-    points = np.concatenate([BOX * [0.6, 0.2, 0.2] - [0.3, 0.1, 0.1], BOX * [0.2, 0.2, 0.7] - [0.1, 0.11, 0.3]])
+    """One closed part of two boxes that run through each other: winding number 2 where they
+    overlap."""
+    points = np.concatenate(
+        [BOX * [0.6, 0.2, 0.2] - [0.3, 0.1, 0.1], BOX * [0.2, 0.2, 0.7] - [0.1, 0.11, 0.3]]
+    )
     return RawPart("pierced", points, np.concatenate([BOX_FACES, BOX_FACES + 8]))
 
 
@@ -56,19 +67,24 @@ def moved(environment, by):
     """The environment somewhere else."""
     shift = np.array(by)
     return replace(
-        environment, vertices=environment.vertices + shift, circle_centre=environment.circle_centre + shift,
+        environment,
+        vertices=environment.vertices + shift,
+        circle_centre=environment.circle_centre + shift,
         offset=environment.offset + environment.normal @ shift,
-    )  # fmt: skip
+    )
 
 
 ZOO = {
     "boxes": lambda seed: environment_of(
-        box_part("floor", [-1, -1, -0.9], [1, 1, -0.8]), box_part("post", [-0.2, 0.15, -0.8], [-0.1, 0.25, 0.5])
+        box_part("floor", [-1, -1, -0.9], [1, 1, -0.8]),
+        box_part("post", [-0.2, 0.15, -0.8], [-0.1, 0.25, 0.5]),
     ),
     "soup": lambda seed: environment_of(soup(seed), soup(seed + 1)),
     "needles": lambda seed: environment_of(spindle()),
     "pierced": lambda seed: environment_of(pierced(), spindle(7), solid=True),
-    "flat": lambda seed: environment_of(box_part("sheet", [-1, -1, 0.1], [1, 1, 0.1 + 1e-9]), soup(seed)),
+    "flat": lambda seed: environment_of(
+        box_part("sheet", [-1, -1, 0.1], [1, 1, 0.1 + 1e-9]), soup(seed)
+    ),
 }
 
 
@@ -95,7 +111,8 @@ def test_fast_answers_equal_the_oracle(one_arm, random_arm, kind):
 
 @pytest.mark.parametrize("kind", ZOO)
 def test_fast_answers_equal_the_plain_ones_to_the_last_bit(one_arm, random_arm, kind):
-    placed, environment = wb.place(one_arm, random_arm(500, 11)), ZOO[kind](11)
+    placed = wb.place(one_arm, random_arm(500, 11))
+    environment = ZOO[kind](11)
     distance, sphere, polygon, point = _plain(placed, environment)
     found = nearest(placed, environment)
     assert np.array_equal(found.distance, distance)
@@ -113,12 +130,15 @@ def test_fast_answers_equal_the_oracle_in_a_hundred_thousand_cases(one_arm, rand
 
 
 def test_ten_kilometres_away_the_answers_are_those_at_home(one_arm, random_arm):
-    poses, home = random_arm(64, 5), ZOO["pierced"](0)
+    poses = random_arm(64, 5)
+    home = ZOO["pierced"](0)
     world = poses.world_from_reference.copy()
     world[:, :, 3] += [1e4, -1e4, 1e4]
     far = wb.place(one_arm, wb.Poses(poses.rotations, 0, world))
     away = moved(home, [1e4, -1e4, 1e4])
-    assert np.allclose(wb.clearance(far, away), wb.clearance(wb.place(one_arm, poses), home), rtol=0, atol=1e-8)
+    assert np.allclose(
+        wb.clearance(far, away), wb.clearance(wb.place(one_arm, poses), home), rtol=0, atol=1e-8
+    )
     assert np.array_equal(wb.clearance(far, away), _plain(far, away)[0])
     assert np.array_equal(by_segment(far, away).distance, wb.clearance(far, away).min(axis=2))
 
@@ -134,15 +154,23 @@ def test_a_sphere_that_just_touches_does_not_collide_and_one_a_hair_deeper_does(
 
 def test_allowances_are_respected(one_arm, random_arm):
     cab = environment_of(
-        box_part("seat", [-0.3, -0.3, -0.5], [0.3, 0.3, -0.2]), box_part("bar", [0.3, -1, 0], [0.4, 1, 0.1])
+        box_part("seat", [-0.3, -0.3, -0.5], [0.3, 0.3, -0.2]),
+        box_part("bar", [0.3, -1, 0], [0.4, 1, 0.1]),
     )
-    rules = (Allowance(0, ("LOWER", "UPPER"), 0.05), Allowance(0, ("HAND",), 0.01), Allowance(1, ("all",), 0.02))
-    placed, soft = wb.place(one_arm, random_arm(300, 2)), replace(cab, allowances=rules)
+    rules = (
+        Allowance(0, ("LOWER", "UPPER"), 0.05),
+        Allowance(0, ("HAND",), 0.01),
+        Allowance(1, ("all",), 0.02),
+    )
+    placed = wb.place(one_arm, random_arm(300, 2))
+    soft = replace(cab, allowances=rules)
     wanted = (-_plain(placed, soft)[0] - allowed_depth(one_arm, soft)).max(axis=(1, 2)) > 1e-9
     assert 0.05 < wanted.mean() < 0.95
     assert np.array_equal(collides(placed, soft), wanted)
-    assert np.array_equal(np.concatenate([collides(wb.place(one_arm, random_arm(20, 2)), soft)]),
-                          collides(wb.place(one_arm, random_arm(20, 2)), soft))  # fmt: skip
+    assert np.array_equal(
+        np.concatenate([collides(wb.place(one_arm, random_arm(20, 2)), soft)]),
+        collides(wb.place(one_arm, random_arm(20, 2)), soft),
+    )
     assert collides(placed, cab).sum() > wanted.sum()
 
 
@@ -167,10 +195,13 @@ def test_an_empty_environment_hits_nothing(one_arm, random_arm, box_cab):
 
 def test_no_answer_depends_on_the_number_of_threads(one_arm, random_arm, box_cab):
     placed = wb.place(one_arm, random_arm(700, 9))
-    one, four = by_segment(placed, box_cab, threads=1), by_segment(placed, box_cab, threads=4)
+    one = by_segment(placed, box_cab, threads=1)
+    four = by_segment(placed, box_cab, threads=4)
     for name in ("distance", "sphere", "part", "polygon", "point"):
         assert np.array_equal(getattr(one, name), getattr(four, name), equal_nan=True)
-    assert np.array_equal(collides(placed, box_cab, threads=1), collides(placed, box_cab, threads=3))
+    assert np.array_equal(
+        collides(placed, box_cab, threads=1), collides(placed, box_cab, threads=3)
+    )
 
 
 def test_pieces_are_each_done_once_and_a_failure_is_told():
@@ -188,7 +219,8 @@ def test_pieces_are_each_done_once_and_a_failure_is_told():
 @pytest.mark.parametrize("kind", ZOO)
 def test_the_grid_bound_is_never_more_than_the_distance(kind):
     environment = ZOO[kind](8)
-    field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
+    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    faces = packed_faces(environment)
     for x in np.random.default_rng(1).uniform(-1.5, 1.5, (200, 3)):
         low, _ = square_bound(*x, field, 0)
         exact = min(point_polygon(*x, faces, f, np.inf)[0] for f in range(len(environment.normal)))
@@ -198,7 +230,8 @@ def test_the_grid_bound_is_never_more_than_the_distance(kind):
 @pytest.mark.parametrize("kind", ZOO)
 def test_records_hold_the_same_polygons(kind):
     environment = ZOO[kind](6)
-    field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
+    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    faces = packed_faces(environment)
     rank = packed_records(environment)[2]
     for x in np.random.default_rng(2).uniform(-1, 1, (50, 3)):
         for f in range(len(environment.normal)):
@@ -208,31 +241,38 @@ def test_records_hold_the_same_polygons(kind):
 @pytest.mark.parametrize("kind", ["boxes", "needles", "pierced"])
 def test_rays_tell_inside_as_the_winding_number_does(kind):
     environment = ZOO[kind](0)
-    faces, shells, stack = packed_faces(environment), packed_shells(environment), np.empty(64, dtype=np.int64)
+    faces = packed_faces(environment)
+    shells = packed_shells(environment)
+    stack = np.empty(64, dtype=np.int64)
     assert shells.closed.all()
     rng = np.random.default_rng(4)
     corners = environment.vertices[environment.triangles]
     mix = rng.dirichlet([1, 1, 1], 200)
     near = np.einsum("nk,nkc->nc", mix, corners[rng.integers(0, len(corners), 200)])
     points = np.concatenate(
-        [rng.uniform(-0.7, 0.7, (500, 3)), near + rng.normal(size=(200, 3)) * 1e-5, environment.vertices]
+        [
+            rng.uniform(-0.7, 0.7, (500, 3)),
+            near + rng.normal(size=(200, 3)) * 1e-5,
+            environment.vertices,
+        ]
     )
     for k in range(len(environment.parts)):
         span = (faces.corner_start[k], faces.corner_start[k + 1])
         for x in points:
-            assert inside_part(*x, faces, shells, k, stack) == (abs(point_winding(*x, faces.corners, *span)) > 0.5)
+            assert inside_part(*x, faces, shells, k, stack) == (
+                abs(point_winding(*x, faces.corners, *span)) > 0.5
+            )
 
 
 @pytest.mark.parametrize("kind", ZOO)
 def test_the_nearest_polygon_is_the_first_of_all_at_its_distance_wherever_the_search_begins(kind):
     environment = ZOO[kind](5)
     environment = moved(environment, [1e4, 0, -1e4]) if kind == "needles" else environment
-    field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
-    stack, gaps, middle = (
-        np.empty(DEEP, dtype=np.int64),
-        np.empty(DEEP + EIGHT, dtype=np.float32),
-        environment.bounds.mean(axis=0),
-    )
+    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    faces = packed_faces(environment)
+    stack = np.empty(DEEP, dtype=np.int64)
+    gaps = np.empty(DEEP + EIGHT, dtype=np.float32)
+    middle = environment.bounds.mean(axis=0)
     for x in np.random.default_rng(3).uniform(-1, 1, (60, 3)) + middle:
         every = [point_polygon(*x, faces, f, np.inf)[0] for f in range(len(environment.normal))]
         for hint in (-1, 0, len(every) - 1):
@@ -249,8 +289,15 @@ def test_clusters_hold_their_spheres_however_the_joints_turn(one_arm, random_arm
     for n in range(len(body.segments)):
         for c in range(crowd.start[n], crowd.start[n + 1]):
             some = crowd.member[crowd.first[c] : crowd.first[c + 1]]
-            hub = np.array([cluster_hub(placed.centres, placed.world_from_segment, p, crowd, n, c) for p in range(20)])
-            far = np.linalg.norm(placed.centres[:, some] - hub[:, None], axis=-1) + body.radius[some]
+            hub = np.array(
+                [
+                    cluster_hub(placed.centres, placed.world_from_segment, p, crowd, n, c)
+                    for p in range(20)
+                ]
+            )
+            far = (
+                np.linalg.norm(placed.centres[:, some] - hub[:, None], axis=-1) + body.radius[some]
+            )
             assert np.all(far <= crowd.reach[c])
 
 
@@ -263,12 +310,16 @@ def test_blended_bodies_have_the_same_answers_fast_and_plain(one_arm, random_arm
 
 @pytest.mark.parametrize("kind", ZOO)
 def test_contacts_of_a_batch_are_those_of_its_poses_one_at_a_time(one_arm, random_arm, kind):
-    poses, environment = random_arm(100, 6), ZOO[kind](6)
+    poses = random_arm(100, 6)
+    environment = ZOO[kind](6)
     whole = wb.contacts(wb.place(one_arm, poses), environment, margin=0.03)
     assert len(whole)
     for p in range(0, 100, 7):
-        row = wb.place(one_arm, wb.Poses(poses.rotations[p : p + 1], 0, poses.world_from_reference[p : p + 1]))
-        alone, mine = wb.contacts(row, environment, margin=0.03), whole.rows(whole.pose == p)
+        row = wb.place(
+            one_arm, wb.Poses(poses.rotations[p : p + 1], 0, poses.world_from_reference[p : p + 1])
+        )
+        alone = wb.contacts(row, environment, margin=0.03)
+        mine = whole.rows(whole.pose == p)
         for name in ("sphere", "part", "polygon", "distance", "point", "normal"):
             assert np.array_equal(getattr(mine, name), getattr(alone, name))
 
@@ -277,15 +328,25 @@ def test_contacts_of_a_batch_are_those_of_its_poses_one_at_a_time(one_arm, rando
 @pytest.mark.parametrize("kind", ZOO)
 @pytest.mark.parametrize("far", [0.0, 1e4])
 @pytest.mark.parametrize("seed", range(13))
-def test_fast_answers_equal_the_plain_ones_in_half_a_million_cases(one_arm, random_arm, kind, far, seed):
-    # 400 poses of 10 spheres, 130 times; every other time unturned, every third on a grid of decimetres: many ties
-    environment, poses, shift = moved(ZOO[kind](seed), [far, -far, far]), random_arm(400, 1000 + seed), [far, -far, far]
+def test_fast_answers_equal_the_plain_ones_in_half_a_million_cases(
+    one_arm, random_arm, kind, far, seed
+):
+    # 400 poses of 10 spheres, 130 times; every other time unturned, every third on a grid of
+    # decimetres: many ties
+    environment = moved(ZOO[kind](seed), [far, -far, far])
+    poses = random_arm(400, 1000 + seed)
+    shift = [far, -far, far]
     world = poses.world_from_reference.copy()
-    world[:, :, 3] = np.round(world[:, :, 3] + shift, 1) if seed % 3 == 0 else world[:, :, 3] + shift
+    world[:, :, 3] = (
+        np.round(world[:, :, 3] + shift, 1) if seed % 3 == 0 else world[:, :, 3] + shift
+    )
     still = np.broadcast_to([1.0, 0.0, 0.0, 0.0], poses.rotations.shape)
     placed = wb.place(one_arm, wb.Poses(still if seed % 2 == 0 else poses.rotations, 0, world))
-    plain, found = _plain(placed, environment), nearest(placed, environment)
-    for one, other in zip(plain, (found.distance, found.sphere, found.target, found.point), strict=True):
+    plain = _plain(placed, environment)
+    found = nearest(placed, environment)
+    for one, other in zip(
+        plain, (found.distance, found.sphere, found.target, found.point), strict=True
+    ):
         assert np.array_equal(one, other, equal_nan=True)
     least = by_segment(placed, environment)
     assert np.array_equal(least.distance, plain[0].min(axis=2))

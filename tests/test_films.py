@@ -36,7 +36,11 @@ def swing(one_arm):
     """The elbow from 0 to 90 degrees in one second, the base 1 m forward meanwhile."""
     poses = [wb.pose(one_arm, {"ELBOW": {"flexion": a}}, position=(a / 90, 0, 0)) for a in (0, 90)]
     joined = wb.join_poses(poses)
-    return joined if joined.time is not None else replace(joined, time=np.arange(len(joined), dtype=np.float64))
+    return (
+        joined
+        if joined.time is not None
+        else replace(joined, time=np.arange(len(joined), dtype=np.float64))
+    )
 
 
 def moving(one_arm, swing, count=5):
@@ -47,9 +51,9 @@ def moving(one_arm, swing, count=5):
 def test_half_way_in_time_is_half_way_in_angle_and_place(one_arm, swing):
     half = poses_at(swing, np.array([0.5]))
     want = wb.pose(one_arm, {"ELBOW": {"flexion": 45}}, position=(0.5, 0, 0))
-    assert half.rotations == pytest.approx(want.rotations) and half.world_from_reference == pytest.approx(
-        want.world_from_reference
-    )
+    assert half.rotations == pytest.approx(
+        want.rotations
+    ) and half.world_from_reference == pytest.approx(want.world_from_reference)
 
 
 def test_at_its_own_times_a_motion_is_itself_and_outside_them_it_stands_still(swing):
@@ -62,7 +66,9 @@ def test_at_its_own_times_a_motion_is_itself_and_outside_them_it_stands_still(sw
 def test_a_film_of_one_second_at_25_frames_has_26_and_ten_times_slower_has_251():
     assert len(frame_times(0.0, 1.0, fps=25)) == 26
     assert len(frame_times(0.0, 1.0, fps=25, speed=0.1)) == 251
-    assert frame_times(2.0, 3.0, fps=10, speed=2.0).tolist() == pytest.approx([2.0, 2.2, 2.4, 2.6, 2.8, 3.0])
+    assert frame_times(2.0, 3.0, fps=10, speed=2.0).tolist() == pytest.approx(
+        [2.0, 2.2, 2.4, 2.6, 2.8, 3.0]
+    )
 
 
 @pytest.mark.parametrize(
@@ -117,8 +123,12 @@ def mp4_frames(path):
     """What ffmpeg says of the stream, and how many frames it decodes."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
-    done = subprocess.run([get_ffmpeg_exe(), "-i", str(path), "-f", "framemd5", "-"], capture_output=True, check=True)
-    frames = [line for line in done.stdout.decode().splitlines() if line and not line.startswith("#")]
+    done = subprocess.run(
+        [get_ffmpeg_exe(), "-i", str(path), "-f", "framemd5", "-"], capture_output=True, check=True
+    )
+    frames = [
+        line for line in done.stdout.decode().splitlines() if line and not line.startswith("#")
+    ]
     return done.stderr.decode(), len(frames)
 
 
@@ -163,7 +173,10 @@ def test_a_film_that_fails_leaves_nothing(tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "fps", "message"),
-    [("film.avi", 25, "a film is a .mp4, .gif or .webp"), ("film.gif", 60, "0.1 to 50 frames a second, got 60")],
+    [
+        ("film.avi", 25, "a film is a .mp4, .gif or .webp"),
+        ("film.gif", 60, "0.1 to 50 frames a second, got 60"),
+    ],
 )
 def test_what_no_film_can_be_is_refused(tmp_path, name, fps, message):
     with pytest.raises(UsageError, match=message):
@@ -178,15 +191,27 @@ def test_mp4_without_its_encoder_names_the_package_and_exits_with_4(tmp_path):
         "try: write_film(Path('film.mp4'), iter([Image.new('RGB', (8, 8))]), 1, fps=25)\n"
         "except MissingPartError as error: print(error.exit_code, error)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, check=True,
-                          env={"PYTHONPATH": str(ROOT)})  # fmt: skip
-    assert done.stdout.startswith("4 MP4 films need imageio-ffmpeg: pip install") and not list(tmp_path.iterdir())
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        check=True,
+        env={"PYTHONPATH": str(ROOT)},
+    )
+    assert done.stdout.startswith("4 MP4 films need imageio-ffmpeg: pip install") and not list(
+        tmp_path.iterdir()
+    )
     assert MissingPartError.exit_code == 4
 
 
 def test_every_frame_of_a_motion_has_its_time_burnt_in(one_arm, swing):
     scene, times = moving(one_arm, swing)
-    frames = list(film_frames(scene, front(120), times, lambda s, c: disks(s, c, supersample=1), stamp="1/10 speed"))
+    frames = list(
+        film_frames(
+            scene, front(120), times, lambda s, c: disks(s, c, supersample=1), stamp="1/10 speed"
+        )
+    )
     bare = [disks(scene_at(scene, k), front(120), supersample=1) for k in range(5)]
     for frame, alone in zip(frames, bare, strict=True):
         changed = np.any(np.asarray(frame) != np.asarray(alone), axis=2)
@@ -201,10 +226,14 @@ def test_the_camera_of_a_film_holds_every_pose(one_arm, swing):
 
 
 def test_ghosts_are_drawn_pale_behind_and_never_over_a_body():
-    ghost, body = spheres_body([0.2, 0.3, 0], 0.4), spheres_body([0, -0.3, 0], 0.4)  # the ghost stands in front
-    plain, seen = (np.asarray(disks(Scene((body,), ghosts=g), front(128), supersample=1)).astype(int)
-                   for g in ((), (ghost,)))  # fmt: skip
-    changed, over = np.any(plain != seen, axis=2), np.any(plain < 255, axis=2)
+    ghost = spheres_body([0.2, 0.3, 0], 0.4)
+    body = spheres_body([0, -0.3, 0], 0.4)  # the ghost stands in front
+    plain, seen = (
+        np.asarray(disks(Scene((body,), ghosts=g), front(128), supersample=1)).astype(int)
+        for g in ((), (ghost,))
+    )
+    changed = np.any(plain != seen, axis=2)
+    over = np.any(plain < 255, axis=2)
     assert changed.any() and not (changed & over)[:100].any()  # the scale bar is below row 100
     assert seen[64, 90].min() > 120  # pale
 
@@ -212,7 +241,10 @@ def test_ghosts_are_drawn_pale_behind_and_never_over_a_body():
 def test_later_ghosts_are_stronger_and_those_of_one_frame_alike():
     placed = crowd().placed
     many = Placed(
-        placed.body, np.repeat(placed.world_from_segment, 3, 0), np.repeat(placed.centres, 3, 0), placed.window
+        placed.body,
+        np.repeat(placed.world_from_segment, 3, 0),
+        np.repeat(placed.centres, 3, 0),
+        placed.window,
     )
     scene = Scene((), ghosts=tuple(SceneBody(many, k) for k in (0, 0, 1, 2)))
     strength = ghost_strengths(scene)
@@ -224,7 +256,9 @@ def test_later_ghosts_are_stronger_and_those_of_one_frame_alike():
 def test_a_strip_holds_its_pictures_side_by_side_with_their_text(one_arm, swing):
     scene, _ = moving(one_arm, swing, 4)
     captions = ["0 ms", "50 ms", "<b>", "150 ms"]
-    root = ElementTree.fromstring(strip_svg([circles(scene_at(scene, k), front(100)) for k in range(4)], captions))
+    root = ElementTree.fromstring(
+        strip_svg([circles(scene_at(scene, k), front(100)) for k in range(4)], captions)
+    )
     panels = [item for item in root if item.tag == SVG + "svg"]
     assert [panel.get("x", "0") for panel in panels] == ["0", "108", "216", "324"]
     assert [item.text for item in root if item.tag == SVG + "text"] == captions
@@ -246,5 +280,8 @@ def test_the_environment_is_opened_by_one_plane_in_all_frames_of_a_film(tmp_path
     look = look_for(tmp_path / "x.gif", view="left", size="64x48")
     every = every_pose(source.scene)
     camera = camera_of_all(source, look)
-    cuts = {cut_depth(projected_disks(scene_at(source.scene, k), camera), camera) for k in (0, 80, 110, 199)}
+    cuts = {
+        cut_depth(projected_disks(scene_at(source.scene, k), camera), camera)
+        for k in (0, 80, 110, 199)
+    }
     assert len(cuts) == 1 and cuts == {cut_depth(projected_disks(every, camera), camera)}

@@ -1,4 +1,5 @@
-"""Work shared among processes of this machine: the same answers for any number, and an end without remains."""
+"""Work shared among processes of this machine: the same answers for any number, and an end without
+remains."""
 
 from __future__ import annotations
 
@@ -21,7 +22,9 @@ from workbench.study.accommodation import forks
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.forks import shared
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="work is shared among forks on Linux alone")
+pytestmark = pytest.mark.skipif(
+    sys.platform != "linux", reason="work is shared among forks on Linux alone"
+)
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +37,8 @@ def squared(number):
 
 
 def test_every_chunk_is_done_once_by_two_others_than_this_process():
-    both, here = multiprocessing.get_context("fork").Barrier(2), []
+    both = multiprocessing.get_context("fork").Barrier(2)
+    here = []
 
     def together(number):
         if not here:  # the first chunk of each process waits until the other has one too
@@ -62,7 +66,9 @@ def test_the_environment_says_how_many_cores_may_be_used(monkeypatch):
     monkeypatch.setenv("WORKBENCH_THREADS", "1")
     assert cores() == 1
     monkeypatch.setenv("WORKBENCH_THREADS", "many")
-    with pytest.raises(wb.UsageError, match="WORKBENCH_THREADS is a number of cores, 1 or more, got 'many'"):
+    with pytest.raises(
+        wb.UsageError, match="WORKBENCH_THREADS is a number of cores, 1 or more, got 'many'"
+    ):
         cores()
 
 
@@ -81,7 +87,9 @@ def test_a_process_that_is_killed_is_told_and_none_is_left():
             os.kill(os.getpid(), signal.SIGKILL)
         return number
 
-    with pytest.raises(wb.InputError, match=r"ended before its work \(killed by signal 9\): is there memory left"):
+    with pytest.raises(
+        wb.InputError, match=r"ended before its work \(killed by signal 9\): is there memory left"
+    ):
         list(shared(work, range(4)))
     assert not multiprocessing.active_children()
 
@@ -138,7 +146,9 @@ def test_an_interrupted_run_says_what_is_kept_and_leaves_no_process(tmp_path, mo
             raise KeyboardInterrupt
 
     plan = load_accommodation(write_toy(tmp_path, people=8))
-    with pytest.raises(KeyboardInterrupt, match="stopped after 2 of 8 people: what was done is kept"):
+    with pytest.raises(
+        KeyboardInterrupt, match="stopped after 2 of 8 people: what was done is kept"
+    ):
         accommodation_study(plan, keep=tmp_path / "keep", say=say)
     assert len(list((tmp_path / "keep").glob("*.chunk"))) == 1
     assert not multiprocessing.active_children()

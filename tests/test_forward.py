@@ -34,7 +34,9 @@ def test_forward_equals_the_matrix_oracle(one_arm, random_arm):
     for reference in range(4):
         again = wb.Poses(poses.rotations, reference, poses.world_from_reference)
         placed = wb.place(one_arm, again)
-        assert np.allclose(placed.world_from_segment, oracles.forward(one_arm, again), rtol=0, atol=1e-12)
+        assert np.allclose(
+            placed.world_from_segment, oracles.forward(one_arm, again), rtol=0, atol=1e-12
+        )
 
 
 def test_a_batch_equals_its_rows_to_the_last_bit(one_arm, random_arm):
@@ -53,20 +55,25 @@ def test_re_rooting_at_any_segment_leaves_all_distances(one_arm, random_arm, see
     again = wb.place(one_arm, wb.Poses(poses.rotations, n, placed.world_from_segment[:, n]))
     assert np.allclose(again.centres, placed.centres, rtol=0, atol=1e-12)
     seen = wb.rereference(placed, segment)
-    gaps = [np.linalg.norm(c[:, :, None] - c[:, None], axis=-1) for c in (placed.centres, seen.centres)]
+    gaps = [
+        np.linalg.norm(c[:, :, None] - c[:, None], axis=-1) for c in (placed.centres, seen.centres)
+    ]
     assert np.allclose(gaps[0], gaps[1], rtol=0, atol=1e-12)
     assert np.allclose(seen.world_from_segment[:, n], np.eye(3, 4), atol=1e-12)
 
 
 @given(st.integers(0, 10**6), st.sampled_from(["SHOULDER", "ELBOW", "WRIST"]), st.integers(0, 3))
-def test_incremental_update_equals_the_full_chain_to_the_last_bit(one_arm, random_arm, seed, joint, reference):
+def test_incremental_update_equals_the_full_chain_to_the_last_bit(
+    one_arm, random_arm, seed, joint, reference
+):
     poses = random_arm(3, seed)
     poses = wb.Poses(poses.rotations, reference, poses.world_from_reference)
     placed = wb.place(one_arm, poses)
     rotations = poses.rotations.copy()
     rotations[:, one_arm.joint(joint)] = random_arm(3, seed + 1).rotations[:, 0]
     changed = wb.Poses(rotations, reference, poses.world_from_reference)
-    updated, full = wb.update(placed, changed, first_changed=joint), wb.place(one_arm, changed)
+    updated = wb.update(placed, changed, first_changed=joint)
+    full = wb.place(one_arm, changed)
     assert np.array_equal(updated.world_from_segment, full.world_from_segment)
     assert np.array_equal(updated.centres, full.centres)
 
@@ -80,7 +87,8 @@ def test_the_window_of_figure_5_keeps_two_segments_and_their_paths_to_the_stage(
 
 def test_a_window_gives_the_same_numbers_as_the_whole_body(one_arm, random_arm):
     poses = random_arm(4)
-    whole, part = wb.place(one_arm, poses), wb.place(one_arm, poses, window=["LOWER"])
+    whole = wb.place(one_arm, poses)
+    part = wb.place(one_arm, poses, window=["LOWER"])
     assert np.array_equal(whole.centres[:, :7], part.centres[:, :7])
     assert list(part.window) == [True, True, True, False]
 
@@ -121,7 +129,9 @@ def test_enclosing_spheres_hold_all_spheres_at_every_twist(bubbleman, library):
 
 
 def test_poses_of_another_body_are_refused(one_arm, bubbleman):
-    with pytest.raises(wb.InputError, match="poses: expected 19 joints, those of body bubbleman, got 3"):
+    with pytest.raises(
+        wb.InputError, match="poses: expected 19 joints, those of body bubbleman, got 3"
+    ):
         wb.place(bubbleman, wb.pose(one_arm, {}))
 
 

@@ -1,4 +1,5 @@
-"""The fast raster display: equal to a plain painter and to a ray caster, and sorted from the frame before."""
+"""The fast raster display: equal to a plain painter and to a ray caster, and sorted from the frame
+before."""
 
 from __future__ import annotations
 
@@ -38,7 +39,14 @@ def cameras(seed: int, width: int = 53, height: int = 37) -> list[Camera]:
     flat = look_at(2.0 * eye, (0, 0, 0), field=0.0, width=width, height=height)
     far = look_at(3.0 * eye, (0, 0, 0), field=0.8, width=width, height=height)
     inside = look_at(0.5 * eye, (0, 0, 0), field=1.6, width=width, height=height)
-    return [flat, replace(flat, cut=0.2), far, replace(far, cut=0.1), inside, replace(inside, cut=0.3)]
+    return [
+        flat,
+        replace(flat, cut=0.2),
+        far,
+        replace(far, cut=0.1),
+        inside,
+        replace(inside, cut=0.3),
+    ]
 
 
 def lit(spheres, camera, colour, *, last=None):
@@ -49,25 +57,31 @@ def lit(spheres, camera, colour, *, last=None):
 
 
 def cast(spheres: Spheres, camera: Camera) -> tuple[Floats, Ints, Bools]:
-    """Depth and sphere that a ray through each pixel meets first behind the nearest plane; and where that is clear.
+    """Depth and sphere that a ray through each pixel meets first behind the nearest plane; and
+    where that is clear.
 
-    Worked out in world coordinates; not clear are pixels within rounding of an outline or of where two spheres meet.
+    Worked out in world coordinates; not clear are pixels within rounding of an outline or of where
+    two spheres meet.
     """
     rows, columns = np.mgrid[: camera.height, : camera.width] + 0.5
     across = (columns - camera.width / 2.0) / camera.scale
     high = (camera.height / 2.0 - rows) / camera.scale
     start = camera.centre + across[..., None] * camera.right + high[..., None] * camera.up
     ray = camera.toward + camera.bend * (camera.centre - start)  # one metre of depth
-    square, off = np.sum(ray * ray, axis=-1)[..., None], start[..., None, :] - spheres.centre
+    square = np.sum(ray * ray, axis=-1)[..., None]
+    off = start[..., None, :] - spheres.centre
     half = -np.sum(off * ray[..., None, :], axis=-1)
     rest = half * half - square * (np.sum(off * off, axis=-1) - spheres.radius**2)
     root = np.sqrt(np.maximum(rest, 0.0))
-    near, far = (half + root) / square, (half - root) / square
+    near = (half + root) / square
+    far = (half - root) / square
     there = (rest > 0.0) & (far < camera.nearest)
     if math.isfinite(camera.distance):
         there &= np.linalg.norm(spheres.centre - eye_of(camera), axis=1) > spheres.radius
     depth = np.where(there, np.minimum(near, camera.nearest), -np.inf)
-    doubtful = (np.abs(rest) < 1e-9).any(axis=-1) | (np.abs(far - camera.nearest) < 1e-9).any(axis=-1)
+    doubtful = (np.abs(rest) < 1e-9).any(axis=-1) | (np.abs(far - camera.nearest) < 1e-9).any(
+        axis=-1
+    )
     return depth.max(axis=-1), np.where(there.any(axis=-1), depth.argmax(axis=-1), -1), ~doubtful
 
 
@@ -100,7 +114,9 @@ def test_flat_disks_equal_a_plain_painter_pixel_for_pixel(seed: int, count: int)
     spheres = swarm(seed, count)
     for camera in cameras(seed)[:4]:
         found = disks_of(spheres, camera)
-        assert np.array_equal(painted(found, camera), painted_plainly(found.disk, found.order, camera))
+        assert np.array_equal(
+            painted(found, camera), painted_plainly(found.disk, found.order, camera)
+        )
 
 
 def test_exact_disks_in_perspective_are_those_that_rays_meet() -> None:
@@ -115,24 +131,38 @@ def test_exact_disks_in_perspective_are_those_that_rays_meet() -> None:
 
 @pytest.mark.parametrize("along", [0.02, 0.1, 0.3])
 @pytest.mark.parametrize("aside", [0.0, 0.3, 0.7])
-def test_the_paper_s_circle_differs_from_the_ellipse_by_as_much_as_is_said(along: float, aside: float) -> None:
-    """A radius of `along` and a way off the line of sight of `aside`, as shares of the distance along the view."""
-    outer = (math.sqrt(1 + aside**2 - along**2) + aside * along) / (1 - along**2) - 1.0  # docs/displays.md
-    turn, half = math.atan(aside), math.asin(along / math.hypot(1, aside))
-    ellipse, circle = math.tan(turn + half), aside + along
+def test_the_paper_s_circle_differs_from_the_ellipse_by_as_much_as_is_said(
+    along: float, aside: float
+) -> None:
+    """A radius of `along` and a way off the line of sight of `aside`, as shares of the distance
+    along the view."""
+    outer = (math.sqrt(1 + aside**2 - along**2) + aside * along) / (
+        1 - along**2
+    ) - 1.0  # docs/displays.md
+    turn = math.atan(aside)
+    half = math.asin(along / math.hypot(1, aside))
+    ellipse = math.tan(turn + half)
+    circle = aside + along
     assert (ellipse - circle) / along == pytest.approx(outer)
     camera = look_at((1.0, 0, 0), (0, 0, 0), field=2.5, width=4000, height=4000)
-    one = disks_of(Spheres(np.array([[0.0, aside, 0.0]]), np.array([along]), np.zeros(1, dtype=np.int64)), camera)
+    one = disks_of(
+        Spheres(np.array([[0.0, aside, 0.0]]), np.array([along]), np.zeros(1, dtype=np.int64)),
+        camera,
+    )
     right = (one.disk[0, 0] + one.disk[0, 2] - 2000.0) / camera.scale
     assert right == pytest.approx(circle)
 
 
 def test_a_frame_is_sorted_from_the_one_before_with_few_moves() -> None:
-    spheres, camera = swarm(3, 200), front(64)
+    spheres = swarm(3, 200)
+    camera = front(64)
     first = disks_of(spheres, camera)
     assert first.moves == 0 and disks_of(spheres, camera, last=first.all).moves == 0
-    stepped = spheres._replace(centre=spheres.centre + np.random.default_rng(0).normal(0, 0.002, (200, 3)))
-    second, anew = disks_of(stepped, camera, last=first.all), disks_of(stepped, camera)
+    stepped = spheres._replace(
+        centre=spheres.centre + np.random.default_rng(0).normal(0, 0.002, (200, 3))
+    )
+    second = disks_of(stepped, camera, last=first.all)
+    anew = disks_of(stepped, camera)
     assert 0 < second.moves < 600
     assert np.array_equal(second.order, anew.order)
     assert np.array_equal(painted(second, camera), painted(anew, camera))
@@ -140,7 +170,8 @@ def test_a_frame_is_sorted_from_the_one_before_with_few_moves() -> None:
 
 @given(st.lists(st.integers(0, 9), max_size=40))
 def test_insertion_sorts_stably_and_counts_its_moves(depths: list[int]) -> None:
-    values, order = np.array(depths, dtype=float), np.arange(len(depths))[::-1].copy()
+    values = np.array(depths, dtype=float)
+    order = np.arange(len(depths))[::-1].copy()
     backward = values[::-1]
     moves = resort(order, values)
     assert order.tolist() == np.argsort(values, kind="stable").tolist()
@@ -152,7 +183,8 @@ def test_insertion_sorts_stably_and_counts_its_moves(depths: list[int]) -> None:
 
 
 def test_a_camera_carried_all_the_way_round_returns_to_the_first_frame() -> None:
-    spheres, camera = swarm(5), front(90)
+    spheres = swarm(5)
+    camera = front(90)
     first = frame = disks_of(spheres, camera)
     picture, order = lit(spheres, camera, (250, 240, 230))
     for step in range(1, 37):
@@ -167,7 +199,11 @@ def test_light_falls_from_the_left_and_creases_are_darker() -> None:
     ball = Spheres(np.array([[0.0, 0, 0]]), np.array([0.8]), np.zeros(1, dtype=np.int64))
     one = lit(ball, front(100), (200, 200, 200))[0][..., 0].astype(int)
     assert one[30, 30] > one[70, 70] and one[0, 0] == 255 and one.min() > 60
-    two = Spheres(np.array([[0.0, 0.25, 0], [0.0, -0.25, 0]]), np.array([0.4, 0.4]), np.zeros(2, dtype=np.int64))
+    two = Spheres(
+        np.array([[0.0, 0.25, 0], [0.0, -0.25, 0]]),
+        np.array([0.4, 0.4]),
+        np.zeros(2, dtype=np.int64),
+    )
     alone = two._replace(centre=two.centre * [1, 1, 1] + [[0, 0, 0], [0, -9, 0]])
     pair, single = (lit(row, front(400), (200, 200, 200))[0][200, 203, 0] for row in (two, alone))
     assert int(pair) < int(single) - 5
@@ -177,8 +213,12 @@ def test_every_mode_and_style_draws_the_scene() -> None:
     scene = Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.9]]))
     for camera in (front(64), standard_view("three_quarter", BOX, width=64, height=48, field=1.0)):
         pictures = [np.asarray(disks(scene, camera, mode=mode)) for mode in MODES]
-        pictures += [np.asarray(disks(scene, camera, polygons=style, exact=True)) for style in POLYGONS]
-        assert all(p.shape[:2] == (camera.height, camera.width) and np.ptp(p) > 50 for p in pictures)
+        pictures += [
+            np.asarray(disks(scene, camera, polygons=style, exact=True)) for style in POLYGONS
+        ]
+        assert all(
+            p.shape[:2] == (camera.height, camera.width) and np.ptp(p) > 50 for p in pictures
+        )
 
 
 def test_the_depth_picture_is_light_where_near_and_black_where_nothing_is() -> None:
@@ -198,7 +238,8 @@ def test_the_id_picture_names_the_sphere_at_a_pixel() -> None:
 def test_with_an_opaque_veil_walls_and_bodies_share_one_depth_buffer() -> None:
     wall = boxes([[0.2, -1, -1], [0.25, 1, 1]])
     body = spheres_body([[0, 0, 0], [0.9, 0.9, 0.9]], [0.5, 0.05])
-    scene, camera = Scene((body,), wall), front(128)
+    scene = Scene((body,), wall)
+    camera = front(128)
     covered = np.asarray(disks(scene, camera, mode="shaded", veil=1.0)).astype(int)
     open_ = np.asarray(disks(scene, camera, mode="shaded", veil=0.0)).astype(int)
     assert np.abs(covered - open_)[64, 64].max() == 0  # in front of the wall
@@ -215,14 +256,27 @@ def test_hidden_line_style_leaves_faces_white() -> None:
 @pytest.mark.parametrize(
     ("wrong", "error", "message"),
     [
-        (lambda: disks_of(swarm(1)._replace(radius=np.full(40, np.nan)), front()), InputError, "finite"),
-        (lambda: disks_of(swarm(1, 3), front(), last=disks_of(swarm(1, 4), front()).all), UsageError,
-         "4 spheres, this frame has 3"),
-        (lambda: disks(Scene((crowd(),)), front(), mode="flatt"), UsageError, "did you mean 'flat'"),
+        (
+            lambda: disks_of(swarm(1)._replace(radius=np.full(40, np.nan)), front()),
+            InputError,
+            "finite",
+        ),
+        (
+            lambda: disks_of(swarm(1, 3), front(), last=disks_of(swarm(1, 4), front()).all),
+            UsageError,
+            "4 spheres, this frame has 3",
+        ),
+        (
+            lambda: disks(Scene((crowd(),)), front(), mode="flatt"),
+            UsageError,
+            "did you mean 'flat'",
+        ),
         (lambda: disks(Scene((crowd(),)), front(), polygons="lines"), UsageError, "hidden_line"),
     ],
-)  # fmt: skip
-def test_what_cannot_be_drawn_is_refused_in_words(wrong: object, error: type[Exception], message: str) -> None:
+)
+def test_what_cannot_be_drawn_is_refused_in_words(
+    wrong: object, error: type[Exception], message: str
+) -> None:
     with pytest.raises(error, match=message):
         wrong()  # type: ignore[operator]
 
@@ -238,7 +292,9 @@ def test_an_empty_scene_and_a_view_that_misses_are_white() -> None:
 def test_a_hundred_thousand_spheres_and_one_pixel_are_pictures() -> None:
     random = np.random.default_rng(0)
     many = Spheres(
-        random.uniform(-1, 1, (100_000, 3)), random.uniform(0.001, 0.02, 100_000), np.zeros(100_000, dtype=np.int64)
+        random.uniform(-1, 1, (100_000, 3)),
+        random.uniform(0.001, 0.02, 100_000),
+        np.zeros(100_000, dtype=np.int64),
     )
     assert np.mean(painted(disks_of(many, front(200)), front(200)) >= 0) > 0.1
     assert painted(disks_of(many, front(1)), front(1)).shape == (1, 1)
@@ -256,13 +312,19 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
 
 
 def test_circles_in_perspective_are_the_paper_s_and_ellipses_where_asked_for() -> None:
-    scene, camera = Scene((crowd(2, 9),)), look_at((3, 0.4, 0.2), (0, 0, 0), field=0.9)
+    scene = Scene((crowd(2, 9),))
+    camera = look_at((3, 0.4, 0.2), (0, 0, 0), field=0.9)
     root = ElementTree.fromstring(circles(scene, camera))
     disk = disks_of(scene.spheres, camera)
-    found = [[float(item.get(key) or 0) for key in ("cx", "cy", "r")] for item in root.iter(SVG + "circle")]
+    found = [
+        [float(item.get(key) or 0) for key in ("cx", "cy", "r")]
+        for item in root.iter(SVG + "circle")
+    ]
     assert np.array(found) == pytest.approx(disk.disk[disk.order], abs=0.051)
     exact = list(ElementTree.fromstring(circles(scene, camera, exact=True)).iter(SVG + "ellipse"))
-    assert len(exact) == 9 and all(float(item.get("rx") or 0) >= float(item.get("ry") or 0) for item in exact)
+    assert len(exact) == 9 and all(
+        float(item.get("rx") or 0) >= float(item.get("ry") or 0) for item in exact
+    )
     radius = np.sort([float(item.get("ry") or 0) for item in exact])
     assert np.all(radius > np.sort(disk.disk[:, 2]) - 0.1)
 
@@ -277,7 +339,10 @@ def test_a_pose_that_is_not_finite_is_refused_by_name() -> None:
 @pytest.mark.nightly
 def test_a_million_spheres_are_a_picture() -> None:
     random = np.random.default_rng(0)
-    place, none = random.uniform(-1, 1, (1_000_000, 3)), np.zeros(1_000_000, dtype=np.int64)
+    place = random.uniform(-1, 1, (1_000_000, 3))
+    none = np.zeros(1_000_000, dtype=np.int64)
     many = Spheres(place, random.uniform(0.0005, 0.005, 1_000_000), none)
-    assert np.mean(painted(disks_of(many, front(300)), front(300)) < 0) < 0.01  # each pixel lies under some ten of them
+    assert (
+        np.mean(painted(disks_of(many, front(300)), front(300)) < 0) < 0.01
+    )  # each pixel lies under some ten of them
     assert np.mean(surfaces_of(disks_of(many, front(300)), front(300)).sphere < 0) < 0.01

@@ -1,4 +1,5 @@
-"""Least distances of segment pairs against all pairs of spheres, and the eight lanes they are found with."""
+"""Least distances of segment pairs against all pairs of spheres, and the eight lanes they are found
+with."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ from workbench.solve.contact.crowd import blocks_of
 
 
 def crowded(body, seed, *, most=200, grid=0.0):
-    """The body with up to so many spheres a segment, at random places; on a grid [m] many distances are equal."""
+    """The body with up to so many spheres a segment, at random places; on a grid [m] many distances
+    are equal."""
     rng = np.random.default_rng(seed)
     counts = rng.integers(0, most, len(body.segments))
     counts[rng.integers(len(counts))] = 0
@@ -27,7 +29,9 @@ def crowded(body, seed, *, most=200, grid=0.0):
     centre = np.round(centre / grid) * grid if grid else centre
     radius = rng.choice([0.01, 0.02], len(owner)) if grid else rng.uniform(0.001, 0.06, len(owner))
     start = np.concatenate([[0], np.cumsum(counts)])
-    made = replace(body, **(spheres(len(owner)) | {"centre": centre, "radius": radius, "start": start}))
+    made = replace(
+        body, **(spheres(len(owner)) | {"centre": centre, "radius": radius, "start": start})
+    )
     middle, reach = enclosing_spheres(made)
     return replace(made, enclosing_centre=middle, enclosing_radius=reach)
 
@@ -35,15 +39,21 @@ def crowded(body, seed, *, most=200, grid=0.0):
 def spheres(count):
     """What so many spheres need beside their start: all alike, still and without names."""
     return {
-        "centre": np.zeros((count, 3)), "radius": np.ones(count), "sphere_names": ("",) * count,
-        "sphere_direction": np.full(count, -1), "twist_share": np.zeros(count), "blend_joint": np.full(count, -1),
+        "centre": np.zeros((count, 3)),
+        "radius": np.ones(count),
+        "sphere_names": ("",) * count,
+        "sphere_direction": np.full(count, -1),
+        "twist_share": np.zeros(count),
+        "blend_joint": np.full(count, -1),
         "blend_share": np.zeros(count),
-    }  # fmt: skip
+    }
 
 
 def all_pairs(one, other, p, a, b):
-    """Least I of segments a and b in pose p and its spheres, by every pair; of equal ones the first."""
-    s, t = one.body.spheres(a), other.body.spheres(b)
+    """Least I of segments a and b in pose p and its spheres, by every pair; of equal ones the
+    first."""
+    s = one.body.spheres(a)
+    t = other.body.spheres(b)
     away = one.centres[p, s][:, None] - other.centres[p, t][None]
     gap = np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2 + away[..., 2] ** 2)
     gap = gap - (one.body.radius[s][:, None] + other.body.radius[t][None])
@@ -65,9 +75,13 @@ def own_pairs(body):
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.02]), st.sampled_from([0.0, 1e4]))
-def test_the_least_of_each_segment_pair_is_that_of_all_sphere_pairs(one_arm, random_arm, seed, grid, far):
-    body, poses = crowded(one_arm, seed, most=120, grid=grid), random_arm(3, seed)
-    world, still = poses.world_from_reference.copy(), np.broadcast_to([1.0, 0.0, 0.0, 0.0], poses.rotations.shape)
+def test_the_least_of_each_segment_pair_is_that_of_all_sphere_pairs(
+    one_arm, random_arm, seed, grid, far
+):
+    body = crowded(one_arm, seed, most=120, grid=grid)
+    poses = random_arm(3, seed)
+    world = poses.world_from_reference.copy()
+    still = np.broadcast_to([1.0, 0.0, 0.0, 0.0], poses.rotations.shape)
     world[:, :, 3] += far
     if grid:  # nothing turned: many pairs are equally near
         world[:, :, :3] = np.eye(3)
@@ -76,12 +90,16 @@ def test_the_least_of_each_segment_pair_is_that_of_all_sphere_pairs(one_arm, ran
 
 
 @given(st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 1e3, 1e6]))
-def test_two_bodies_far_apart_or_one_in_the_other_have_the_least_of_all_pairs(one_arm, random_arm, seed, far):
+def test_two_bodies_far_apart_or_one_in_the_other_have_the_least_of_all_pairs(
+    one_arm, random_arm, seed, far
+):
     poses = random_arm(2, seed)
     world = poses.world_from_reference.copy()
     world[:, 0, 3] += far
     one = wb.place(crowded(one_arm, seed, most=40), poses)
-    other = wb.place(crowded(one_arm, seed + 1, most=90), wb.Poses(random_arm(2, seed + 1).rotations, 0, world))
+    other = wb.place(
+        crowded(one_arm, seed + 1, most=90), wb.Poses(random_arm(2, seed + 1).rotations, 0, world)
+    )
     pairs = np.argwhere(np.ones((len(one.window), len(other.window)), dtype=bool)).tolist()
     check_pairs(one, other, wb.body_clearance(one, other), pairs)
 
@@ -94,17 +112,20 @@ def test_blended_and_twisted_spheres_have_the_least_of_all_pairs(one_arm, random
 
 
 def test_spheres_at_one_place_are_as_far_apart_as_their_radii_say(one_arm):
-    # one hundred spheres at the middle of each segment, unturned: nothing is nearer than anything else
+    # one hundred spheres at the middle of each segment, unturned: nothing is nearer than anything
+    # else
     body = crowded(one_arm, 1, grid=10.0)
     poses = wb.pose(one_arm, {})
-    one, other = wb.place(body, poses), wb.place(body, poses)
+    one = wb.place(body, poses)
+    other = wb.place(body, poses)
     found = wb.body_clearance(one, other)
     check_pairs(one, other, found, [(a, a) for a in range(len(body.segments))])
     assert np.nanmin(found.distance) == -0.04
 
 
 def test_the_one_answers_what_the_other_does_in_batches_of_any_size(one_arm, random_arm):
-    body, poses = crowded(one_arm, 5), random_arm(300, 5)
+    body = crowded(one_arm, 5)
+    poses = random_arm(300, 5)
     whole = self_clearance(wb.place(body, poses))
     for p in (0, 127, 128, 299):
         alone = wb.Poses(poses.rotations[p : p + 1], 0, poses.world_from_reference[p : p + 1])
@@ -118,7 +139,11 @@ def test_every_sphere_has_its_place_in_the_blocks(one_arm, seed):
     body = crowded(one_arm, seed, most=40)
     blocks = blocks_of(body)
     radius = blocks.ball.reshape(-1, 4, 8)[:, 3].reshape(-1)
-    place = 8 * blocks.first[body.sphere_segment] + np.arange(len(body.radius)) - body.start[body.sphere_segment]
+    place = (
+        8 * blocks.first[body.sphere_segment]
+        + np.arange(len(body.radius))
+        - body.start[body.sphere_segment]
+    )
     assert np.array_equal(radius[place], body.radius.astype(np.float32))
     assert np.sum(radius > 0) == len(body.radius)
 
@@ -135,15 +160,27 @@ numbers = st.lists(st.floats(-1e6, 1e6, width=32), min_size=8, max_size=8)
 def test_the_lanes_do_compiled_what_their_definitions_say(a, b):
     from tests.lanes_compiled import every_lane_function
 
-    a, b = np.array(a, dtype=np.float32), np.array(b, dtype=np.float32)
+    a = np.array(a, dtype=np.float32)
+    b = np.array(b, dtype=np.float32)
     out = np.zeros(8 * 16, dtype=np.float32)
     bits = every_lane_function(a, b, out)
-    wanted = [a + b, a - b, a * b, lanes.smaller(a, b), lanes.larger(a, b), lanes.root(np.abs(a)),
-              lanes.where_below(a, b, b, a), lanes.eight(a[3]), lanes.eight(lanes.least(a)),
-              lanes.eight(lanes.greatest(b)), lanes.whole(a)]  # fmt: skip
+    wanted = [
+        a + b,
+        a - b,
+        a * b,
+        lanes.smaller(a, b),
+        lanes.larger(a, b),
+        lanes.root(np.abs(a)),
+        lanes.where_below(a, b, b, a),
+        lanes.eight(a[3]),
+        lanes.eight(lanes.least(a)),
+        lanes.eight(lanes.greatest(b)),
+        lanes.whole(a),
+    ]
     for row, values in enumerate(wanted):
         assert np.array_equal(out[8 * row : 8 * row + 8], values)
-    below, same = lanes.not_above(a, b), lanes.equal(a, b)
+    below = lanes.not_above(a, b)
+    same = lanes.equal(a, b)
     assert bits == (below, same, lanes.first_bit(below), lanes.how_many(below))
 
 

@@ -1,4 +1,5 @@
-"""Damaged files: no reader answers one with a traceback, takes much memory, or works on one for long."""
+"""Damaged files: no reader answers one with a traceback, takes much memory, or works on one for
+long."""
 
 from __future__ import annotations
 
@@ -21,15 +22,28 @@ from workbench.files.motions.reading import MOTIONS, read_motion
 def searched(reader, first, count):
     """What a child process with bounded memory found among some mutations."""
     command = [sys.executable, "-m", "tests.fuzzing", reader, str(first), str(count)]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=count * LONGEST + 120, check=False)
-    assert done.returncode == 0, f"{reader}: the process ended with {done.returncode}\n{done.stderr[-2000:]}"
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        timeout=count * LONGEST + 120,
+        check=False,
+    )
+    assert done.returncode == 0, (
+        f"{reader}: the process ended with {done.returncode}\n{done.stderr[-2000:]}"
+    )
     return json.loads(done.stdout.splitlines()[-1])
 
 
-SLOW = [pytest.param(name, marks=pytest.mark.nightly) for name, how in READERS.items() if how.sample < 2]
+SLOW = [
+    pytest.param(name, marks=pytest.mark.nightly) for name, how in READERS.items() if how.sample < 2
+]
 
 
-@pytest.mark.parametrize("reader", [*(name for name, how in READERS.items() if how.sample >= 2), *SLOW])
+@pytest.mark.parametrize(
+    "reader", [*(name for name, how in READERS.items() if how.sample >= 2), *SLOW]
+)
 def test_the_files_that_are_damaged_are_whole_before(reader, tmp_path):
     how = READERS[reader]
     if reader == "step":
@@ -56,7 +70,10 @@ def test_a_sample_of_damaged_files_is_read_or_refused(tmp_path):
             try:
                 how.read(path)
             except WorkbenchError as error:
-                assert all("\n" not in line for line in getattr(error, "problems", ())), (reader, number)
+                assert all("\n" not in line for line in getattr(error, "problems", ())), (
+                    reader,
+                    number,
+                )
 
 
 @pytest.mark.nightly
@@ -75,7 +92,9 @@ REAL = sorted(SHARED.rglob("*")) if SHARED.exists() else []
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("path", [p for p in REAL if p.suffix.lower() in FORMATS], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "path", [p for p in REAL if p.suffix.lower() in FORMATS], ids=lambda p: p.name
+)
 def test_real_meshes_lose_no_face(path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -85,10 +104,15 @@ def test_real_meshes_lose_no_face(path):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("path", [p for p in REAL if p.suffix.lower() in MOTIONS and "ansur" not in str(p)],
-                         ids=lambda p: p.name)  # fmt: skip
+@pytest.mark.parametrize(
+    "path",
+    [p for p in REAL if p.suffix.lower() in MOTIONS and "ansur" not in str(p)],
+    ids=lambda p: p.name,
+)
 def test_real_motions_are_read(path, one_arm):
-    read = {".trc": read_trc, ".c3d": read_c3d}.get(path.suffix.lower(), lambda p: list(read_motion(p, one_arm)))
+    read = {".trc": read_trc, ".c3d": read_c3d}.get(
+        path.suffix.lower(), lambda p: list(read_motion(p, one_arm))
+    )
     assert read(path)
 
 

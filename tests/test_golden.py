@@ -1,4 +1,5 @@
-"""Vector pictures are the very texts that were looked at: tests/data/golden, renewed by python -m tests.golden."""
+"""Vector pictures are the very texts that were looked at: tests/data/golden, renewed by python -m
+tests.golden."""
 
 from __future__ import annotations
 

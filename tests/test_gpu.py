@@ -40,7 +40,9 @@ def test_the_device_gives_the_processors_answers_in_the_simulator(tmp_path):
 @pytest.mark.skipif(installed, reason="numba-cuda is installed")
 def test_without_the_package_its_name_is_told(one_arm, box_cab):
     placed = wb.place(one_arm, wb.pose(one_arm, {}))
-    with pytest.raises(MissingPartError, match=r"numba-cuda.*pip install 'bubbleman-workbench\[gpu\]'") as told:
+    with pytest.raises(
+        MissingPartError, match=r"numba-cuda.*pip install 'bubbleman-workbench\[gpu\]'"
+    ) as told:
         wb.clearance(placed, box_cab, device="cuda")
     assert told.value.exit_code == 4
 

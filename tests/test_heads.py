@@ -1,4 +1,5 @@
-"""Boxes and heads of the trees' nodes: no bound is more than the distance, and none loses a polygon that is near."""
+"""Boxes and heads of the trees' nodes: no bound is more than the distance, and none loses a polygon
+that is near."""
 
 from __future__ import annotations
 
@@ -23,28 +24,36 @@ def below(field, c):
 @pytest.mark.parametrize("far", [0.0, 1e4])
 def test_no_bound_of_a_box_or_head_is_more_than_the_distance(kind, far):
     environment = moved(ZOO[kind](4), [far, -far, far])
-    field, faces = field_of(environment, (tuple(range(len(environment.parts))),)), packed_faces(environment)
-    gaps, middle = np.zeros(DEEP + EIGHT, dtype=np.float32), environment.bounds.mean(axis=0)
+    field = field_of(environment, (tuple(range(len(environment.parts))),))
+    faces = packed_faces(environment)
+    gaps = np.zeros(DEEP + EIGHT, dtype=np.float32)
+    middle = environment.bounds.mean(axis=0)
     number = field.record[field.begin[:-1] + 8].astype(int)
     for x in np.random.default_rng(5).uniform(-1, 1, (12, 3)) + middle:
         for m in range(len(field.many)):
             ranks = [below(field, c) for c in field.child[m, : field.many[m]]]
-            exact = [min(point_polygon(*x, faces, number[f], np.inf)[0] for f in some) for some in ranks]
+            exact = [
+                min(point_polygon(*x, faces, number[f], np.inf)[0] for f in some) for some in ranks
+            ]
             for limit in (np.inf, *exact):
                 bits = node_bounds(x, field.box, field.head, m, field.many[m], limit, gaps)
-                assert all(gaps[DEEP + k] <= exact[k] * (1 + 1e-6) + 1e-30 for k in range(field.many[m]))
+                assert all(
+                    gaps[DEEP + k] <= exact[k] * (1 + 1e-6) + 1e-30 for k in range(field.many[m])
+                )
                 assert all(bits >> k & 1 for k in range(field.many[m]) if exact[k] <= limit)
                 assert bits >> field.many[m] == 0
 
 
 def test_the_head_of_a_slanting_square_is_flat_where_its_box_is_thick():
-    # two triangles of a square that slants by 45 degrees: 1 m over its middle both are as far as the middle is
+    # two triangles of a square that slants by 45 degrees: 1 m over its middle both are as far as
+    # the middle is
     from tests.conftest import environment_of
     from workbench.files.meshes.parts import RawPart
 
     corners = np.array([[0, 0, 0], [1, 0, 1], [1, 1, 1.0001], [0, 1, 0]])
     environment = environment_of(RawPart("square", corners, np.array([[0, 1, 2], [0, 2, 3]])))
-    field, gaps = field_of(environment, ((0,),)), np.zeros(DEEP + EIGHT, dtype=np.float32)
+    field = field_of(environment, ((0,),))
+    gaps = np.zeros(DEEP + EIGHT, dtype=np.float32)
     x = np.array([0.5, 0.5, 0.5]) + np.array([-1, 0, 1]) / np.sqrt(2)
     node_bounds(x, field.box, field.head, field.root[0], 2, np.inf, gaps)
     assert gaps[DEEP : DEEP + 2] == pytest.approx(1.0, abs=1e-3)

@@ -1,4 +1,5 @@
-"""Polygons hide arcs and lines exactly: every sample agrees with a ray against every triangle and sphere."""
+"""Polygons hide arcs and lines exactly: every sample agrees with a ray against every triangle and
+sphere."""
 
 from __future__ import annotations
 
@@ -31,7 +32,8 @@ from workbench.model.poses import Placed
 
 
 def eye_rays(camera, points):
-    """Unit directions (M, 3) from view coordinates to the eye, and the distances; a parallel view looks along z."""
+    """Unit directions (M, 3) from view coordinates to the eye, and the distances; a parallel view
+    looks along z."""
     if math.isinf(camera.distance):
         return np.tile([0.0, 0.0, 1.0], (len(points), 1)), np.full(len(points), np.inf)
     away = np.array([0.0, 0.0, camera.distance]) - points
@@ -40,11 +42,14 @@ def eye_rays(camera, points):
 
 
 def blocked(camera, points, corners):
-    """(M,) triangles between points and the eye (Moeller and Trumbore), and how far each is from being judged so."""
+    """(M,) triangles between points and the eye (Moeller and Trumbore), and how far each is from
+    being judged so."""
     ray, reach = eye_rays(camera, points)
-    hit, margin = np.zeros(len(points), bool), np.full(len(points), np.inf)
+    hit = np.zeros(len(points), bool)
+    margin = np.full(len(points), np.inf)
     for a, b, c in corners:
-        one, two = b - a, c - a
+        one = b - a
+        two = c - a
         cross = np.cross(ray, two)
         area = cross @ one
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -64,13 +69,16 @@ def behind_balls(camera, points, spheres):
     """(M,) a sphere is between points and the eye or holds them, and how clearly."""
     ray, reach = eye_rays(camera, points)
     centre = in_view(camera, spheres.centre)
-    hit, margin = np.zeros(len(points), bool), np.full(len(points), np.inf)
+    hit = np.zeros(len(points), bool)
+    margin = np.full(len(points), np.inf)
     for c, r in zip(centre, spheres.radius, strict=True):
         along = np.sum((c - points) * ray, axis=1)
         off = np.linalg.norm(c - points, axis=1)
         side = np.sqrt(np.maximum(off**2 - along**2, 0.0))
         hit |= (off < r) | ((side < r) & (along > 0.0) & (along < reach))
-        margin = np.minimum(margin, np.minimum(np.abs(off - r), np.where(off < r, np.inf, np.abs(side - r))))
+        margin = np.minimum(
+            margin, np.minimum(np.abs(off - r), np.where(off < r, np.inf, np.abs(side - r)))
+        )
     return hit, margin
 
 
@@ -95,14 +103,16 @@ def triangles(scene, camera):
 @pytest.mark.parametrize("view", CAMERAS)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_an_arc_is_veiled_exactly_where_a_ray_to_the_eye_meets_a_polygon(view, seed):
-    scene, camera = random_scene(seed), CAMERAS[view]
+    scene = random_scene(seed)
+    camera = CAMERAS[view]
     arcs = arcs_behind(outline_arcs(scene, camera), hiders_of(scene.environment, camera, np.inf))
     random = np.random.default_rng(seed)
     which = random.integers(0, len(arcs.sphere), 400)
     angle = arcs.angle[which, 0] + random.uniform(0, 1, 400) * np.diff(arcs.angle)[which, 0]
     pixels = arc_points(arcs, which, angle)
     inside = np.all((pixels > 0) & (pixels < (camera.width, camera.height)), axis=1)
-    which, pixels = which[inside], pixels[inside]
+    which = which[inside]
+    pixels = pixels[inside]
     depth = arcs.depth[which] + np.sum(arcs.tilt[which] * (pixels - arcs.disk[which, :2]), axis=1)
     depth = depth / (1.0 + depth * camera.bend)
     size = camera.scale / (1.0 - depth * camera.bend)
@@ -115,9 +125,12 @@ def test_an_arc_is_veiled_exactly_where_a_ray_to_the_eye_meets_a_polygon(view, s
 @pytest.mark.parametrize("view", CAMERAS)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_a_line_is_drawn_exactly_where_no_polygon_and_no_sphere_hides_it(view, seed):
-    scene, camera = random_scene(seed, 3), CAMERAS[view]
+    scene = random_scene(seed, 3)
+    camera = CAMERAS[view]
     edges, clear = drawn_edges(scene.environment, camera, np.inf)
-    drawn = lines_seen(edges, clear, scene, camera, hiders_of(scene.environment, camera, np.inf), np.inf)
+    drawn = lines_seen(
+        edges, clear, scene, camera, hiders_of(scene.environment, camera, np.inf), np.inf
+    )
     random = np.random.default_rng(seed)
     which = random.integers(0, len(edges), 150)
     ends = np.concatenate([edges[which, :, :2], projective(camera, edges[which, :, 2:])], axis=2)
@@ -147,13 +160,20 @@ def test_a_line_is_drawn_exactly_where_no_polygon_and_no_sphere_hides_it(view, s
 
 def test_a_square_before_a_circle_hides_the_arc_inside_it_and_nothing_else():
     corners = np.array([[[0, -9, 1.0], [9, -9, 1], [9, 9, 1]], [[0, -9, 1], [9, 9, 1], [0, 9, 1]]])
-    rim = np.array([[[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]])  # radius 4: the right half lies behind the square
+    rim = np.array(
+        [[[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]]
+    )  # radius 4: the right half lies behind the square
     hiders = hiders_by_hand(corners)
     of, angle, hidden = hidden_arcs(rim, np.array([[-math.pi, math.pi]]), hiders)
     assert of.tolist() == [0, 0, 0] and hidden.tolist() == [0, 1, 0]
     assert angle[1] == pytest.approx([-math.pi / 2, math.pi / 2])
-    of, share, hidden = hidden_lines(np.array([[[-5.0, 0, 0], [5, 0, 0]], [[-5, 0, 2], [5, 0, 2]]]), hiders)
-    assert (of.tolist(), hidden.tolist()) == ([0, 0, 1], [0, 1, 0]) and share[1].tolist() == [0.5, 1.0]
+    of, share, hidden = hidden_lines(
+        np.array([[[-5.0, 0, 0], [5, 0, 0]], [[-5, 0, 2], [5, 0, 2]]]), hiders
+    )
+    assert (of.tolist(), hidden.tolist()) == ([0, 0, 1], [0, 1, 0]) and share[1].tolist() == [
+        0.5,
+        1.0,
+    ]
 
 
 def hiders_by_hand(corners):
@@ -165,38 +185,61 @@ def hiders_by_hand(corners):
 
 def test_a_slanting_plane_hides_what_is_behind_it_and_not_what_is_before_it():
     plane = np.array([[[-20.0, -20, -20], [20, -20, 20], [0, 40, 0]]])  # depth = x
-    _, angle, hidden = hidden_arcs(np.array([[[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]]), np.array([[-math.pi, math.pi]]),
-                                   hiders_by_hand(plane))  # fmt: skip
+    _, angle, hidden = hidden_arcs(
+        np.array([[[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]]),
+        np.array([[-math.pi, math.pi]]),
+        hiders_by_hand(plane),
+    )
     assert angle[hidden == 1].tolist() == [pytest.approx([-math.pi / 2, math.pi / 2])]
 
 
 def drawn(svg, name):
     """The elements of a group of a drawing."""
-    return list(next((item for item in ElementTree.fromstring(svg) if item.get("class") == name), []))
+    return list(
+        next((item for item in ElementTree.fromstring(svg) if item.get("class") == name), [])
+    )
 
 
 @pytest.mark.parametrize("display", [outline, circles])
 def test_the_hidden_line_style_leaves_out_what_is_behind_a_wall(display):
-    body, wall = spheres_body([[0, 0, 0.5], [0.9, 0.9, 0.9]], [0.3, 0.05]), boxes([[0.5, -1, 0], [0.6, 1, 1]])
+    body = spheres_body([[0, 0, 0.5], [0.9, 0.9, 0.9]], [0.3, 0.05])
+    wall = boxes([[0.5, -1, 0], [0.6, 1, 1]])
     scene = Scene((body,), wall)
-    texts = {hidden: ElementTree.tostring(ElementTree.fromstring(display(scene, front(200), hidden=hidden))).decode()
-             for hidden in ("veiled", "hidden_line")}  # fmt: skip
+    texts = {
+        hidden: ElementTree.tostring(
+            ElementTree.fromstring(display(scene, front(200), hidden=hidden))
+        ).decode()
+        for hidden in ("veiled", "hidden_line")
+    }
     assert len(texts["hidden_line"]) < len(texts["veiled"])
-    kinds = {item.get("class") for item in drawn(display(scene, front(200), hidden="hidden_line"), "bodies")}
+    kinds = {
+        item.get("class")
+        for item in drawn(display(scene, front(200), hidden="hidden_line"), "bodies")
+    }
     assert "veiled" not in kinds
     with pytest.raises(UsageError, match="no style 'solid'; valid: veiled, hidden_line"):
         display(scene, front(200), hidden="solid")
 
 
 def test_a_circle_half_behind_a_wall_is_half_a_circle():
-    body = spheres_body([[0, 0, 0], [0.9, 0.9, 0.9]], [0.5, 0.05])  # the second keeps the wall from being cut away
+    body = spheres_body(
+        [[0, 0, 0], [0.9, 0.9, 0.9]], [0.5, 0.05]
+    )  # the second keeps the wall from being cut away
     scene = Scene((body,), boxes([[0.6, -1, 0], [0.7, 1, 1]]))
-    rim = [item for item in drawn(circles(scene, front(200), hidden="hidden_line"), "bodies") if item.get("d")]
-    assert len(rim) == 1 and rim[0].get("d") == "M150.0 100.0A50.0 50.0 0 0 1 100.0 150.0A50.0 50.0 0 0 1 50.0 100.0"
+    rim = [
+        item
+        for item in drawn(circles(scene, front(200), hidden="hidden_line"), "bodies")
+        if item.get("d")
+    ]
+    assert (
+        len(rim) == 1
+        and rim[0].get("d") == "M150.0 100.0A50.0 50.0 0 0 1 100.0 150.0A50.0 50.0 0 0 1 50.0 100.0"
+    )
 
 
 def drawn_points(rim):
-    """Pixels (M, 2) inside the arcs or on the ellipse of an element, from its own attributes alone."""
+    """Pixels (M, 2) inside the arcs or on the ellipse of an element, from its own attributes
+    alone."""
     turn = np.linspace(0.05, math.tau - 0.05, 24)
     if rim.get("d") is None:
         x, y, a, b = (float(rim.get(key)) for key in ("cx", "cy", "rx", "ry"))
@@ -209,20 +252,31 @@ def drawn_points(rim):
 
 @given(seed=st.integers(0, 2**32 - 1))
 def test_what_is_left_of_ellipses_behind_walls_touches_its_sphere_and_is_seen(seed):
-    scene, camera = random_scene(seed), CAMERAS["perspective"]
-    spheres, corners = scene.spheres, triangles(scene, camera)
+    scene = random_scene(seed)
+    camera = CAMERAS["perspective"]
+    spheres = scene.spheres
+    corners = triangles(scene, camera)
     balls = in_view(camera, spheres.centre) - [0.0, 0.0, camera.distance]
-    cut = np.max(balls[:, 2] + spheres.radius) + camera.distance  # what is nearer than every body is cut away
+    cut = (
+        np.max(balls[:, 2] + spheres.radius) + camera.distance
+    )  # what is nearer than every body is cut away
     kept = corners[corners[:, :, 2].max(axis=1) <= cut]
     for rim in drawn(circles(scene, camera, exact=True, hidden="hidden_line"), "bodies"):
         if rim.tag == SVG + "desc":
             continue
         pixels = drawn_points(rim)
-        ray = np.column_stack([pixels[:, 0] - 150, 130 - pixels[:, 1],
-                               np.full(len(pixels), -camera.scale * camera.distance)])  # fmt: skip
+        ray = np.column_stack(
+            [
+                pixels[:, 0] - 150,
+                130 - pixels[:, 1],
+                np.full(len(pixels), -camera.scale * camera.distance),
+            ]
+        )
         ray /= np.linalg.norm(ray, axis=1)[:, None]
         along = ray @ balls.T
-        miss = np.abs(np.sqrt(np.sum(balls**2, axis=1) - along**2) - spheres.radius) / spheres.radius
+        miss = (
+            np.abs(np.sqrt(np.sum(balls**2, axis=1) - along**2) - spheres.radius) / spheres.radius
+        )
         nearest = np.argmin(miss.max(axis=0))  # one sphere's tangent cone holds all of them
         assert miss[:, nearest].max() * spheres.radius[nearest] < 4e-3  # 0.1 pixel is 1 mm
         points = ray * along[:, [nearest]] + [0.0, 0.0, camera.distance]
@@ -233,13 +287,19 @@ def test_what_is_left_of_ellipses_behind_walls_touches_its_sphere_and_is_seen(se
 def test_the_largest_difference_of_circle_and_ellipse_is_that_of_its_formula():
     far = 3.0
     camera = look_at([far, 0, 0], [0, 0, 0], width=400, height=400, field=1.0)
-    for t, k in ((0.0, 0.2), (0.3, 0.1)):  # radius and way off the line of sight as shares of the depth
+    for t, k in (
+        (0.0, 0.2),
+        (0.3, 0.1),
+    ):  # radius and way off the line of sight as shares of the depth
         scene = Scene((spheres_body([0.0, far * t, 0.0], far * k),))
         flat = disks_of(scene.spheres, camera)
         share = (math.sqrt(1 + t * t - k * k) + t * k) / (1 - k * k) - 1
         assert largest_difference(flat, camera) == pytest.approx(share * flat.disk[0, 2], rel=1e-9)
         told = drawn(circles(scene, camera), "bodies")[0]
-        assert told.tag == SVG + "desc" and f"at most {share * flat.disk[0, 2]:.1f} pixels" in told.text
+        assert (
+            told.tag == SVG + "desc"
+            and f"at most {share * flat.disk[0, 2]:.1f} pixels" in told.text
+        )
     assert largest_difference(flat, front(100)) == 0.0
 
 
@@ -249,13 +309,17 @@ def test_the_cut_face_of_a_solid_is_drawn_with_its_own_area():
     (loops,) = walls.sections
     x, y = loops[0].T
     area = 0.5 * abs(np.sum(x * np.roll(y, 1) - y * np.roll(x, 1)))
-    assert len(loops) == 1 and area == pytest.approx(25.0 * 100.0)  # 0.5 m by 2 m, 50 pixels a metre
+    assert len(loops) == 1 and area == pytest.approx(
+        25.0 * 100.0
+    )  # 0.5 m by 2 m, 50 pixels a metre
     assert len(drawn(outline(scene, front(100)), "section")) == 1
 
 
 def test_a_camera_s_cut_takes_away_what_is_nearer_in_vector_too():
-    room, body = boxes([[0.2, -0.5, -0.5], [0.9, 0.5, 0.5]]), spheres_body([0.95, 0, 0], 0.04)
-    scene, camera = Scene((body,), room), replace(front(200), cut=0.5)
+    room = boxes([[0.2, -0.5, -0.5], [0.9, 0.5, 0.5]])
+    body = spheres_body([0.95, 0, 0], 0.04)
+    scene = Scene((body,), room)
+    camera = replace(front(200), cut=0.5)
     (loops,) = sections(room, camera, 0.5)
     assert sorted(np.ptp(loops[0], axis=0).tolist()) == pytest.approx([100.0, 100.0])
     lines = surroundings(scene, camera, "veiled").lines
@@ -277,15 +341,23 @@ def test_ghosts_are_pale_outlines_under_the_bodies():
     for display in (outline, circles):
         root = ElementTree.fromstring(display(scene, front(200)))
         names = [item.get("class") for item in root if item.tag == SVG + "g"]
-        assert names.index("ghost") < names.index("cover") < names.index("bodies") and names.count("ghost") == 2
-    assert np.any(np.asarray(disks(scene, front(200))) != np.asarray(disks(replace(scene, ghosts=()), front(200))))
+        assert (
+            names.index("ghost") < names.index("cover") < names.index("bodies")
+            and names.count("ghost") == 2
+        )
+    assert np.any(
+        np.asarray(disks(scene, front(200)))
+        != np.asarray(disks(replace(scene, ghosts=()), front(200)))
+    )
     assert len(every_pose(scene).bodies) == 3
 
 
 def test_a_placed_body_outside_the_window_hides_nothing():
     lump = crowd().placed
     unplaced = Placed(lump.body, lump.world_from_segment, lump.centres * np.nan, np.array([False]))
-    scene = Scene((replace(crowd(), placed=unplaced),), boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]))
+    scene = Scene(
+        (replace(crowd(), placed=unplaced),), boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])
+    )
     assert not surroundings(scene, front(100), "veiled").lines.faint.any()
     assert to_picture(front(100), np.zeros((1, 3)))[0, :2].tolist() == [50.0, 50.0]
 
@@ -299,6 +371,13 @@ def test_the_kernels_run_with_the_compiler_off():
         "s = r.uniform(0.2, 1, (9, 4)); b = lines_among_balls(e, s, 7.0); q = lines_among_balls(e, s, np.inf);"
         "print([np.round(x, 9).tolist() for x in (*a, *l, b, q)])"
     )
-    runs = [subprocess.run([sys.executable, "-c", code], env=os.environ | {"NUMBA_DISABLE_JIT": off},
-                           capture_output=True, check=True).stdout for off in "01"]  # fmt: skip
+    runs = [
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env=os.environ | {"NUMBA_DISABLE_JIT": off},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for off in "01"
+    ]
     assert runs[0] == runs[1] and len(runs[0]) > 500

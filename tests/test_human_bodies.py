@@ -1,4 +1,5 @@
-"""The human family: its files are bodies of people, adult and child, with anatomy, masses and landmarks in place."""
+"""The human family: its files are bodies of people, adult and child, with anatomy, masses and
+landmarks in place."""
 
 from __future__ import annotations
 
@@ -20,19 +21,40 @@ ADULTS = {"adult_male": 0, "adult_female": 1}
 SEATED = {f"{side}{joint}": {"flexion": 90.0} for side in "LR" for joint in "HKE"}
 # ANSUR II medians [mm], men and women (NATICK/TR-15/007)
 MEDIANS = {
-    "stature": (1755, 1626), "sitting_height": (918, 857), "eye_height_sitting": (804, 748),
-    "buttock_knee_length": (617, 589), "knee_height_sitting": (553, 510), "popliteal_height": (430, 387),
-    "shoulder_elbow_length": (363, 334), "forearm_hand_length": (480, 438), "bideltoid_breadth": (509, 450),
-    "biacromial_breadth": (415, 365), "hip_breadth_sitting": (378, 397), "thigh_clearance": (180, 167),
-    "chest_depth": (253, 245), "waist_depth": (234, 209), "hand_length": (193, 180), "foot_length": (271, 246),
-    "head_length": (200, 190), "head_breadth": (154, 147),
-}  # fmt: skip
+    "stature": (1755, 1626),
+    "sitting_height": (918, 857),
+    "eye_height_sitting": (804, 748),
+    "buttock_knee_length": (617, 589),
+    "knee_height_sitting": (553, 510),
+    "popliteal_height": (430, 387),
+    "shoulder_elbow_length": (363, 334),
+    "forearm_hand_length": (480, 438),
+    "bideltoid_breadth": (509, 450),
+    "biacromial_breadth": (415, 365),
+    "hip_breadth_sitting": (378, 397),
+    "thigh_clearance": (180, 167),
+    "chest_depth": (253, 245),
+    "waist_depth": (234, 209),
+    "hand_length": (193, 180),
+    "foot_length": (271, 246),
+    "head_length": (200, 190),
+    "head_breadth": (154, 147),
+}
 # de Leva 1996, table 4; shoulder masses from the upper trunk, a fifth of head and neck the neck
 SHARES = {
-    "LT": (0.1117, 0.1247), "CT": (0.1633, 0.1465), "UT": (0.133, 0.1279), "LSM": (0.0133, 0.0133),
-    "N": (0.0139, 0.0134), "H": (0.0555, 0.0534), "LUA": (0.0271, 0.0255), "LLA": (0.0162, 0.0138),
-    "LHN": (0.0061, 0.0056), "LUL": (0.1416, 0.1478), "LLL": (0.0433, 0.0481), "LF": (0.0137, 0.0129),
-}  # fmt: skip
+    "LT": (0.1117, 0.1247),
+    "CT": (0.1633, 0.1465),
+    "UT": (0.133, 0.1279),
+    "LSM": (0.0133, 0.0133),
+    "N": (0.0139, 0.0134),
+    "H": (0.0555, 0.0534),
+    "LUA": (0.0271, 0.0255),
+    "LLA": (0.0162, 0.0138),
+    "LHN": (0.0061, 0.0056),
+    "LUL": (0.1416, 0.1478),
+    "LLL": (0.0433, 0.0481),
+    "LF": (0.0137, 0.0129),
+}
 
 
 @cache
@@ -49,16 +71,21 @@ def world(body):
     """Sphere centres (S, 3) and joints (J, 3) in the zero pose."""
     placed = wb.place(body, wb.pose(body, {}))
     frames = placed.world_from_segment[0][1:]
-    return placed.centres[0], np.einsum("jik,jk->ji", frames[:, :, :3], body.joint_in_child) + frames[:, :, 3]
+    return placed.centres[0], np.einsum(
+        "jik,jk->ji", frames[:, :, :3], body.joint_in_child
+    ) + frames[:, :, 3]
 
 
 @cache
 def volumes(name):
-    """(N,) [m3] of each segment: points belong to the segment whose sphere they are deepest in; 9 mm grid."""
+    """(N,) [m3] of each segment: points belong to the segment whose sphere they are deepest in; 9
+    mm grid."""
     body = loaded(name)
-    centre, step = world(body)[0], 0.009 * np.ptp(world(body)[0][:, 2]) / 1.7
+    centre = world(body)[0]
+    step = 0.009 * np.ptp(world(body)[0][:, 2]) / 1.7
     reach = body.radius[:, None]
-    low, high = (centre - reach).min(axis=0), (centre + reach).max(axis=0)
+    low = (centre - reach).min(axis=0)
+    high = (centre + reach).max(axis=0)
     axes = [np.arange(a + step / 2, b, step) for a, b in zip(low, high, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
     grid = grid[morton_order(grid)]
@@ -90,7 +117,8 @@ def test_an_average_mans_hips_are_170_to_180_mm_apart():
 
 @pytest.mark.parametrize("name", ADULTS)
 def test_volume_times_density_is_the_mass_of_the_whole_and_near_the_table_for_segments(name):
-    body, k = loaded(name), ADULTS[name]
+    body = loaded(name)
+    k = ADULTS[name]
     density = dict(zip(body.segments, body.basis.density, strict=True))
     found = dict(zip(body.segments, volumes(name), strict=True))
     off = {n: found[n] * density[n] / (row[k] * body.mass.sum()) - 1 for n, row in SHARES.items()}
@@ -100,8 +128,10 @@ def test_volume_times_density_is_the_mass_of_the_whole_and_near_the_table_for_se
     assert max(map(abs, off.values())) < 0.45, off
 
 
-@pytest.mark.parametrize(("name", "kilograms"), [("adult_male", 84.6), ("adult_female", 66.8), ("child_6", 23.4),
-                                                 ("child_3", 15.5)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "kilograms"),
+    [("adult_male", 84.6), ("adult_female", 66.8), ("child_6", 23.4), ("child_3", 15.5)],
+)
 def test_bodies_weigh_what_they_should(name, kilograms):
     assert loaded(name).mass.sum() == pytest.approx(kilograms, rel=0.01)
 
@@ -119,10 +149,13 @@ def test_left_is_the_mirror_image_of_right(name):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_subparts_of_bubbleman_and_more_are_named(name):
-    body, first = loaded(name), loaded("bubbleman")
+    body = loaded(name)
+    first = loaded("bubbleman")
 
     def named(b):
-        return {(b.segments[s], n) for s, n in zip(b.sphere_segment, b.sphere_names, strict=True) if n}
+        return {
+            (b.segments[s], n) for s, n in zip(b.sphere_segment, b.sphere_names, strict=True) if n
+        }
 
     assert named(first) <= named(body)
     assert {("LLL", "calf"), ("N", "nape")} <= named(body)
@@ -133,7 +166,9 @@ def test_nobody_touches_himself_standing_or_sitting(name):
     body = loaded(name)
     poses = wb.join_poses([wb.pose(body, {}), wb.pose(body, SEATED)])
     contacts = wb.self_contacts(wb.place(body, poses))
-    assert not [d for d, a in zip(contacts.distance, contacts.allowed, strict=True) if -d > a + 1e-9]
+    assert not [
+        d for d, a in zip(contacts.distance, contacts.allowed, strict=True) if -d > a + 1e-9
+    ]
 
 
 def test_a_child_is_no_shrunken_adult():
@@ -160,7 +195,9 @@ def test_the_family_gives_the_body_of_the_file(name):
     assert np.abs(again.radius - body.radius).max() < 1e-5
 
 
-@pytest.mark.parametrize(("level", "low", "high"), [("coarse", 140, 180), ("medium", 380, 440), ("fine", 700, 1000)])
+@pytest.mark.parametrize(
+    ("level", "low", "high"), [("coarse", 140, 180), ("medium", 380, 440), ("fine", 700, 1000)]
+)
 def test_there_are_three_levels_of_detail(level, low, high):
     body = loaded("adult_female")
     assert low <= len(body.basis.detail(level).names) <= high

@@ -36,7 +36,10 @@ def test_what_was_made_once_is_read_the_next_time(folder):
     times = []
     first, second = (kept(KEY, made_once(times)) for _ in range(2))
     assert len(times) == 1
-    assert all(np.array_equal(first[name], second[name]) and first[name].dtype == second[name].dtype for name in "ab")
+    assert all(
+        np.array_equal(first[name], second[name]) and first[name].dtype == second[name].dtype
+        for name in "ab"
+    )
     assert [path.suffix for path in folder.iterdir()] == [".index"]
 
 
@@ -92,9 +95,12 @@ def test_the_files_used_longest_ago_give_way(folder):
     assert len(list(folder.iterdir())) == MOST_FILES
 
 
-def test_a_field_from_disk_gives_the_same_answers_as_one_just_made(folder, one_arm, random_arm, monkeypatch):
+def test_a_field_from_disk_gives_the_same_answers_as_one_just_made(
+    folder, one_arm, random_arm, monkeypatch
+):
     monkeypatch.setattr(fields, "WORTH_KEEPING", 10)
-    placed, environment = wb.place(one_arm, random_arm(80, 1)), environment_of(soup(1, 40))
+    placed = wb.place(one_arm, random_arm(80, 1))
+    environment = environment_of(soup(1, 40))
     answers = []
     for _ in range(2):
         fields.field_of.cache_clear()
@@ -107,7 +113,8 @@ def test_an_index_stays_where_a_control_moves_and_is_made_anew_where_a_part_does
     folder, one_arm, random_arm, monkeypatch
 ):
     monkeypatch.setattr(fields, "WORTH_KEEPING", 10)
-    placed, environment = wb.place(one_arm, random_arm(80, 1)), environment_of(soup(1, 40))
+    placed = wb.place(one_arm, random_arm(80, 1))
+    environment = environment_of(soup(1, 40))
     knob = Control("knob", (0.0, 0.0, 1.0), "push", 1, environment.parts[0])
     others = [
         replace(environment, controls=(knob,), points={"eye": (0.0, 0.0, 1.0)}),

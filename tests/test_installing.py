@@ -1,4 +1,5 @@
-"""The package as it is installed: what sdist and wheel hold, and that an installed one runs in another folder."""
+"""The package as it is installed: what sdist and wheel hold, and that an installed one runs in
+another folder."""
 
 from __future__ import annotations
 
@@ -24,7 +25,9 @@ print(workbench.__file__)
 @pytest.fixture(scope="module")
 def builders():
     """What makes the sdist and the wheel of this project."""
-    pytest.importorskip("hatchling", reason="hatchling is not installed: pip install 'bubbleman-workbench[dev]'")
+    pytest.importorskip(
+        "hatchling", reason="hatchling is not installed: pip install 'bubbleman-workbench[dev]'"
+    )
     from hatchling.builders.sdist import SdistBuilder
     from hatchling.builders.wheel import WheelBuilder
 
@@ -41,8 +44,11 @@ def repository_names():
     return {path.relative_to(ROOT).as_posix() for path in repository_files()}
 
 
-def test_the_sdist_holds_all_that_is_tracked_and_no_other_folder_of_the_checkout(builders, tmp_path):
-    held, tracked = set(names_of(builders[0])), repository_names()
+def test_the_sdist_holds_all_that_is_tracked_and_no_other_folder_of_the_checkout(
+    builders, tmp_path
+):
+    held = set(names_of(builders[0]))
+    tracked = repository_names()
     assert tracked - held <= {"README.md", "LICENSE", "pyproject.toml", ".gitignore"}
     assert {name.split("/")[0] for name in held} <= {name.split("/")[0] for name in tracked}
 
@@ -63,7 +69,8 @@ def test_the_wheel_holds_the_package_and_the_catalogue_as_its_data(builders):
 
 @pytest.fixture(scope="module")
 def archives(builders, tmp_path_factory):
-    """An sdist, and a wheel that is made of that sdist, unpacked elsewhere: it must hold all that the wheel needs."""
+    """An sdist, and a wheel that is made of that sdist, unpacked elsewhere: it must hold all that
+    the wheel needs."""
     out = tmp_path_factory.mktemp("dist")
     run([sys.executable, "-m", "hatchling", "build", "-t", "sdist", "-d", out], cwd=ROOT)
     (sdist,) = out.glob("*.tar.gz")
@@ -72,11 +79,18 @@ def archives(builders, tmp_path_factory):
     return {"sdist": sdist, "wheel": wheel}
 
 
-OFFLINE = ("--quiet", "--disable-pip-version-check", "--no-deps", "--no-build-isolation", "--no-index")
+OFFLINE = (
+    "--quiet",
+    "--disable-pip-version-check",
+    "--no-deps",
+    "--no-build-isolation",
+    "--no-index",
+)
 
 
 def run(command, *, cwd, **variables):
-    """Run a command, with what it printed in the message where it fails; returns what it printed."""
+    """Run a command, with what it printed in the message where it fails; returns what it
+    printed."""
     env = os.environ | {"PYTHONPATH": "", "WORKBENCH_CACHE": "off"} | variables
     done = subprocess.run(command, cwd=cwd, env=env, capture_output=True, text=True)
     assert done.returncode == 0, f"{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
@@ -85,9 +99,14 @@ def run(command, *, cwd, **variables):
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("kind", ["sdist", "wheel"])
-def test_an_installed_package_runs_a_shipped_study_by_name_from_another_folder(archives, kind, tmp_path):
+def test_an_installed_package_runs_a_shipped_study_by_name_from_another_folder(
+    archives, kind, tmp_path
+):
     site = tmp_path / "site"
-    run([sys.executable, "-m", "pip", "install", *OFFLINE, "--target", site, archives[kind]], cwd=tmp_path)
+    run(
+        [sys.executable, "-m", "pip", "install", *OFFLINE, "--target", site, archives[kind]],
+        cwd=tmp_path,
+    )
     path = os.pathsep.join([str(site), sysconfig.get_path("purelib")])
     where = run([sys.executable, "-W", "error", "-c", IMPORT_ALL], cwd=tmp_path, PYTHONPATH=path)
     assert where.startswith(str(site))
@@ -98,7 +117,9 @@ def test_an_installed_package_runs_a_shipped_study_by_name_from_another_folder(a
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("version", ["3.12", "3.13"])
-def test_a_newer_python_imports_all_modules_and_runs_a_study_with_warnings_as_errors(archives, version, tmp_path):
+def test_a_newer_python_imports_all_modules_and_runs_a_study_with_warnings_as_errors(
+    archives, version, tmp_path
+):
     python = f"python{version}"
     try:
         subprocess.run([python, "-m", "venv", tmp_path / "venv"], check=True, capture_output=True)

@@ -1,4 +1,5 @@
-"""What nobody expects ends with one line and an exit code of its own: faults of the program, Ctrl-C at any time."""
+"""What nobody expects ends with one line and an exit code of its own: faults of the program, Ctrl-C
+at any time."""
 
 from __future__ import annotations
 
@@ -30,7 +31,9 @@ def failing(monkeypatch, error):
     return main(["doctor"])
 
 
-@pytest.mark.parametrize("error", [TypeError("no\nlen()"), KeyError("x"), AssertionError(), IndexError()])
+@pytest.mark.parametrize(
+    "error", [TypeError("no\nlen()"), KeyError("x"), AssertionError(), IndexError()]
+)
 def test_an_internal_error_is_70_with_a_line_that_asks_to_report_it(monkeypatch, capsys, error):
     assert failing(monkeypatch, error) == 70
     out, err = capsys.readouterr()
@@ -48,12 +51,18 @@ def test_the_traceback_of_an_internal_error_is_shown_where_it_is_asked_for(monke
 
 def test_endless_nesting_and_a_full_memory_are_told_in_words(monkeypatch, capsys):
     assert failing(monkeypatch, RecursionError("maximum recursion depth exceeded")) == 70
-    assert "an input is nested too deeply, or the workbench calls itself without end" in capsys.readouterr().err
+    assert (
+        "an input is nested too deeply, or the workbench calls itself without end"
+        in capsys.readouterr().err
+    )
     with pytest.raises(MemoryError) as full:
         np.empty(2**55, dtype=np.float64)
     assert failing(monkeypatch, full.value) == 3
     told = capsys.readouterr().err
-    assert told.startswith("out of memory (Unable to allocate 256. PiB") and "give fewer people" in told
+    assert (
+        told.startswith("out of memory (Unable to allocate 256. PiB")
+        and "give fewer people" in told
+    )
 
 
 def test_an_error_that_came_of_an_interruption_is_told_as_one(monkeypatch, capsys):
@@ -64,10 +73,15 @@ def test_an_error_that_came_of_an_interruption_is_told_as_one(monkeypatch, capsy
 
 
 def interrupted(delay, *arguments):
-    """Exit code and stderr of a command that gets Ctrl-C, as all its children do, after so many seconds."""
+    """Exit code and stderr of a command that gets Ctrl-C, as all its children do, after so many
+    seconds."""
     command = [sys.executable, "-m", "workbench", *map(str, arguments)]
     process = subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
     time.sleep(delay)
     with suppress(ProcessLookupError):
@@ -78,9 +92,26 @@ def interrupted(delay, *arguments):
 
 def test_nothing_is_imported_before_ctrl_c_is_understood():
     code = "import sys; before = set(sys.modules); import workbench.__main__; print(*sorted(set(sys.modules) - before))"
-    done = subprocess.run([sys.executable, "-S", "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
-    of_python = {"os", "os.path", "posixpath", "genericpath", "stat", "_stat", "abc", "_abc", "_collections_abc"}
-    assert set(done.stdout.split()) - of_python <= {"__future__", "_signal", "workbench", "workbench.__main__"}
+    done = subprocess.run(
+        [sys.executable, "-S", "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    of_python = {
+        "os",
+        "os.path",
+        "posixpath",
+        "genericpath",
+        "stat",
+        "_stat",
+        "abc",
+        "_abc",
+        "_collections_abc",
+    }
+    assert set(done.stdout.split()) - of_python <= {
+        "__future__",
+        "_signal",
+        "workbench",
+        "workbench.__main__",
+    }
 
 
 def test_ctrl_c_while_the_command_line_is_imported_is_130_with_one_line():
@@ -90,7 +121,9 @@ def test_ctrl_c_while_the_command_line_is_imported_is_130_with_one_line():
     code += "        if name == 'cyclopts': os.kill(os.getpid(), signal.SIGINT)\n"
     code += "sys.meta_path.insert(0, Finder())\n"
     code += "from workbench.__main__ import main\nsys.exit(main())"
-    done = subprocess.run([sys.executable, "-c", code, "doctor"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code, "doctor"], capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "stopped\n")
 
 
@@ -112,13 +145,16 @@ def test_an_ignored_ctrl_c_stays_ignored():
     code = "import os, signal; signal.signal(signal.SIGINT, signal.SIG_IGN)\n"
     code += "from workbench.__main__ import main; code = main()\n"
     code += "assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN; raise SystemExit(code)"
-    done = subprocess.run([sys.executable, "-c", code, "--version"], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--version"], capture_output=True, text=True, check=False
+    )
     assert (done.returncode, done.stderr) == (0, "")
 
 
 @pytest.mark.nightly
 def test_ctrl_c_at_any_time_leaves_no_traceback(tmp_path):
-    """At 100 times from the first import on; before that Python itself has not installed its handler yet."""
+    """At 100 times from the first import on; before that Python itself has not installed its
+    handler yet."""
     codes = set()
     for delay in np.linspace(0.03, 3.0, 100):
         code, told = interrupted(delay, "run", "trainer_clearance", "--out", str(tmp_path / "out"))
@@ -133,10 +169,14 @@ def test_ctrl_c_while_bodies_are_fitted_by_several_processes_leaves_no_traceback
     path = write_toy(tmp_path, people=64 * 3)
     for delay in np.linspace(1.5, 8.0, 14):
         code, told = interrupted(delay, "run", path, "--out", tmp_path / "out")
-        assert (code, told) == (0, "") or (code == 130 and told.startswith("stopped") and told.count("\n") == 1), delay
+        assert (code, told) == (0, "") or (
+            code == 130 and told.startswith("stopped") and told.count("\n") == 1
+        ), delay
 
 
 def test_the_exit_codes_of_the_program_and_of_its_help_are_the_same(capsys):
     assert (getattr(os, "EX_SOFTWARE", 70), 130) == (cli.INTERNAL_ERROR, cli.INTERRUPTED)
     assert main(["--help"]) == 0
-    assert "70 an internal error, 130 stopped by Ctrl-C" in " ".join(capsys.readouterr().out.split())
+    assert "70 an internal error, 130 stopped by Ctrl-C" in " ".join(
+        capsys.readouterr().out.split()
+    )

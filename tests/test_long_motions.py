@@ -1,4 +1,5 @@
-"""Long motions: pieces give the bits that the whole gives, contacts go on from piece to piece, memory stays bounded."""
+"""Long motions: pieces give the bits that the whole gives, contacts go on from piece to piece,
+memory stays bounded."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ CUT = [bvh, opensim, tables, model_poses, movement, crash, crash_data, frames, m
 
 
 def bouncing(frames=700):
-    """Arms that swing and a body that meets the plate six times, every 100 frames or so; elbows past their stops."""
+    """Arms that swing and a body that meets the plate six times, every 100 frames or so; elbows
+    past their stops."""
     time = np.arange(frames) / 200
     angles = np.zeros((frames, len(BODY.joints), 3))
     for joint, size in (("RS", 60), ("LE", 75), ("LK", 40)):
@@ -63,11 +65,14 @@ def small_pieces(monkeypatch):
 
 def text_of(result):
     rows = crash_result_file(result)
-    return rows.model_dump_json() + "".join("".join(parts) for parts in crash_csv_tables(result, rows).values())
+    return rows.model_dump_json() + "".join(
+        "".join(parts) for parts in crash_csv_tables(result, rows).values()
+    )
 
 
 def test_a_crash_study_in_pieces_is_the_whole_one_bit_for_bit(drop, small_pieces):
-    """Frames, contacts, stops, signals and words; contacts and spells that go on across pieces too."""
+    """Frames, contacts, stops, signals and words; contacts and spells that go on across pieces
+    too."""
     (drop.parent / "drop.csv").write_text("".join(angle_table_text(BODY, bouncing())))
     whole = crash_study(load_crash(drop))
     text = text_of(whole)
@@ -84,10 +89,16 @@ def test_a_crash_study_in_pieces_is_the_whole_one_bit_for_bit(drop, small_pieces
 @pytest.mark.parametrize("ending", ["csv", "bvh"])
 def test_a_motion_read_in_pieces_has_the_bits_of_the_whole(tmp_path, ending, small_pieces):
     motion = bouncing(150)
-    text = angle_table_text(BODY, motion) if ending == "csv" else bvh_text(BODY, motion, [wb.place(BODY, motion)])
+    text = (
+        angle_table_text(BODY, motion)
+        if ending == "csv"
+        else bvh_text(BODY, motion, [wb.place(BODY, motion)])
+    )
     path = tmp_path / f"m.{ending}"
     path.write_text("".join(text))
-    options = motions.MotionOptions(names={s: s for s in BODY.segments[1:]} if ending == "bvh" else None, yaw=0.3)
+    options = motions.MotionOptions(
+        names={s: s for s in BODY.segments[1:]} if ending == "bvh" else None, yaw=0.3
+    )
     whole, notes = load_motion(BODY, path, options=options)
     for size in (1, 7, 64):
         small_pieces(size)
@@ -135,16 +146,24 @@ def long_table(path, frames):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("frames", "commands"), [
-    (1_000_000, [["motion", "show", "long.csv"], ["motion", "convert", "long.csv", "-o", "out.bvh"]]),
-    (100_000, [["run", "study.yaml", "--out", "out"]]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("frames", "commands"),
+    [
+        (
+            1_000_000,
+            [["motion", "show", "long.csv"], ["motion", "convert", "long.csv", "-o", "out.bvh"]],
+        ),
+        (100_000, [["run", "study.yaml", "--out", "out"]]),
+    ],
+)
 def test_memory_is_bounded_however_long_a_motion_is(drop, frames, commands):
     """Private memory is limited by the system: what does not fit into 1.5 GB ends the process."""
     folder = drop.parent
     long_table(folder / "long.csv", frames)
     drop.rename(folder / "study.yaml")
-    (folder / "study.yaml").write_text((folder / "study.yaml").read_text().replace("drop.csv", "long.csv"))
+    (folder / "study.yaml").write_text(
+        (folder / "study.yaml").read_text().replace("drop.csv", "long.csv")
+    )
     done = subprocess.run(
         [sys.executable, "-c", LONG.format(commands=commands)],
         cwd=folder,

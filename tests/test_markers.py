@@ -1,4 +1,5 @@
-"""Marker files and joint angles from markers: known motions come back, real recordings are explained to millimetres."""
+"""Marker files and joint angles from markers: known motions come back, real recordings are
+explained to millimetres."""
 
 from __future__ import annotations
 
@@ -21,7 +22,24 @@ from workbench.solve.recorded.marker_places import marker_places
 from workbench.solve.recorded.markers import bridged, poses_from_markers
 
 BODY = load_body("bubbleman")
-SIDED = ["FHD", "BHD", "SHO", "ELB", "IEL", "WRA", "WRB", "FIN", "ASI", "PSI", "THI", "KNE", "KNI", "TIB", "ANK", "HEE"]
+SIDED = [
+    "FHD",
+    "BHD",
+    "SHO",
+    "ELB",
+    "IEL",
+    "WRA",
+    "WRB",
+    "FIN",
+    "ASI",
+    "PSI",
+    "THI",
+    "KNE",
+    "KNI",
+    "TIB",
+    "ANK",
+    "HEE",
+]
 SIDED += ["TOE", "MT5"]
 FULL = [side + name for side in "LR" for name in SIDED] + ["C7", "T10", "CLAV", "STRN", "SACR"]
 
@@ -31,15 +49,22 @@ def walk(frames=60):
     time = np.arange(frames) / 60
     angles = np.zeros((frames, len(BODY.joints), 3))
     wave = np.sin(2 * np.pi * time)
-    for joint, motion, degrees in (("LH", "flexion", 25 * wave + 5), ("RH", "flexion", 5 - 25 * wave),
-                                   ("LK", "flexion", 25 - 20 * wave), ("RK", "flexion", 25 + 20 * wave),
-                                   ("LS", "flexion", -20 * wave), ("RS", "flexion", 20 * wave),
-                                   ("LE", "flexion", 30 + 10 * wave), ("RE", "flexion", 30 - 10 * wave),
-                                   ("W", "turn_left", 8 * wave)):  # fmt: skip
+    for joint, motion, degrees in (
+        ("LH", "flexion", 25 * wave + 5),
+        ("RH", "flexion", 5 - 25 * wave),
+        ("LK", "flexion", 25 - 20 * wave),
+        ("RK", "flexion", 25 + 20 * wave),
+        ("LS", "flexion", -20 * wave),
+        ("RS", "flexion", 20 * wave),
+        ("LE", "flexion", 30 + 10 * wave),
+        ("RE", "flexion", 30 - 10 * wave),
+        ("W", "turn_left", 8 * wave),
+    ):
         axis, sign = motion_of(BODY, BODY.joint(joint), motion)
         angles[:, BODY.joint(joint), axis] = sign * np.radians(degrees)
     world = np.tile(np.eye(3, 4), (frames, 1, 1))
-    world[:, 0, 3], world[:, 2, 3] = time, 0.95
+    world[:, 0, 3] = time
+    world[:, 2, 3] = 0.95
     return Poses(compose(BODY, angles), BODY.segment("LT"), world, time)
 
 
@@ -49,7 +74,9 @@ def marked(poses, names, shift=0.0):
     local, _ = marker_places(BODY, sites)
     rng = np.random.default_rng(0)
     local = local + shift * rng.uniform(-1, 1, local.shape)
-    world = place(BODY, poses).world_from_segment[:, [BODY.segment(s.segment) for s in sites.values()]]
+    world = place(BODY, poses).world_from_segment[
+        :, [BODY.segment(s.segment) for s in sites.values()]
+    ]
     position = np.einsum("pmij,mj->pmi", world[..., :3], local) + world[..., 3]
     return Markers(tuple(names), position, poses.time, "made")
 
@@ -110,24 +137,41 @@ def test_short_gaps_are_bridged_and_long_ones_stay():
         bridged(filled, longest=-1)
 
 
-@pytest.mark.parametrize(("name", "segment"), [
-    ("LASI", "LT"), ("R.ASIS", "LT"), ("subject:RFWT", "LT"), ("L.Knee.Medial", "LUL"), ("RKNE_2", "RUL"), ("C7", "UT"),
-    ("R.Heel", "RF"), ("L.Acromium", "LSM"), ("R.Elbow.Lat", "RUA"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "segment"),
+    [
+        ("LASI", "LT"),
+        ("R.ASIS", "LT"),
+        ("subject:RFWT", "LT"),
+        ("L.Knee.Medial", "LUL"),
+        ("RKNE_2", "RUL"),
+        ("C7", "UT"),
+        ("R.Heel", "RF"),
+        ("L.Acromium", "LSM"),
+        ("R.Elbow.Lat", "RUA"),
+    ],
+)
 def test_markers_are_known_by_the_names_of_several_sets(name, segment):
     assert marker_site(name).segment == segment
 
 
-@pytest.mark.parametrize(("file", "keep", "most"), [
-    ("trc/bmc_walk1.trc", ALL, 7.0), ("c3d/bmc_Gait.c3d", Pick(1.33, 4.2), 6.0),
-    ("c3d/dart_squat.c3d", Pick(every=6), 16.0),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("file", "keep", "most"),
+    [
+        ("trc/bmc_walk1.trc", ALL, 7.0),
+        ("c3d/bmc_Gait.c3d", Pick(1.33, 4.2), 6.0),
+        ("c3d/dart_squat.c3d", Pick(every=6), 16.0),
+    ],
+)
 def test_recorded_people_are_explained_to_millimetres(file, keep, most):
-    """Root mean square residual [mm]; knees bend their own way, one foot at least near the floor."""
+    """Root mean square residual [mm]; knees bend their own way, one foot at least near the
+    floor."""
     path = SHARED / "motion" / file
     if not path.is_file():
         pytest.skip("no shared data")
-    markers = bridged((read_c3d if file.endswith("c3d") else read_trc)(path, keep=keep), longest=0.2)
+    markers = bridged(
+        (read_c3d if file.endswith("c3d") else read_trc)(path, keep=keep), longest=0.2
+    )
     fit = poses_from_markers(BODY, markers)
     assert 1000 * np.sqrt(np.nanmean(fit.residual**2)) < most
     knees = np.degrees(angles_of(BODY, fit.poses)[:, [BODY.joint("LK"), BODY.joint("RK")], 0])
@@ -136,9 +180,11 @@ def test_recorded_people_are_explained_to_millimetres(file, keep, most):
     assert np.ptp(low) < 0.09
 
 
-TRC = ("PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t2\t2\tmm\n"
-       "Frame#\tTime\tR.Heel\t\t\tTop.Head\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
-       "1\t0.00\t1\t2\t3\t10\t1700\t30\n2\t0.01\t1\t2\t3\t\t\t\n")  # fmt: skip
+TRC = (
+    "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\n100\t100\t2\t2\tmm\n"
+    "Frame#\tTime\tR.Heel\t\t\tTop.Head\t\t\n\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n\n"
+    "1\t0.00\t1\t2\t3\t10\t1700\t30\n2\t0.01\t1\t2\t3\t\t\t\n"
+)
 
 
 @pytest.mark.parametrize("text", [TRC, TRC.replace("\t", ",")])
@@ -146,20 +192,25 @@ def test_a_trc_file_is_read_in_metres_with_z_up_and_gaps(tmp_path, text):
     (tmp_path / "a.trc").write_text(text)
     markers = read_trc(tmp_path / "a.trc")
     assert markers.names == ("R.Heel", "Top.Head")
-    assert markers.position[0] == pytest.approx(np.array([[0.001, -0.003, 0.002], [0.01, -0.03, 1.7]]))
+    assert markers.position[0] == pytest.approx(
+        np.array([[0.001, -0.003, 0.002], [0.01, -0.03, 1.7]])
+    )
     assert np.isnan(markers.position[1, 1]).all()
     assert markers.notes == ("up is y of the file, as the markers lie",)
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("PathFileType", "Path", "line 1: a TRC file begins with PathFileType"),
-    ("\t2\t2\tmm", "\t3\t2\tmm", "line 3: says 3 frames, 2 are there"),
-    ("\t2\t2\tmm", "\t2\t3\tmm", "line 3: says 3 markers, line 4 names 2"),
-    ("\tmm", "\tfurlong", "line 3: unit 'furlong' is not known"),
-    ("0.01\t1\t2", "0.01\t1\tx", "line 8, column 4 (R.Heel Y): 'x' is not a finite number"),
-    ("0.01\t1", "0.00\t1", "frames are out of order"),
-    ("Top.Head", "knob", "the upward axis cannot be told from the markers' names"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("PathFileType", "Path", "line 1: a TRC file begins with PathFileType"),
+        ("\t2\t2\tmm", "\t3\t2\tmm", "line 3: says 3 frames, 2 are there"),
+        ("\t2\t2\tmm", "\t2\t3\tmm", "line 3: says 3 markers, line 4 names 2"),
+        ("\tmm", "\tfurlong", "line 3: unit 'furlong' is not known"),
+        ("0.01\t1\t2", "0.01\t1\tx", "line 8, column 4 (R.Heel Y): 'x' is not a finite number"),
+        ("0.01\t1", "0.00\t1", "frames are out of order"),
+        ("Top.Head", "knob", "the upward axis cannot be told from the markers' names"),
+    ],
+)
 def test_what_is_wrong_in_a_trc_file_is_told(tmp_path, old, new, told):
     (tmp_path / "a.trc").write_text(TRC.replace(old, new))
     with pytest.raises(InputError) as caught:
@@ -189,15 +240,28 @@ def test_repeated_names_of_markers_are_numbered_as_those_of_parts(tmp_path):
     points = np.ones((1, 4, 3))
     (tmp_path / "a.c3d").write_bytes(c3d_file(points, labels=("A", "A", "A_2", "A\x1b")))
     found = read_c3d(tmp_path / "a.c3d", up="z")
-    assert found.names == tuple(unique_names(["A", "A", "A_2", "A\x1b"], "")) == ("A", "A_3", "A_2", "A\\u001b")
+    assert (
+        found.names
+        == tuple(unique_names(["A", "A", "A_2", "A\x1b"], ""))
+        == ("A", "A_3", "A_2", "A\\u001b")
+    )
     assert any("same name are numbered: A" in note for note in found.notes)
 
 
-@pytest.mark.parametrize(("at", "value", "told"), [
-    (2, 65535, "cut short: it announces 2 frames and holds 0"), (8, 60000, "announces 60000 frames"),
-    (4, 65535, "cut short"), (16, 60000, "cut short"), (515, 7, "kind of processor"), (16, 0, "header is senseless"),
-])  # fmt: skip
-def test_a_c3d_file_that_announces_more_than_it_holds_is_refused_before_memory_is_taken(tmp_path, at, value, told):
+@pytest.mark.parametrize(
+    ("at", "value", "told"),
+    [
+        (2, 65535, "cut short: it announces 2 frames and holds 0"),
+        (8, 60000, "announces 60000 frames"),
+        (4, 65535, "cut short"),
+        (16, 60000, "cut short"),
+        (515, 7, "kind of processor"),
+        (16, 0, "header is senseless"),
+    ],
+)
+def test_a_c3d_file_that_announces_more_than_it_holds_is_refused_before_memory_is_taken(
+    tmp_path, at, value, told
+):
     data = bytearray(c3d_file())
     data[at : at + (1 if at > 512 else 2)] = value.to_bytes(1 if at > 512 else 2, "little")
     (tmp_path / "a.c3d").write_bytes(bytes(data))
@@ -216,7 +280,9 @@ def test_a_parameter_of_a_c3d_file_larger_than_its_section_is_refused(tmp_path):
 
 def test_frames_that_a_c3d_file_holds_and_does_not_announce_are_told(tmp_path):
     (tmp_path / "a.c3d").write_bytes(c3d_file() + bytes(32 * 20 + 512))
-    assert "holds 19 frames more than it announces" in " ".join(read_c3d(tmp_path / "a.c3d", up="z").notes)
+    assert "holds 19 frames more than it announces" in " ".join(
+        read_c3d(tmp_path / "a.c3d", up="z").notes
+    )
 
 
 def test_a_marker_without_one_of_its_coordinates_is_a_gap(tmp_path):

@@ -34,7 +34,8 @@ from workbench.solve.contact.collide import nearest
 
 @pytest.fixture(scope="module")
 def arm(one_arm):
-    """The one arm hanging, 50 mm from the wall at x = 0.45 (the elbow sphere of 40 mm reaches x = 0.04)."""
+    """The one arm hanging, 50 mm from the wall at x = 0.45 (the elbow sphere of 40 mm reaches x =
+    0.04)."""
     return wb.place(one_arm, wb.pose(one_arm, {}))
 
 
@@ -52,7 +53,8 @@ def test_a_dimension_line_is_as_long_as_the_clearance_it_states(arm, box_cab):
 def test_dimension_lines_run_from_the_body_to_the_nearest_parts_in_order(arm, box_cab):
     first, second = clearance_marks(arm, nearest(arm, box_cab), most=2, within=9.0)
     assert length(first) <= length(second)
-    # base sphere of 50 mm at the origin, corner of the post at (-0.1, 0.15): the gap lies in that plane
+    # base sphere of 50 mm at the origin, corner of the post at (-0.1, 0.15): the gap lies in that
+    # plane
     gap = [length(m) for m in clearance_marks(arm, nearest(arm, box_cab), most=9, within=9.0)]
     assert min(gap) == pytest.approx(min(nearest(arm, box_cab).distance.min(axis=(0, 1))), abs=1e-9)
 
@@ -65,7 +67,9 @@ def test_what_may_touch_or_is_farther_than_asked_has_no_dimension_line(arm, box_
 
 
 def test_contacts_beyond_what_is_allowed_are_labelled_with_the_excess(one_arm, unit_box):
-    placed = wb.place(one_arm, wb.pose(one_arm, {}, position=(1.03, 0.5, 0.5)))  # base: 20 mm into the box's side
+    placed = wb.place(
+        one_arm, wb.pose(one_arm, {}, position=(1.03, 0.5, 0.5))
+    )  # base: 20 mm into the box's side
     marks = contact_marks(wb.contacts(placed, unit_box))
     assert {m.kind for m in marks} == {"contact"}
     assert "20.0 mm" in {m.label for m in marks}
@@ -79,10 +83,18 @@ def test_a_breached_stop_is_a_diamond_at_its_joint_with_the_angle(arm):
 
 def test_segments_controls_and_axes_have_their_names(arm):
     assert [m.label for m in segment_marks(arm)] == ["BASE", "UPPER", "LOWER", "HAND"]
-    assert [m.to for m in axes_marks((1.0, 0.0, 0.0), length=0.5)] == [(1.5, 0, 0), (1.0, 0.5, 0), (1.0, 0, 0.5)]
+    assert [m.to for m in axes_marks((1.0, 0.0, 0.0), length=0.5)] == [
+        (1.5, 0, 0),
+        (1.0, 0.5, 0),
+        (1.0, 0, 0.5),
+    ]
     trainer = wb.load_environment("trainer")
     kinds = {m.label: m.kind for m in control_marks(trainer, {"throttle": False})}
-    assert kinds["throttle"] == "missed" and kinds["flaps"] == "reach" and len(kinds) == len(trainer.controls)
+    assert (
+        kinds["throttle"] == "missed"
+        and kinds["flaps"] == "reach"
+        and len(kinds) == len(trainer.controls)
+    )
 
 
 def test_segments_outside_the_logical_window_have_no_label(one_arm):
@@ -96,7 +108,12 @@ def test_labels_of_all_kinds_overlap_no_other_label(seed, count):
     kinds = [str(k) for k in random.choice([*MARKS], count)]
     points = random.normal(0.0, 0.3, (count, 2, 3))
     marks = tuple(
-        Mark(tuple(a), f"part {i}", kind, tuple(b) if kind in ("clearance", "missed") or kind[:4] == "axis" else None)
+        Mark(
+            tuple(a),
+            f"part {i}",
+            kind,
+            tuple(b) if kind in ("clearance", "missed") or kind[:4] == "axis" else None,
+        )
         for i, (kind, (a, b)) in enumerate(zip(kinds, points.tolist(), strict=True))
     )
     for a, b in combinations(placed_marks(Scene((), None, marks), front(800)), 2):
@@ -104,7 +121,9 @@ def test_labels_of_all_kinds_overlap_no_other_label(seed, count):
         assert apart.max() >= 0.0
 
 
-@pytest.mark.parametrize("text", ["56.1 mm", "right elbow +4.2°", "WWWW mmmm", "fuel selector", "l.i;|"])
+@pytest.mark.parametrize(
+    "text", ["56.1 mm", "right elbow +4.2°", "WWWW mmmm", "fuel selector", "l.i;|"]
+)
 def test_a_label_is_inside_its_plate(text):
     mark = placed_marks(Scene((), None, (Mark((0, 0, 0), text),)), front(640))[0]
     assert ImageFont.load_default(TEXT_SIZE).getlength(text) <= 2 * mark.half[0]
@@ -112,14 +131,18 @@ def test_a_label_is_inside_its_plate(text):
 
 def test_a_short_dimension_has_its_arrows_outside_and_a_long_one_inside():
     for reach, outside in ((0.01, True), (0.5, False)):
-        mark = placed_marks(Scene((), None, (Mark((0, 0, 0), "", "clearance", (0, reach, 0)),)), front(640))[0]
+        mark = placed_marks(
+            Scene((), None, (Mark((0, 0, 0), "", "clearance", (0, reach, 0)),)), front(640)
+        )[0]
         corners = np.array([corner for shape in mark_shapes(mark) for corner in shape.corners])
         assert (corners[:, 0].max() > mark.to[0] + 5.0) == outside
 
 
 def every_mark():
-    return tuple(Mark((0.0, 0.1 * i - 0.5, 0.2), kind, kind, (0.0, 0.1 * i - 0.45, 0.4) if i % 2 else None)
-                 for i, kind in enumerate(MARKS))  # fmt: skip
+    return tuple(
+        Mark((0.0, 0.1 * i - 0.5, 0.2), kind, kind, (0.0, 0.1 * i - 0.45, 0.4) if i % 2 else None)
+        for i, kind in enumerate(MARKS)
+    )
 
 
 @pytest.mark.parametrize("display", [circles, outline])
@@ -132,7 +155,9 @@ def test_both_vector_displays_draw_every_kind_and_label(display):
 
 
 def test_the_raster_display_draws_every_kind_in_its_colour():
-    picture = np.asarray(disks(Scene((spheres_body([0, 0, 0], 0.1),), None, every_mark()), front(640))).reshape(-1, 3)
+    picture = np.asarray(
+        disks(Scene((spheres_body([0, 0, 0], 0.1),), None, every_mark()), front(640))
+    ).reshape(-1, 3)
     colours = {tuple(colour) for colour in picture.tolist()}
     assert set(MARKS.values()) <= colours
 

@@ -69,24 +69,40 @@ def dae(body: str, *, head: str = "", unit: str = '<unit meter="0.0254"/>') -> s
 
 @pytest.mark.parametrize("form", ["stl", "stl_ascii", "ply", "off", "obj", "glb", "3mf"])
 def test_a_box_is_a_closed_box_in_every_format(tmp_path, form):
-    content = trimesh.Scene({"seat": box()}).export(file_type=form) if form in ("glb", "3mf") else box().export(
-        file_type=form)  # fmt: skip
+    content = (
+        trimesh.Scene({"seat": box()}).export(file_type=form)
+        if form in ("glb", "3mf")
+        else box().export(file_type=form)
+    )
     raw = read_mesh(written(tmp_path, f"seat.{form[:3]}", content))
     assert [part.name for part in raw.parts] in (["seat"], ["geometry"], ["world"])
     assert extent(raw.parts) == pytest.approx([2, 4, 6])
     assert len(raw.parts[0].vertices) == 8 and examined(raw.parts[0])[1].closed
 
 
-@pytest.mark.parametrize(("form", "metres"), [("stl", None), ("ply", None), ("off", None), ("obj", None), ("glb", 1.0)])
+@pytest.mark.parametrize(
+    ("form", "metres"), [("stl", None), ("ply", None), ("off", None), ("obj", None), ("glb", 1.0)]
+)
 def test_only_some_formats_tell_their_unit(tmp_path, form, metres):
-    content = trimesh.Scene([box()]).export(file_type="glb") if form == "glb" else box().export(file_type=form)
+    content = (
+        trimesh.Scene([box()]).export(file_type="glb")
+        if form == "glb"
+        else box().export(file_type=form)
+    )
     assert read_mesh(written(tmp_path, f"a.{form}", content)).metres == metres
 
 
 def test_objects_and_groups_of_an_obj_keep_their_names(tmp_path):
-    text = TRIANGLE + "o left seat\nf 1 2 3\no desk\ng desk_top\nf 1 2 3\ng leg\nf 3 2 1\ng desk_top\nf 2 3 1\n"
+    text = (
+        TRIANGLE
+        + "o left seat\nf 1 2 3\no desk\ng desk_top\nf 1 2 3\ng leg\nf 3 2 1\ng desk_top\nf 2 3 1\n"
+    )
     raw = read_mesh(written(tmp_path, "a.obj", text))
-    assert [(part.name, len(part.faces)) for part in raw.parts] == [("left seat", 1), ("desk_top", 2), ("desk_leg", 1)]
+    assert [(part.name, len(part.faces)) for part in raw.parts] == [
+        ("left seat", 1),
+        ("desk_top", 2),
+        ("desk_leg", 1),
+    ]
 
 
 def test_negative_indices_of_an_obj_count_from_where_they_stand(tmp_path):
@@ -100,18 +116,30 @@ def test_a_missing_material_file_does_not_matter(tmp_path):
     assert len(read_mesh(written(tmp_path, "a.obj", text)).parts[0].faces) == 1
 
 
-@pytest.mark.parametrize("where", ["../a.mtl", "/etc/passwd", "http://a/b.mtl", "C:\\a.mtl", "sub/../../a.mtl"])
+@pytest.mark.parametrize(
+    "where", ["../a.mtl", "/etc/passwd", "http://a/b.mtl", "C:\\a.mtl", "sub/../../a.mtl"]
+)
 def test_materials_of_an_obj_may_lie_anywhere_since_they_are_never_opened(tmp_path, where):
     raw = read_mesh(written(tmp_path, "a.obj", f"mtllib {where}\n{TRIANGLE}f 1 2 3\n"))
     assert len(raw.parts[0].faces) == 1
 
 
-@pytest.mark.parametrize(("line", "word"), [
-    ("f 1 2 9", "vertex 9"), ("f 1 2", "three vertices"), ("f 0 1 2", "three vertices"), ("f a b c", "whole numbers"),
-    ("v 1 2", "three numbers"), ("v 1 2 x", "three numbers"), ("hello", "not a line of an OBJ"),
-    ("call b.obj", "another"),
-    ("f -9 1 2", "three vertices"), ("v nan 0 0\nf 1 2 4", "not finite"), ("v 1e999 0 0\nf 1 2 4", "not finite"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("line", "word"),
+    [
+        ("f 1 2 9", "vertex 9"),
+        ("f 1 2", "three vertices"),
+        ("f 0 1 2", "three vertices"),
+        ("f a b c", "whole numbers"),
+        ("v 1 2", "three numbers"),
+        ("v 1 2 x", "three numbers"),
+        ("hello", "not a line of an OBJ"),
+        ("call b.obj", "another"),
+        ("f -9 1 2", "three vertices"),
+        ("v nan 0 0\nf 1 2 4", "not finite"),
+        ("v 1e999 0 0\nf 1 2 4", "not finite"),
+    ],
+)
 def test_a_broken_line_of_an_obj_is_named(tmp_path, line, word):
     refused(written(tmp_path, "a.obj", f"{TRIANGLE}f 1 2 3\n{line}\n"), word)
 
@@ -137,12 +165,16 @@ def test_a_warning_of_the_collada_library_does_not_make_a_file_broken(tmp_path, 
     read = collada.Collada
 
     def warning(*arguments, **options):
-        warnings.warn("setting the shape on an array has been deprecated", DeprecationWarning, stacklevel=1)
+        warnings.warn(
+            "setting the shape on an array has been deprecated", DeprecationWarning, stacklevel=1
+        )
         return read(*arguments, **options)
 
     monkeypatch.setattr(collada, "Collada", warning)
     node = '<node name="desk"><instance_geometry url="#tri"/></node>'
-    assert [part.name for part in read_mesh(written(tmp_path, "a.dae", dae(node))).parts] == ["desk"]
+    assert [part.name for part in read_mesh(written(tmp_path, "a.dae", dae(node))).parts] == [
+        "desk"
+    ]
 
 
 def test_a_node_of_a_dae_gives_its_name_and_transforms_and_the_file_its_unit(tmp_path):
@@ -159,12 +191,15 @@ def test_a_mirrored_instance_keeps_its_outside_outside(tmp_path):
     assert np.cross(b - a, c - a)[2] == -1
 
 
-@pytest.mark.parametrize(("body", "word"), [
-    ('<node><instance_controller url="#skin"/></node>', "skinned"),
-    ('<node><instance_geometry url="../b.dae#tri"/></node>', "another file"),
-    ('<node><instance_geometry url="#gone"/></node>', "not found"),
-    ("", "no surface"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("body", "word"),
+    [
+        ('<node><instance_controller url="#skin"/></node>', "skinned"),
+        ('<node><instance_geometry url="../b.dae#tri"/></node>', "another file"),
+        ('<node><instance_geometry url="#gone"/></node>', "not found"),
+        ("", "no surface"),
+    ],
+)
 def test_a_dae_that_would_come_out_empty_or_in_part_is_refused(tmp_path, body, word):
     refused(written(tmp_path, "a.dae", dae(body)), word)
 
@@ -173,7 +208,12 @@ def test_a_dae_that_grows_without_bound_is_refused_at_once(tmp_path):
     bomb = "".join(f'<!ENTITY l{k} "{f"&l{k - 1};" * 10 if k else "lol"}">' for k in range(12))
     text = dae("<node>&l11;</node>", head=f"<!DOCTYPE COLLADA [{bomb}]>")
     refused(written(tmp_path, "a.dae", text), "DOCTYPE")
-    refused(written(tmp_path, "b.dae", text.replace('"1.0"', '"1.0" encoding="UTF-16"').encode("utf-16")), "DOCTYPE")
+    refused(
+        written(
+            tmp_path, "b.dae", text.replace('"1.0"', '"1.0" encoding="UTF-16"').encode("utf-16")
+        ),
+        "DOCTYPE",
+    )
 
 
 @pytest.mark.parametrize("meter", ["x", "0", "-1", "nan", "1e9"])
@@ -187,11 +227,16 @@ def gltf(**change) -> str:
     files = trimesh.Scene({"box": box()}).export(file_type="gltf")
     tree = json.loads(files["model.gltf"])
     for buffer in tree["buffers"]:
-        buffer["uri"] = "data:application/octet-stream;base64," + base64.b64encode(files[buffer["uri"]]).decode()
+        buffer["uri"] = (
+            "data:application/octet-stream;base64,"
+            + base64.b64encode(files[buffer["uri"]]).decode()
+        )
     return json.dumps(tree | change)
 
 
-@pytest.mark.parametrize("uri", ["../b.bin", "%2e%2e/b.bin", "/b.bin", "https://a/b.bin", "file:///b.bin"])
+@pytest.mark.parametrize(
+    "uri", ["../b.bin", "%2e%2e/b.bin", "/b.bin", "https://a/b.bin", "file:///b.bin"]
+)
 def test_a_gltf_that_refers_outside_its_folder_is_refused(tmp_path, uri):
     text = gltf(buffers=[{"uri": uri, "byteLength": 840}])
     refused(written(tmp_path, "a.gltf", text), "outside its own folder")
@@ -199,10 +244,22 @@ def test_a_gltf_that_refers_outside_its_folder_is_refused(tmp_path, uri):
 
 def test_a_gltf_that_cannot_be_read_whole_is_refused(tmp_path):
     assert len(read_mesh(written(tmp_path, "a.gltf", gltf())).parts) == 1
-    refused(written(tmp_path, "b.gltf", gltf(extensionsUsed=["KHR_draco_mesh_compression"])), "compressed")
-    refused(written(tmp_path, "c.gltf", gltf(buffers=[{"uri": "gone.bin", "byteLength": 840}])), "gone.bin")
-    refused(written(tmp_path, "d.gltf", gltf(accessors=[{"count": 10**12, "componentType": 5126, "type": "VEC3"}])),
-            "does not hold")  # fmt: skip
+    refused(
+        written(tmp_path, "b.gltf", gltf(extensionsUsed=["KHR_draco_mesh_compression"])),
+        "compressed",
+    )
+    refused(
+        written(tmp_path, "c.gltf", gltf(buffers=[{"uri": "gone.bin", "byteLength": 840}])),
+        "gone.bin",
+    )
+    refused(
+        written(
+            tmp_path,
+            "d.gltf",
+            gltf(accessors=[{"count": 10**12, "componentType": 5126, "type": "VEC3"}]),
+        ),
+        "does not hold",
+    )
 
 
 def test_both_instances_of_a_gltf_mesh_are_there():
@@ -212,7 +269,9 @@ def test_both_instances_of_a_gltf_mesh_are_there():
 
 
 def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, monkeypatch):
-    raw = read_mesh(written(tmp_path, "a.3mf", trimesh.Scene({"box": box()}).export(file_type="3mf")))
+    raw = read_mesh(
+        written(tmp_path, "a.3mf", trimesh.Scene({"box": box()}).export(file_type="3mf"))
+    )
     assert raw.metres == 0.001
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -225,19 +284,26 @@ def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, mo
 def test_a_ply_may_mix_triangles_and_quadrilaterals(tmp_path, form):
     head = f"ply\nformat {form}\nelement vertex 5\nproperty float x\nproperty float y\nproperty float z\n"
     head += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
-    points, faces = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)], [(1, 4, 2), (0, 1, 2, 3)]
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0)]
+    faces = [(1, 4, 2), (0, 1, 2, 3)]
     order = ">" if "big" in form else "<"
     body = b"".join(np.array(p, order + "f4").tobytes() for p in points)
     body += b"".join(bytes([len(f)]) + np.array(f, order + "i4").tobytes() for f in faces)
-    text = "".join(" ".join(map(str, row)) + "\n" for row in [*points, *[(len(f), *f) for f in faces]]).encode()
-    raw = read_mesh(written(tmp_path, "a.ply", head.encode() + (text if form.startswith("a") else body)))
+    text = "".join(
+        " ".join(map(str, row)) + "\n" for row in [*points, *[(len(f), *f) for f in faces]]
+    ).encode()
+    raw = read_mesh(
+        written(tmp_path, "a.ply", head.encode() + (text if form.startswith("a") else body))
+    )
     assert len(raw.parts[0].faces) == 3 and extent(raw.parts) == pytest.approx([2, 1, 0])
 
 
 def test_the_step_part_is_five_inches_long():
     pytest.importorskip("cascadio")
     raw = read_mesh(real("environments/trimesh/featuretype.STEP"))
-    assert raw.metres == 1 and extent(raw.parts) == pytest.approx([0.127, 0.0635, 0.034925], abs=1e-5)
+    assert raw.metres == 1 and extent(raw.parts) == pytest.approx(
+        [0.127, 0.0635, 0.034925], abs=1e-5
+    )
 
 
 def test_step_without_cascadio_says_how_to_get_it(tmp_path, monkeypatch):
@@ -272,20 +338,31 @@ def test_binary_garbage_and_text_are_refused_in_every_format(tmp_path, ending):
         refused(written(tmp_path, name + ending, content))
 
 
-@pytest.mark.parametrize("form", ["stl", "stl_ascii", "ply", "off", "obj", "glb", "3mf", "dae", "gltf"])
+@pytest.mark.parametrize(
+    "form", ["stl", "stl_ascii", "ply", "off", "obj", "glb", "3mf", "dae", "gltf"]
+)
 def test_damaged_files_are_read_or_refused_and_never_end_in_a_traceback(tmp_path, form):
     chance = random.Random(form)
     whole = {"dae": lambda: dae('<node><instance_geometry url="#tri"/></node>'), "gltf": gltf}.get(
-        form, lambda: trimesh.Scene([box()]).export(file_type=form) if form in ("glb", "3mf") else box().export(
-            file_type=form))()  # fmt: skip
+        form,
+        lambda: (
+            trimesh.Scene([box()]).export(file_type=form)
+            if form in ("glb", "3mf")
+            else box().export(file_type=form)
+        ),
+    )()
     data = whole.encode() if isinstance(whole, str) else whole
     for _ in range(60):
-        broken = bytearray(data[: chance.randrange(1, len(data) + 1)] if chance.random() < 0.3 else data)
+        broken = bytearray(
+            data[: chance.randrange(1, len(data) + 1)] if chance.random() < 0.3 else data
+        )
         for _ in range(chance.choice([0, 1, 8])):
             broken[chance.randrange(len(broken))] = chance.randrange(256)
         try:
             assert read_mesh(
-                written(tmp_path, f"a.{form[:4]}" if form == "gltf" else f"a.{form[:3]}", bytes(broken))
+                written(
+                    tmp_path, f"a.{form[:4]}" if form == "gltf" else f"a.{form[:3]}", bytes(broken)
+                )
             ).parts
         except InputError as error:
             assert "\n" not in str(error)
@@ -321,14 +398,23 @@ def test_names_become_unique_in_order():
     ]
 
 
-@pytest.mark.parametrize(("name", "size"), [
-    ("polaris_ranger_ev/polaris.dae", 107.467), ("prius_cardemo/hybrid_body.obj", 461.829),
-    ("gazebo_control_console/console.dae", 2625.193), ("iss_astrobee/astrobee_iss/meshes/jpm.dae", 10.175),
-    ("assistive_gym/wheelchair__wheelchair_permobil_reduced_compressed.obj", 8.25), ("gazebo_suv/suv.obj", 83.669),
-    ("iss_astrobee/astrobee_handrail_30/meshes/handrail_30.dae", 0.783), ("gazebo_bus_stop/bench.dae", 1.6),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("polaris_ranger_ev/polaris.dae", 107.467),
+        ("prius_cardemo/hybrid_body.obj", 461.829),
+        ("gazebo_control_console/console.dae", 2625.193),
+        ("iss_astrobee/astrobee_iss/meshes/jpm.dae", 10.175),
+        ("assistive_gym/wheelchair__wheelchair_permobil_reduced_compressed.obj", 8.25),
+        ("gazebo_suv/suv.obj", 83.669),
+        ("iss_astrobee/astrobee_handrail_30/meshes/handrail_30.dae", 0.783),
+        ("gazebo_bus_stop/bench.dae", 1.6),
+    ],
+)
 def test_real_files_have_the_size_they_should_in_their_own_units(name, size):
-    assert extent(read_mesh(real(f"environments/{name}")).parts).max() == pytest.approx(size, abs=1e-3)
+    assert extent(read_mesh(real(f"environments/{name}")).parts).max() == pytest.approx(
+        size, abs=1e-3
+    )
 
 
 @pytest.mark.parametrize("uri", ["../a.png", "/a.png", "https://a/b.png", "file:///b.png"])
@@ -336,30 +422,43 @@ def test_images_of_a_gltf_may_lie_anywhere_since_they_are_never_opened(tmp_path,
     assert read_mesh(written(tmp_path, "a.gltf", gltf(images=[{"uri": uri}]))).parts
 
 
-def points_gltf(values: np.ndarray, kind: int, *, nodes=({"mesh": 0},), accessor=None, views=(), **change) -> str:
-    """A glTF file of one triangle, its corners as given numbers; further buffer views are bytes after the corners."""
+def points_gltf(
+    values: np.ndarray, kind: int, *, nodes=({"mesh": 0},), accessor=None, views=(), **change
+) -> str:
+    """A glTF file of one triangle, its corners as given numbers; further buffer views are bytes
+    after the corners."""
     blobs = [values.tobytes(), *views]
     starts = np.cumsum([0, *(len(blob) for blob in blobs)])
     body = base64.b64encode(b"".join(blobs)).decode()
     tree = {
-        "asset": {"version": "2.0"}, "scenes": [{"nodes": list(range(len(nodes)))}], "nodes": list(nodes),
+        "asset": {"version": "2.0"},
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": list(nodes),
         "meshes": [{"name": "tri", "primitives": [{"attributes": {"POSITION": 0}}]}],
-        "accessors": [{"bufferView": 0, "componentType": kind, "count": 3, "type": "VEC3"} | (accessor or {})],
-        "bufferViews": [{"buffer": 0, "byteOffset": int(a), "byteLength": len(b)}
-                        for a, b in zip(starts, blobs, strict=False)],
+        "accessors": [
+            {"bufferView": 0, "componentType": kind, "count": 3, "type": "VEC3"} | (accessor or {})
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": int(a), "byteLength": len(b)}
+            for a, b in zip(starts, blobs, strict=False)
+        ],
         "buffers": [{"uri": f"data:;base64,{body}", "byteLength": int(starts[-1])}],
-    }  # fmt: skip
+    }
     return json.dumps(tree | change)
 
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], dtype="<f4")
 
 
-@pytest.mark.parametrize(("dtype", "kind"), [("<u2", 5123), ("<i2", 5122), ("u1", 5121), ("i1", 5120)])
+@pytest.mark.parametrize(
+    ("dtype", "kind"), [("<u2", 5123), ("<i2", 5122), ("u1", 5121), ("i1", 5120)]
+)
 def test_quantised_positions_have_their_true_size(tmp_path, dtype, kind):
     rows = np.zeros((3, 4), dtype=dtype)  # a row is filled up to four numbers
     rows[:, :3] = CORNERS * np.iinfo(dtype).max
-    text = points_gltf(rows, kind, accessor={"normalized": True}, extensionsRequired=["KHR_mesh_quantization"])
+    text = points_gltf(
+        rows, kind, accessor={"normalized": True}, extensionsRequired=["KHR_mesh_quantization"]
+    )
     tree = json.loads(text)
     tree["bufferViews"][0]["byteStride"] = rows.itemsize * 4
     raw = read_mesh(written(tmp_path, "a.gltf", json.dumps(tree)))
@@ -367,40 +466,72 @@ def test_quantised_positions_have_their_true_size(tmp_path, dtype, kind):
 
 
 def test_sparse_accessors_move_the_corners_that_they_name(tmp_path):
-    sparse = {"count": 1, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 2}}
+    sparse = {
+        "count": 1,
+        "indices": {"bufferView": 1, "componentType": 5123},
+        "values": {"bufferView": 2},
+    }
     views = (np.array([1], dtype="<u2").tobytes(), np.array([7, 0, 0], dtype="<f4").tobytes())
-    raw = read_mesh(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, accessor={"sparse": sparse}, views=views)))
+    raw = read_mesh(
+        written(
+            tmp_path, "a.gltf", points_gltf(CORNERS, 5126, accessor={"sparse": sparse}, views=views)
+        )
+    )
     assert sorted(raw.parts[0].vertices[:, 0].tolist()) == [0, 0, 7]
 
 
 def test_all_copies_of_an_instanced_mesh_are_there(tmp_path):
     copies = np.array([[0, 0, 0], [5, 0, 0], [9, 0, 0]], dtype="<f4")
     text = points_gltf(
-        CORNERS, 5126, views=(copies.tobytes(),),
-        nodes=[{"name": "seat", "mesh": 0, "scale": [2, 2, 2],
-                "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}}}],
+        CORNERS,
+        5126,
+        views=(copies.tobytes(),),
+        nodes=[
+            {
+                "name": "seat",
+                "mesh": 0,
+                "scale": [2, 2, 2],
+                "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 1}}},
+            }
+        ],
         extensionsRequired=["EXT_mesh_gpu_instancing"],
-        accessors=[{"bufferView": k, "componentType": 5126, "count": 3, "type": "VEC3"} for k in (0, 1)],
-    )  # fmt: skip
+        accessors=[
+            {"bufferView": k, "componentType": 5126, "count": 3, "type": "VEC3"} for k in (0, 1)
+        ],
+    )
     raw = read_mesh(written(tmp_path, "a.gltf", text))
     assert [part.name for part in raw.parts] == ["seat", "seat_2", "seat_3"]
     assert [part.vertices[:, 0].min() for part in raw.parts] == [0, 10, 18]
 
 
-@pytest.mark.parametrize(("change", "words"), [
-    ({"extensionsRequired": ["VENDOR_new_shape"]}, ("requires VENDOR_new_shape", "not read")),
-    ({"extensionsRequired": ["EXT_meshopt_compression"]}, ("EXT_meshopt_compression", "compressed")),
-    ({"asset": {"version": "1.0"}}, ("glTF 1.0", "only 2.0")),
-    ({"buffers": [{"uri": "body.bin", "byteLength": 36}]}, ("'body.bin' is missing", "belongs beside it")),
-    ({"buffers": [{"uri": "data:;base64,AAAA", "byteLength": 36}]}, ("buffer 0", "cut short", "3 bytes")),
-    ({"nodes": [{"children": [0]}]}, ("node 0 stands in two places",)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"extensionsRequired": ["VENDOR_new_shape"]}, ("requires VENDOR_new_shape", "not read")),
+        (
+            {"extensionsRequired": ["EXT_meshopt_compression"]},
+            ("EXT_meshopt_compression", "compressed"),
+        ),
+        ({"asset": {"version": "1.0"}}, ("glTF 1.0", "only 2.0")),
+        (
+            {"buffers": [{"uri": "body.bin", "byteLength": 36}]},
+            ("'body.bin' is missing", "belongs beside it"),
+        ),
+        (
+            {"buffers": [{"uri": "data:;base64,AAAA", "byteLength": 36}]},
+            ("buffer 0", "cut short", "3 bytes"),
+        ),
+        ({"nodes": [{"children": [0]}]}, ("node 0 stands in two places",)),
+    ],
+)
 def test_a_gltf_that_would_be_read_wrongly_is_refused_by_name(tmp_path, change, words):
     refused(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, **change)), *words)
 
 
 def test_a_gltf_may_require_what_changes_no_surface(tmp_path):
-    text = points_gltf(CORNERS, 5126, extensionsRequired=["KHR_materials_unlit", "KHR_texture_transform"])
+    text = points_gltf(
+        CORNERS, 5126, extensionsRequired=["KHR_materials_unlit", "KHR_texture_transform"]
+    )
     assert read_mesh(written(tmp_path, "a.gltf", text)).parts
 
 
@@ -410,7 +541,9 @@ def test_a_binary_gltf_of_version_1_is_refused(tmp_path):
     refused(written(tmp_path, "a.glb", bytes(data)), "glTF 1.0")
 
 
-@pytest.mark.parametrize(("mode", "faces"), [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])])
+@pytest.mark.parametrize(
+    ("mode", "faces"), [(5, [[0, 1, 2], [2, 1, 3]]), (6, [[0, 1, 2], [0, 2, 3]])]
+)
 def test_strips_and_fans_of_a_gltf_are_triangles(tmp_path, mode, faces):
     square = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype="<f4")
     mesh = {"primitives": [{"attributes": {"POSITION": 0}, "mode": mode}]}
@@ -428,7 +561,11 @@ def test_names_of_nodes_that_are_numbers_are_kept(tmp_path):
 
 def test_3000_nested_nodes_of_a_gltf_are_read(tmp_path):
     nodes = [{"children": [k + 1], "translation": [0, 0, 1]} for k in range(3000)] + [{"mesh": 0}]
-    raw = read_mesh(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes, scenes=[{"nodes": [0]}])))
+    raw = read_mesh(
+        written(
+            tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes, scenes=[{"nodes": [0]}])
+        )
+    )
     assert raw.parts[0].vertices[0, 2] == 3000
 
 
@@ -443,21 +580,34 @@ def test_a_huge_index_in_a_face_of_an_obj_is_one_line(tmp_path, index):
     refused(written(tmp_path, "a.obj", f"{TRIANGLE}f 1 2 {index}\n"), "a.obj:4")
 
 
-@pytest.mark.parametrize(("name", "text"), [
-    ("a.obj", f"o a\n{TRIANGLE}f 1 2 3\n"), ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
-    ("a.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-              "element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
-    ("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
-              "endsolid a\n"),
-    ("a.dae", dae('<node><instance_geometry url="#tri"/></node>')), ("a.gltf", points_gltf(CORNERS, 5126)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.obj", f"o a\n{TRIANGLE}f 1 2 3\n"),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"),
+        (
+            "a.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+            "element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+        ),
+        (
+            "a.stl",
+            "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+            "endsolid a\n",
+        ),
+        ("a.dae", dae('<node><instance_geometry url="#tri"/></node>')),
+        ("a.gltf", points_gltf(CORNERS, 5126)),
+    ],
+)
 def test_a_byte_order_mark_before_the_text_makes_no_difference(tmp_path, name, text):
     raw = read_mesh(written(tmp_path, name, b"\xef\xbb\xbf" + text.encode()))
     assert [len(part.faces) for part in raw.parts] == [1]
 
 
 def test_control_characters_in_names_become_text(tmp_path):
-    raw = read_mesh(written(tmp_path, "a.obj", f"{TRIANGLE}o seat\x1b[2J\x9b\nf 1 2 3\no \u202eback\nf 1 2 3\n"))
+    raw = read_mesh(
+        written(tmp_path, "a.obj", f"{TRIANGLE}o seat\x1b[2J\x9b\nf 1 2 3\no \u202eback\nf 1 2 3\n")
+    )
     assert [part.name for part in raw.parts] == ["seat\\u001b[2J\\u009b", "\\u202eback"]
 
 
@@ -466,7 +616,9 @@ DOOR = """<library_nodes><node id="door" name="door"><instance_geometry url="#tr
 
 
 def test_nodes_placed_twice_in_a_dae_are_named_as_where_they_are_placed(tmp_path):
-    body = "".join(f'<node name="{side}"><instance_node url="#door"/></node>' for side in ("left", "right"))
+    body = "".join(
+        f'<node name="{side}"><instance_node url="#door"/></node>' for side in ("left", "right")
+    )
     text = dae(body).replace("<library_visual_scenes>", DOOR + "<library_visual_scenes>")
     raw = read_mesh(written(tmp_path, "a.dae", text))
     assert [part.name for part in raw.parts] == ["left", "left_handle", "right", "right_handle"]
@@ -475,20 +627,28 @@ def test_nodes_placed_twice_in_a_dae_are_named_as_where_they_are_placed(tmp_path
 def test_a_node_placed_by_one_without_a_name_keeps_its_own(tmp_path):
     body = '<node><instance_node url="#door"/></node>'
     text = dae(body).replace("<library_visual_scenes>", DOOR + "<library_visual_scenes>")
-    assert [part.name for part in read_mesh(written(tmp_path, "a.dae", text)).parts] == ["door", "handle"]
+    assert [part.name for part in read_mesh(written(tmp_path, "a.dae", text)).parts] == [
+        "door",
+        "handle",
+    ]
 
 
-@pytest.mark.parametrize(("body", "word"), [
-    ("<node>" * 3000 + "</node>" * 3000, "deeper than 200 levels"),
-    ('<node><skew>45 0 1 0 1 0 0</skew><instance_geometry url="#tri"/></node>', "<skew>"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("body", "word"),
+    [
+        ("<node>" * 3000 + "</node>" * 3000, "deeper than 200 levels"),
+        ('<node><skew>45 0 1 0 1 0 0</skew><instance_geometry url="#tri"/></node>', "<skew>"),
+    ],
+)
 def test_a_dae_that_ended_in_a_traceback_is_one_line(tmp_path, body, word):
     refused(written(tmp_path, "a.dae", dae(body)), word)
 
 
 def doubling_dae(levels: int) -> str:
-    nodes = "".join(f'<node id="n{k}">{f"<instance_node url={chr(34)}#n{k - 1}{chr(34)}/>" * 2}</node>'
-                    for k in range(1, levels))  # fmt: skip
+    nodes = "".join(
+        f'<node id="n{k}">{f"<instance_node url={chr(34)}#n{k - 1}{chr(34)}/>" * 2}</node>'
+        for k in range(1, levels)
+    )
     library = f'<library_nodes><node id="n0"><instance_geometry url="#tri"/></node>{nodes}</library_nodes>'
     body = f'<node><instance_node url="#n{levels - 1}"/></node>'
     return dae(body).replace("<library_visual_scenes>", library + "<library_visual_scenes>")
@@ -506,9 +666,14 @@ TRIANGLE_3MF = """<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0"
 
 
 def doubling_threemf(levels: int) -> bytes:
-    objects = "".join(f'<object id="{k}"><components>{f"<component objectid={chr(34)}{k - 1}{chr(34)}/>" * 2}'
-                      "</components></object>" for k in range(1, levels))  # fmt: skip
-    return threemf(f'<object id="0">{TRIANGLE_3MF}</object>{objects}<build><item objectid="{levels - 1}"/></build>')
+    objects = "".join(
+        f'<object id="{k}"><components>{f"<component objectid={chr(34)}{k - 1}{chr(34)}/>" * 2}'
+        "</components></object>"
+        for k in range(1, levels)
+    )
+    return threemf(
+        f'<object id="0">{TRIANGLE_3MF}</object>{objects}<build><item objectid="{levels - 1}"/></build>'
+    )
 
 
 def test_copies_of_copies_are_counted_before_they_are_made(tmp_path):
@@ -521,7 +686,11 @@ def test_copies_of_copies_are_counted_before_they_are_made(tmp_path):
 def test_copies_that_do_not_fit_into_the_memory_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(bounds, "free_memory", lambda: 5000)
     nodes = [{"mesh": 0}] * 5
-    refused(written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes)), "places 5 triangles", "of memory")
+    refused(
+        written(tmp_path, "a.gltf", points_gltf(CORNERS, 5126, nodes=nodes)),
+        "places 5 triangles",
+        "of memory",
+    )
     refused(written(tmp_path, "a.dae", doubling_dae(5)), "places 16 triangles")
     refused(written(tmp_path, "a.3mf", doubling_threemf(5)), "places 16 triangles")
 
@@ -532,16 +701,26 @@ def test_objects_of_a_3mf_are_placed_named_and_none_is_lost_without_a_word(tmp_p
     build = '</components></object><build><item objectid="3"/><item objectid="1"/></build>'
     raw = read_mesh(written(tmp_path, "a.3mf", threemf(objects + build)))
     assert [(part.name, part.vertices[0, 2]) for part in raw.parts] == [("seat", 5), ("seat_2", 0)]
-    assert raw.metres == 1 and raw.notes == ("1 objects are not part of the build and are left out",)
+    assert raw.metres == 1 and raw.notes == (
+        "1 objects are not part of the build and are left out",
+    )
 
 
-@pytest.mark.parametrize(("model", "word"), [
-    ('<build><item objectid="9"/></build>', "'9' is named and not there"),
-    (f'<object id="1">{TRIANGLE_3MF.replace("v3=" + chr(34) + "2", "v3=" + chr(34) + "3")}</object>'
-     '<build><item objectid="1"/></build>', "vertex 3"),
-    ('<object id="1"><components><component objectid="1"/></components></object><build><item objectid="1"/></build>',
-     "within themselves"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("model", "word"),
+    [
+        ('<build><item objectid="9"/></build>', "'9' is named and not there"),
+        (
+            f'<object id="1">{TRIANGLE_3MF.replace("v3=" + chr(34) + "2", "v3=" + chr(34) + "3")}</object>'
+            '<build><item objectid="1"/></build>',
+            "vertex 3",
+        ),
+        (
+            '<object id="1"><components><component objectid="1"/></components></object><build><item objectid="1"/></build>',
+            "within themselves",
+        ),
+    ],
+)
 def test_a_3mf_that_names_what_is_not_there_is_refused(tmp_path, model, word):
     refused(written(tmp_path, "a.3mf", threemf(model)), word)
 
@@ -554,18 +733,27 @@ def test_a_3mf_that_unpacks_to_far_more_than_meshes_do_is_refused(tmp_path, monk
 def star(corners: int) -> np.ndarray:
     """(n, 2) corners of a star, every second one near its middle."""
     angle = np.linspace(0, 2 * np.pi, corners, endpoint=False)
-    return np.column_stack([np.cos(angle), np.sin(angle)]) * np.where(np.arange(corners) % 2, 0.3, 1.0)[:, None]
+    return (
+        np.column_stack([np.cos(angle), np.sin(angle)])
+        * np.where(np.arange(corners) % 2, 0.3, 1.0)[:, None]
+    )
 
 
 def signed_areas(points: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    a, b, c = points[faces[:, 0]], points[faces[:, 1]], points[faces[:, 2]]
+    a = points[faces[:, 0]]
+    b = points[faces[:, 1]]
+    c = points[faces[:, 2]]
     return ((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]) / 2
 
 
-SQUARE_HOLE = np.array([(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)], dtype=float)
+SQUARE_HOLE = np.array(
+    [(0, 0), (4, 0), (4, 4), (0, 4), (0, 0), (1, 1), (1, 3), (3, 3), (3, 1), (1, 1)], dtype=float
+)
 
 
-@pytest.mark.parametrize("outline", [star(8), star(2000), star(9)[::-1], SQUARE_HOLE], ids=["8", "2000", "cw", "hole"])
+@pytest.mark.parametrize(
+    "outline", [star(8), star(2000), star(9)[::-1], SQUARE_HOLE], ids=["8", "2000", "cw", "hole"]
+)
 def test_a_face_of_many_corners_is_covered_once_and_nothing_else_is(outline):
     flat = np.column_stack([outline, np.full(len(outline), 3.0)])
     faces = triangulated(flat, np.arange(len(flat)), np.array([len(flat)]))

@@ -1,4 +1,5 @@
-"""Motion files: BVH, the project's own tables, OpenSim; each read to the number, each fault with its line."""
+"""Motion files: BVH, the project's own tables, OpenSim; each read to the number, each fault with
+its line."""
 
 from __future__ import annotations
 
@@ -62,31 +63,46 @@ def test_a_bone_turned_90_degrees_about_z_points_to_minus_x(tmp_path):
 
 @pytest.mark.parametrize("order", ["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"])
 def test_channels_in_any_order_turn_as_matrices_multiplied_in_that_order(tmp_path, order):
-    text = TWO.replace("Zrotation Xrotation Yrotation", " ".join(f"{axis}rotation" for axis in order))
+    text = TWO.replace(
+        "Zrotation Xrotation Yrotation", " ".join(f"{axis}rotation" for axis in order)
+    )
     bones = read_bvh(written(tmp_path, text.replace("1 2 3 90 0 0", "0 0 0 30 50 70")))
     turn = np.eye(3)
     for axis, angle in zip(order, np.radians([30, 50, 70]), strict=True):
-        c, s, k = np.cos(angle), np.sin(angle), "XYZ".index(axis)
+        c = np.cos(angle)
+        s = np.sin(angle)
+        k = "XYZ".index(axis)
         one = np.eye(3)
-        i, j = (k + 1) % 3, (k + 2) % 3
-        one[i, i], one[i, j], one[j, i], one[j, j] = c, -s, s, c
+        i = (k + 1) % 3
+        j = (k + 2) % 3
+        one[i, i] = c
+        one[i, j] = -s
+        one[j, i] = s
+        one[j, j] = c
         turn = turn @ one
     assert bone_positions(bones)[1, 1] == pytest.approx(turn @ [0, 2, 0])
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("Frames: 2", "Frames: 3", "line 17: says 3 frames, 2 are there"),
-    ("1 2 3 90 0 0 0 0 0", "1 2 3 90 0 0 0 0", "line 20: 8 values where 9 are needed"),
-    ("1 2 3 90", "1 2 nan 90", "line 20, column 3 (base Zposition): 'nan' is not a finite number"),
-    ("CHANNELS 3 Yrotation", "CHANNELS 4 Yrotation", "line 9: CHANNELS says 4, 3 are named"),
-    ("Yrotation Zrotation", "Wrotation Zrotation", "line 9: no channel 'Wrotation'"),
-    ("OFFSET 0 2 0", "OFFSET 0 x 0", "line 8: OFFSET needs three numbers"),
-    ("JOINT tip", "JOINT base", "line 6: a second bone 'base'"),
-    ("MOTION", "MOTTION", "line 16: 'MOTTION' is not expected here"),
-    ("Frame Time: 0.1", "Frame Time: 0", "both must be positive"),
-    ("HIERARCHY", "solid cube", "line 1: 'solid cube' is not expected here"),
-    ("Frames: 2\nFrame Time: 0.1\n0 0 0 0 0 0 0 0 0\n1 2 3 90 0 0 0 0 0\n", "", "cut short"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("Frames: 2", "Frames: 3", "line 17: says 3 frames, 2 are there"),
+        ("1 2 3 90 0 0 0 0 0", "1 2 3 90 0 0 0 0", "line 20: 8 values where 9 are needed"),
+        (
+            "1 2 3 90",
+            "1 2 nan 90",
+            "line 20, column 3 (base Zposition): 'nan' is not a finite number",
+        ),
+        ("CHANNELS 3 Yrotation", "CHANNELS 4 Yrotation", "line 9: CHANNELS says 4, 3 are named"),
+        ("Yrotation Zrotation", "Wrotation Zrotation", "line 9: no channel 'Wrotation'"),
+        ("OFFSET 0 2 0", "OFFSET 0 x 0", "line 8: OFFSET needs three numbers"),
+        ("JOINT tip", "JOINT base", "line 6: a second bone 'base'"),
+        ("MOTION", "MOTTION", "line 16: 'MOTTION' is not expected here"),
+        ("Frame Time: 0.1", "Frame Time: 0", "both must be positive"),
+        ("HIERARCHY", "solid cube", "line 1: 'solid cube' is not expected here"),
+        ("Frames: 2\nFrame Time: 0.1\n0 0 0 0 0 0 0 0 0\n1 2 3 90 0 0 0 0 0\n", "", "cut short"),
+    ],
+)
 def test_what_is_wrong_in_a_bvh_is_told_with_its_line(tmp_path, old, new, told):
     with pytest.raises(InputError) as caught:
         read_bvh(written(tmp_path, TWO.replace(old, new)))
@@ -104,7 +120,8 @@ def test_a_part_of_a_motion_keeps_the_files_clock():
 
 
 def test_a_recorded_jump_is_mapped_to_the_body():
-    """CMU subject 1: legs of the unit's length, feet that come back to one floor, elbows that bend their own way."""
+    """CMU subject 1: legs of the unit's length, feet that come back to one floor, elbows that bend
+    their own way."""
     if not JUMP.is_file():
         pytest.skip("no shared data")
     poses, notes = retarget(BODY, read_bvh(JUMP, keep=Pick(every=8)))
@@ -124,25 +141,46 @@ def test_a_skeleton_made_from_the_body_brings_its_pose_back():
     """The zero pose of the body as bones with identity turns: every joint stays at zero."""
     names = {"LT": "Hips", "CT": "Spine", "UT": "Chest", "N": "Neck", "H": "Head"}
     for side, word in (("L", "Left"), ("R", "Right")):
-        names |= {side + "SM": f"{word}Collar", side + "UA": f"{word}Arm", side + "LA": f"{word}ForeArm",
-                  side + "HN": f"{word}Hand", side + "UL": f"{word}UpLeg", side + "LL": f"{word}Leg",
-                  side + "F": f"{word}Foot"}  # fmt: skip
+        names |= {
+            side + "SM": f"{word}Collar",
+            side + "UA": f"{word}Arm",
+            side + "LA": f"{word}ForeArm",
+            side + "HN": f"{word}Hand",
+            side + "UL": f"{word}UpLeg",
+            side + "LL": f"{word}Leg",
+            side + "F": f"{word}Foot",
+        }
     from workbench.model.motion import Bones
 
     order = [s for s in BODY.segments if s != "STG"]
     at = {s: _proximal(s) for s in order}
     parent = np.array(
-        [-1 if s == "LT" else order.index(BODY.segments[BODY.parent[BODY.segments.index(s)]]) for s in order]
+        [
+            -1 if s == "LT" else order.index(BODY.segments[BODY.parent[BODY.segments.index(s)]])
+            for s in order
+        ]
     )
     offset = np.array([at[s] - (at[order[parent[k]]] if k else 0) for k, s in enumerate(order)])
     still = np.tile([1.0, 0, 0, 0], (3, len(order), 1))
-    bones = Bones(tuple(names[s] for s in order), parent, offset, still, np.repeat(offset[None], 3, axis=0), [0, 1, 2],
-                  {}, 1.0, "", "own")  # fmt: skip
+    bones = Bones(
+        tuple(names[s] for s in order),
+        parent,
+        offset,
+        still,
+        np.repeat(offset[None], 3, axis=0),
+        [0, 1, 2],
+        {},
+        1.0,
+        "",
+        "own",
+    )
     poses, _ = retarget(BODY, bones)
     hands = [BODY.joint(j) for j in ("LW", "RW")]
     others = [j for j in range(len(BODY.joints)) if j not in hands]
     assert np.abs(poses.rotations[:, others] - [1, 0, 0, 0]).max() < 1e-9
-    assert np.degrees(np.abs(angles_of(BODY, poses)[:, hands])).max() < 8  # a hand is laid along its forearm
+    assert (
+        np.degrees(np.abs(angles_of(BODY, poses)[:, hands])).max() < 8
+    )  # a hand is laid along its forearm
 
 
 def _proximal(segment):
@@ -154,7 +192,9 @@ def _proximal(segment):
 
 
 def test_a_skeleton_without_legs_is_refused_with_its_bones(tmp_path):
-    with pytest.raises(InputError, match=r"no bone is known for segment LT, LUA.*the bones are base, tip"):
+    with pytest.raises(
+        InputError, match=r"no bone is known for segment LT, LUA.*the bones are base, tip"
+    ):
         retarget(BODY, read_bvh(written(tmp_path, TWO)))
 
 
@@ -189,19 +229,38 @@ def test_angles_are_read_by_the_names_of_their_motions(tmp_path):
     assert poses.world_from_reference[1, :, 3].tolist() == [0, 0, 0.9]
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("time [ms]", "time", "line 2: time needs its unit"),
-    ("LK.flexion [deg]", "LK.flexion", "column LK.flexion needs its unit, [deg] or [rad]"),
-    ("LK.flexion [deg]", "LK.bending [deg]", "line 2, LK.bending: joint LK: no motion 'bending'"),
-    ("LK.flexion", "XK.flexion", "line 2: body bubbleman: no joint 'XK'"),
-    ("z [mm]", "z [deg]", "column z needs its unit"),
-    ("z [mm]", "height [mm]", "no column 'height'"),
-    ("LH.extension", "LK.flexion", "column LK.flexion is there twice"),
-    ("20, 900, 20, 5", "0, 900, 20, 5", "frames are out of order: frame 2 is at 0 s, after frame 1 at 0 s"),
-    ("20, 900, 20, 5", "20, 900, , 5", "line 4, column 3 (LK.flexion): '' is not a finite number"),
-    ("LK.flexion [deg]", "LK.flexion [rad]", "20 rad at 0.02 s, 3 whole turns: is this column in degrees?"),
-    ("reference: LT", "reference: pelvis", "no segment 'pelvis'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("time [ms]", "time", "line 2: time needs its unit"),
+        ("LK.flexion [deg]", "LK.flexion", "column LK.flexion needs its unit, [deg] or [rad]"),
+        (
+            "LK.flexion [deg]",
+            "LK.bending [deg]",
+            "line 2, LK.bending: joint LK: no motion 'bending'",
+        ),
+        ("LK.flexion", "XK.flexion", "line 2: body bubbleman: no joint 'XK'"),
+        ("z [mm]", "z [deg]", "column z needs its unit"),
+        ("z [mm]", "height [mm]", "no column 'height'"),
+        ("LH.extension", "LK.flexion", "column LK.flexion is there twice"),
+        (
+            "20, 900, 20, 5",
+            "0, 900, 20, 5",
+            "frames are out of order: frame 2 is at 0 s, after frame 1 at 0 s",
+        ),
+        (
+            "20, 900, 20, 5",
+            "20, 900, , 5",
+            "line 4, column 3 (LK.flexion): '' is not a finite number",
+        ),
+        (
+            "LK.flexion [deg]",
+            "LK.flexion [rad]",
+            "20 rad at 0.02 s, 3 whole turns: is this column in degrees?",
+        ),
+        ("reference: LT", "reference: pelvis", "no segment 'pelvis'"),
+    ],
+)
 def test_what_is_wrong_in_a_table_is_told(tmp_path, old, new, told):
     with pytest.raises(InputError) as caught:
         read_angle_table(written(tmp_path, ANGLES.replace(old, new), "m.csv"), BODY)
@@ -216,9 +275,7 @@ def test_angles_that_never_exceed_3_degrees_are_suspected_to_be_radians(tmp_path
 
 
 def test_segments_told_one_by_one_are_placed(tmp_path):
-    text = (
-        "time [s], H.x [mm], H.y [mm], H.z [mm], H.roll [deg], H.pitch [deg], H.yaw [deg]\n0, 100, 0, 1600, 0, 0, 90\n"
-    )
+    text = "time [s], H.x [mm], H.y [mm], H.z [mm], H.roll [deg], H.pitch [deg], H.yaw [deg]\n0, 100, 0, 1600, 0, 0, 90\n"
     path = written(tmp_path, text, "s.csv")
     track = read_segment_table(path)
     assert table_kind(path) == "segments"
@@ -244,13 +301,20 @@ def test_both_headers_of_opensim_are_read(tmp_path, head):
     assert notes == ("knee_angle_r is negative in flexion, as in the gait2392 model",)
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("inDegrees=yes", "inDegrees=no", "6 whole turns: the header says radians; are these degrees"),
-    ("nRows=2", "nRows=3", "the header says 3 rows, 2 are there"),
-    ("inDegrees=yes\n", "", "does not say whether angles are degrees"),
-    ("\t-80\t-20", "\t-80", "line 9: 4 values where 5 are needed"),
-    ("time\t", "zeit\t", "the column 'time' must come first, got 'zeit'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            "inDegrees=yes",
+            "inDegrees=no",
+            "6 whole turns: the header says radians; are these degrees",
+        ),
+        ("nRows=2", "nRows=3", "the header says 3 rows, 2 are there"),
+        ("inDegrees=yes\n", "", "does not say whether angles are degrees"),
+        ("\t-80\t-20", "\t-80", "line 9: 4 values where 5 are needed"),
+        ("time\t", "zeit\t", "the column 'time' must come first, got 'zeit'"),
+    ],
+)
 def test_what_is_wrong_in_an_opensim_file_is_told(tmp_path, old, new, told):
     with pytest.raises(InputError) as caught:
         read_coordinates(written(tmp_path, (NEW + ROWS).replace(old, new), "m.mot"))
@@ -282,7 +346,9 @@ def test_missing_and_empty_files_are_told(tmp_path):
 
 def test_a_motion_written_as_bvh_comes_back(tmp_path, motion):
     path = written(tmp_path, "".join(bvh_text(BODY, motion, [place(BODY, motion)])))
-    again, notes = retarget(BODY, read_bvh(path), names={s: s for s in BODY.segments[1:]}, metres=0.01, up="y")
+    again, notes = retarget(
+        BODY, read_bvh(path), names={s: s for s in BODY.segments[1:]}, metres=0.01, up="y"
+    )
     assert notes == ()
     assert again.time == pytest.approx(motion.time)
     was, now = (joints_of(poses) for poses in (motion, again))
@@ -298,7 +364,12 @@ def joints_of(poses):
 def test_the_command_line_converts_a_motion(tmp_path, motion, ending, capsys):
     source = written(tmp_path, "".join(angle_table_text(BODY, motion)), "m.csv")
     out = tmp_path / f"out.{ending}"
-    assert main(["motion", "convert", str(source), "--out", str(out), "--rate", "100", "--speed", "0.5"]) == 0
+    assert (
+        main(
+            ["motion", "convert", str(source), "--out", str(out), "--rate", "100", "--speed", "0.5"]
+        )
+        == 0
+    )
     assert capsys.readouterr().out == f"{out}: 25 frames\n"
     if ending == "csv":
         poses, _ = read_angle_table(out, BODY)
@@ -314,10 +385,15 @@ def test_the_command_line_shows_a_motion_in_numbers_and_words(tmp_path, motion, 
     assert main(["motion", "show", str(tmp_path / "none.bvh")]) == 3
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("Frames: 2", "Frames: inf", "both must be positive"), ("Frames: 2", "Frames: nan", "both must be positive"),
-    ("CHANNELS 3 ", "CHANNELS " + "9" * 5000 + " ", "3 are named"), ("CHANNELS 3 ", "CHANNELS \u00b2 ", "3 are named"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("Frames: 2", "Frames: inf", "both must be positive"),
+        ("Frames: 2", "Frames: nan", "both must be positive"),
+        ("CHANNELS 3 ", "CHANNELS " + "9" * 5000 + " ", "3 are named"),
+        ("CHANNELS 3 ", "CHANNELS \u00b2 ", "3 are named"),
+    ],
+)
 def test_counts_of_a_bvh_that_are_no_numbers_are_told(tmp_path, old, new, told):
     with pytest.raises(InputError, match=told):
         read_bvh(written(tmp_path, TWO.replace(old, new)))
@@ -336,5 +412,7 @@ def test_a_table_of_many_columns_is_looked_through_at_once(tmp_path):
 
 
 def test_a_number_too_large_to_reckon_with_is_told(tmp_path):
-    with pytest.raises(InputError, match=r"line 20, column 4 \(base Zrotation\): '1e308' is too large"):
+    with pytest.raises(
+        InputError, match=r"line 20, column 4 \(base Zrotation\): '1e308' is too large"
+    ):
         read_bvh(written(tmp_path, TWO.replace("1 2 3 90", "1 2 3 1e308")))

@@ -12,7 +12,9 @@ from workbench.solve.family import family_of, packed_links
 from workbench.solve.reaching.limbs import limb
 
 STEP = 1e-4
-PLANE = Planes(np.array([3]), np.array([[0.01, 0.02, -0.2]]), np.array([[0.6, 0.0, 0.8]]), np.array([0.1]))
+PLANE = Planes(
+    np.array([3]), np.array([[0.01, 0.02, -0.2]]), np.array([[0.6, 0.0, 0.8]]), np.array([0.1])
+)
 GOAL = np.array([[0.5, 0.1, 0.2, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.2, 0.2, 0.2]])
 
 
@@ -22,8 +24,12 @@ class Arm:
     def __init__(self, body, zone):
         self.link = packed_links(family_of((body,)), limb(body, "right hand", zone=zone))
         count = len(self.link.rows) + 1
-        joints, self.free = len(self.link.axes), len(self.link.mode)
-        self.state, self.work = new_state(joints, self.free, count), new_work(joints, self.free, count)
+        joints = len(self.link.axes)
+        self.free = len(self.link.mode)
+        self.state, self.work = (
+            new_state(joints, self.free, count),
+            new_work(joints, self.free, count),
+        )
         self.base = np.eye(3, 4)[None].copy()
         self.where = np.random.default_rng(zone).uniform(-0.5, 0.9, self.free)
 
@@ -38,7 +44,11 @@ class Arm:
         step = STEP * np.eye(self.free)
         found = np.zeros((self.free, self.free))
         for i, j in np.ndindex(self.free, self.free):
-            corners = [value(self.at(self.where + a * step[i] + b * step[j])) * a * b for a in (1, -1) for b in (1, -1)]
+            corners = [
+                value(self.at(self.where + a * step[i] + b * step[j])) * a * b
+                for a in (1, -1)
+                for b in (1, -1)
+            ]
             found[i, j] = sum(corners) / (4 * STEP**2)
         self.at(self.where)
         return found
@@ -53,10 +63,12 @@ class Arm:
 @pytest.mark.parametrize("zone", [2, 3])
 @pytest.mark.parametrize("part", [slice(0, 3), slice(3, 6)], ids=["tip", "direction"])
 def test_the_tips_and_the_directions_curvature_is_that_of_differences(bubbleman, zone, part):
-    arm, force = Arm(bubbleman, zone), np.zeros(6)
+    arm = Arm(bubbleman, zone)
+    force = np.zeros(6)
     force[part] = [0.3, -0.8, 0.5]
     expected = arm.second(lambda state: state.at @ force)
-    arm.state.room[:], arm.work.bend[:] = 9.0, force
+    arm.state.room[:] = 9.0
+    arm.work.bend[:] = force
     np.testing.assert_allclose(-arm.matrix(), expected, atol=1e-6)
     assert np.abs(expected).max() > 0.3
 
@@ -66,7 +78,9 @@ def test_a_planes_curvature_is_that_of_differences(bubbleman, zone):
     arm = Arm(bubbleman, zone)
     row = len(arm.link.rows)
     expected = arm.second(lambda state: state.room[row])
-    arm.state.room[:], arm.state.room[row], arm.work.press[row] = 9.0, INSIDE, 2.0
+    arm.state.room[:] = 9.0
+    arm.state.room[row] = INSIDE
+    arm.work.press[row] = 2.0
     np.testing.assert_allclose(-arm.matrix(), 2.0 * expected, atol=1e-5)
     assert np.abs(expected).max() > 0.1
 
@@ -81,7 +95,8 @@ def test_a_cones_curvature_is_that_of_differences_along_its_surface(bubbleman):
     slope = arm.state.slope_of_room[row, angles]
     along = np.array([-slope[1], slope[0]]) / np.linalg.norm(slope)
     assert abs(arm.state.room[row]) < 1e-9
-    arm.state.room[:], arm.work.press[row] = 9.0, 1.0
+    arm.state.room[:] = 9.0
+    arm.work.press[row] = 1.0
     arm.state.room[row] = INSIDE
     found = -arm.matrix()[np.ix_(angles, angles)]
     assert along @ found @ along == pytest.approx(along @ expected @ along, abs=1e-5)
@@ -90,7 +105,9 @@ def test_a_cones_curvature_is_that_of_differences_along_its_surface(bubbleman):
 
 def _onto_cone(arm, row, angles, room):
     """By what two angles are to be multiplied to lie on the cone: bisection."""
-    low, high, start = 0.0, 20.0, arm.where.copy()
+    low = 0.0
+    high = 20.0
+    start = arm.where.copy()
     for _ in range(80):
         middle = 0.5 * (low + high)
         trial = start.copy()

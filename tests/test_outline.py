@@ -28,20 +28,28 @@ from workbench.model.arrays import Bools, Floats, Ints
 
 
 def arcs_of(
-    balls: ArrayLike, *, segment: tuple[int, ...] = (), body: tuple[int, ...] = (), step: float = 0.0
+    balls: ArrayLike,
+    *,
+    segment: tuple[int, ...] = (),
+    body: tuple[int, ...] = (),
+    step: float = 0.0,
 ) -> tuple[Floats, Ints]:
     """Arcs of balls x, y, depth, radius; every segment is joined to the next one."""
     given_balls = np.array(balls, dtype=float).reshape(-1, 4)
     count = len(given_balls)
     number = np.array(segment or (0,) * count)
     joined = np.abs(np.subtract.outer(np.arange(9), np.arange(9))) <= 1
-    rims = parallel_rims(given_balls, number, np.array(body or (0,) * count), joined, np.full(count, float(step)))
+    rims = parallel_rims(
+        given_balls, number, np.array(body or (0,) * count), joined, np.full(count, float(step))
+    )
     return rim_arcs(rims)
 
 
 def drawn_length(balls: ArrayLike, arcs: Floats, keys: Ints, sphere: int) -> float:
     """Length of all arcs of one rim."""
-    return float(np.diff(arcs[keys[:, 0] == sphere]).sum() * np.asarray(balls, dtype=float)[sphere][3])
+    return float(
+        np.diff(arcs[keys[:, 0] == sphere]).sum() * np.asarray(balls, dtype=float)[sphere][3]
+    )
 
 
 def covered(arcs: Floats, keys: Ints, sphere: Ints, angle: Floats) -> Bools:
@@ -51,19 +59,24 @@ def covered(arcs: Floats, keys: Ints, sphere: Ints, angle: Floats) -> Bools:
 
 
 def seen_slowly(balls: Floats, sphere: Ints, angle: Floats) -> tuple[Bools, Floats]:
-    """Rim points that no sphere's surface is in front of, and by how much [units] each is hidden or clear."""
+    """Rim points that no sphere's surface is in front of, and by how much [units] each is hidden or
+    clear."""
     x = balls[sphere, 0] + balls[sphere, 3] * np.cos(angle)
     y = balls[sphere, 1] + balls[sphere, 3] * np.sin(angle)
     half = balls[:, 3] ** 2 - (x[:, None] - balls[:, 0]) ** 2 - (y[:, None] - balls[:, 1]) ** 2
     half[np.arange(len(sphere)), sphere] = -1.0
     with np.errstate(invalid="ignore"):
-        above = np.where(half > 0.0, balls[:, 2] + np.sqrt(half) - balls[sphere, 2][:, None], -np.inf).max(axis=1)
+        above = np.where(
+            half > 0.0, balls[:, 2] + np.sqrt(half) - balls[sphere, 2][:, None], -np.inf
+        ).max(axis=1)
     return above <= 0.0, np.minimum(np.abs(above), np.abs(half).min(axis=1))
 
 
 def test_two_overlapping_spheres_give_two_arcs_that_meet_where_the_circles_cross() -> None:
     arcs, keys = arcs_of([[-3, 0, 0, 5], [3, 0, 0, 5]])
-    ends = np.array([[-3], [3]])[..., None] * [1, 0] + 5 * np.stack([np.cos(arcs), np.sin(arcs)], axis=-1)
+    ends = np.array([[-3], [3]])[..., None] * [1, 0] + 5 * np.stack(
+        [np.cos(arcs), np.sin(arcs)], axis=-1
+    )
     assert keys.tolist() == [[0, 1, 1, 1], [1, 0, 0, 1]]
     assert ends == pytest.approx(np.array([[[0, 4], [0, -4]], [[0, -4], [0, 4]]]), abs=1e-12)
 
@@ -94,7 +107,8 @@ def test_the_arcs_of_a_single_sphere_are_its_circumference() -> None:
 def test_what_is_drawn_is_what_is_in_front_and_nothing_else(seed: int, count: int) -> None:
     random = np.random.default_rng(seed)
     balls = np.column_stack([random.uniform(-3, 3, (count, 3)), random.uniform(0.1, 2.5, count)])
-    sphere, angle = random.integers(0, count, 2000), random.uniform(0.0, math.tau, 2000)
+    sphere = random.integers(0, count, 2000)
+    angle = random.uniform(0.0, math.tau, 2000)
     seen, margin = seen_slowly(balls, sphere, angle)
     clear = margin > 1e-7
     assert np.array_equal(covered(*arcs_of(balls), sphere, angle)[clear], seen[clear])
@@ -104,17 +118,21 @@ def test_what_is_drawn_is_what_is_in_front_and_nothing_else(seed: int, count: in
 def test_outer_arcs_are_those_outside_all_disks(seed: int, count: int) -> None:
     random = np.random.default_rng(seed)
     balls = np.column_stack([random.uniform(-3, 3, (count, 3)), random.uniform(0.1, 2.5, count)])
-    sphere, angle = random.integers(0, count, 2000), random.uniform(0.0, math.tau, 2000)
+    sphere = random.integers(0, count, 2000)
+    angle = random.uniform(0.0, math.tau, 2000)
     seen, margin = seen_slowly(balls * [1, 1, 0, 1], sphere, angle)
     arcs, keys = arcs_of(balls)
-    outer, clear = keys[:, 3] == 1, margin > 1e-7
+    outer = keys[:, 3] == 1
+    clear = margin > 1e-7
     assert np.array_equal(covered(arcs[outer], keys[outer], sphere, angle)[clear], seen[clear])
 
 
 @pytest.mark.parametrize("view", VIEWS)
 def test_the_arcs_of_a_scene_lie_on_the_frontmost_surface(view: str) -> None:
-    scene, camera = Scene((crowd(), crowd(3, 20))), standard_view(view, BOX, width=80, height=80)
-    arcs, spheres = outline_arcs(scene, camera, step=0.0, share=0.0), scene.spheres
+    scene = Scene((crowd(), crowd(3, 20)))
+    camera = standard_view(view, BOX, width=80, height=80)
+    arcs = outline_arcs(scene, camera, step=0.0, share=0.0)
+    spheres = scene.spheres
     angle = arcs.angle.mean(axis=1)[:, None]
     rim = np.cos(angle) * camera.right - np.sin(angle) * camera.up
     points = spheres.centre[arcs.sphere] + spheres.radius[arcs.sphere, None] * rim
@@ -125,7 +143,9 @@ def test_the_arcs_of_a_scene_lie_on_the_frontmost_surface(view: str) -> None:
 
 
 @pytest.mark.parametrize("segment", [(0, 0), (0, 1)])
-def test_a_crease_below_the_step_vanishes_in_a_segment_and_across_a_joint(segment: tuple[int, int]) -> None:
+def test_a_crease_below_the_step_vanishes_in_a_segment_and_across_a_joint(
+    segment: tuple[int, int],
+) -> None:
     balls = [[-30, 0, 10, 50], [30, 0, 0, 50]]
     _, keys = arcs_of(balls, segment=segment, step=13)
     assert keys.tolist() == arcs_of([[-30, 0, 0, 50], [30, 0, 0, 50]])[1].tolist()
@@ -133,7 +153,9 @@ def test_a_crease_below_the_step_vanishes_in_a_segment_and_across_a_joint(segmen
 
 def test_a_limb_that_stands_out_by_more_keeps_its_whole_outline() -> None:
     balls = [[-30, 0, 70, 50], [30, 0, 0, 50]]
-    assert drawn_length(balls, *arcs_of(balls, segment=(0, 1), step=13), 0) == pytest.approx(100 * math.pi)
+    assert drawn_length(balls, *arcs_of(balls, segment=(0, 1), step=13), 0) == pytest.approx(
+        100 * math.pi
+    )
 
 
 @pytest.mark.parametrize(("segment", "body"), [((0, 2), (0, 0)), ((0, 3), (0, 1))])
@@ -141,17 +163,21 @@ def test_the_step_does_not_hold_towards_other_limbs_and_other_bodies(
     segment: tuple[int, int], body: tuple[int, int]
 ) -> None:
     balls = [[-30, 0, 40, 50], [30, 0, 0, 50]]  # hidden within 30 = sqrt(50^2 - 40^2)
-    assert drawn_length(balls, *arcs_of(balls, segment=segment, body=body, step=13), 0) == pytest.approx(
-        100 * math.pi - 100 * math.acos((60**2 + 50**2 - 30**2) / (2 * 60 * 50))
-    )
+    assert drawn_length(
+        balls, *arcs_of(balls, segment=segment, body=body, step=13), 0
+    ) == pytest.approx(100 * math.pi - 100 * math.acos((60**2 + 50**2 - 30**2) / (2 * 60 * 50)))
 
 
 def test_an_arm_before_the_chest_fades_into_its_shoulder() -> None:
-    chest, shoulder, arm = [0, 0, 0, 100], [70, 0, 65, 40], [30, 0, 110, 30]
+    chest = [0, 0, 0, 100]
+    shoulder = [70, 0, 65, 40]
+    arm = [30, 0, 110, 30]
     balls = [chest, shoulder, arm]
     arcs, keys = arcs_of(balls, segment=(0, 1, 2), step=13)
     assert drawn_length(balls, arcs, keys, 0) > 500  # chest
-    open_rim = math.acos((40**2 + 30**2 - (40**2 - 32**2)) / (2 * 40 * 30))  # the shoulder is 110 - 13 - 65 = 32 behind
+    open_rim = math.acos(
+        (40**2 + 30**2 - (40**2 - 32**2)) / (2 * 40 * 30)
+    )  # the shoulder is 110 - 13 - 65 = 32 behind
     assert drawn_length(balls, arcs, keys, 2) == pytest.approx(60 * (math.pi - open_rim))
 
 
@@ -175,19 +201,29 @@ def test_every_point_of_the_path_is_on_a_sphere_of_the_arc_s_radius() -> None:
     for radius, x, y in re.findall(r"A(\S+) \S+ 0 0 1 (\S+) ([-\d.]+)", text):
         like = np.abs(scene.spheres.radius * 320 - float(radius)) <= 0.051
         assert (
-            np.min(np.abs(np.hypot(*(flat[like] - [float(x), float(y)]).T) - scene.spheres.radius[like] * 320)) < 0.35
+            np.min(
+                np.abs(
+                    np.hypot(*(flat[like] - [float(x), float(y)]).T)
+                    - scene.spheres.radius[like] * 320
+                )
+            )
+            < 0.35
         )
 
 
 def test_a_small_sphere_far_away_is_drawn_and_a_speck_on_a_body_is_not() -> None:
-    lone, speck = [0, 0.9, 0.9], [0.57, 0, 0]
-    path = bodies(outline(Scene((spheres_body([[0, 0, 0], lone, speck], [0.5, 0.01, 0.01]),)), front(200)))
+    lone = [0, 0.9, 0.9]
+    speck = [0.57, 0, 0]
+    path = bodies(
+        outline(Scene((spheres_body([[0, 0, 0], lone, speck], [0.5, 0.01, 0.01]),)), front(200))
+    )
     assert [item.get("class") for item in path] == ["outer"]
     assert (path[0].get("d") or "").count("M") == 2
 
 
 def test_what_is_behind_a_polygon_is_drawn_as_a_pale_line() -> None:
-    body, wall = spheres_body([[0, 0, 0], [0.9, 0.8, 0.8]], [0.5, 0.1]), boxes([[0.6, -1, -1], [0.62, 1, 0]])
+    body = spheres_body([[0, 0, 0], [0.9, 0.8, 0.8]], [0.5, 0.1])
+    wall = boxes([[0.6, -1, -1], [0.62, 1, 0]])
     scene = Scene((body,), wall)
     length = {item.get("class"): ys(item) for item in bodies(outline(scene, front(200)))}
     assert set(length) == {"veiled", "outer"}
@@ -196,7 +232,9 @@ def test_what_is_behind_a_polygon_is_drawn_as_a_pale_line() -> None:
 
 def ys(item: ElementTree.Element) -> Floats:
     """The y of every point of a path."""
-    return np.array([float(y) for y in re.findall(r"(?:M|0 0 1 )\S+ ([-\d.]+)", item.get("d") or "")])
+    return np.array(
+        [float(y) for y in re.findall(r"(?:M|0 0 1 )\S+ ([-\d.]+)", item.get("d") or "")]
+    )
 
 
 def test_a_see_through_or_hidden_part_hides_no_line() -> None:
@@ -208,7 +246,11 @@ def test_a_see_through_or_hidden_part_hides_no_line() -> None:
 
 
 def test_the_same_scene_gives_the_same_bytes_and_names_are_text() -> None:
-    scene = Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.8]]), (*numbered([[0, 0, 0]]), Mark((0, 0, 0), "<b>&")))
+    scene = Scene(
+        (crowd(),),
+        boxes([[-1, -1, -1], [1, 1, -0.8]]),
+        (*numbered([[0, 0, 0]]), Mark((0, 0, 0), "<b>&")),
+    )
     text = outline(replace(scene, title="<script>", description='"&<'), front(200))
     assert text == outline(replace(scene, title="<script>", description='"&<'), front(200))
     root = ElementTree.fromstring(text)
@@ -216,7 +258,9 @@ def test_the_same_scene_gives_the_same_bytes_and_names_are_text() -> None:
     assert "<b>&" in [item.text for item in root.iter(SVG + "text")]
 
 
-@pytest.mark.parametrize("scene", [Scene(), Scene((), boxes([[-1, -1, -1], [1, 1, 1]])), Scene((crowd(),))])
+@pytest.mark.parametrize(
+    "scene", [Scene(), Scene((), boxes([[-1, -1, -1], [1, 1, 1]])), Scene((crowd(),))]
+)
 def test_an_empty_page_a_bare_room_and_a_view_that_misses_are_pictures(scene: Scene) -> None:
     away = standard_view("front", BOX + 50.0, width=40, height=40)
     for camera in (front(), away):
@@ -238,9 +282,17 @@ def test_chains_are_followed_from_their_beginnings_and_rings_closed() -> None:
 
 
 def test_an_end_meets_another_chain_s_arc_only_along_its_angle() -> None:
-    points, disk = np.array([[5.0, 0.0], [-5.0, 0.0], [5.4, 0.0], [5.6, 0.0]]), np.array([[0.0, 0.0, 5.0, 1.0, 0.0]])
-    met = ends_met(points, np.zeros(4, dtype=np.int64), disk, np.array([[-1.0, 1.0]]), np.array([1]),
-                   np.array([True, False]), 0.5)  # fmt: skip
+    points = np.array([[5.0, 0.0], [-5.0, 0.0], [5.4, 0.0], [5.6, 0.0]])
+    disk = np.array([[0.0, 0.0, 5.0, 1.0, 0.0]])
+    met = ends_met(
+        points,
+        np.zeros(4, dtype=np.int64),
+        disk,
+        np.array([[-1.0, 1.0]]),
+        np.array([1]),
+        np.array([True, False]),
+        0.5,
+    )
     assert met[:, 0].tolist() == [True, False, True, False] and not met[:, 1].any()
 
 
@@ -263,5 +315,7 @@ def test_the_kernels_run_with_the_compiler_off() -> None:
 def test_more_spheres_than_anyone_can_draw_as_lines_are_refused():
     body = crowd()
     many = Scene(tuple(body for _ in range(50_001 // len(body.placed.body.radius) + 1)))
-    with pytest.raises(UsageError, match=r"outline: .* spheres; 50000 at most, or draw them as disks"):
+    with pytest.raises(
+        UsageError, match=r"outline: .* spheres; 50000 at most, or draw them as disks"
+    ):
         outline(many, front())

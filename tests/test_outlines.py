@@ -30,18 +30,24 @@ stations:
 
 def stack(radii, step=0.02, axis=2, centre=(0, 0)):
     """Circles of these radii [m] at even steps."""
-    return Outlines("stack", axis, np.arange(len(radii)) * step, tuple(r * CIRCLE + centre for r in radii))
+    return Outlines(
+        "stack", axis, np.arange(len(radii)) * step, tuple(r * CIRCLE + centre for r in radii)
+    )
 
 
 def test_equal_circles_give_a_cylinder():
     made = outline_surface(stack([0.05] * 6), pitch=0.003)
     assert made.volume == pytest.approx(np.pi * 0.05**2 * 0.1, rel=0.01)
-    assert made.distance([[0, 0, 0.05], [0.06, 0, 0.05], [0, 0, 0.11]]) == pytest.approx([-0.05, 0.01, 0.01], abs=5e-4)
+    assert made.distance([[0, 0, 0.05], [0.06, 0, 0.05], [0, 0, 0.11]]) == pytest.approx(
+        [-0.05, 0.01, 0.01], abs=5e-4
+    )
 
 
 def test_circles_of_a_ball_give_the_ball_between_the_slices_too():
     z = np.linspace(-0.0999, 0.0999, 21)
-    made = outline_surface(Outlines("ball", 2, z, tuple(np.sqrt(0.01 - h * h) * CIRCLE for h in z)), pitch=0.003)
+    made = outline_surface(
+        Outlines("ball", 2, z, tuple(np.sqrt(0.01 - h * h) * CIRCLE for h in z)), pitch=0.003
+    )
     assert np.abs(np.linalg.norm(made.vertices, axis=1) - 0.1).mean() < 7e-4
 
 
@@ -49,14 +55,23 @@ def test_circles_of_a_ball_give_the_ball_between_the_slices_too():
 def test_the_axis_turns_the_part(axis):
     made = outline_surface(stack([0.03] * 4, axis=axis, centre=(0.1, 0)), pitch=0.003)
     middle = made.vertices.mean(axis=0)
-    assert middle[axis] == pytest.approx(0.03, abs=2e-3) and middle[(axis + 1) % 3] == pytest.approx(0.1, abs=2e-3)
+    assert middle[axis] == pytest.approx(0.03, abs=2e-3) and middle[
+        (axis + 1) % 3
+    ] == pytest.approx(0.1, abs=2e-3)
 
 
 def test_two_curves_of_a_station_are_two_limbs_and_one_in_another_is_a_hole():
     station = np.repeat([0.0, 0.05, 0.1], 2)
-    legs = outline_surface(Outlines("legs", 2, station, (0.03 * CIRCLE, 0.03 * CIRCLE + [0.1, 0]) * 3), pitch=0.003)
-    tube = outline_surface(Outlines("tube", 2, station, (0.04 * CIRCLE, 0.02 * CIRCLE) * 3), pitch=0.003)
-    assert legs.distance([[0, 0, 0.05], [0.1, 0, 0.05]]).max() < -0.02 and legs.distance([[0.05, 0, 0.05]])[0] > 0.01
+    legs = outline_surface(
+        Outlines("legs", 2, station, (0.03 * CIRCLE, 0.03 * CIRCLE + [0.1, 0]) * 3), pitch=0.003
+    )
+    tube = outline_surface(
+        Outlines("tube", 2, station, (0.04 * CIRCLE, 0.02 * CIRCLE) * 3), pitch=0.003
+    )
+    assert (
+        legs.distance([[0, 0, 0.05], [0.1, 0, 0.05]]).max() < -0.02
+        and legs.distance([[0.05, 0, 0.05]])[0] > 0.01
+    )
     assert tube.distance([[0, 0, 0.05]])[0] > 0.01 and tube.distance([[0.03, 0, 0.05]])[0] < -0.005
 
 
@@ -75,15 +90,26 @@ def test_spheres_from_outlines_keep_the_tolerance():
     assert found.inside <= 0.004 + 1e-9 and found.to_surface <= 0.004 + 1e-9 and found.mean < 0.0025
 
 
-@pytest.mark.parametrize("old, new, said", [
-    ("[0, 30], [-30, 0]", "[-30, 0], [0, 30]", r":6:\d+: stations\[0\].points\[\d\]: the curve crosses itself here"),
-    ("axis: z", "axis: w", r":4:1: axis: "),
-    ("length: mm", "", r"length: the unit of length is needed"),
-    ("at: 10 cm", "at: 0", r":5:1: stations: outlines at two stations"),
-    ("[30, 0], [0, 30], [-30, 0], [0, -30]]}\n", "[30, 0], [0, 30]]}\n", r":6:\d+: .*at least 3 are needed"),
-    ("[25, 0], [0, 30]", "[25, 0, 1], [0, 30]", r":7:\d+: "),
-    ("points: [[25", "point: [[25", r"unknown key 'point'; did you mean 'points'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "old, new, said",
+    [
+        (
+            "[0, 30], [-30, 0]",
+            "[-30, 0], [0, 30]",
+            r":6:\d+: stations\[0\].points\[\d\]: the curve crosses itself here",
+        ),
+        ("axis: z", "axis: w", r":4:1: axis: "),
+        ("length: mm", "", r"length: the unit of length is needed"),
+        ("at: 10 cm", "at: 0", r":5:1: stations: outlines at two stations"),
+        (
+            "[30, 0], [0, 30], [-30, 0], [0, -30]]}\n",
+            "[30, 0], [0, 30]]}\n",
+            r":6:\d+: .*at least 3 are needed",
+        ),
+        ("[25, 0], [0, 30]", "[25, 0, 1], [0, 30]", r":7:\d+: "),
+        ("points: [[25", "point: [[25", r"unknown key 'point'; did you mean 'points'"),
+    ],
+)
 def test_a_bad_file_is_told_with_its_place(tmp_path, old, new, said):
     path = tmp_path / "bad.yaml"
     assert old in FOREARM
@@ -103,7 +129,8 @@ def test_curves_of_one_station_that_cross_are_refused(tmp_path):
 
 
 def test_a_figure_of_eight_crosses_itself_and_a_square_does_not():
-    eight, square = np.array([[0, 0], [1, 1], [1, 0], [0, 1.0]]), np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+    eight = np.array([[0, 0], [1, 1], [1, 0], [0, 1.0]])
+    square = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
     assert crossing(eight, eight) is not None and crossing(square, square) is None
     assert crossing(square, square + 0.5) is not None and crossing(square, square + 2) is None
 
@@ -119,8 +146,11 @@ def test_a_trunk_sliced_every_20_mm_comes_back():
     part = read_mesh(ADULT).parts[0]
     whole = sealed(part.vertices[:, [2, 0, 1]] * (1.756 / np.ptp(part.vertices[:, 1])), part.faces)
     made = outline_surface(slices(whole, np.arange(0.04, 0.26, 0.02)), pitch=0.004)
-    between = made.vertices[(np.abs((made.vertices[:, 2] % 0.02) - 0.01) < 0.003) & (made.vertices[:, 2] > 0.05)
-                            & (made.vertices[:, 2] < 0.23)]  # fmt: skip
+    between = made.vertices[
+        (np.abs((made.vertices[:, 2] % 0.02) - 0.01) < 0.003)
+        & (made.vertices[:, 2] > 0.05)
+        & (made.vertices[:, 2] < 0.23)
+    ]
     assert np.abs(whole.distance(between)).mean() < 1.5e-3
 
 

@@ -1,4 +1,5 @@
-"""Outputs: no file of the user's is lost, an old result is there whole or a new one is, wherever a run is killed."""
+"""Outputs: no file of the user's is lost, an old result is there whole or a new one is, wherever a
+run is killed."""
 
 from __future__ import annotations
 
@@ -30,8 +31,15 @@ from workbench.files.output_folder import MANIFEST, check_folder, write_folder
 
 OLD = {"result.json": "old", "old.csv": "1,2\n", "sub/deep.txt": b"deep"}
 NEW = {"result.json": "new", "report.html": "<html>"}
-MINE = {"notes.txt": "years of work", "photos/one.png": "one", "photos/two/three.png": "three", "sub/mine.txt": "mine"}
-linux = pytest.mark.skipif(sys.platform != "linux", reason="forks, and exchanges folders in one step")
+MINE = {
+    "notes.txt": "years of work",
+    "photos/one.png": "one",
+    "photos/two/three.png": "three",
+    "sub/mine.txt": "mine",
+}
+linux = pytest.mark.skipif(
+    sys.platform != "linux", reason="forks, and exchanges folders in one step"
+)
 
 
 def write(folder, files, **options):
@@ -47,7 +55,9 @@ def add(folder, files):
 def content(folder):
     """Bytes of all files of a folder by name; of a link, what it points to."""
     return {
-        path.relative_to(folder).as_posix(): str(path.readlink()).encode() if path.is_symlink() else path.read_bytes()
+        path.relative_to(folder).as_posix(): str(path.readlink()).encode()
+        if path.is_symlink()
+        else path.read_bytes()
         for path in sorted(folder.rglob("*"))
         if path.is_symlink() or path.is_file()
     }
@@ -78,7 +88,9 @@ def test_a_manifest_lists_the_files_with_their_hashes_and_is_the_same_each_time(
         write(tmp_path / name, dict(reversed(NEW.items())) if name == "two" else NEW)
     manifest = json.loads((tmp_path / "one" / MANIFEST).read_text())
     assert manifest["format"] == "bubbleman-workbench manifest 1" and manifest["holds"] == "result"
-    assert manifest["files"] == {name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(NEW.items())}
+    assert manifest["files"] == {
+        name: hashlib.sha256(text.encode()).hexdigest() for name, text in sorted(NEW.items())
+    }
     assert content(tmp_path / "one") == content(tmp_path / "two")
 
 
@@ -88,11 +100,18 @@ def test_only_listed_files_are_replaced_and_all_others_stay(folder):
     (folder / "link").symlink_to("/nowhere")
     write(folder, NEW)
     assert own(folder) == as_bytes(NEW)
-    wanted = as_bytes(NEW | MINE) | {"link": b"/nowhere", MANIFEST: (folder / MANIFEST).read_bytes()}
+    wanted = as_bytes(NEW | MINE) | {
+        "link": b"/nowhere",
+        MANIFEST: (folder / MANIFEST).read_bytes(),
+    }
     assert content(folder) == wanted
     assert (folder / "empty").is_dir()
     after = (folder / "photos/one.png").stat()
-    assert (after.st_ino, after.st_mtime_ns, after.st_nlink) == (before.st_ino, before.st_mtime_ns, 1)
+    assert (after.st_ino, after.st_mtime_ns, after.st_nlink) == (
+        before.st_ino,
+        before.st_mtime_ns,
+        1,
+    )
     assert [path.name for path in folder.parent.iterdir()] == ["out"]
 
 
@@ -137,17 +156,25 @@ def test_a_file_that_appears_during_the_writing_is_not_lost(folder):
     real = output_folder.exchange
 
     def late(first, second):
-        add(folder, {"latest.txt": "latest", "photos/last.png": "last", "result.json": "edited last"})
+        add(
+            folder,
+            {"latest.txt": "latest", "photos/last.png": "last", "result.json": "edited last"},
+        )
         return real(first, second)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(output_folder, "exchange", late)
         write(folder, NEW)
     found = content(folder)
-    late_ones = {"late.txt": "late", "later/still.txt": "later", "latest.txt": "latest", "photos/last.png": "last"}
-    assert as_bytes(MINE | late_ones | {"old.csv": "edited late", "result.kept.json": "edited last"} | NEW).items() <= (
-        found.items()
-    )
+    late_ones = {
+        "late.txt": "late",
+        "later/still.txt": "later",
+        "latest.txt": "latest",
+        "photos/last.png": "last",
+    }
+    assert as_bytes(
+        MINE | late_ones | {"old.csv": "edited late", "result.kept.json": "edited last"} | NEW
+    ).items() <= (found.items())
 
 
 @pytest.mark.parametrize("missing", ["links", "exchange", "both"])
@@ -168,10 +195,15 @@ def test_without_hard_links_or_an_exchange_nothing_is_lost_either(folder, monkey
     assert [path.name for path in folder.parent.iterdir()] == ["out"]
 
 
-@pytest.mark.parametrize("name", ["result.json", "comparison.json", "people.csv", "notes.txt", MANIFEST])
+@pytest.mark.parametrize(
+    "name", ["result.json", "comparison.json", "people.csv", "notes.txt", MANIFEST]
+)
 def test_a_folder_without_a_manifest_of_ours_is_refused_whatever_it_holds(tmp_path, name):
     add(tmp_path / "out", {name: "{}", "thesis.txt": "years of work"})
-    for attempt in (lambda: check_folder(tmp_path / "out", holds="result"), lambda: write(tmp_path / "out", NEW)):
+    for attempt in (
+        lambda: check_folder(tmp_path / "out", holds="result"),
+        lambda: write(tmp_path / "out", NEW),
+    ):
         with pytest.raises(InputError, match=r"is not a result of the workbench|is damaged"):
             attempt()
     assert content(tmp_path / "out") == {name: b"{}", "thesis.txt": b"years of work"}
@@ -187,9 +219,18 @@ def test_a_folder_that_holds_another_kind_is_refused(folder):
 def test_a_manifest_cannot_make_files_elsewhere_be_removed(tmp_path):
     victim = tmp_path / "victim.txt"
     victim.write_text("precious")
-    listed = {name: hashlib.sha256(b"precious").hexdigest() for name in ("../victim.txt", str(victim), "link")}
-    add(tmp_path / "out", {MANIFEST: json.dumps(
-        {"format": "bubbleman-workbench manifest 1", "holds": "result", "files": listed})})  # fmt: skip
+    listed = {
+        name: hashlib.sha256(b"precious").hexdigest()
+        for name in ("../victim.txt", str(victim), "link")
+    }
+    add(
+        tmp_path / "out",
+        {
+            MANIFEST: json.dumps(
+                {"format": "bubbleman-workbench manifest 1", "holds": "result", "files": listed}
+            )
+        },
+    )
     (tmp_path / "out/link").symlink_to(victim)
     write(tmp_path / "out", NEW)
     assert victim.read_text() == "precious"
@@ -208,10 +249,13 @@ def test_a_result_is_replaced_through_a_link_and_from_within(tmp_path, monkeypat
 
 @linux
 @pytest.mark.parametrize("first", [True, False])
-def test_killed_at_any_step_the_old_result_is_whole_or_the_new_one_and_nothing_is_lost(tmp_path, first):
+def test_killed_at_any_step_the_old_result_is_whole_or_the_new_one_and_nothing_is_lost(
+    tmp_path, first
+):
     write(tmp_path / "whole", NEW)
     wanted = content(tmp_path / "whole") | ({} if first else as_bytes(MINE))
-    states, number = set(), 1
+    states = set()
+    number = 1
     while True:
         out = tmp_path / f"{number}" / "out"
         if not first:
@@ -235,10 +279,13 @@ def test_killed_at_any_step_the_old_result_is_whole_or_the_new_one_and_nothing_i
 @linux
 @pytest.mark.parametrize("seed", range(12))
 def test_killed_again_and_again_also_while_it_cleans_up_nothing_is_lost(tmp_path, seed):
-    random, out = np.random.default_rng(seed), tmp_path / "out"
+    random = np.random.default_rng(seed)
+    out = tmp_path / "out"
     write(out, OLD)
     add(out, MINE)
-    wanted = [as_bytes(files | {f"{k}.csv": "x"}) for files in (OLD, NEW) for k in range(5)] + [as_bytes(OLD)]
+    wanted = [as_bytes(files | {f"{k}.csv": "x"}) for files in (OLD, NEW) for k in range(5)] + [
+        as_bytes(OLD)
+    ]
     for k in range(5):
         files = (NEW, OLD)[k % 2] | {f"{k}.csv": "x"}
         killed_before(int(random.integers(1, 45)), tmp_path, lambda files=files: write(out, files))
@@ -264,7 +311,9 @@ def test_killed_in_the_middle_of_a_file_the_old_result_stays(folder):
 @linux
 def test_killed_without_an_exchange_the_next_check_puts_the_old_result_back(tmp_path, monkeypatch):
     monkeypatch.setattr(output_folder, "exchange", lambda *_: False)
-    gone, number, killed = 0, 1, True
+    gone = 0
+    number = 1
+    killed = True
     while killed:
         out = tmp_path / f"{number}" / "out"
         write(out, OLD)
@@ -279,7 +328,9 @@ def test_killed_without_an_exchange_the_next_check_puts_the_old_result_back(tmp_
     assert gone == 1
 
 
-@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()])
+@pytest.mark.parametrize(
+    "error", [OSError(errno.ENOSPC, "No space left on device"), KeyboardInterrupt()]
+)
 @pytest.mark.parametrize("place", ["_put", "_link_users", "exchange"])
 def test_an_error_at_any_step_leaves_the_old_result(folder, monkeypatch, error, place):
     before = content(folder)
@@ -337,15 +388,25 @@ def test_no_file_is_written_over_a_folder_a_link_a_device_or_an_input(tmp_path, 
     with noted_inputs():
         note_input(tmp_path / "input.txt")
         for name, why in [
-            (".", "is a folder"), ("..", "is a folder"), ("/", "is a folder"), (str(tmp_path), "is a folder"),
-            ("link", "is a link to target.txt"), ("pipe", "is no regular file"), ("/dev/null", "is no regular file"),
-            ("input.txt", "is an input of this command"), ("hard", "is an input of this command"),
-            ("input.txt/x", "Not a directory"), ("x" * 250, "File name too long"), ("/proc/x", "No such file"),
-        ]:  # fmt: skip
+            (".", "is a folder"),
+            ("..", "is a folder"),
+            ("/", "is a folder"),
+            (str(tmp_path), "is a folder"),
+            ("link", "is a link to target.txt"),
+            ("pipe", "is no regular file"),
+            ("/dev/null", "is no regular file"),
+            ("input.txt", "is an input of this command"),
+            ("hard", "is an input of this command"),
+            ("input.txt/x", "Not a directory"),
+            ("x" * 250, "File name too long"),
+            ("/proc/x", "No such file"),
+        ]:
             for attempt in (check_file, lambda path: write_file(path, "new")):
                 with pytest.raises(InputError, match=rf"cannot be written \({why}"):
                     attempt(Path(name))
-    assert (tmp_path / "target.txt").read_text() == "mine" and (tmp_path / "input.txt").read_text() == "read"
+    assert (tmp_path / "target.txt").read_text() == "mine" and (
+        tmp_path / "input.txt"
+    ).read_text() == "read"
     assert len(list(tmp_path.iterdir())) == 5
 
 
@@ -390,12 +451,20 @@ def commands(body, study, mesh):
     }
 
 
-ENDINGS = {"render": ".png", "body scale": ".yaml", "body fit": ".yaml", "convert": ".csv", "simulate": ".csv",
-           "forces": ".csv"}  # fmt: skip
+ENDINGS = {
+    "render": ".png",
+    "body scale": ".yaml",
+    "body fit": ".yaml",
+    "convert": ".csv",
+    "simulate": ".csv",
+    "forces": ".csv",
+}
 
 
 @pytest.mark.parametrize("command", commands("", "", ""))
-def test_an_output_that_cannot_be_is_found_before_anything_is_read(tmp_path, monkeypatch, capsys, command):
+def test_an_output_that_cannot_be_is_found_before_anything_is_read(
+    tmp_path, monkeypatch, capsys, command
+):
     monkeypatch.chdir(tmp_path)
     add(tmp_path, {"file": "in the way", "full/mine.txt": "mine"})
     words = commands("no_such_body", "no_such_study", "no_such_mesh.obj")[command]
@@ -428,11 +497,40 @@ def cab(tmp_path):
 
 
 OVER_INPUTS = {
-    "a body by itself": ["body", "scale", "bubbleman.yaml", "--stature", "1700 mm", "-o", "bubbleman.yaml"],
-    "its postures by a body": ["body", "scale", "bubbleman.yaml", "--mass", "90 kg", "-o", "human_postures.yaml"],
+    "a body by itself": [
+        "body",
+        "scale",
+        "bubbleman.yaml",
+        "--stature",
+        "1700 mm",
+        "-o",
+        "bubbleman.yaml",
+    ],
+    "its postures by a body": [
+        "body",
+        "scale",
+        "bubbleman.yaml",
+        "--mass",
+        "90 kg",
+        "-o",
+        "human_postures.yaml",
+    ],
     "a mesh by its spheres": ["body", "fit", "ball.obj", "--length", "m", "-o", "ball.obj"],
-    "the mesh of an environment by its picture": ["render", "glass", "-o", "environments/glass/box.glb"],
-    "a motion by itself": ["motion", "convert", "move.csv", "--body", "bodies/one_arm.yaml", "-o", "move.csv"],
+    "the mesh of an environment by its picture": [
+        "render",
+        "glass",
+        "-o",
+        "environments/glass/box.glb",
+    ],
+    "a motion by itself": [
+        "motion",
+        "convert",
+        "move.csv",
+        "--body",
+        "bodies/one_arm.yaml",
+        "-o",
+        "move.csv",
+    ],
 }
 
 
@@ -448,7 +546,8 @@ def test_no_command_writes_over_what_it_reads(cab, monkeypatch, capsys, what):
 
 
 def write_inputs(cab):
-    """A body with its postures, a mesh, an environment with a mesh of the kind that is written too, and a motion."""
+    """A body with its postures, a mesh, an environment with a mesh of the kind that is written too,
+    and a motion."""
     for name in ("bubbleman.yaml", "human_postures.yaml"):
         shutil.copy(ROOT / "bodies" / name, cab)
     ball = trimesh.creation.icosphere(subdivisions=1, radius=0.1)
@@ -480,7 +579,9 @@ def test_run_keeps_the_files_of_its_user_and_tells_of_edited_ones(cab, capsys):
     kept = "warning: verdicts.csv: was edited since it was written; it is kept as verdicts.kept.csv"
     assert kept in capsys.readouterr().err.splitlines()
     assert own(cab / "out") == result
-    assert as_bytes(MINE | {"verdicts.kept.csv": "my verdict"}).items() <= content(cab / "out").items()
+    assert (
+        as_bytes(MINE | {"verdicts.kept.csv": "my verdict"}).items() <= content(cab / "out").items()
+    )
 
 
 def test_run_writes_into_the_current_folder(cab, monkeypatch, capsys):
@@ -500,16 +601,20 @@ def finished(tmp_path_factory):
 
 
 def killed_run(study, out, steps):
-    """`workbench run` over an earlier result with files of its user, in a process that is killed on the way.
+    """`workbench run` over an earlier result with files of its user, in a process that is killed on
+    the way.
 
-    Then one result is whole, the user has all files, and the next run completes it. Returns whether it was killed.
+    Then one result is whole, the user has all files, and the next run completes it. Returns whether
+    it was killed.
     """
     study, whole = study
     write(out, OLD)
     add(out, MINE)
     code = "import sys; from pathlib import Path; from tests.killed import *; from workbench.cli import main\n"
     code += f"kill_before({steps}); sys.exit(main(['run', {str(study)!r}, '--out', {str(out)!r}]))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, cwd=ROOT, check=False, timeout=300)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, cwd=ROOT, check=False, timeout=300
+    )
     found = content(out)
     assert found == whole | as_bytes(MINE) or own(out) == as_bytes(OLD)
     assert as_bytes(MINE).items() <= found.items()
@@ -521,15 +626,21 @@ def killed_run(study, out, steps):
 
 
 @linux
-def test_a_run_killed_at_the_exchange_leaves_one_result_whole_and_the_next_completes_it(finished, tmp_path):
+def test_a_run_killed_at_the_exchange_leaves_one_result_whole_and_the_next_completes_it(
+    finished, tmp_path
+):
     assert killed_run(finished, tmp_path / "out", f"1, Path({str(tmp_path)!r}), [EXCHANGE]")
 
 
 @linux
 @pytest.mark.nightly
-def test_a_run_killed_at_any_step_leaves_one_result_whole_and_the_next_completes_it(finished, tmp_path):
+def test_a_run_killed_at_any_step_leaves_one_result_whole_and_the_next_completes_it(
+    finished, tmp_path
+):
     number = 1
-    while killed_run(finished, tmp_path / f"{number}/out", f"{number}, Path({str(tmp_path / str(number))!r})"):
+    while killed_run(
+        finished, tmp_path / f"{number}/out", f"{number}, Path({str(tmp_path / str(number))!r})"
+    ):
         number += 1
     assert number > 50
 
@@ -538,11 +649,14 @@ def test_a_run_killed_at_any_step_leaves_one_result_whole_and_the_next_completes
 @pytest.mark.nightly
 def test_a_run_killed_at_any_time_leaves_one_result_whole_and_the_next_completes_it(cab):
     """At 60 random times, from the first import to the end."""
-    study, out, random = cab / "studies/cab_study.yaml", cab / "out", np.random.default_rng(13)
+    study = cab / "studies/cab_study.yaml"
+    out = cab / "out"
+    random = np.random.default_rng(13)
     command = [sys.executable, "-m", "workbench", "run", str(study), "--out", str(out)]
     began = time.monotonic()
     subprocess.run(command, check=True, capture_output=True)
-    whole, seconds = own(out), time.monotonic() - began
+    whole = own(out)
+    seconds = time.monotonic() - began
     add(out, MINE)
     killed = 0
     for moment in random.uniform(0, 1.1 * seconds, 60):

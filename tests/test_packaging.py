@@ -19,7 +19,9 @@ HEIGHTS = np.array([0.150, 0.200, 0.250, 0.300, 0.350, 0.400])
 
 
 def test_the_curve_of_the_seating_reference_point_at_six_heights():
-    assert 1e3 * seat_curve(HEIGHTS) == pytest.approx([970.6, 970.0, 959.6, 939.4, 909.5, 869.8], abs=0.05)
+    assert 1e3 * seat_curve(HEIGHTS) == pytest.approx(
+        [970.6, 970.0, 959.6, 939.4, 909.5, 869.8], abs=0.05
+    )
 
 
 def test_the_fifth_percentile_sits_so_far_forward():
@@ -44,7 +46,9 @@ def test_a_seat_too_low_or_too_high_for_a_car_is_refused(height):
 
 
 def test_a_percentile_without_a_curve_names_those_that_have_one():
-    with pytest.raises(wb.InputError, match=r"no curve for 42 %; valid: 2\.5, 5, 10, 50, 90, 95, 97\.5"):
+    with pytest.raises(
+        wb.InputError, match=r"no curve for 42 %; valid: 2\.5, 5, 10, 50, 90, 95, 97\.5"
+    ):
         seat_curve(0.25, percentile=42.0)
 
 
@@ -57,23 +61,32 @@ def test_the_eyes_centroid_by_hand():
 
 def drawn_eyes(ellipse, count=200_000):
     """Normal eyes (N, 3) [m] of which 95 % lie before each tangent plane of the ellipse."""
-    c, s = np.cos(ellipse.tilt), np.sin(ellipse.tilt)
+    c = np.cos(ellipse.tilt)
+    s = np.sin(ellipse.tilt)
     own = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
     scores = np.random.default_rng(7).standard_normal((count, 3)) * 0.5 * ellipse.axes / 1.6448536
     return ellipse.centroid + scores @ own
 
 
-@pytest.mark.parametrize("direction", [(0, 0, 1), (1, 0, 0), (0, 1, 0), (0.6, 0, -0.8), (0.48, 0.6, 0.64)])
+@pytest.mark.parametrize(
+    "direction", [(0, 0, 1), (1, 0, 0), (0, 1, 0), (0.6, 0, -0.8), (0.48, 0.6, 0.64)]
+)
 def test_of_the_eyes_95_percent_lie_before_any_tangent_plane(direction):
-    ellipse = eyellipse((0.96, 0.2, 0.18), heel=0.0, side=0.35, wheel=0.56, height=0.25, clutch=False)
+    ellipse = eyellipse(
+        (0.96, 0.2, 0.18), heel=0.0, side=0.35, wheel=0.56, height=0.25, clutch=False
+    )
     ahead = (drawn_eyes(ellipse) - ellipse.centroid) @ np.array(direction)
     assert np.mean(ahead <= ellipse.cutoff(direction)) == pytest.approx(0.95, abs=0.002)
 
 
 def test_far_fewer_than_95_percent_of_the_eyes_lie_inside_the_eyellipse():
-    """In three dimensions the ellipsoid of 1.645 standard deviations holds 56 % (chi squared with 3 degrees)."""
-    ellipse = eyellipse((0.96, 0.2, 0.18), heel=0.0, side=0.35, wheel=0.56, height=0.25, clutch=False)
-    c, s = np.cos(ellipse.tilt), np.sin(ellipse.tilt)
+    """In three dimensions the ellipsoid of 1.645 standard deviations holds 56 % (chi squared with 3
+    degrees)."""
+    ellipse = eyellipse(
+        (0.96, 0.2, 0.18), heel=0.0, side=0.35, wheel=0.56, height=0.25, clutch=False
+    )
+    c = np.cos(ellipse.tilt)
+    s = np.sin(ellipse.tilt)
     own = np.array([[c, 0.0, -s], [0.0, 1.0, 0.0], [s, 0.0, c]])
     local = (drawn_eyes(ellipse) - ellipse.centroid) @ own.T / (0.5 * ellipse.axes)
     assert np.mean(np.sum(local**2, axis=1) <= 1) == pytest.approx(0.561, abs=0.005)
@@ -87,4 +100,6 @@ def test_a_sphere_is_cut_off_at_its_radius_every_way():
 
 def test_an_unknown_eyellipse_is_refused():
     with pytest.raises(wb.InputError, match="no eyellipse for 90 %; valid: 95, 99"):
-        eyellipse((0, 0, 0), heel=0.0, side=0.0, wheel=0.5, height=0.25, clutch=False, percentile=90.0)
+        eyellipse(
+            (0, 0, 0), heel=0.0, side=0.0, wheel=0.5, height=0.25, clutch=False, percentile=90.0
+        )

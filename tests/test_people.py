@@ -1,4 +1,5 @@
-"""People: draws, percentiles, boundary cases and conditional means, against the survey and known laws."""
+"""People: draws, percentiles, boundary cases and conditional means, against the survey and known
+laws."""
 
 from __future__ import annotations
 
@@ -25,7 +26,9 @@ from workbench.people.percentile import percentile_people, percentile_values
 from workbench.people.scores import scores_of
 
 REFERENCE = SHARED.parent / "reference" / "boundary_cases_ansur2_95.csv"
-RAW = [SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
+RAW = [
+    SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")
+]
 THREE = ("sitting_height", "buttock_knee_length", "thumb_tip_reach")
 ANSUR2 = load_population_model("ansur2")
 GROWTH = load_growth()
@@ -49,37 +52,50 @@ def drawn():
 
 def five(values, sex):
     """Population of one measure, five people."""
-    return Population(("stature",), np.full(5, SEXES.index(sex)), np.ones(5), np.array(values)[:, None], "five")
+    return Population(
+        ("stature",), np.full(5, SEXES.index(sex)), np.ones(5), np.array(values)[:, None], "five"
+    )
 
 
 @pytest.mark.parametrize("sex", SEXES)
 def test_draws_have_the_surveys_quantiles_within_3_mm(raw, sex):
-    """60000 of each sex: of 20000, chance alone moves the 95th percentile of the largest measures by up to 3 mm."""
-    levels, many = [5, 50, 95], draw_people(ANSUR2, 60000, seed=1, men=float(sex == "male"))
+    """60000 of each sex: of 20000, chance alone moves the 95th percentile of the largest measures
+    by up to 3 mm."""
+    levels = [5, 50, 95]
+    many = draw_people(ANSUR2, 60000, seed=1, men=float(sex == "male"))
     off = percentile_values(many, sex, levels) - percentile_values(raw, sex, levels)
     assert np.abs(off[:, np.array(raw.names) != "mass"]).max() < 0.003
     assert np.abs(off[:, raw.names.index("mass")]).max() < 0.5
 
 
 @pytest.mark.parametrize(("sex", "six", "three"), [("male", 71.8, 78.0), ("female", 69.1, 76.4)])
-def test_as_many_draws_as_people_are_inside_their_own_5_to_95_on_all_cockpit_measures(drawn, sex, six, three):
+def test_as_many_draws_as_people_are_inside_their_own_5_to_95_on_all_cockpit_measures(
+    drawn, sex, six, three
+):
     people = drawn.of_sex(sex)
     assert 100 * inside_own_percentiles(people).mean() == pytest.approx(six, abs=1.5)
-    assert 100 * inside_own_percentiles(people, measures=THREE).mean() == pytest.approx(three, abs=1.5)
+    assert 100 * inside_own_percentiles(people, measures=THREE).mean() == pytest.approx(
+        three, abs=1.5
+    )
 
 
 @pytest.mark.parametrize(("sex", "six", "three"), [("male", 71.8, 78.0), ("female", 69.1, 76.4)])
 def test_the_percentile_trap_of_the_survey(raw, sex, six, three):
     people = raw.of_sex(sex)
     assert 100 * inside_own_percentiles(people).mean() == pytest.approx(six, abs=0.05)
-    assert 100 * inside_own_percentiles(people, measures=THREE).mean() == pytest.approx(three, abs=0.05)
+    assert 100 * inside_own_percentiles(people, measures=THREE).mean() == pytest.approx(
+        three, abs=0.05
+    )
 
 
 def test_a_box_from_5th_percentile_woman_to_95th_percentile_man_holds_85_and_82_per_cent(raw):
     six = raw.of(COCKPIT)
-    low, high = percentile_values(six, "female", 5)[0], percentile_values(six, "male", 95)[0]
+    low = percentile_values(six, "female", 5)[0]
+    high = percentile_values(six, "male", 95)[0]
     inside = inside_limits(six, low, high)
-    assert [100 * inside[six.sex == k].mean() for k in (0, 1)] == pytest.approx([85.2, 82.5], abs=0.15)
+    assert [100 * inside[six.sex == k].mean() for k in (0, 1)] == pytest.approx(
+        [85.2, 82.5], abs=0.15
+    )
 
 
 def test_draws_keep_the_surveys_correlations(raw, drawn):
@@ -100,7 +116,9 @@ def test_more_draws_of_a_seed_begin_with_the_same_people():
     assert np.allclose(few.measures, many.measures[:3], rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("wrong", [{"count": -1}, {"count": 10**9}, {"men": 1.1}, {"men": float("nan")}, {"seed": -1}])
+@pytest.mark.parametrize(
+    "wrong", [{"count": -1}, {"count": 10**9}, {"men": 1.1}, {"men": float("nan")}, {"seed": -1}]
+)
 def test_senseless_draws_are_refused(wrong):
     options = {"count": 1, "seed": 1, "men": 0.5} | wrong
     with pytest.raises(UsageError):
@@ -109,7 +127,9 @@ def test_senseless_draws_are_refused(wrong):
 
 def test_percentiles_of_real_people_are_numpys_and_weights_count():
     people = five([1.5, 1.6, 1.7, 1.8, 1.9], "male")
-    assert percentile_values(people, "male", [0, 10, 25, 100])[:, 0] == pytest.approx([1.5, 1.54, 1.6, 1.9])
+    assert percentile_values(people, "male", [0, 10, 25, 100])[:, 0] == pytest.approx(
+        [1.5, 1.54, 1.6, 1.9]
+    )
     heavy = replace(people, weight=[1, 1, 1, 1, 100])
     assert percentile_values(heavy, "male", 50)[0, 0] > 1.8
 
@@ -122,7 +142,9 @@ def test_a_percentile_outside_0_to_100_is_refused(p):
 
 @pytest.mark.parametrize("sex", SEXES)
 def test_boundary_cases_of_the_survey_are_those_of_the_reference_within_a_millimetre(raw, sex):
-    rows = [r for r in csv.DictReader(REFERENCE.read_text().splitlines()) if r["sex"] == sex[0].upper()]
+    rows = [
+        r for r in csv.DictReader(REFERENCE.read_text().splitlines()) if r["sex"] == sex[0].upper()
+    ]
     people = boundary_cases(raw, sex).people
     names = {name.replace("_", ""): name for name in people.names}
     for column in [name for name in rows[0] if name in names]:
@@ -132,7 +154,9 @@ def test_boundary_cases_of_the_survey_are_those_of_the_reference_within_a_millim
 
 
 @pytest.mark.parametrize(("sex", "radius"), [("male", 2.50), ("female", 2.41)])
-def test_the_surveys_ellipse_has_the_known_radius_and_two_axes_explain_89_per_cent(raw, sex, radius):
+def test_the_surveys_ellipse_has_the_known_radius_and_two_axes_explain_89_per_cent(
+    raw, sex, radius
+):
     boundary = boundary_cases(raw, sex)
     assert boundary.radius == pytest.approx(radius, abs=0.005)
     assert boundary.explained.sum() == pytest.approx(0.889, abs=0.002)
@@ -140,14 +164,21 @@ def test_the_surveys_ellipse_has_the_known_radius_and_two_axes_explain_89_per_ce
 
 @pytest.mark.parametrize("sex", SEXES)
 def test_boundary_cases_of_the_model_are_near_those_of_the_survey(raw, sex):
-    real, model = (boundary_cases(source, sex).people.of(COCKPIT).measures for source in (raw, ANSUR2))
+    real, model = (
+        boundary_cases(source, sex).people.of(COCKPIT).measures for source in (raw, ANSUR2)
+    )
     assert np.abs(real - model).max() < 0.008
 
 
-@given(sexes, st.lists(measures, min_size=2, max_size=8, unique=True), st.sampled_from([0.9, 0.95, 0.98]))
+@given(
+    sexes,
+    st.lists(measures, min_size=2, max_size=8, unique=True),
+    st.sampled_from([0.9, 0.95, 0.98]),
+)
 def test_boundary_cases_lie_on_their_ellipse(sex, chosen, share):
     boundary = boundary_cases(ANSUR2, sex, share=share, measures=chosen)
-    scores, people = scores_of(ANSUR2, sex), boundary.people.of(chosen)
+    scores = scores_of(ANSUR2, sex)
+    people = boundary.people.of(chosen)
     columns = scores.columns(chosen)
     z = scores.to_scores(people.measures, columns)
     variance = np.linalg.eigvalsh(scores.correlation[np.ix_(columns, columns)])[::-1][:2]
@@ -156,7 +187,12 @@ def test_boundary_cases_lie_on_their_ellipse(sex, chosen, share):
 
 
 def test_boundary_cases_of_nonsense_are_refused():
-    for wrong in ({"share": 1}, {"share": 0}, {"measures": ["stature"]}, {"measures": ["stature", "height"]}):
+    for wrong in (
+        {"share": 1},
+        {"share": 0},
+        {"measures": ["stature"]},
+        {"measures": ["stature", "height"]},
+    ):
         with pytest.raises(InputError):
             boundary_cases(ANSUR2, "male", **wrong)
 
@@ -173,7 +209,9 @@ def test_the_conditional_mean_given_everything_is_itself(sex, seed):
 @given(sexes, st.lists(measures, max_size=10, unique=True), st.floats(1, 99))
 def test_a_conditional_covariance_is_symmetric_and_positive_semidefinite(sex, chosen, p):
     row = percentile_values(ANSUR2, sex, p)[0]
-    told = condition(scores_of(ANSUR2, sex), {name: row[ANSUR2.names.index(name)] for name in chosen})
+    told = condition(
+        scores_of(ANSUR2, sex), {name: row[ANSUR2.names.index(name)] for name in chosen}
+    )
     assert np.array_equal(told.covariance, told.covariance.T)
     assert np.linalg.eigvalsh(told.covariance).min() > -1e-9
     assert np.diag(told.covariance).max() <= 1 + 1e-12
@@ -185,8 +223,11 @@ def test_given_nothing_everybody_is_at_the_median():
 
 
 def test_a_conditional_mean_of_real_people_is_the_surveys_regression(raw):
-    """Buttock-knee length = 161.4 + .4839 stature - .5016 sitting height + .7876 kg, residual 11.4 mm."""
-    told = condition(scores_of(raw, "male"), {"stature": [1.8, 1.7], "sitting_height": 0.92, "mass": 90})
+    """Buttock-knee length = 161.4 + .4839 stature - .5016 sitting height + .7876 kg, residual 11.4
+    mm."""
+    told = condition(
+        scores_of(raw, "male"), {"stature": [1.8, 1.7], "sitting_height": 0.92, "mass": 90}
+    )
     knee = raw.names.index("buttock_knee_length")
     want = 161.4 + 0.4839 * np.array([1800, 1700]) - 0.5016 * 920 + 0.7876 * 90
     assert told.values[:, knee] * 1000 == pytest.approx(want, abs=0.3)
@@ -201,13 +242,17 @@ def test_a_contradiction_is_named_by_its_measure():
 
 
 def test_improbability_of_one_measure_is_its_score():
-    told = improbability(scores_of(ANSUR2, "male"), {"stature": percentile_values(ANSUR2, "male", [50, 95])[:, 0]})
+    told = improbability(
+        scores_of(ANSUR2, "male"), {"stature": percentile_values(ANSUR2, "male", [50, 95])[:, 0]}
+    )
     assert told.z[:, 0] == pytest.approx([0, 1.644854], abs=1e-6)
     assert np.allclose(told.surprise, told.z) and np.allclose(told.distance, np.abs(told.z[:, 0]))
     assert told.rarer == pytest.approx([1, 0.1])
 
 
-@pytest.mark.parametrize("wrong", [{"height": 1.8}, {"stature": -1.8}, {"stature": [1.7, 1.8], "span": [1, 2, 3]}])
+@pytest.mark.parametrize(
+    "wrong", [{"height": 1.8}, {"stature": -1.8}, {"stature": [1.7, 1.8], "span": [1, 2, 3]}]
+)
 def test_given_measures_that_make_no_sense_are_refused(wrong):
     with pytest.raises(InputError):
         condition(scores_of(ANSUR2, "male"), wrong)

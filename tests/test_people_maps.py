@@ -1,4 +1,5 @@
-"""Reach maps of an accommodation study: the sides that face the sitter, the share of the people as each reaches."""
+"""Reach maps of an accommodation study: the sides that face the sitter, the share of the people as
+each reaches."""
 
 from __future__ import annotations
 
@@ -19,8 +20,13 @@ from workbench.study.run import load
 
 @pytest.fixture(scope="module")
 def two(tmp_path_factory):
-    """Two people of the trainer's study, the second counting three times, and a map of few points by either hand."""
-    study = ready(load(smaller_study("trainer_accommodation", tmp_path_factory.mktemp("study"), people=30)).what)
+    """Two people of the trainer's study, the second counting three times, and a map of few points
+    by either hand."""
+    study = ready(
+        load(
+            smaller_study("trainer_accommodation", tmp_path_factory.mktemp("study"), people=30)
+        ).what
+    )
     people = study.people.rows(np.array([0, len(study.people) - 1]))
     task = MapTask("instrument_panel", "push", 2, "either", 14)
     study = replace(study, people=replace(people, weight=np.array([1.0, 3.0])), maps=(task,))
@@ -43,6 +49,7 @@ def test_shares_are_those_of_reaching_for_each_point_one_by_one(two):
     sitters = seated_chunk(study, crew, 0)
     reached = np.zeros((2, len(found.points)), dtype=bool)
     for hand in ("left hand", "right hand"):
-        reached |= reach_people(sitters.bodies, sitters.seat.poses, found.points, name=hand, grip="push",
-                                zone=2).reached  # fmt: skip
+        reached |= reach_people(
+            sitters.bodies, sitters.seat.poses, found.points, name=hand, grip="push", zone=2
+        ).reached
     assert found.share == pytest.approx(np.array([0.25, 0.75]) @ reached, abs=1e-12)

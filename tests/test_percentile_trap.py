@@ -1,4 +1,5 @@
-"""A cockpit laid out for a small woman and a large man, each at a percentile in everything, leaves out many others."""
+"""A cockpit laid out for a small woman and a large man, each at a percentile in everything, leaves
+out many others."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ def both(model):
 
 
 def just_cleared(criterion, margin):
-    """The criterion with its limits where the worse of the two people just meets it: margins (2,) [m]."""
+    """The criterion with its limits where the worse of the two people just meets it: margins (2,)
+    [m]."""
     least = float(np.min(margin)) - 1e-5
     if criterion.check == "vision":
         return replace(criterion, below=criterion.below - least, above=criterion.above - least)
@@ -42,7 +44,9 @@ def just_cleared(criterion, margin):
 
 
 @pytest.mark.parametrize("count", [60, pytest.param(400, marks=pytest.mark.nightly)])
-def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(count, tmp_path):
+def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(
+    count, tmp_path
+):
     plan = wb.load_accommodation(smaller_study("trainer_accommodation", tmp_path, people=count))
     model = wb.load_population_model("ansur2")
     criteria = tuple(c for c in plan.criteria if c.name in BEARING)
@@ -52,6 +56,8 @@ def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_f
     variant = tuple(just_cleared(c, two.margin[:, r]) for r, c in enumerate(criteria))
     plan = replace(plan, criteria=variant)
     assert accommodation_study(replace(plan, people=both(model))).served.all()
-    everybody = accommodation_study(replace(plan, people=draw_people(model, count, seed=4, men=0.5)))
+    everybody = accommodation_study(
+        replace(plan, people=draw_people(model, count, seed=4, men=0.5))
+    )
     share = everybody.shares[0]
     assert share.high < 0.9

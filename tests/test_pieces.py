@@ -1,4 +1,5 @@
-"""Bodies in pieces: spheres that do not touch are counted and told, and the shipped studies have none."""
+"""Bodies in pieces: spheres that do not touch are counted and told, and the shipped studies have
+none."""
 
 from __future__ import annotations
 
@@ -40,7 +41,9 @@ def test_balls_that_just_touch_are_one_piece(two_spheres):
     assert body_pieces(replace(two_spheres, radius=radius)).count == 2
 
 
-@pytest.mark.parametrize(("level", "count", "gap"), [("coarse", 23, 0.0094), ("medium", 3, 0.0002), ("fine", 1, 0.0)])
+@pytest.mark.parametrize(
+    ("level", "count", "gap"), [("coarse", 23, 0.0094), ("medium", 3, 0.0002), ("fine", 1, 0.0)]
+)
 def test_a_man_of_each_level_is_in_so_many_pieces(man, level, count, gap):
     body = morph_to(man, level)
     found = body_pieces(body)
@@ -51,13 +54,19 @@ def test_a_man_of_each_level_is_in_so_many_pieces(man, level, count, gap):
 
 
 def test_a_warning_names_the_level_the_gap_and_where_the_body_is_whole(man):
-    (told,) = piece_warnings([("anna", morph_to(man, "coarse")), ("bert", man), ("carl", morph_to(man, "coarse"))])
-    assert told.startswith("anna, carl: the body at level of detail coarse is in 23 pieces with gaps of up to 9.4 mm (")
+    (told,) = piece_warnings(
+        [("anna", morph_to(man, "coarse")), ("bert", man), ("carl", morph_to(man, "coarse"))]
+    )
+    assert told.startswith(
+        "anna, carl: the body at level of detail coarse is in 23 pieces with gaps of up to 9.4 mm ("
+    )
     assert "left hand" in told and told.endswith("; whole at: fine")
 
 
 def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_spheres(tmp_path):
-    page = accommodation_page(accommodation_study(load_accommodation(write_toy(tmp_path, people=1))))
+    page = accommodation_page(
+        accommodation_study(load_accommodation(write_toy(tmp_path, people=1)))
+    )
     text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)
     assert "adult_male: the body at level of detail coarse is in 23 pieces" in text
     told = "Each body is of the family of adult_male, scaled to that person’s measures: 152 spheres"

@@ -1,4 +1,5 @@
-"""Laws of placed bodies and of the distances between their segments: motion, mirrors, threads, empty batches."""
+"""Laws of placed bodies and of the distances between their segments: motion, mirrors, threads,
+empty batches."""
 
 from __future__ import annotations
 
@@ -30,17 +31,24 @@ def moved(poses, seed):
 
 
 @given(st.integers(0, 10**6))
-def test_a_rigid_motion_of_the_reference_segment_carries_every_sphere_along(one_arm, random_arm, seed):
-    body, poses = random_blend(crowded(one_arm, seed, most=9), seed), random_arm(3, seed)
+def test_a_rigid_motion_of_the_reference_segment_carries_every_sphere_along(
+    one_arm, random_arm, seed
+):
+    body = random_blend(crowded(one_arm, seed, most=9), seed)
+    poses = random_arm(3, seed)
     again, turn, shift = moved(poses, seed)
-    before, after = wb.place(body, poses), wb.place(body, again)
+    before = wb.place(body, poses)
+    after = wb.place(body, again)
     assert np.allclose(after.centres, before.centres @ turn.T + shift, rtol=0, atol=1e-12)
 
 
 @given(st.integers(0, 10**6))
 def test_a_rigid_motion_changes_no_distance_between_segments(one_arm, random_arm, seed):
-    body, poses = random_blend(crowded(one_arm, seed, most=30), seed), random_arm(3, seed)
-    before, after = (self_clearance(wb.place(body, some)).distance for some in (poses, moved(poses, seed)[0]))
+    body = random_blend(crowded(one_arm, seed, most=30), seed)
+    poses = random_arm(3, seed)
+    before, after = (
+        self_clearance(wb.place(body, some)).distance for some in (poses, moved(poses, seed)[0])
+    )
     finite = np.isfinite(before)
     assert np.array_equal(finite, np.isfinite(after))
     assert np.allclose(before[finite], after[finite], rtol=0, atol=1e-12)
@@ -59,7 +67,8 @@ def test_the_mirrored_pose_has_the_mirrored_distances(bubbleman, seed):
     turned = np.concatenate([np.ones((2, 19, 1)), 0.3 * rng.normal(size=(2, 19, 3))], axis=-1)
     turned /= np.linalg.norm(turned, axis=-1, keepdims=True)
     poses = wb.Poses(turned, 1, np.repeat(np.eye(3, 4)[None], 2, axis=0))
-    joints, segments = other_side(bubbleman.joints), other_side(bubbleman.segments)
+    joints = other_side(bubbleman.joints)
+    segments = other_side(bubbleman.segments)
     mirrored = wb.Poses(turned[:, joints] * [1.0, -1.0, 1.0, -1.0], 1, poses.world_from_reference)
     one, two = (self_clearance(wb.place(bubbleman, some)).distance for some in (poses, mirrored))
     one, two = (np.minimum(d, d.transpose(0, 2, 1)) for d in (one, two))
@@ -70,7 +79,8 @@ def test_the_mirrored_pose_has_the_mirrored_distances(bubbleman, seed):
 
 @pytest.mark.parametrize("size", [1, 7, 256])
 def test_neither_threads_nor_pieces_show_in_placed_bodies(one_arm, random_arm, monkeypatch, size):
-    body, poses = random_blend(crowded(one_arm, 3), 3), random_arm(300, 3)
+    body = random_blend(crowded(one_arm, 3), 3)
+    poses = random_arm(300, 3)
     whole = wb.place(body, poses)
     monkeypatch.setattr(forward, "PIECE", size)
     again = wb.place(body, poses)
@@ -81,8 +91,13 @@ def test_neither_threads_nor_pieces_show_in_placed_bodies(one_arm, random_arm, m
 def test_the_number_of_threads_does_not_show_in_distances_between_segments(one_arm, random_arm):
     placed = wb.place(crowded(one_arm, 4, most=60), random_arm(700, 4))
     pairs = np.argwhere(np.triu(~placed.body.adjacent))
-    alone, together = (paired_clearance(placed, placed, pairs, threads=threads) for threads in (1, 3))
-    assert all(np.array_equal(one, other, equal_nan=True) for one, other in zip(alone, together, strict=True))
+    alone, together = (
+        paired_clearance(placed, placed, pairs, threads=threads) for threads in (1, 3)
+    )
+    assert all(
+        np.array_equal(one, other, equal_nan=True)
+        for one, other in zip(alone, together, strict=True)
+    )
 
 
 def test_no_poses_have_no_distances(one_arm, random_arm):
@@ -99,7 +114,8 @@ def test_answers_are_nobody_elses_to_change(one_arm, random_arm):
 @pytest.mark.parametrize("spheres", [3, 4, 5, 8, 11])
 def test_a_sphere_stands_where_it_does_whoever_stands_beside_it(one_arm, random_arm, spheres):
     # of segments with fewer than four spheres each goes alone, of others four at a time
-    rng, poses = np.random.default_rng(spheres), random_arm(5, 1)
+    rng = np.random.default_rng(spheres)
+    poses = random_arm(5, 1)
     body = random_blend(crowded(one_arm, spheres, most=200), spheres)
     placed = wb.place(body, poses)
     for n in range(len(body.segments)):
@@ -120,9 +136,15 @@ def only(body, kept, n):
     return replace(body, start=start, sphere_names=("",) * len(kept), **some)
 
 
-@given(st.lists(st.sampled_from([0.0, -1.5, 2.0, 2.5, np.inf, -np.inf]) | st.floats(allow_nan=False), max_size=200))
+@given(
+    st.lists(
+        st.sampled_from([0.0, -1.5, 2.0, 2.5, np.inf, -np.inf]) | st.floats(allow_nan=False),
+        max_size=200,
+    )
+)
 def test_keys_are_sorted_as_they_stand_among_equals(keys):
     keys = np.array(keys, dtype=np.float64)
-    order, spare = np.zeros(len(keys), dtype=np.int64), np.zeros(len(keys), dtype=np.int64)
+    order = np.zeros(len(keys), dtype=np.int64)
+    spare = np.zeros(len(keys), dtype=np.int64)
     stable_order(keys, len(keys), order, spare)
     assert order.tolist() == np.argsort(keys, kind="stable").tolist()

@@ -1,4 +1,5 @@
-"""Coplanar triangles become polygons again: what is merged, what is kept apart, and what stays the same."""
+"""Coplanar triangles become polygons again: what is merged, what is kept apart, and what stays the
+same."""
 
 from __future__ import annotations
 
@@ -28,8 +29,13 @@ def grid(n, height=None):
     x, y = np.meshgrid(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 1))
     z = np.zeros_like(x) if height is None else height(x, y)
     index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    a, b, c, d = index[:-1, :-1].ravel(), index[:-1, 1:].ravel(), index[1:, 1:].ravel(), index[1:, :-1].ravel()
-    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), np.vstack([np.c_[a, b, c], np.c_[a, c, d]])
+    a = index[:-1, :-1].ravel()
+    b = index[:-1, 1:].ravel()
+    c = index[1:, 1:].ravel()
+    d = index[1:, :-1].ravel()
+    return np.column_stack([x.ravel(), y.ravel(), z.ravel()]), np.vstack(
+        [np.c_[a, b, c], np.c_[a, c, d]]
+    )
 
 
 def test_a_box_of_12_triangles_is_6_rectangles():
@@ -119,27 +125,38 @@ def test_area_is_kept_whatever_the_mesh(seed):
     faces = faces[random.random(len(faces)) < 0.9]
     merged = merge_coplanar(vertices, faces)
     corner = vertices[merged.triangles]
-    areas = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1) / 2
+    areas = (
+        np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
+        / 2
+    )
     wanted = np.add.reduceat(areas, merged.triangle_start[:-1])
-    assert [area_of(vertices, merged, k) for k in range(len(merged.normal))] == pytest.approx(wanted, abs=1e-9)
+    assert [area_of(vertices, merged, k) for k in range(len(merged.normal))] == pytest.approx(
+        wanted, abs=1e-9
+    )
 
 
 @given(st.lists(st.tuples(st.integers(-9, 9), st.integers(-9, 9)), min_size=3, max_size=12))
 def test_the_circle_is_the_smallest_that_encloses(points):
     ring = np.array([[x, y, 0.0] for x, y in points])
     edges = np.column_stack([np.arange(len(ring)), np.roll(np.arange(len(ring)), -1)])
-    centre, radius = enclosing_circles(ring, (edges, np.array([0, len(ring)])), np.array([[0, 0, 1.0]]))
+    centre, radius = enclosing_circles(
+        ring, (edges, np.array([0, len(ring)])), np.array([[0, 0, 1.0]])
+    )
     assert np.linalg.norm(ring - centre[0], axis=1).max() <= radius[0] * (1 + 1e-12)
     assert radius[0] == pytest.approx(smallest_radius(ring), abs=1e-9)
 
 
 def distance_to_polygon(vertices, merged: Polygons, polygon: int, point) -> float:
-    """To the plane where the foot is inside by the even-odd rule, else to the nearest edge: slow and obvious."""
+    """To the plane where the foot is inside by the even-odd rule, else to the nearest edge: slow
+    and obvious."""
     normal = merged.normal[polygon]
     height = point @ normal - merged.offset[polygon]
     axis = int(np.abs(normal).argmax())
     a, b = vertices[merged.edges[merged.edge_start[polygon] : merged.edge_start[polygon + 1]].T]
-    (p, q), foot = (np.delete(side, axis, axis=1) for side in (a, b)), np.delete(point - height * normal, axis)
+    (p, q), foot = (
+        (np.delete(side, axis, axis=1) for side in (a, b)),
+        np.delete(point - height * normal, axis),
+    )
     crosses = (p[:, 1] > foot[1]) != (q[:, 1] > foot[1])
     rise = np.where(crosses, q[:, 1] - p[:, 1], 1)
     if np.sum(crosses & (p[:, 0] + (foot[1] - p[:, 1]) * (q - p)[:, 0] / rise > foot[0])) % 2:
@@ -162,15 +179,22 @@ def test_merging_leaves_every_distance_as_it_was(seed):
 
 
 def smallest_radius(points):
-    """Every circle on two or three of the points, and the smallest that holds all: slow and obvious."""
+    """Every circle on two or three of the points, and the smallest that holds all: slow and
+    obvious."""
     best = np.inf if len(np.unique(points, axis=0)) > 1 else 0.0
     for a in points:
         for b in points:
             for c in points:
-                u, v = b[:2] - a[:2], c[:2] - a[:2]
+                u = b[:2] - a[:2]
+                v = c[:2] - a[:2]
                 twice = 2 * (u[0] * v[1] - u[1] * v[0])
-                middle = (a + b)[:2] / 2 if twice == 0 else a[:2] + np.array(
-                    [v[1] * (u @ u) - u[1] * (v @ v), u[0] * (v @ v) - v[0] * (u @ u)]) / twice  # fmt: skip
+                middle = (
+                    (a + b)[:2] / 2
+                    if twice == 0
+                    else a[:2]
+                    + np.array([v[1] * (u @ u) - u[1] * (v @ v), u[0] * (v @ v) - v[0] * (u @ u)])
+                    / twice
+                )
                 reach = np.linalg.norm(points[:, :2] - middle, axis=1).max()
                 if reach <= np.linalg.norm(a[:2] - middle) * (1 + 1e-9):
                     best = min(best, reach)

@@ -1,4 +1,5 @@
-"""Populations as files: what comes along agrees with the raw survey, and what is wrong is named with its line."""
+"""Populations as files: what comes along agrees with the raw survey, and what is wrong is named
+with its line."""
 
 from __future__ import annotations
 
@@ -20,7 +21,9 @@ from workbench.people.fit import fit_population
 from workbench.people.percentile import percentile_values
 
 REFERENCE = SHARED.parent / "reference"
-RAW = [SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
+RAW = [
+    SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")
+]
 
 TINY = """\
 population: tiny
@@ -78,7 +81,11 @@ def model(tmp_path):
 
 def test_ansur2_has_both_sexes_and_all_measures():
     ansur2 = load_population_model("ansur2")
-    assert (ansur2.sexes, ansur2.count.tolist(), ansur2.names) == (SEXES, [4082, 1986], tuple(MEASURES))
+    assert (ansur2.sexes, ansur2.count.tolist(), ansur2.names) == (
+        SEXES,
+        [4082, 1986],
+        tuple(MEASURES),
+    )
     assert len(MEASURES) >= 40
     assert repr(ansur2) == "PopulationModel(ansur2: 4082 male, 1986 female, 58 measures)"
 
@@ -94,7 +101,8 @@ def test_quantiles_that_come_along_are_those_of_the_reference_table_within_a_mil
     path = REFERENCE / "ansur2_percentiles.csv"
     if not path.exists():
         pytest.skip("reference table not here")
-    model, columns = load_population_model("ansur2"), {name.replace("_", ""): k for k, name in enumerate(MEASURES)}
+    model = load_population_model("ansur2")
+    columns = {name.replace("_", ""): k for k, name in enumerate(MEASURES)}
     table = percentile_values(model, sex, [5, 50, 95])
     rows = [row for row in csv.DictReader(path.read_text().splitlines()) if row["dim"] in columns]
     assert len(rows) >= 30
@@ -106,18 +114,26 @@ def test_quantiles_that_come_along_are_those_of_the_reference_table_within_a_mil
 
 @pytest.mark.parametrize("sex", SEXES)
 def test_quantiles_that_come_along_are_those_of_the_raw_survey_within_a_millimetre(raw, sex):
-    model, levels = load_population_model("ansur2"), [5, 25, 50, 75, 95]
+    model = load_population_model("ansur2")
+    levels = [5, 25, 50, 75, 95]
     off = percentile_values(model, sex, levels) - percentile_values(raw, sex, levels)
     assert np.abs(off[:, np.array(raw.names) != "mass"]).max() < 0.001
     assert np.abs(off[:, raw.names.index("mass")]).max() < 0.15
 
 
 def test_populations_are_made_by_their_script_to_the_byte(raw, tmp_path):
-    command = [sys.executable, ROOT / "bodies" / "make_populations.py", SHARED / "anthropometry", tmp_path]
+    command = [
+        sys.executable,
+        ROOT / "bodies" / "make_populations.py",
+        SHARED / "anthropometry",
+        tmp_path,
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0 and "not here" not in done.stdout
     shipped = {path.name: path.read_bytes() for path in tracked("bodies/populations/*.yaml")}
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == shipped and len(shipped) == 2
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == shipped and len(
+        shipped
+    ) == 2
 
 
 def test_populations_hold_figures_and_stay_small():
@@ -140,23 +156,42 @@ def test_a_raw_file_gives_kilograms_and_metres_and_derives_the_acromial_height_s
 
 
 def test_a_raw_file_may_be_latin_1_with_a_byte_order_mark(people):
-    assert len(people("\xef\xbb\xbf" + CSV.replace("a,1756", "Fort Buchanan, Peña".replace(", ", " ") + ",1756"))) == 2
+    assert (
+        len(
+            people(
+                "\xef\xbb\xbf"
+                + CSV.replace("a,1756", "Fort Buchanan, Peña".replace(", ", " ") + ",1756")
+            )
+        )
+        == 2
+    )
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("stature,", "height,", "people.csv:1: missing columns: stature"),
-    ("Gender", "Group", "people.csv:1: missing columns: gender"),
-    ("b,1628", "b,16280", "people.csv:3: stature: 16280 mm is absurd for a person; 630 to 2800 mm is plausible"),
-    ("a,1756", "a,tall", "people.csv:2: stature: a number is needed (got 'tall')"),
-    ("a,1756", "a,nan", "people.csv:2: stature: a number is needed (got 'nan')"),
-    (",678,", ",67.8,", "people.csv:3: weightkg: 6.78 kg is absurd"),
-    (",640,", ",64,", "people.csv:2: interpupillarybreadth: 6.4 mm is absurd"),
-    (",1440,", ",440,", "people.csv:2: acromialheight (acromial_height_sitting): -398 mm is absurd"),
-    ("Female", "other", "people.csv:3: gender: got 'other'; valid: male, female"),
-    ("1335,Female", "1335", "people.csv:3: 7 cells are needed, one a column (got 6)"),
-    ("weightkg", "stature", "people.csv:1: column 'stature' stands twice"),
-    ("a,", '"a,', "people.csv:3: not a CSV file: unexpected end of data"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("stature,", "height,", "people.csv:1: missing columns: stature"),
+        ("Gender", "Group", "people.csv:1: missing columns: gender"),
+        (
+            "b,1628",
+            "b,16280",
+            "people.csv:3: stature: 16280 mm is absurd for a person; 630 to 2800 mm is plausible",
+        ),
+        ("a,1756", "a,tall", "people.csv:2: stature: a number is needed (got 'tall')"),
+        ("a,1756", "a,nan", "people.csv:2: stature: a number is needed (got 'nan')"),
+        (",678,", ",67.8,", "people.csv:3: weightkg: 6.78 kg is absurd"),
+        (",640,", ",64,", "people.csv:2: interpupillarybreadth: 6.4 mm is absurd"),
+        (
+            ",1440,",
+            ",440,",
+            "people.csv:2: acromialheight (acromial_height_sitting): -398 mm is absurd",
+        ),
+        ("Female", "other", "people.csv:3: gender: got 'other'; valid: male, female"),
+        ("1335,Female", "1335", "people.csv:3: 7 cells are needed, one a column (got 6)"),
+        ("weightkg", "stature", "people.csv:1: column 'stature' stands twice"),
+        ("a,", '"a,', "people.csv:3: not a CSV file: unexpected end of data"),
+    ],
+)
 def test_what_is_wrong_in_a_raw_file_is_named_with_line_and_column(people, old, new, told):
     with pytest.raises(InputError) as error:
         people(CSV.replace(old, new, 1))
@@ -178,22 +213,29 @@ def test_a_small_population_file_is_read(model):
     assert tiny.correlation[0, 1].tolist() == [0.5, 1, 0.4]
 
 
-@pytest.mark.parametrize(("old", "new", "told"), [
-    ("length: mm\n", "", "length: the unit of length is needed"),
-    ("50, 100]", "100, 100]", "tiny.yaml:3:23: percentiles[2]: percentiles must rise"),
-    ("[0, 50,", "[1, 50,", "percentiles: must go from 0 to 100 (got 1 to 100)"),
-    ("count: 100", "count: few", "tiny.yaml:5:3: male.count: a whole number is needed"),
-    ("[0, 50, 100]", "[0, 0.1, 100]", "male.count: 100 people cannot tell"),
-    ("1750, 2000]", "1750]", "tiny.yaml:7:5: male.quantiles.stature: 3 values are needed"),
-    ("1750", "1490", "tiny.yaml:7:21: male.quantiles.stature[1]: quantiles must rise"),
-    ("1750", "17500", "17500 is absurd for a person; 630 to 2800 is plausible"),
-    ("    span: [1500", "    spam: [1500", "no such measure; did you mean 'span'?"),
-    ("    span: [0.8, 0.4, 1]\n", "", "same measures in the same order (span is missing)"),
-    ("mass: [0.5, 1]", "mass: [1]", "tiny.yaml:12:5: male.correlation.mass: a row has one value for each"),
-    ("[0.5, 1]", "[1.5, 1]", "male.correlation.mass[0]: a correlation lies between -1 and 1"),
-    ("[0.8, 0.4, 1]", "[0.99, -0.9, 1]", "male.correlation: they contradict one another"),
-    ("male:", "man:", "tiny.yaml:4:1: man: unknown key 'man'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("length: mm\n", "", "length: the unit of length is needed"),
+        ("50, 100]", "100, 100]", "tiny.yaml:3:23: percentiles[2]: percentiles must rise"),
+        ("[0, 50,", "[1, 50,", "percentiles: must go from 0 to 100 (got 1 to 100)"),
+        ("count: 100", "count: few", "tiny.yaml:5:3: male.count: a whole number is needed"),
+        ("[0, 50, 100]", "[0, 0.1, 100]", "male.count: 100 people cannot tell"),
+        ("1750, 2000]", "1750]", "tiny.yaml:7:5: male.quantiles.stature: 3 values are needed"),
+        ("1750", "1490", "tiny.yaml:7:21: male.quantiles.stature[1]: quantiles must rise"),
+        ("1750", "17500", "17500 is absurd for a person; 630 to 2800 is plausible"),
+        ("    span: [1500", "    spam: [1500", "no such measure; did you mean 'span'?"),
+        ("    span: [0.8, 0.4, 1]\n", "", "same measures in the same order (span is missing)"),
+        (
+            "mass: [0.5, 1]",
+            "mass: [1]",
+            "tiny.yaml:12:5: male.correlation.mass: a row has one value for each",
+        ),
+        ("[0.5, 1]", "[1.5, 1]", "male.correlation.mass[0]: a correlation lies between -1 and 1"),
+        ("[0.8, 0.4, 1]", "[0.99, -0.9, 1]", "male.correlation: they contradict one another"),
+        ("male:", "man:", "tiny.yaml:4:1: man: unknown key 'man'"),
+    ],
+)
 def test_what_is_wrong_in_a_population_file_is_named_with_its_line(model, old, new, told):
     with pytest.raises(InputError) as error:
         model(TINY.replace(old, new, 1))
@@ -206,24 +248,37 @@ def test_an_unknown_population_is_told_which_there_are():
 
 
 def test_a_growth_file_with_two_rows_swapped_is_refused(tmp_path):
-    lines = (ROOT / "bodies" / "populations" / "cdc_growth.yaml").read_text().splitlines(keepends=True)
+    lines = (
+        (ROOT / "bodies" / "populations" / "cdc_growth.yaml").read_text().splitlines(keepends=True)
+    )
     row = next(k for k, line in enumerate(lines) if "- [25.5" in line)
     lines[row], lines[row + 1] = lines[row + 1], lines[row]
     path = tmp_path / "growth.yaml"
     path.write_text("".join(lines))
-    with pytest.raises(InputError, match=rf"growth.yaml:{row + 2}:7: male.stature\[2\]: ages must rise"):
+    with pytest.raises(
+        InputError, match=rf"growth.yaml:{row + 2}:7: male.stature\[2\]: ages must rise"
+    ):
         load_growth(path)
 
 
-@pytest.mark.parametrize(("change", "told"), [
-    ({"sex": [2]}, "a sex is an index"),
-    ({"weight": [0.0]}, "every weight must be positive"),
-    ({"measures": [[-1.0]]}, "person 0: stature: must be positive, got -1.0"),
-    ({"names": ("height",)}, "no measure 'height'"),
-    ({"labels": ("a", "b")}, "2 labels for 1 people"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"sex": [2]}, "a sex is an index"),
+        ({"weight": [0.0]}, "every weight must be positive"),
+        ({"measures": [[-1.0]]}, "person 0: stature: must be positive, got -1.0"),
+        ({"names": ("height",)}, "no measure 'height'"),
+        ({"labels": ("a", "b")}, "2 labels for 1 people"),
+    ],
+)
 def test_a_population_keeps_its_invariants(change, told):
-    fields = {"names": ("stature",), "sex": [0], "weight": [1.0], "measures": [[1.75]], "source": "test"}
+    fields = {
+        "names": ("stature",),
+        "sex": [0],
+        "weight": [1.0],
+        "measures": [[1.75]],
+        "source": "test",
+    }
     with pytest.raises(InputError, match=told):
         Population(**(fields | change))
 

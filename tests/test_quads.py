@@ -15,7 +15,10 @@ numbers = st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4)
 def test_the_fours_do_compiled_what_their_definitions_say(a, b):
     from tests.lanes_compiled import every_quad_function
 
-    a, b, out, single = np.array(a), np.array(b), np.zeros((12, 3)), np.zeros(6, dtype=np.float32)
+    a = np.array(a)
+    b = np.array(b)
+    out = np.zeros((12, 3))
+    single = np.zeros(6, dtype=np.float32)
     told = every_quad_function(a, b, out, single)
     wanted = [a + b, a - b, a * b, quads.lower(a, b), quads.upper(a, b), quads.four(a[2])]
     assert np.array_equal(out[:4], np.stack(wanted[:3], axis=1))
@@ -30,4 +33,8 @@ def test_points_are_written_one_after_the_other_and_read_so():
     quads.store_triples(out, 0, np.arange(4.0), np.arange(4.0) + 10, np.arange(4.0) + 20)
     assert out.tolist() == [[0, 10, 20], [1, 11, 21], [2, 12, 22], [3, 13, 23]]
     x, y, z = quads.load_triples(out, 0)
-    assert (x.tolist(), y.tolist(), z.tolist()) == ([0, 1, 2, 3], [10, 11, 12, 13], [20, 21, 22, 23])
+    assert (x.tolist(), y.tolist(), z.tolist()) == (
+        [0, 1, 2, 3],
+        [10, 11, 12, 13],
+        [20, 21, 22, 23],
+    )

@@ -1,6 +1,8 @@
-"""A vehicle the workbench was not made for: two men on the bench of a utility vehicle whose mesh is one big part.
+"""A vehicle the workbench was not made for: two men on the bench of a utility vehicle whose mesh is
+one big part.
 
-The mesh is in inches with its nose along y; the simulator's model file beside it says in metres where things are.
+The mesh is in inches with its nose along y; the simulator's model file beside it says in metres
+where things are.
 """
 
 from __future__ import annotations
@@ -65,7 +67,8 @@ def corners(environment, part):
 
 
 def hits(triangles, axis, at):
-    """Where a line along `axis` through `at`, two coordinates, meets triangles: the third coordinate, rising."""
+    """Where a line along `axis` through `at`, two coordinates, meets triangles: the third
+    coordinate, rising."""
     flat = np.delete(triangles, axis, axis=2) - at
     area = [np.linalg.det(np.roll(flat, -k, axis=1)[:, 1:]) for k in range(3)]
     weights = np.stack(area, axis=1)
@@ -113,7 +116,8 @@ def test_left_and_right_are_not_mirrored(boxes):
 
 @pytest.mark.parametrize("seat", ["left", "right"])
 def test_the_seat_planes_lie_on_the_mesh(ranger, seat):
-    chair, triangles = ranger.seat(seat), corners(ranger, "Ranger")
+    chair = ranger.seat(seat)
+    triangles = corners(ranger, "Ranger")
     x, y, z = chair.srp
     for ahead in (0.1, 0.2, 0.3):
         top = max(hits(triangles, 2, (x + ahead, y + 1e-4)))
@@ -125,7 +129,8 @@ def test_the_seat_planes_lie_on_the_mesh(ranger, seat):
 
 
 def test_the_seat_reference_point_is_that_of_the_simulators_boxes(ranger):
-    """The top of the cushion's box at 0.86 m, and there the front of a back 60 mm thick that leans 0.2 rad aft."""
+    """The top of the cushion's box at 0.86 m, and there the front of a back 60 mm thick that leans
+    0.2 rad aft."""
     ahead = -0.3 + 0.03 / np.cos(0.2) + (1.125 - 0.86) * np.tan(0.2)
     assert ranger.seat("left").srp == pytest.approx((ahead, 0.30, 0.86), abs=0.012)
 
@@ -137,7 +142,8 @@ def test_a_sitter_sinks_into_the_cushion_as_far_as_the_seat_says(person, name):
 
 @pytest.mark.parametrize("name", ["driver", "passenger"])
 def test_a_sitter_leans_on_the_back_with_the_shoulder_blades(person, name):
-    """Below the pad the back is open, so the pelvis, which stops at the plane, touches nothing there."""
+    """Below the pad the back is open, so the pelvis, which stops at the plane, touches nothing
+    there."""
     found = contacts(person(name).placed, person(name).clearance.other)
     blades = found.rows((found.segment == found.body.segment("UT")) & (found.normal[:, 0] > 0.95))
     assert -1e3 * blades.distance.min() == pytest.approx(15, abs=3)
@@ -169,7 +175,9 @@ def test_the_report_names_the_vehicles_parts_and_everything_fits(study_file, cap
 def test_a_roll_cage_that_is_too_low_fails_and_says_by_how_much(study_file, capsys):
     strict = study_file.with_name("strict.yaml")
     text = study_file.read_text(encoding="utf-8")
-    strict.write_text(text.replace("[Ranger], at_least: 50", "[Ranger], at_least: 250"), encoding="utf-8")
+    strict.write_text(
+        text.replace("[Ranger], at_least: 50", "[Ranger], at_least: 250"), encoding="utf-8"
+    )
     assert main(["run", str(strict), "--out", str(study_file.parent / "strict")]) == 1
     said = capsys.readouterr().out
     assert "FAILED  head to roll cage: driving, " in said
@@ -179,7 +187,9 @@ def test_a_roll_cage_that_is_too_low_fails_and_says_by_how_much(study_file, caps
 
 def test_a_joint_past_its_stop_is_warned_of_before_the_open_edges_of_the_mesh(study_file):
     bent = study_file.with_name("bent.yaml")
-    text = study_file.read_text(encoding="utf-8").replace("LE RE: {flexion: 41}", "LE RE: {flexion: 150}")
+    text = study_file.read_text(encoding="utf-8").replace(
+        "LE RE: {flexion: 41}", "LE RE: {flexion: 150}"
+    )
     bent.write_text(text, encoding="utf-8")
     said = wb.run(wb.load_study(bent)).warnings
     assert "driver, driving: left elbow is 8.0 degrees past its stop in flexion" in said[:2]

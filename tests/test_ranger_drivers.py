@@ -1,5 +1,5 @@
-"""Drawn people drive the utility vehicle: its bench stands too high for a car driver's posture, so theirs is predicted;
-where they sit they reach its wheel and pedals."""
+"""Drawn people drive the utility vehicle: its bench stands too high for a car driver's posture, so
+theirs is predicted; where they sit they reach its wheel and pedals."""
 
 from __future__ import annotations
 
@@ -50,15 +50,19 @@ def folder(tmp_path_factory):
 
 
 def test_its_bench_is_too_high_for_a_car_drivers_posture_and_that_is_said(folder):
-    (folder / "car.yaml").write_text(STUDY.replace("heels: floor", "heels: floor\n  driver: {wheel: wheel_centre, "
-                                                   "h_point: hips, seed: 1}"))  # fmt: skip
+    (folder / "car.yaml").write_text(
+        STUDY.replace(
+            "heels: floor", "heels: floor\n  driver: {wheel: wheel_centre, h_point: hips, seed: 1}"
+        )
+    )
     with pytest.raises(wb.InputError, match=r"100 to 500 mm above the heel \(H30\), got 552 mm"):
         accommodation_study(load_accommodation(folder / "car.yaml"))
 
 
 @pytest.mark.nightly
 def test_drawn_people_reach_its_wheel_and_pedals_from_the_bench(folder):
-    """Wheel and gas by everybody; to a pedal by itself, kept off the one big part that floor and dash are, by most."""
+    """Wheel and gas by everybody; to a pedal by itself, kept off the one big part that floor and
+    dash are, by most."""
     (folder / "study.yaml").write_text(STUDY)
     result = accommodation_study(load_accommodation(folder / "study.yaml"))
     share = dict(zip((r.name for r in result.requirements), result.single.tolist(), strict=True))

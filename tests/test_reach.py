@@ -44,7 +44,9 @@ joints:
       - {motion: [abduction, adduction], axis: -x, limits: [0, 0]}
     twist: {motion: [medial_rotation, lateral_rotation], axis: +z, limits: [0, 0]}
 """
-UPPER, LOWER, BENT = 0.3, 0.25, np.radians(140.0)
+UPPER = 0.3
+LOWER = 0.25
+BENT = np.radians(140.0)
 FARTHEST = UPPER + LOWER
 NEAREST = np.sqrt(UPPER**2 + LOWER**2 + 2 * UPPER * LOWER * np.cos(BENT))
 
@@ -60,7 +62,9 @@ def planar(tmp_path_factory):
 @pytest.fixture(scope="module")
 def two_links(planar):
     solid = np.ones(len(planar.sphere_names), dtype=bool)
-    return Limb("arm", 0, 2, (0, 1), np.array([0, 0, -LOWER]), np.array([0, 0, -1.0]), (1, 2), solid)
+    return Limb(
+        "arm", 0, 2, (0, 1), np.array([0, 0, -LOWER]), np.array([0, 0, -1.0]), (1, 2), solid
+    )
 
 
 def at_rest(body, reference="LT"):
@@ -69,12 +73,16 @@ def at_rest(body, reference="LT"):
 
 def legal(body, arm, count, seed):
     """Random legal postures of a limb's free joints, drawn until they are."""
-    rng, found = np.random.default_rng(seed), []
+    rng = np.random.default_rng(seed)
+    found = []
     while sum(map(len, found)) < count:
         angles = np.zeros((2000, len(body.joints), 3))
-        low, high = -body.stops.limits[list(arm.free), :, 1], body.stops.limits[list(arm.free), :, 0]
+        low = -body.stops.limits[list(arm.free), :, 1]
+        high = body.stops.limits[list(arm.free), :, 0]
         angles[:, list(arm.free)] = rng.uniform(low, high, (2000, len(arm.free), 3))
-        poses = wb.Poses(compose(body, angles), arm.base, np.broadcast_to(np.eye(3, 4), (2000, 3, 4)))
+        poses = wb.Poses(
+            compose(body, angles), arm.base, np.broadcast_to(np.eye(3, 4), (2000, 3, 4))
+        )
         ok = np.all(stops(body, poses).margin[:, list(arm.free)] >= 0, axis=1)
         found.append(poses.rotations[ok])
     rotations = np.concatenate(found)[:count]
@@ -109,13 +117,17 @@ def test_a_target_out_of_the_plane_is_missed_by_its_distance_from_the_plane(plan
 
 
 @pytest.mark.parametrize(
-    ("name", "zone"), [("right hand", 1), ("left hand", 2), ("right hand", 3), ("left foot", 1), ("right foot", 1)]
+    ("name", "zone"),
+    [("right hand", 1), ("left hand", 2), ("right hand", 3), ("left foot", 1), ("right foot", 1)],
 )
 def test_what_a_legal_posture_touches_is_reached_within_the_stops(bubbleman, name, zone):
     arm = limb(bubbleman, name, zone=zone)
     poses = legal(bubbleman, arm, 150, seed=zone)
     found = wb.reach(
-        bubbleman, at_rest(bubbleman, bubbleman.segments[arm.base]), tip_of(bubbleman, poses, arm), limb=arm
+        bubbleman,
+        at_rest(bubbleman, bubbleman.segments[arm.base]),
+        tip_of(bubbleman, poses, arm),
+        limb=arm,
     )
     base = found.poses.world_from_reference
     assert np.ptp(base, axis=0).max() == 0
@@ -133,10 +145,16 @@ def test_the_answer_is_where_forward_kinematics_puts_it(bubbleman):
 
 def test_only_free_joints_move(bubbleman):
     arm = limb(bubbleman, "left hand", zone=2)
-    poses = wb.pose(bubbleman, {"W": {"flexion": 10}, "LK": {"flexion": 40}, "LH": {"flexion": 60}}, reference="LT")
+    poses = wb.pose(
+        bubbleman,
+        {"W": {"flexion": 10}, "LK": {"flexion": 40}, "LH": {"flexion": 60}},
+        reference="LT",
+    )
     found = wb.reach(bubbleman, poses, [0.3, 0.3, 0.4], limb=arm)
     others = [j for j in range(len(bubbleman.joints)) if j not in arm.free]
-    np.testing.assert_allclose(found.poses.rotations[:, others], poses.rotations[:, others], atol=1e-15)
+    np.testing.assert_allclose(
+        found.poses.rotations[:, others], poses.rotations[:, others], atol=1e-15
+    )
 
 
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -145,10 +163,15 @@ MIRROR = np.array([1.0, -1.0, 1.0])
 @given(st.tuples(st.floats(-0.1, 0.6), st.floats(-0.6, 0.2), st.floats(-0.2, 0.7)))
 def test_the_mirrored_hand_reaches_the_mirrored_target_alike(bubbleman, target):
     right = wb.reach(bubbleman, at_rest(bubbleman), target, limb=_hand(bubbleman, "right hand"))
-    left = wb.reach(bubbleman, at_rest(bubbleman), MIRROR * target, limb=_hand(bubbleman, "left hand"))
+    left = wb.reach(
+        bubbleman, at_rest(bubbleman), MIRROR * target, limb=_hand(bubbleman, "left hand")
+    )
     assert left.miss[0] == pytest.approx(right.miss[0], abs=2e-4)
     if right.reached[0] and left.discomfort[0] == pytest.approx(right.discomfort[0], abs=1e-3):
-        elbow = [angles_of(bubbleman, r.poses)[0, bubbleman.joint(j), 0] for r, j in ((left, "LE"), (right, "RE"))]
+        elbow = [
+            angles_of(bubbleman, r.poses)[0, bubbleman.joint(j), 0]
+            for r, j in ((left, "LE"), (right, "RE"))
+        ]
         assert elbow[0] == pytest.approx(elbow[1], abs=0.02)
 
 
@@ -161,22 +184,37 @@ def _hand(body, name):
 
 def test_a_longer_arm_never_reaches_less(bubbleman):
     arm = limb(bubbleman, "right hand")
-    longer = Limb(arm.name, arm.base, arm.end, arm.free, arm.tip * [1, 1, 1.3], arm.pointing, arm.moving, arm.solid)
+    longer = Limb(
+        arm.name,
+        arm.base,
+        arm.end,
+        arm.free,
+        arm.tip * [1, 1, 1.3],
+        arm.pointing,
+        arm.moving,
+        arm.solid,
+    )
     rng = np.random.default_rng(5)
     way = rng.normal(size=(60, 3)) * [1, 1, 0.6]
     targets = np.array([0.1, -0.2, 0.35]) + 0.85 * way / np.linalg.norm(way, axis=1)[:, None]
-    short, long = (wb.reach(bubbleman, at_rest(bubbleman), targets, limb=chosen) for chosen in (arm, longer))
+    short, long = (
+        wb.reach(bubbleman, at_rest(bubbleman), targets, limb=chosen) for chosen in (arm, longer)
+    )
     out = short.joint < 0  # those that only length limits
     assert np.all(long.miss[out & ~short.reached] <= short.miss[out & ~short.reached] + 1e-6)
     assert np.any(long.miss < short.miss - 0.02)
 
 
 def _nearest_sampled(body, arm, poses, target):
-    """The nearest that sampling gets: the best legal posture, then many small changes of it, ever smaller."""
-    rng, best = np.random.default_rng(8), None
+    """The nearest that sampling gets: the best legal posture, then many small changes of it, ever
+    smaller."""
+    rng = np.random.default_rng(8)
+    best = None
     angles = angles_of(body, poses)
     for turn in range(14):
-        trial = wb.Poses(compose(body, angles), arm.base, np.broadcast_to(np.eye(3, 4), (len(angles), 3, 4)))
+        trial = wb.Poses(
+            compose(body, angles), arm.base, np.broadcast_to(np.eye(3, 4), (len(angles), 3, 4))
+        )
         gap = np.linalg.norm(tip_of(body, trial, arm) - target, axis=1)
         gap[stops(body, trial).margin[:, list(arm.free)].min(axis=1) < 0] = np.inf
         best = angles[np.argmin(gap)]

@@ -1,4 +1,5 @@
-"""People led around obstacles: whoever is said to be kept from a target is, whoever else is asked."""
+"""People led around obstacles: whoever is said to be kept from a target is, whoever else is
+asked."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ HOW = {"name": "left hand", "grip": "grasp", "zone": 2}
 CONTROLS = ("left_canopy_latch", "throttle", "parking_brake", "alternate_air")
 LEGS = {"LH": {"flexion": 80}, "RH": {"flexion": 80}, "LK": {"flexion": 70}, "RK": {"flexion": 70}}
 HARD = ((1.781, 0.216, 0.377), (1.682, 0.199, 0.353), (1.595, 0.208, 0.369), (1.679, 0.138, 0.356))
-"""People for whom single controls are hard to get at: stature, and where the pelvis is along the seat and up [m]."""
+"""People for whom single controls are hard to get at: stature, and where the pelvis is along the
+seat and up [m]."""
 LATCH = "left_canopy_latch"
 FORMER = (
     (0, "left hand", 2, LATCH),
@@ -33,7 +35,8 @@ FORMER = (
     (2, "left hand", 2, "left_air_vent"),
     (0, "right hand", 1, "ignition"),
 )
-"""Person of HARD, hand, zone and control that the search of before said to be kept by an obstacle."""
+"""Person of HARD, hand, zone and control that the search of before said to be kept by an
+obstacle."""
 DEEP_REACHED = 35
 """Of 44 targets 100 mm deep in the panel those that are reached."""
 
@@ -49,7 +52,9 @@ def people(bubbleman):
 
 @pytest.fixture(scope="module")
 def seated(people):
-    return wb.join_poses([wb.pose(body, LEGS, reference="LT", position=(0.17, 0.28, 0.38)) for body in people])
+    return wb.join_poses(
+        [wb.pose(body, LEGS, reference="LT", position=(0.17, 0.28, 0.38)) for body in people]
+    )
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +62,8 @@ def hard(bubbleman):
     """The people of HARD and how they sit."""
     bodies = [scale(bubbleman, {"stature": stature}) for stature, _, _ in HARD]
     poses = [
-        wb.pose(body, LEGS, reference="LT", position=(x, 0.28, z)) for body, (_, x, z) in zip(bodies, HARD, strict=True)
+        wb.pose(body, LEGS, reference="LT", position=(x, 0.28, z))
+        for body, (_, x, z) in zip(bodies, HARD, strict=True)
     ]
     return bodies, wb.join_poses(poses)
 
@@ -69,38 +75,52 @@ def trainer():
 
 @pytest.fixture(scope="module")
 def controls(trainer):
-    return np.array([control.at for name in CONTROLS for control in trainer.controls if control.name == name])
+    return np.array(
+        [control.at for name in CONTROLS for control in trainer.controls if control.name == name]
+    )
 
 
 def row(poses, b):
-    return wb.Poses(poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1])
+    return wb.Poses(
+        poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1]
+    )
 
 
 def _false_misses(people, seated, trainer, controls, how, *, draws, keep):
-    """(person, target) said to be kept from a target by more than 5 mm by obstacles alone, that a drawn posture
-    reaches; and how many were looked at."""
+    """(person, target) said to be kept from a target by more than 5 mm by obstacles alone, that a
+    drawn posture reaches; and how many were looked at."""
     seat = trainer.seat("left")
     shift = np.zeros((len(people), 3))
     free = reach_people(people, seated, controls, **how)
-    found = reach_people(people, seated, controls, environment=trainer, moves=seat.moves, shift=shift, **how)
+    found = reach_people(
+        people, seated, controls, environment=trainer, moves=seat.moves, shift=shift, **how
+    )
     kept = np.argwhere(free.reached & ~found.reached & (found.miss + found.overlap > 5e-3))
     wrong = []
     for b, t in kept:
         arm = limb(people[b], how["name"], grip=how["grip"], zone=how["zone"])
         room = moved(trainer, seat.moves, shift[b])
-        ways = clear_ways(people[b], arm, row(seated, b), controls[t], room, draws=draws, keep=keep, seed=1)
+        ways = clear_ways(
+            people[b], arm, row(seated, b), controls[t], room, draws=draws, keep=keep, seed=1
+        )
         wrong += [(int(b), CONTROLS[t])] * bool(len(ways))
     return wrong, len(kept)
 
 
-def test_whoever_is_kept_from_a_control_has_no_clear_way_among_many_drawn(people, seated, trainer, controls):
-    wrong, _ = _false_misses(people[1::2], seated_of(seated, [1, 3]), trainer, controls, HOW, draws=20000, keep=300)
+def test_whoever_is_kept_from_a_control_has_no_clear_way_among_many_drawn(
+    people, seated, trainer, controls
+):
+    wrong, _ = _false_misses(
+        people[1::2], seated_of(seated, [1, 3]), trainer, controls, HOW, draws=20000, keep=300
+    )
     assert not wrong
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("zone", [1, 2, 3])
-@pytest.mark.parametrize(("name", "grip"), [("left hand", "grasp"), ("right hand", "grasp"), ("left hand", "push")])
+@pytest.mark.parametrize(
+    ("name", "grip"), [("left hand", "grasp"), ("right hand", "grasp"), ("left hand", "push")]
+)
 def test_nobody_kept_from_a_control_has_a_clear_way_among_thousands_drawn(
     people, seated, trainer, controls, name, grip, zone
 ):
@@ -118,15 +138,30 @@ def test_who_reaches_does_not_depend_on_who_else_is_asked(people, seated, traine
     where = {"environment": trainer, "moves": seat.moves}
     together = reach_people(people, seated, controls, shift=np.zeros((4, 3)), **where, **HOW)
     for b, body in enumerate(people):
-        alone = reach_people([body], row(seated, b), controls, shift=np.zeros((1, 3)), **where, **HOW)
+        alone = reach_people(
+            [body], row(seated, b), controls, shift=np.zeros((1, 3)), **where, **HOW
+        )
         assert list(alone.reached[0]) == list(together.reached[b])
-        np.testing.assert_allclose(alone.miss[0][alone.reached[0]], together.miss[b][together.reached[b]], atol=1e-4)
+        np.testing.assert_allclose(
+            alone.miss[0][alone.reached[0]], together.miss[b][together.reached[b]], atol=1e-4
+        )
 
 
-def test_a_hand_that_is_led_around_enters_nothing_and_keeps_its_stops(people, seated, trainer, controls):
-    seat, shift = trainer.seat("left"), np.zeros((4, 3))
-    found = reach_people(people, seated, controls, environment=trainer, moves=seat.moves, shift=shift, rotations=True,
-                         **HOW)  # fmt: skip
+def test_a_hand_that_is_led_around_enters_nothing_and_keeps_its_stops(
+    people, seated, trainer, controls
+):
+    seat = trainer.seat("left")
+    shift = np.zeros((4, 3))
+    found = reach_people(
+        people,
+        seated,
+        controls,
+        environment=trainer,
+        moves=seat.moves,
+        shift=shift,
+        rotations=True,
+        **HOW,
+    )
     for b, body in enumerate(people):
         arm = limb(body, "left hand", grip="grasp", zone=2)
         world = np.repeat(seated.world_from_reference[b : b + 1], len(controls), axis=0)
@@ -152,12 +187,24 @@ def witnessed(body, pose, arm, found, target, environment):
 
 
 @pytest.mark.parametrize(("who", "hand", "zone", "name"), FORMER)
-def test_who_was_falsely_said_to_be_kept_reaches_within_the_stops_and_clear(hard, trainer, who, hand, zone, name):
+def test_who_was_falsely_said_to_be_kept_reaches_within_the_stops_and_clear(
+    hard, trainer, who, hand, zone, name
+):
     bodies, poses = hard
-    body, pose, control = bodies[who], row(poses, who), one(trainer, name)
+    body = bodies[who]
+    pose = row(poses, who)
+    control = one(trainer, name)
     arm = limb(body, hand, grip=control.grip, zone=zone)
-    found = reach_people([body], pose, [control.at], name=hand, grip=control.grip, zone=zone, environment=trainer,
-                         rotations=True)  # fmt: skip
+    found = reach_people(
+        [body],
+        pose,
+        [control.at],
+        name=hand,
+        grip=control.grip,
+        zone=zone,
+        environment=trainer,
+        rotations=True,
+    )
     assert found.reached[0, 0]
     assert witnessed(body, pose, arm, found, control.at, trainer)
 
@@ -177,7 +224,9 @@ def test_a_slow_search_of_its_own_finds_their_way_too(hard, trainer, who, hand, 
 
 def ask(bodies, poses, environment, targets, how, rows=None):
     rows = np.arange(len(bodies)) if rows is None else np.array(rows)
-    return reach_people([bodies[b] for b in rows], seated_of(poses, rows), targets, environment=environment, **how)
+    return reach_people(
+        [bodies[b] for b in rows], seated_of(poses, rows), targets, environment=environment, **how
+    )
 
 
 def test_a_verdict_is_the_same_alone_permuted_and_in_half_the_crowd(hard, trainer, controls):
@@ -191,13 +240,17 @@ def test_a_verdict_is_the_same_alone_permuted_and_in_half_the_crowd(hard, traine
 
 
 def test_a_freer_arm_reaches_what_a_tighter_one_does(hard, trainer, controls):
-    one_two = [ask(*hard, trainer, controls, {"name": "left hand", "grip": "grasp", "zone": zone}) for zone in (1, 2)]
+    one_two = [
+        ask(*hard, trainer, controls, {"name": "left hand", "grip": "grasp", "zone": zone})
+        for zone in (1, 2)
+    ]
     assert np.all(one_two[1].reached[one_two[0].reached])
 
 
 def test_a_target_in_a_closed_box_stays_missed_with_the_hand_at_the_box(hard):
     bodies, poses = hard
-    target, half = np.array([0.55, 0.1, 0.75]), 0.15
+    target = np.array([0.55, 0.1, 0.75])
+    half = 0.15
     box = environment_of(box_part("box", target - half, target + half))
     free = reach_people(bodies, poses, [target], name="right hand", zone=2)
     found = reach_people(bodies, poses, [target], name="right hand", zone=2, environment=box)
@@ -215,7 +268,9 @@ def deeper(environment, grip):
 
 
 def test_many_targets_deep_in_the_panel_are_reached(hard, trainer):
-    found = ask(*hard, trainer, deeper(trainer, "push"), {"name": "right hand", "grip": "push", "zone": 2})
+    found = ask(
+        *hard, trainer, deeper(trainer, "push"), {"name": "right hand", "grip": "push", "zone": 2}
+    )
     assert found.reached.sum() >= DEEP_REACHED
 
 

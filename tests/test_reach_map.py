@@ -1,4 +1,5 @@
-"""The population reach map: points spread over a part, shares of people, settled points as if asked about."""
+"""The population reach map: points spread over a part, shares of people, settled points as if asked
+about."""
 
 from __future__ import annotations
 
@@ -30,7 +31,10 @@ def test_points_lie_on_the_part_and_are_spread_by_area(board):
     assert point.shape == normal.shape == (400, 3)
     low, high = board.bounds
     assert np.all(point >= low - 1e-9) and np.all(point <= high + 1e-9)
-    assert np.abs(np.min(np.abs(np.concatenate([point - low, point - high], axis=1)), axis=1)).max() < 1e-9
+    assert (
+        np.abs(np.min(np.abs(np.concatenate([point - low, point - high], axis=1)), axis=1)).max()
+        < 1e-9
+    )
     face = point[np.abs(normal[:, 0]) > 0.5]
     quarters = [np.sum((face[:, 1] > 0) == left) for left in (True, False)]
     assert quarters[0] == pytest.approx(quarters[1], rel=0.15)
@@ -41,7 +45,9 @@ def test_the_map_is_what_each_reaches_point_by_point(board, people):
     found = reach_map(bodies, poses, board, "board", points=60, zone=1, weights=[1, 2, 1])
     oracle = np.zeros((3, 60), dtype=bool)
     for b, body in enumerate(bodies):
-        own = wb.Poses(poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1])
+        own = wb.Poses(
+            poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1]
+        )
         for name in ("left hand", "right hand"):
             oracle[b] |= wb.reach(body, own, found.points, limb=limb(body, name, zone=1)).reached
     np.testing.assert_allclose(found.share, np.array([0.25, 0.5, 0.25]) @ oracle, atol=1e-12)
@@ -50,8 +56,14 @@ def test_the_map_is_what_each_reaches_point_by_point(board, people):
 
 def test_a_mirrored_hand_has_the_mirrored_map(board, people):
     bodies, poses = people
-    left, right = (reach_map(bodies, poses, board, "board", points=40, zone=1, hand=h) for h in ("left", "right"))
-    mirrored = np.linalg.norm(left.points[:, None] * [1, -1, 1] - right.points[None], axis=2).min(axis=1) < 0.04
+    left, right = (
+        reach_map(bodies, poses, board, "board", points=40, zone=1, hand=h)
+        for h in ("left", "right")
+    )
+    mirrored = (
+        np.linalg.norm(left.points[:, None] * [1, -1, 1] - right.points[None], axis=2).min(axis=1)
+        < 0.04
+    )
     assert mirrored.any()
     assert left.share[left.points[:, 1] > 0.1].mean() > right.share[right.points[:, 1] > 0.1].mean()
 

@@ -1,4 +1,5 @@
-"""Reach studies: seats, feet and hands that find their places; what controls are reached; envelopes."""
+"""Reach studies: seats, feet and hands that find their places; what controls are reached;
+envelopes."""
 
 from __future__ import annotations
 
@@ -53,7 +54,8 @@ def written(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def flying(written):
-    """The median man in the left seat, predicted: his study, person, environment and placed body."""
+    """The median man in the left seat, predicted: his study, person, environment and placed
+    body."""
     study, told = predicted(load_study(written(STUDY)))
     environment = adjusted_environment(study)
     return study, told, environment, place_person(study.people[0], environment)
@@ -79,7 +81,8 @@ def test_hands_and_feet_are_on_their_controls_without_an_angle_given(flying):
 
 def test_the_seat_stays_within_its_travel_and_what_it_cannot_give_is_told(flying):
     study, told, environment, placed = flying
-    person, seat = study.people[0], environment.seat("left")
+    person = study.people[0]
+    seat = environment.seat("left")
     assert seat.travel_forward[0] <= person.forward <= seat.travel_forward[1]
     assert seat.travel_up[0] <= person.up <= seat.travel_up[1]
     off = eye_points(placed)[0, 2] - environment.points["left_design_eye"][2]
@@ -100,7 +103,10 @@ def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
     reached = {(r.control, r.zone): r.reached for r in result.reaches}
     assert reached["left_stick", 1] and reached["throttle", 1] and not reached["grab_handle", 1]
     sentence = next(r.sentence for r in rows.reaches if r.control == "grab_handle" and r.zone == 1)
-    assert re.fullmatch(r"pilot, zone 1: the right hand stays \d+\.\d mm from grab_handle, limited by .+\.", sentence)
+    assert re.fullmatch(
+        r"pilot, zone 1: the right hand stays \d+\.\d mm from grab_handle, limited by .+\.",
+        sentence,
+    )
     assert not rows.passed and "<h2>Reach</h2>" in (tmp_path / "out" / "report.html").read_text()
     assert (tmp_path / "out" / "reaches.csv").read_text().count("\n") == 1 + 3 * 3
 
@@ -112,22 +118,38 @@ def test_a_picture_shows_the_posture_of_the_run_to_the_last_bit(written):
     assert len(drawn.bodies) == len(measured.people) == 1
     for shown, person in zip(drawn.bodies, measured.people, strict=True):
         np.testing.assert_array_equal(shown.placed.centres, person.placed.centres)
-        np.testing.assert_array_equal(shown.placed.world_from_segment, person.placed.world_from_segment)
+        np.testing.assert_array_equal(
+            shown.placed.world_from_segment, person.placed.world_from_segment
+        )
     np.testing.assert_array_equal(drawn.environment.vertices, measured.environment.vertices)
 
 
 def test_what_is_reached_in_a_zone_is_reached_in_the_next(bubbleman):
-    """The belly of somebody so near to the stick is in the way of zone 3 alone, which moves the trunk."""
+    """The belly of somebody so near to the stick is in the way of zone 3 alone, which moves the
+    trunk."""
     trainer = wb.load_environment("trainer")
     body = scale(bubbleman, {"stature": 1.731})
-    legs = {"LH": {"flexion": 80}, "RH": {"flexion": 80}, "LK": {"flexion": 70}, "RK": {"flexion": 70}}
+    legs = {
+        "LH": {"flexion": 80},
+        "RH": {"flexion": 80},
+        "LK": {"flexion": 70},
+        "RK": {"flexion": 70},
+    }
     pose = wb.pose(body, legs, reference="LT", position=(0.219, 0.28, 0.407))
     asked = Criterion("throttle", "reach", ("pilot",), (), (), 0.0, controls=("throttle",))
-    study = replace(load_study(ROOT / "studies" / "trainer_reach.yaml"), criteria=(asked,),
-                    people=(Person("pilot", body, pose, ()),))  # fmt: skip
+    study = replace(
+        load_study(ROOT / "studies" / "trainer_reach.yaml"),
+        criteria=(asked,),
+        people=(Person("pilot", body, pose, ()),),
+    )
     rows = list(control_reaches(study, {"pilot": wb.place(body, pose)}, trainer))
-    alone = wb.reach(body, pose, one(trainer, "throttle").at, environment=trainer,
-                     limb=limb(body, "right hand", grip="grasp", zone=3))  # fmt: skip
+    alone = wb.reach(
+        body,
+        pose,
+        one(trainer, "throttle").at,
+        environment=trainer,
+        limb=limb(body, "right hand", grip="grasp", zone=3),
+    )
     assert not alone.reached[0]
     assert [row.zone for row in rows] == [1, 2, 3] and all(row.reached for row in rows)
 
@@ -145,7 +167,11 @@ def one(environment, name):
         ("eyes: left_design_eye", "eyes: left_eye", "no point 'left_eye'"),
         ("posture: predicted", "posture: driving", "belongs to posture: predicted"),
         ("seat: left}", "stand: {on: [0, 0, 0]}}", "only the posture of somebody in a seat"),
-        ("controls: [left_stick, throttle, grab_handle]", "controls: [sticks]", "nothing is called 'sticks'"),
+        (
+            "controls: [left_stick, throttle, grab_handle]",
+            "controls: [sticks]",
+            "nothing is called 'sticks'",
+        ),
         ("zone: 1}", "zone: 4}", "less than or equal to 3"),
         ("check: reach, controls", "check: stops, controls", "belong to check: reach"),
     ],

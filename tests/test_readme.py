@@ -27,11 +27,29 @@ def test_the_python_block_runs_and_prints_contacts(capsys):
     assert " mm, " in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("line", [line for kind, code in BLOCKS if kind == "sh" for line in code.splitlines()
-                                  if line.startswith("workbench ")])  # fmt: skip
+@pytest.mark.parametrize(
+    "line",
+    [
+        line
+        for kind, code in BLOCKS
+        if kind == "sh"
+        for line in code.splitlines()
+        if line.startswith("workbench ")
+    ],
+)
 def test_every_command_line_parses(line):
-    command, bound, _ = app.parse_args(shlex.split(line)[1:], exit_on_error=False, print_error=False)
-    assert command.__name__ in {"run", "check", "inspect", "render", "body_scale", "body_measure", "boundary"}
+    command, bound, _ = app.parse_args(
+        shlex.split(line)[1:], exit_on_error=False, print_error=False
+    )
+    assert command.__name__ in {
+        "run",
+        "check",
+        "inspect",
+        "render",
+        "body_scale",
+        "body_measure",
+        "boundary",
+    }
     assert bound.arguments
 
 
@@ -51,7 +69,10 @@ def test_the_quoted_sentence_is_what_the_study_says():
     from workbench.report.words import verdict_sentence
 
     result = wb.run(wb.load_study("trainer_clearance"))
-    said = [f"passed  {v.criterion.name}: {verdict_sentence(v, result.study.cases)}" for v in result.verdicts]
+    said = [
+        f"passed  {v.criterion.name}: {verdict_sentence(v, result.study.cases)}"
+        for v in result.verdicts
+    ]
     quoted = re.search(r"```text\n(.*?)\n```", TEXT, re.S)[1]
     assert quoted in said
 
@@ -67,6 +88,13 @@ def test_the_formats_document_shows_files_that_load(tmp_path):
     blocks = re.findall(r"```yaml\n(.*?)```", document, re.S)
     assert len(blocks) == 7
     validate(parse_yaml(blocks[1], "postures"), PosturesFile)
-    drivers = yaml.safe_load((ROOT / "studies" / "car_driver.yaml").read_text()) | yaml.safe_load(blocks[5])
-    assert validate(parse_yaml(yaml.safe_dump(drivers), "drivers"), AccommodationFile).population.people == 200
+    drivers = yaml.safe_load((ROOT / "studies" / "car_driver.yaml").read_text()) | yaml.safe_load(
+        blocks[5]
+    )
+    assert (
+        validate(
+            parse_yaml(yaml.safe_dump(drivers), "drivers"), AccommodationFile
+        ).population.people
+        == 200
+    )
     assert validate(parse_yaml(blocks[3], "study"), StudyFile).study == "trainer_clearance"

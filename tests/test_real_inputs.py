@@ -1,4 +1,5 @@
-"""Real files of other people: their sizes, what is said about them, and clearance against what trimesh reads."""
+"""Real files of other people: their sizes, what is said about them, and clearance against what
+trimesh reads."""
 
 from __future__ import annotations
 
@@ -34,7 +35,8 @@ joints: {}
 
 @dataclass(frozen=True)
 class File:
-    """A mesh: its unit (None: the file says it), its axes, metres a unit, size [m] along x, y, z and parts."""
+    """A mesh: its unit (None: the file says it), its axes, metres a unit, size [m] along x, y, z
+    and parts."""
 
     path: str
     length: str | None
@@ -47,27 +49,58 @@ class File:
 
 FILES = {
     "car": File("prius_cardemo/hybrid_body.obj", "cm", "z", "-y", 0.01, (4.618, 2.012, 1.386), 3),
-    "steering_wheel": File("prius_cardemo/steering_wheel.obj", "cm", "z", "-y", 0.01, (0.126, 0.362, 0.349), 1),
-    "console": File("gazebo_control_console/console.dae", None, "z", "y", 0.001, (1.000, 1.842, 2.625), 41),
-    "space_module": File("iss_astrobee/astrobee_iss/meshes/jpm.dae", None, "z", "x", 1, (10.175, 2.861, 3.078), 1),
-    "handrail": File("iss_astrobee/astrobee_handrail_30/meshes/handrail_30.dae", None, "z", "x", 1,
-                     (0.078, 0.033, 0.783), 2),
-    "wheelchair": File("assistive_gym/wheelchair__wheelchair_permobil_reduced_compressed.obj", "150 mm", "y", "-z",
-                       0.15, (0.946, 0.782, 1.237), 1),
-    "wheelchair_hulls": File("assistive_gym/wheelchair__wheelchair_permobil_reduced_compressed_vhacd.obj", "150 mm",
-                             "y", "-z", 0.15, (0.948, 0.785, 1.237), 44),
+    "steering_wheel": File(
+        "prius_cardemo/steering_wheel.obj", "cm", "z", "-y", 0.01, (0.126, 0.362, 0.349), 1
+    ),
+    "console": File(
+        "gazebo_control_console/console.dae", None, "z", "y", 0.001, (1.000, 1.842, 2.625), 41
+    ),
+    "space_module": File(
+        "iss_astrobee/astrobee_iss/meshes/jpm.dae", None, "z", "x", 1, (10.175, 2.861, 3.078), 1
+    ),
+    "handrail": File(
+        "iss_astrobee/astrobee_handrail_30/meshes/handrail_30.dae",
+        None,
+        "z",
+        "x",
+        1,
+        (0.078, 0.033, 0.783),
+        2,
+    ),
+    "wheelchair": File(
+        "assistive_gym/wheelchair__wheelchair_permobil_reduced_compressed.obj",
+        "150 mm",
+        "y",
+        "-z",
+        0.15,
+        (0.946, 0.782, 1.237),
+        1,
+    ),
+    "wheelchair_hulls": File(
+        "assistive_gym/wheelchair__wheelchair_permobil_reduced_compressed_vhacd.obj",
+        "150 mm",
+        "y",
+        "-z",
+        0.15,
+        (0.948, 0.785, 1.237),
+        44,
+    ),
     "truck": File("trimesh/CesiumMilkTruck.glb", None, "y", "x", 1, (4.869, 2.792, 2.583), 3),
     "suv": File("gazebo_suv/suv.obj", "60 mm", "z", "-y", 0.06, (5.020, 2.604, 2.157), 4),
     "bench": File("gazebo_bus_stop/bench.dae", None, "y", "z", 1, (0.300, 1.600, 0.040), 1),
-    "utility_vehicle": File("polaris_ranger_ev/polaris.dae", None, "z", "y", 0.0254, (2.730, 1.492, 1.951), 9),
-}  # fmt: skip
+    "utility_vehicle": File(
+        "polaris_ranger_ev/polaris.dae", None, "z", "y", 0.0254, (2.730, 1.492, 1.951), 9
+    ),
+}
 
 
 @pytest.fixture(scope="module", params=FILES)
 def pair(request):
     """What the table says of a file, and the file as an environment."""
     file = FILES[request.param]
-    return file, environment_from_mesh(ENVIRONMENTS / file.path, up=file.up, forward=file.forward, length=file.length)
+    return file, environment_from_mesh(
+        ENVIRONMENTS / file.path, up=file.up, forward=file.forward, length=file.length
+    )
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +111,9 @@ def balls(tmp_path_factory):
     body = wb.load_body(path)
 
     def put(points):
-        world = np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), points[:, :, None]], axis=2)
+        world = np.concatenate(
+            [np.broadcast_to(np.eye(3), (len(points), 3, 3)), points[:, :, None]], axis=2
+        )
         return wb.place(body, wb.Poses(np.zeros((len(points), 0, 4)), 0, world))
 
     return put
@@ -89,23 +124,36 @@ def trimesh_corners(file):
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        mesh = trimesh.load(ENVIRONMENTS / file.path, force="mesh", process=False, skip_materials=True)
+        mesh = trimesh.load(
+            ENVIRONMENTS / file.path, force="mesh", process=False, skip_materials=True
+        )
     unit = {"x": [1, 0, 0], "y": [0, 1, 0], "z": [0, 0, 1]}
-    up, ahead = (np.array(unit[way[-1]]) * (-1 if way[0] == "-" else 1) for way in (file.up, file.forward))
-    return np.stack([mesh.triangles @ way for way in (ahead, np.cross(up, ahead), up)], axis=-1) * file.metres
+    up, ahead = (
+        np.array(unit[way[-1]]) * (-1 if way[0] == "-" else 1) for way in (file.up, file.forward)
+    )
+    return (
+        np.stack([mesh.triangles @ way for way in (ahead, np.cross(up, ahead), up)], axis=-1)
+        * file.metres
+    )
 
 
 def surface_distance(points, corners):
     """(P,) distance of points to the nearest of all triangles."""
-    return np.array([
-        np.linalg.norm(trimesh.triangles.closest_point(corners, np.tile(p, (len(corners), 1))) - p, axis=1).min()
-        for p in points
-    ])  # fmt: skip
+    return np.array(
+        [
+            np.linalg.norm(
+                trimesh.triangles.closest_point(corners, np.tile(p, (len(corners), 1))) - p, axis=1
+            ).min()
+            for p in points
+        ]
+    )
 
 
 def test_a_file_has_the_size_it_has_in_the_world(pair):
     file, environment = pair
-    np.testing.assert_allclose(environment.bounds[1] - environment.bounds[0], file.size, atol=0.0006)
+    np.testing.assert_allclose(
+        environment.bounds[1] - environment.bounds[0], file.size, atol=0.0006
+    )
     assert len(environment.parts) == len(set(environment.parts)) == file.parts
 
 
@@ -125,7 +173,9 @@ def test_a_ball_is_inside_the_solid_parts_that_wind_around_it(pair, balls):
         polygons = environment.polygons(part)
         first, last = environment.triangle_start[[polygons.start, polygons.stop]]
         corners = environment.vertices[environment.triangles[first:last]]
-        points = np.random.default_rng(part).uniform(corners.min(axis=(0, 1)), corners.max(axis=(0, 1)), (10, 3))
+        points = np.random.default_rng(part).uniform(
+            corners.min(axis=(0, 1)), corners.max(axis=(0, 1)), (10, 3)
+        )
         found = wb.clearance(balls(points), environment)[:, 0, part] + 0.05
         np.testing.assert_array_equal(found < 0, [abs(winding(p, corners)) > 0.5 for p in points])
 
@@ -133,7 +183,9 @@ def test_a_ball_is_inside_the_solid_parts_that_wind_around_it(pair, balls):
 @pytest.mark.parametrize("name", [name for name, file in FILES.items() if file.length])
 def test_a_file_that_does_not_say_its_unit_is_refused_with_its_size_in_each(name):
     file = FILES[name]
-    with pytest.raises(InputError, match=r"does not say its unit of length; .* m in mm, .* m in cm, .* m in ft"):
+    with pytest.raises(
+        InputError, match=r"does not say its unit of length; .* m in mm, .* m in cm, .* m in ft"
+    ):
         environment_from_mesh(ENVIRONMENTS / file.path, up=file.up, forward=file.forward)
 
 
@@ -157,8 +209,12 @@ def test_a_floating_body_is_as_far_from_the_walls_as_trimesh_says(bubbleman, pos
     world[:, :, 3] = 5.0, 0.0, 0.2
     placed = wb.place(bubbleman, wb.Poses(pose.rotations, pose.reference, world))
     hand = bubbleman.spheres(bubbleman.segment("LHN"))
-    apart = surface_distance(placed.centres[0, hand], trimesh_corners(file)) - bubbleman.radius[hand]
-    assert wb.clearance(placed, module)[0, bubbleman.segment("LHN"), 0] == pytest.approx(apart.min(), abs=1e-5)
+    apart = (
+        surface_distance(placed.centres[0, hand], trimesh_corners(file)) - bubbleman.radius[hand]
+    )
+    assert wb.clearance(placed, module)[0, bubbleman.segment("LHN"), 0] == pytest.approx(
+        apart.min(), abs=1e-5
+    )
 
 
 @pytest.mark.skipif(importlib.util.find_spec("cascadio") is None, reason="STEP needs cascadio")
@@ -179,7 +235,10 @@ def test_a_box_with_bad_normals_is_a_solid_all_the_same(balls):
 
 def test_two_solids_of_one_triangle_in_an_stl_are_two_open_parts():
     found = inspect_mesh(NASTY / "triangle_with_two_solids.stl", length="m")
-    assert [(part.faces, part.open_edges, part.solid) for part in found.parts] == [(1, 3, False), (1, 3, False)]
+    assert [(part.faces, part.open_edges, part.solid) for part in found.parts] == [
+        (1, 3, False),
+        (1, 3, False),
+    ]
 
 
 @pytest.mark.parametrize("name", ["car", "space_module", "truck", "suv"])

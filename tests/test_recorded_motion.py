@@ -1,4 +1,5 @@
-"""A recorded motion against a reader of its own: a stack of 4 x 4 matrices, written for this test alone."""
+"""A recorded motion against a reader of its own: a stack of 4 x 4 matrices, written for this test
+alone."""
 
 from __future__ import annotations
 
@@ -16,7 +17,10 @@ JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
 def turned(axis, degrees):
     matrix, (c, s) = np.eye(4), (np.cos(np.radians(degrees)), np.sin(np.radians(degrees)))
     i, j = [(1, 2), (2, 0), (0, 1)]["XYZ".index(axis)]
-    matrix[i, i], matrix[i, j], matrix[j, i], matrix[j, j] = c, -s, s, c
+    matrix[i, i] = c
+    matrix[i, j] = -s
+    matrix[j, i] = s
+    matrix[j, j] = c
     return matrix
 
 
@@ -24,12 +28,17 @@ def positions(text, frame):
     """Joint names and where they stand (B, 3) in one frame, word by word from the text."""
     head, rows = text.split("MOTION")
     numbers = iter(float(word) for word in rows.splitlines()[3 + frame].split())
-    words, stack, found, world = head.split(), [np.eye(4)], {}, np.eye(4)
-    name, ending = "", False
+    words = head.split()
+    stack = [np.eye(4)]
+    found = {}
+    world = np.eye(4)
+    name = ""
+    ending = False
     while words:
         word = words.pop(0)
         if word in ("ROOT", "JOINT"):
-            name, ending = words.pop(0), False
+            name = words.pop(0)
+            ending = False
         elif word == "End":
             ending = True
         elif word == "{":
@@ -72,7 +81,8 @@ def test_bones_of_a_recorded_jump_keep_their_lengths():
     if not JUMP.is_file():
         pytest.skip("no shared data")
     bones = read_bvh(JUMP, keep=Pick(every=25))
-    at, parent = bone_positions(bones), np.asarray(bones.parent)
+    at = bone_positions(bones)
+    parent = np.asarray(bones.parent)
     child = np.flatnonzero(parent >= 0)
     lengths = np.linalg.norm(at[:, child] - at[:, parent[child]], axis=2)
     assert np.ptp(lengths, axis=0).max() < 1e-9

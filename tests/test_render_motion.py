@@ -1,4 +1,5 @@
-"""`workbench render` of motions: films and strips of motion files, one over another, ghosts; and cut-aways."""
+"""`workbench render` of motions: films and strips of motion files, one over another, ghosts; and
+cut-aways."""
 
 from __future__ import annotations
 
@@ -23,7 +24,14 @@ from tests.test_crash import drop  # noqa: F401
 from workbench.cli import main
 from workbench.draw.camera import standard_view
 from workbench.draw.cutting import cut_away, cut_of, opened
-from workbench.draw.films.recorded import Take, at_instants, in_motion, instants_of, laid_over, shown_span
+from workbench.draw.films.recorded import (
+    Take,
+    at_instants,
+    in_motion,
+    instants_of,
+    laid_over,
+    shown_span,
+)
 from workbench.draw.looks import look_for
 from workbench.draw.marks.asked import marked
 from workbench.draw.render import render
@@ -38,7 +46,8 @@ SMALL = ("--size", "64")
 
 @pytest.fixture(scope="module")
 def moves(tmp_path_factory):
-    """The cab, and in its folder swing.csv (elbow 0 to 90 degrees from 0 to 1 s) and late.csv (0 to 45 from 0.5 s)."""
+    """The cab, and in its folder swing.csv (elbow 0 to 90 degrees from 0 to 1 s) and late.csv (0 to
+    45 from 0.5 s)."""
     folder = tmp_path_factory.mktemp("moves")
     cab = write_cab(folder)
     body = wb.load_body(folder / "bodies/one_arm.yaml")
@@ -51,7 +60,8 @@ def moves(tmp_path_factory):
 
 @pytest.fixture
 def run(moves, tmp_path, monkeypatch, capsys):
-    """A command line in the cab's folder: exit code, what is told, and the path of the file that is asked for."""
+    """A command line in the cab's folder: exit code, what is told, and the path of the file that is
+    asked for."""
     monkeypatch.chdir(moves[0])
 
     def call(name, source, *arguments):
@@ -61,12 +71,19 @@ def run(moves, tmp_path, monkeypatch, capsys):
     return call
 
 
-ARM, CAB = "bodies/one_arm.yaml", "studies/cab_study.yaml"
+ARM = "bodies/one_arm.yaml"
+CAB = "studies/cab_study.yaml"
 
 
 def test_a_motion_file_becomes_a_film_of_its_time_at_the_rate_and_speed_asked_for(run):
-    for arguments, count in (((), 11), (("--speed", "0.5"), 21), (("--start", "0", "--end", "2"), 11)):
-        code, _, path = run("x.gif", ARM, "--motion", "swing.csv", "--fps", "10", *SMALL, *arguments)
+    for arguments, count in (
+        ((), 11),
+        (("--speed", "0.5"), 21),
+        (("--start", "0", "--end", "2"), 11),
+    ):
+        code, _, path = run(
+            "x.gif", ARM, "--motion", "swing.csv", "--fps", "10", *SMALL, *arguments
+        )
         assert code == 0
         with Image.open(path) as film:
             assert film.n_frames == count
@@ -100,17 +117,32 @@ def test_at_a_moment_the_body_is_where_the_motion_has_it(moves):
     found = at_instants(in_motion(str(moves[0] / ARM), str(moves[0] / "swing.csv")), (0.5,))
     body = found.persons[0].body
     want = wb.place(body, wb.pose(body, {"ELBOW": {"flexion": 45}})).centres
-    assert found.scene.bodies[0].placed.centres == pytest.approx(want, abs=1e-9) and found.names == ("500 ms",)
+    assert found.scene.bodies[0].placed.centres == pytest.approx(
+        want, abs=1e-9
+    ) and found.names == ("500 ms",)
 
 
 def test_a_strip_with_a_trail_shows_earlier_positions_pale(run):
-    _, _, path = run("x.svg", ARM, "--motion", "swing.csv", "--at", "0,0.5,1", "--trail", "2", "--size", "200")
+    _, _, path = run(
+        "x.svg", ARM, "--motion", "swing.csv", "--at", "0,0.5,1", "--trail", "2", "--size", "200"
+    )
     panels = [e for e in ElementTree.parse(path).getroot() if e.tag == f"{SVG}svg"]
     assert [sum(e.get("class") == "ghost" for e in panel.iter()) for panel in panels] == [0, 1, 2]
 
 
 def test_predicted_over_actual_has_two_colours_and_says_which_is_which(run):
-    _, _, path = run("x.svg", ARM, "--motion", "swing.csv", "--over", "late.csv", "--at", "0.6,1", "--size", "200")
+    _, _, path = run(
+        "x.svg",
+        ARM,
+        "--motion",
+        "swing.csv",
+        "--over",
+        "late.csv",
+        "--at",
+        "0.6,1",
+        "--size",
+        "200",
+    )
     root = ElementTree.parse(path).getroot()
     keys = [[t.text for t in e] for e in root.iter(f"{SVG}g") if e.get("class") == "key"]
     assert keys == [["swing.csv", "late.csv"]]
@@ -120,12 +152,18 @@ def test_predicted_over_actual_has_two_colours_and_says_which_is_which(run):
 
 def test_two_motions_are_shown_in_the_time_they_share(moves):
     arm = str(moves[0] / ARM)
-    swing, late, never = (in_motion(arm, str(moves[0] / f"{name}.csv")) for name in ("swing", "late", "never"))
+    swing, late, never = (
+        in_motion(arm, str(moves[0] / f"{name}.csv")) for name in ("swing", "late", "never")
+    )
     over = laid_over(swing, late, ("swing", "late"))
     assert shown_span(over) == (0.5, 1.0)
     shown = at_instants(over, (1.0,))
-    bend = [wb.place(shown.persons[0].body, wb.pose(shown.persons[0].body, {"ELBOW": {"flexion": a}})).centres
-            for a in (90, 22.5)]  # fmt: skip
+    bend = [
+        wb.place(
+            shown.persons[0].body, wb.pose(shown.persons[0].body, {"ELBOW": {"flexion": a}})
+        ).centres
+        for a in (90, 22.5)
+    ]
     assert shown.scene.bodies[0].placed.centres == pytest.approx(bend[0], abs=1e-9)
     assert shown.scene.ghosts[0].placed.centres == pytest.approx(bend[1], abs=1e-9)
     with pytest.raises(InputError, match="no time in common: 0 to 1 s and 7 to 8 s"):
@@ -139,7 +177,10 @@ def test_somebody_in_a_study_moves_and_the_others_sit_as_in_the_case(moves, monk
     still = source_of(CAB, case="forward")
     found = in_motion(CAB, "bert=swing.csv", case="forward").at(np.array([0.0, 1.0]))
     anna, bert = found.scene.bodies
-    assert anna.placed.centres == pytest.approx(still.scene.bodies[0].placed.centres) and len(bert.placed) == 2
+    assert (
+        anna.placed.centres == pytest.approx(still.scene.bodies[0].placed.centres)
+        and len(bert.placed) == 2
+    )
     assert in_motion(CAB, "swing.csv").persons[0].poses.time.tolist() == [0.0, 1.0]
     with pytest.raises(UsageError, match="nobody is called 'bart'; did you mean 'bert'"):
         in_motion(CAB, "bart=swing.csv")
@@ -152,7 +193,9 @@ def test_marks_move_along_with_what_they_are_about(moves, monkeypatch):
     for at in ("0", "1"):
         out = moves[0] / f"marks{at}.svg"
         render(found, look_for(out, at=at, size="200", view="left"), out)
-        labels = [e for e in ElementTree.parse(out).getroot().iter(f"{SVG}text") if e.text == "HAND"]
+        labels = [
+            e for e in ElementTree.parse(out).getroot().iter(f"{SVG}text") if e.text == "HAND"
+        ]
         texts.append((labels[0].get("x"), labels[0].get("y")))
     assert texts[0] != texts[1]
 
@@ -163,10 +206,20 @@ def test_one_posture_lies_over_another_body_s(run):
         assert code == 0 and image.size == (64, 64)
 
 
-def test_a_crash_study_is_drawn_as_a_strip_and_its_result_over_what_it_is_compared_with(drop, tmp_path, capsys):  # noqa: F811
-    drop.write_text(drop.read_text() + "against: {file: drop.csv, move: [300, 0, 0], name: actual}\n")
+def test_a_crash_study_is_drawn_as_a_strip_and_its_result_over_what_it_is_compared_with(
+    drop,  # noqa: F811
+    tmp_path,
+    capsys,
+):
+    drop.write_text(
+        drop.read_text() + "against: {file: drop.csv, move: [300, 0, 0], name: actual}\n"
+    )
     found = source_of(str(drop))
-    assert found.moving and len(found.scene.ghosts) == 1 and found.scene.key == (("drop", "warm"), ("actual", "blue"))
+    assert (
+        found.moving
+        and len(found.scene.ghosts) == 1
+        and found.scene.key == (("drop", "warm"), ("actual", "blue"))
+    )
     shown = at_instants(found, (0.07,))
     apart = shown.scene.ghosts[0].placed.centres - shown.scene.bodies[0].placed.centres
     assert apart == pytest.approx(np.broadcast_to([0.3, 0.0, 0.0], apart.shape), abs=1e-9)
@@ -181,7 +234,11 @@ def test_a_crash_study_is_drawn_as_a_strip_and_its_result_over_what_it_is_compar
         (["cut=left=here"], 2, "a place such as left=0.3 [m] or left=300mm"),
         (["cut=left=3 furlongs"], 2, "units: mm, cm, m, in, ft"),
         (["cut=left=9"], 2, "this plane misses it"),
-        (["cut=x=0.1", "view=left"], 2, "looks along this plane; say which side goes: front or back"),
+        (
+            ["cut=x=0.1", "view=left"],
+            2,
+            "looks along this plane; say which side goes: front or back",
+        ),
         (["motion=none.csv"], 3, "none.csv: no such motion file"),
         (["motion=x.avi"], 3, "no such motion file"),
         (["motion=swing.csv", "case=down,forward"], 2, "sit as in one case"),
@@ -198,7 +255,11 @@ def test_a_crash_study_is_drawn_as_a_strip_and_its_result_over_what_it_is_compar
     ],
 )
 def test_what_makes_no_sense_is_one_sentence_and_no_file(run, arguments, code, message):
-    flags = [part for argument in arguments for part in (f"--{argument.split('=', 1)[0]}", argument.split("=", 1)[1])]
+    flags = [
+        part
+        for argument in arguments
+        for part in (f"--{argument.split('=', 1)[0]}", argument.split("=", 1)[1])
+    ]
     got, told, path = run("x.png", CAB, *SMALL, *flags)
     assert got == code and message in told and told.count("\n") == 1 and not path.exists()
 
@@ -206,13 +267,23 @@ def test_what_makes_no_sense_is_one_sentence_and_no_file(run, arguments, code, m
 @pytest.mark.parametrize(
     ("name", "source", "arguments", "message"),
     [
-        ("x.gif", ARM, ["--motion", "swing.csv", "--at", "0"], "shows the whole motion; --start and --end"),
+        (
+            "x.gif",
+            ARM,
+            ["--motion", "swing.csv", "--at", "0"],
+            "shows the whole motion; --start and --end",
+        ),
         ("x.stl", ARM, ["--motion", "swing.csv"], "say at which moment of the motion by --at"),
         ("x.stl", ARM, ["--over", ARM], "holds one pose of a body, nothing pale"),
         ("x.glb", CAB, ["--cut", "left"], "leave out --cut"),
         ("x.png", ARM, ["--cut", "left"], "it opens an environment, and there is none in one_arm"),
         ("x.png", ARM, ["--motion", "swing.csv", "--pose", "bent"], "leave out --pose or --motion"),
-        ("x.png", "environments/cab", ["--motion", "swing.csv"], "is an environment: --motion is for bodies"),
+        (
+            "x.png",
+            "environments/cab",
+            ["--motion", "swing.csv"],
+            "is an environment: --motion is for bodies",
+        ),
     ],
 )
 def test_what_does_not_fit_the_source_or_the_file_is_refused(run, name, source, arguments, message):
@@ -227,10 +298,17 @@ def test_a_solid_of_one_moment_of_a_motion(run):
 
 def test_a_cut_takes_the_side_that_is_named_or_the_viewer_s(moves):
     scene = source_of("trainer").scene
-    front, back = (standard_view(name, scene.bounds, width=64, height=64) for name in ("front", "back"))
-    for text, camera, kept in (("left=0.1", front, (None, 0.1)), ("right=100mm", front, (0.1, None)),
-                               ("x=0.2", front, (None, 0.2)), ("x=0.2", back, (0.2, None))):  # fmt: skip
-        cut, axis = cut_of(text), 0 if text[0] == "x" else 1
+    front, back = (
+        standard_view(name, scene.bounds, width=64, height=64) for name in ("front", "back")
+    )
+    for text, camera, kept in (
+        ("left=0.1", front, (None, 0.1)),
+        ("right=100mm", front, (0.1, None)),
+        ("x=0.2", front, (None, 0.2)),
+        ("x=0.2", back, (0.2, None)),
+    ):
+        cut = cut_of(text)
+        axis = 0 if text[0] == "x" else 1
         left = opened(scene, camera, cut).vertices[:, axis]
         for end, bound in zip((left.min(), left.max()), kept, strict=True):
             assert bound is None or end == pytest.approx(bound, abs=1e-9)
@@ -240,11 +318,16 @@ def test_a_cut_box_is_closed_by_a_face_of_its_size(moves):
     cab = wb.load_environment(moves[0] / "environments/cab")
     part = int(np.flatnonzero(cab.solid & ~cab.hidden)[0])
     rows = cab.polygons(part)
-    corners = cab.vertices[cab.triangles[cab.triangle_start[rows.start] : cab.triangle_start[rows.stop]]]
+    corners = cab.vertices[
+        cab.triangles[cab.triangle_start[rows.start] : cab.triangle_start[rows.stop]]
+    ]
     middle = corners.reshape(-1, 3).min(axis=0) * 0.5 + corners.reshape(-1, 3).max(axis=0) * 0.5
     open_ = cut_away(cab, middle, [0.0, 0.0, 1.0])
     rows = open_.polygons(part)
-    cap = np.flatnonzero(np.isclose(open_.offset[rows], middle[2]) & (open_.normal[rows, 2] > 0.999)) + rows.start
+    cap = (
+        np.flatnonzero(np.isclose(open_.offset[rows], middle[2]) & (open_.normal[rows, 2] > 0.999))
+        + rows.start
+    )
     first, last = open_.triangle_start[[cap[-1], cap[-1] + 1]]
     a, b, c = np.moveaxis(open_.vertices[open_.triangles[first:last]], 1, 0)
     area = np.cross(b - a, c - a)[:, 2].sum() / 2.0
@@ -271,8 +354,22 @@ def test_instants_may_say_their_unit():
 @pytest.mark.nightly
 def test_a_real_ctrl_c_leaves_a_film_that_plays(tmp_path):
     out = tmp_path / "x.gif"
-    command = [sys.executable, "-m", "workbench", "render", "bubbleman", "-o", str(out), "--size", "200", "--fps", "50"]
-    film = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE)
+    command = [
+        sys.executable,
+        "-m",
+        "workbench",
+        "render",
+        "bubbleman",
+        "-o",
+        str(out),
+        "--size",
+        "200",
+        "--fps",
+        "50",
+    ]
+    film = subprocess.Popen(
+        command, env=os.environ | {"PYTHONPATH": str(ROOT)}, stderr=subprocess.PIPE
+    )
     partial = tmp_path / ".x.gif.partial"
     for _ in range(600):
         if partial.exists():

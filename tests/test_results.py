@@ -1,4 +1,5 @@
-"""What a study leaves behind: result.json, the CSV tables and the page say the same thing, and need nothing else."""
+"""What a study leaves behind: result.json, the CSV tables and the page say the same thing, and need
+nothing else."""
 
 from __future__ import annotations
 
@@ -26,11 +27,29 @@ from workbench.report.words import without_polygons
 
 # Bert stands in the wall, Anna's elbow is past its stop, and there is less room than is asked for.
 BROKEN = STUDY
-for _old, _new in (("[0, 600, 900]", "[620, 600, 0]"), ("SHOULDER: {flexion: 80}", "ELBOW: {flexion: 150}"),
-                   ("at_least: 100", "at_least: 700"), ("title: One arm", 'title: "One <b>&amp;</b> arm"#'),
-                   ("name: down", "name: '=down \"&\" <script>'")):  # fmt: skip
+for _old, _new in (
+    ("[0, 600, 900]", "[620, 600, 0]"),
+    ("SHOULDER: {flexion: 80}", "ELBOW: {flexion: 150}"),
+    ("at_least: 100", "at_least: 700"),
+    ("title: One arm", 'title: "One <b>&amp;</b> arm"#'),
+    ("name: down", "name: '=down \"&\" <script>'"),
+):
     BROKEN = changed(BROKEN, _old, _new)
-VOID = {"area", "base", "br", "col", "embed", "hr", "img", "input", "link", "meta", "source", "track", "wbr"}
+VOID = {
+    "area",
+    "base",
+    "br",
+    "col",
+    "embed",
+    "hr",
+    "img",
+    "input",
+    "link",
+    "meta",
+    "source",
+    "track",
+    "wbr",
+}
 
 
 @pytest.fixture(scope="module")
@@ -66,11 +85,15 @@ def cell(value):
 
 
 class Page(HTMLParser):
-    """Follows the tags of a page: what is open, which texts and attributes there are; unbalanced tags are faults."""
+    """Follows the tags of a page: what is open, which texts and attributes there are; unbalanced
+    tags are faults."""
 
     def __init__(self, text):
         super().__init__()
-        self.open, self.faults, self.tags, self.text = [], [], [], ""
+        self.open = []
+        self.faults = []
+        self.tags = []
+        self.text = ""
         self.feed(text)
         self.close()
 
@@ -134,14 +157,20 @@ def test_a_breach_is_a_value_below_its_limit_and_the_worst_comes_first(data):
 def test_the_wall_of_50_mm_holds_half_of_bert(data):
     worst = data["verdicts"][0]["worst"]
     assert (worst["person"], worst["unit"]) == ("bert", "mm")
-    assert worst["value"] == pytest.approx(-70, abs=1e-6)  # centre 20 mm inside the face at 600, and the radius of 50
+    assert worst["value"] == pytest.approx(
+        -70, abs=1e-6
+    )  # centre 20 mm inside the face at 600, and the radius of 50
 
 
 def test_clearance_matrices_have_a_row_a_segment_and_a_column_a_part(data):
     for person in data["people"]:
         shape = np.array(person["clearance_mm"], dtype=object).shape
         assert shape == (len(data["cases"]), len(person["segments"]), len(data["parts"]))
-        assert all(row[data["parts"].index("secret")] is None for case in person["clearance_mm"] for row in case)
+        assert all(
+            row[data["parts"].index("secret")] is None
+            for case in person["clearance_mm"]
+            for row in case
+        )
 
 
 def test_contacts_are_the_deepest_of_their_pair_with_unit_normals(data):
@@ -150,19 +179,37 @@ def test_contacts_are_the_deepest_of_their_pair_with_unit_normals(data):
     assert len(set(keys)) == len(keys) > 0
     for contact in data["contacts"]:
         assert np.linalg.norm(contact["normal"]) == pytest.approx(1, abs=1e-5)
-        assert contact["excess_mm"] == pytest.approx(-contact["distance_mm"] - contact["allowed_mm"], abs=2e-6)
+        assert contact["excess_mm"] == pytest.approx(
+            -contact["distance_mm"] - contact["allowed_mm"], abs=2e-6
+        )
 
 
 def test_provenance_hashes_every_file_that_was_read(data):
     files = {"study", "environment: environment.yaml", "environment: cab.obj"}
     files |= {f"{what} of {name}" for what in ("body", "postures") for name in ("anna", "bert")}
     assert set(data["provenance"]["inputs"]) == files
-    assert all(re.fullmatch(r"[0-9a-f]{64}", value) for value in data["provenance"]["inputs"].values())
+    assert all(
+        re.fullmatch(r"[0-9a-f]{64}", value) for value in data["provenance"]["inputs"].values()
+    )
 
 
 def test_breaches_csv_is_the_breaches_of_the_json(folder, data):
-    fields = ["case", "person", "other_person", "subject", "target", "value", "limit", "unit", "surface_known_to"]
-    wanted = [[cell(v["name"]), *(cell(b[f]) for f in fields)] for v in data["verdicts"] for b in v["breaches"]]
+    fields = [
+        "case",
+        "person",
+        "other_person",
+        "subject",
+        "target",
+        "value",
+        "limit",
+        "unit",
+        "surface_known_to",
+    ]
+    wanted = [
+        [cell(v["name"]), *(cell(b[f]) for f in fields)]
+        for v in data["verdicts"]
+        for b in v["breaches"]
+    ]
     assert [list(row.values()) for row in table(folder, "breaches.csv")] == wanted
     assert len(wanted) > 3
 
@@ -172,12 +219,22 @@ def test_the_other_tables_are_the_json_too(folder, data):
     wanted = {
         ("verdicts.csv", "sentence"): [verdict["sentence"] for verdict in data["verdicts"]],
         ("contacts.csv", "distance_mm"): [contact["distance_mm"] for contact in data["contacts"]],
-        ("stops.csv", "margin_deg"): [stop["margin_deg"] for person in people for stop in person["stops"]],
-        ("clearance.csv", "clearance_mm"): [value for person in people for case in person["clearance_mm"]
-                                            for row in case for value in row if value is not None],
-    }  # fmt: skip
+        ("stops.csv", "margin_deg"): [
+            stop["margin_deg"] for person in people for stop in person["stops"]
+        ],
+        ("clearance.csv", "clearance_mm"): [
+            value
+            for person in people
+            for case in person["clearance_mm"]
+            for row in case
+            for value in row
+            if value is not None
+        ],
+    }
     for (name, column), values in wanted.items():
-        assert [row[column] for row in table(folder, name)] == [cell(value) for value in values], name
+        assert [row[column] for row in table(folder, name)] == [cell(value) for value in values], (
+            name
+        )
 
 
 def test_no_cell_of_a_table_is_a_formula(folder):
@@ -187,7 +244,9 @@ def test_no_cell_of_a_table_is_a_formula(folder):
 
 
 def test_an_empty_cell_stays_empty():
-    assert csv_text(["a", "b", "c"], [["", "=1", "-2"], [None, -2, "x"]]) == "a,b,c\n,'=1,'-2\n,-2,x\n"
+    assert (
+        csv_text(["a", "b", "c"], [["", "=1", "-2"], [None, -2, "x"]]) == "a,b,c\n,'=1,'-2\n,-2,x\n"
+    )
 
 
 def test_the_page_is_balanced_html_with_one_title(page):
@@ -215,10 +274,14 @@ def test_every_picture_says_what_it_shows(page, data):
     pictures = [attrs for tag, attrs in read.tags if tag == "img"]
     drawings = [attrs for tag, attrs in read.tags if tag == "svg"]
     assert len(pictures) == 4 * len(data["cases"])
-    assert len(pictures) < len(drawings) <= 5 * len(data["cases"])  # one more where something is near
+    assert (
+        len(pictures) < len(drawings) <= 5 * len(data["cases"])
+    )  # one more where something is near
     assert len({attrs["alt"] for attrs in pictures}) == len(pictures)
     assert all(attrs["alt"].startswith(tuple(data["cases"])) for attrs in pictures)
-    assert len(re.findall(r"<svg[^>]* role=\"img\"[^>]*>\s*<title>[^<]+</title>", page)) == len(drawings)
+    assert len(re.findall(r"<svg[^>]* role=\"img\"[^>]*>\s*<title>[^<]+</title>", page)) == len(
+        drawings
+    )
 
 
 def test_pictures_are_png_of_the_stated_size_and_drawings_are_xml(page):
@@ -255,12 +318,23 @@ def test_the_same_result_gives_the_same_bytes(result, folder, tmp_path):
 
 def test_lengths_in_another_unit_give_the_same_numbers(tmp_path):
     metres = changed(changed(STUDY, "length: mm", "length: m"), "forward: 10,", "forward: 0.01,")
-    metres = changed(changed(metres, "[0, 600, 900]", "[0, 60 cm, 0.9]"), "at_least: 100", "at_least: 0.1")
+    metres = changed(
+        changed(metres, "[0, 600, 900]", "[0, 60 cm, 0.9]"), "at_least: 100", "at_least: 0.1"
+    )
     cab = ENVIRONMENT.replace("depth: 10", "depth: 0.01").replace("depth: 20", "depth: 0.02")
-    cab = cab.replace("400", "0.4").replace("[-50, 50]", "[-0.05, 0.05]").replace("[-20, 20]", "[-0.02, 0.02]")
+    cab = (
+        cab.replace("400", "0.4")
+        .replace("[-50, 50]", "[-0.05, 0.05]")
+        .replace("[-20, 20]", "[-0.02, 0.02]")
+    )
     one = wb.run(wb.load_study(write_cab(tmp_path / "one")))
-    other = wb.run(wb.load_study(write_cab(tmp_path / "two", study=metres,
-                                           environment=changed(cab, "length: mm", "length: m"))))  # fmt: skip
+    other = wb.run(
+        wb.load_study(
+            write_cab(
+                tmp_path / "two", study=metres, environment=changed(cab, "length: mm", "length: m")
+            )
+        )
+    )
     for a, b in zip(one.people, other.people, strict=True):
         assert a.clearance.distance == pytest.approx(b.clearance.distance, abs=1e-12)
     assert [v.passed for v in one.verdicts] == [v.passed for v in other.verdicts]

@@ -1,4 +1,5 @@
-"""Scan lines: another way to the same pictures, which shares nothing with the painter and the depth buffer."""
+"""Scan lines: another way to the same pictures, which shares nothing with the painter and the depth
+buffer."""
 
 from __future__ import annotations
 
@@ -50,7 +51,9 @@ def test_a_body_by_scan_lines_is_the_body_by_disks() -> None:
 
 
 def test_two_circles_divide_a_line_where_they_cross() -> None:
-    two = Spheres(np.array([[0.0, -0.3, 0], [0.0, 0.3, 0]]), np.array([0.5, 0.5]), np.zeros(2, dtype=np.int64))
+    two = Spheres(
+        np.array([[0.0, -0.3, 0], [0.0, 0.3, 0]]), np.array([0.5, 0.5]), np.zeros(2, dtype=np.int64)
+    )
     camera = front(65)  # the middle line goes through both centres
     pieces = scan_pieces(two, camera, rule="surface", rows=np.array([32]))
     assert pieces.sphere.tolist() == [0, 1]
@@ -62,7 +65,9 @@ def test_two_circles_divide_a_line_where_they_cross() -> None:
 
 def test_the_picture_may_leave_lines_out() -> None:
     picture = np.asarray(scanline(Scene((crowd(),)), front(60), spacing=3))
-    assert np.all(picture[1::3] == 255) and np.all(picture[2::3] == 255) and picture[::3].min() < 200
+    assert (
+        np.all(picture[1::3] == 255) and np.all(picture[2::3] == 255) and picture[::3].min() < 200
+    )
     assert np.all(np.asarray(scanline(Scene(), front(9))) == 255)
 
 

@@ -44,7 +44,9 @@ def people(bubbleman):
 @pytest.fixture(scope="module")
 def crowd(bubbleman):
     sizes = np.random.default_rng(5).normal([1.69, 0.89], [0.09, 0.035], (24, 2))
-    return [wb.scale(bubbleman, {"stature": float(s), "sitting_height": float(h)}) for s, h in sizes]
+    return [
+        wb.scale(bubbleman, {"stature": float(s), "sitting_height": float(h)}) for s, h in sizes
+    ]
 
 
 def poses_of(people):
@@ -52,7 +54,9 @@ def poses_of(people):
 
 
 def row(poses, b):
-    return wb.Poses(poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1])
+    return wb.Poses(
+        poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1]
+    )
 
 
 def missed(found):
@@ -76,14 +80,28 @@ def test_everybody_sits_as_trying_all_places_slowly_finds(people, seat):
     np.testing.assert_allclose(found.shift[:, 0], found.forward, atol=1e-12)
 
 
-LOW_CAR = Seat("car", (-0.06, 0.35, 0.157), 0.42, 0.24, 0.0, Rest("pan", ("LT",), 0.02), Rest("back", ("LT",), 0.015),
-               (-0.04, 0.2), (-0.015, 0.045), ())  # fmt: skip
+LOW_CAR = Seat(
+    "car",
+    (-0.06, 0.35, 0.157),
+    0.42,
+    0.24,
+    0.0,
+    Rest("pan", ("LT",), 0.02),
+    Rest("back", ("LT",), 0.015),
+    (-0.04, 0.2),
+    (-0.015, 0.045),
+    (),
+)
 CAR = Pedals({"left foot": (0.93, 0.46, 0.13), "right foot": (0.96, 0.22, 0.183)}, floor=0.0)
 CASES = {
     "trainer": (None, EYE, TRAINER),
     "trainer without a view": (None, None, TRAINER),
     "trainer without a floor": (None, EYE, Pedals(TRAINER.at)),
-    "trainer with far pedals": (None, EYE, Pedals({n: (x + 0.12, y, z) for n, (x, y, z) in TRAINER.at.items()}, 0.0)),
+    "trainer with far pedals": (
+        None,
+        EYE,
+        Pedals({n: (x + 0.12, y, z) for n, (x, y, z) in TRAINER.at.items()}, 0.0),
+    ),
     "trainer with one pedal": (None, EYE, Pedals({"right foot": TRAINER.at["right foot"]}, 0.0)),
     "car": (LOW_CAR, 0.88, CAR),
 }
@@ -94,7 +112,8 @@ def test_downhill_comes_to_the_place_that_trying_all_comes_to(crowd, seat, name)
     own, eye, pedals = CASES[name]
     poses = poses_of(crowd)
     quick, slow = (
-        seat_people(crowd, poses, own or seat, eye=eye, pedals=pedals, every=every) for every in (False, True)
+        seat_people(crowd, poses, own or seat, eye=eye, pedals=pedals, every=every)
+        for every in (False, True)
     )
     same = np.isclose(quick.forward, slow.forward)
     # where discomforts are the same to a thousandth, either will do
@@ -107,46 +126,73 @@ def test_downhill_comes_to_the_place_that_trying_all_comes_to(crowd, seat, name)
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(("study", "drivers"), [("trainer_accommodation", ""), ("car_driver", "driver: {.*}")])
+@pytest.mark.parametrize(
+    ("study", "drivers"), [("trainer_accommodation", ""), ("car_driver", "driver: {.*}")]
+)
 def test_drawn_people_sit_where_trying_all_places_puts_them(tmp_path, study, drivers):
-    """Downhill and everywhere: the same place for each of 40 people drawn from ANSUR II, in their own bodies."""
+    """Downhill and everywhere: the same place for each of 40 people drawn from ANSUR II, in their
+    own bodies."""
     path = smaller_study(study, tmp_path, people=40)
     path.write_text(re.sub(drivers, "", path.read_text()) if drivers else path.read_text())
     plan = ready(load_accommodation(path))
     crew = crew_of(plan.body, plan.people, plan.wears, say=lambda words: None)
     bodies = [crew.body(row) for row in range(len(plan.people))]
     controls = {control.name: control.at for control in plan.environment.controls}
-    pedals = Pedals({foot: controls[name] for foot, name in plan.aims.controls.items() if foot.endswith("foot")},
-                    plan.environment.points[plan.aims.heels][2])  # fmt: skip
-    poses = wb.Poses(np.repeat(plan.pose.rotations, len(bodies), axis=0), plan.pose.reference,
-                     np.repeat(plan.pose.world_from_reference, len(bodies), axis=0))  # fmt: skip
-    own, eye = plan.environment.seat(plan.seat), plan.environment.points[plan.aims.eyes][2]
-    quick, slow = (seat_people(bodies, poses, own, eye=eye, pedals=pedals, every=every) for every in (False, True))
+    pedals = Pedals(
+        {
+            foot: controls[name]
+            for foot, name in plan.aims.controls.items()
+            if foot.endswith("foot")
+        },
+        plan.environment.points[plan.aims.heels][2],
+    )
+    poses = wb.Poses(
+        np.repeat(plan.pose.rotations, len(bodies), axis=0),
+        plan.pose.reference,
+        np.repeat(plan.pose.world_from_reference, len(bodies), axis=0),
+    )
+    own = plan.environment.seat(plan.seat)
+    eye = plan.environment.points[plan.aims.eyes][2]
+    quick, slow = (
+        seat_people(bodies, poses, own, eye=eye, pedals=pedals, every=every)
+        for every in (False, True)
+    )
     np.testing.assert_allclose(quick.forward, slow.forward, atol=1e-9)
 
 
 def test_no_answer_depends_on_threads_nor_on_who_else_is_seated(crowd, seat):
     poses = poses_of(crowd)
-    one, two = (seat_people(crowd, poses, seat, eye=EYE, pedals=TRAINER, threads=threads) for threads in (1, 2))
+    one, two = (
+        seat_people(crowd, poses, seat, eye=EYE, pedals=TRAINER, threads=threads)
+        for threads in (1, 2)
+    )
     for name in ("forward", "up", "eye", "discomfort"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
     for b in (0, 7, 23):
         alone = seat_people(crowd[b : b + 1], row(poses, b), seat, eye=EYE, pedals=TRAINER)
-        np.testing.assert_allclose(alone.poses.world_from_reference[0], one.poses.world_from_reference[b], atol=1e-9)
+        np.testing.assert_allclose(
+            alone.poses.world_from_reference[0], one.poses.world_from_reference[b], atol=1e-9
+        )
         np.testing.assert_allclose(alone.poses.rotations[0], one.poses.rotations[b], atol=1e-7)
 
 
-@pytest.mark.parametrize("left", [(0.95, 0.12, 0.15), (0.93, 0.085, 0.144), (1.1, 0.1, 0.2), (0.8, 0.2, 0.1)])
+@pytest.mark.parametrize(
+    "left", [(0.95, 0.12, 0.15), (0.93, 0.085, 0.144), (1.1, 0.1, 0.2), (0.8, 0.2, 0.1)]
+)
 def test_mirrored_pedals_give_the_mirrored_sitter(bubbleman, seat, left):
-    side, right = seat.srp[1], (0.90, -0.06, 0.13)
-    poses, found = wb.pose(bubbleman, {}, reference="LT"), []
+    side = seat.srp[1]
+    right = (0.90, -0.06, 0.13)
+    poses = wb.pose(bubbleman, {}, reference="LT")
+    found = []
     for one, other, sign in ((left, right, 1), (right, left, -1)):
         at = {"left foot": one, "right foot": other}
         pedals = Pedals({name: (x, side + sign * y, z) for name, (x, y, z) in at.items()}, 0.0)
         found.append(seat_people([bubbleman], poses, seat, eye=EYE, pedals=pedals))
     one, two = found
     assert one.forward == two.forward
-    np.testing.assert_allclose(one.poses.world_from_reference, two.poses.world_from_reference, atol=1e-7)
+    np.testing.assert_allclose(
+        one.poses.world_from_reference, two.poses.world_from_reference, atol=1e-7
+    )
     np.testing.assert_allclose(one.discomfort, two.discomfort, atol=1e-4)
     np.testing.assert_allclose(one.miss["left foot"], two.miss["right foot"], atol=1e-6)
 
@@ -159,7 +205,9 @@ def test_more_travel_never_misses_more(crowd_and_seat, ends, farther):
     pedals = Pedals({n: (x + farther, y, z) for n, (x, y, z) in TRAINER.at.items()}, 0.0)
     less = replace(seat, travel_forward=(-rear, front))
     more = replace(seat, travel_forward=(-rear - more_rear, front + more_front))
-    short, long = (seat_people(crowd, poses_of(crowd), one, eye=EYE, pedals=pedals) for one in (less, more))
+    short, long = (
+        seat_people(crowd, poses_of(crowd), one, eye=EYE, pedals=pedals) for one in (less, more)
+    )
     assert np.all(missed(long) <= missed(short) + 2e-4)
 
 
@@ -169,7 +217,10 @@ def crowd_and_seat(crowd, seat):
 
 
 def test_longer_legs_on_the_same_trunk_sit_no_farther_forward(bubbleman, seat):
-    legs = [wb.scale(bubbleman, {"stature": 0.90 + leg, "sitting_height": 0.90}) for leg in (0.72, 0.78, 0.84, 0.90)]
+    legs = [
+        wb.scale(bubbleman, {"stature": 0.90 + leg, "sitting_height": 0.90})
+        for leg in (0.72, 0.78, 0.84, 0.90)
+    ]
     found = seat_people(legs, poses_of(legs), seat, eye=EYE, pedals=TRAINER)
     assert np.all(np.diff(found.forward) <= 1e-9) and found.forward[0] > found.forward[-1]
 
@@ -223,7 +274,9 @@ def test_a_seat_that_stands_ahead_of_its_rest_goes_no_farther_back(people, seat)
     assert positions(ahead.travel_forward) == pytest.approx([0.03, 0.04, 0.05, 0.06])
     found = seat_people(people, poses_of(people), ahead, eye=EYE, pedals=TRAINER)
     assert np.all((found.forward >= 0.03) & (found.forward <= 0.06))
-    assert np.all(seat_people(people, poses_of(people), ahead, eye=EYE, pedals=Pedals({})).forward == 0.03)
+    assert np.all(
+        seat_people(people, poses_of(people), ahead, eye=EYE, pedals=Pedals({})).forward == 0.03
+    )
 
 
 def test_who_has_no_pedals_sits_where_the_seat_stands(people, seat):
@@ -236,14 +289,17 @@ def test_who_has_no_pedals_sits_where_the_seat_stands(people, seat):
 
 
 def test_a_seat_that_faces_another_way_is_sat_in_the_same_way(people, seat):
-    poses, turn = poses_of(people), np.pi / 2
+    poses = poses_of(people)
+    turn = np.pi / 2
     x, y, z = seat.srp
     aside = replace(seat, srp=(-y, x, z), yaw=turn)
     pedals = Pedals({name: (-b, a, c) for name, (a, b, c) in TRAINER.at.items()}, 0.0)
     one = seat_people(people, poses, seat, eye=EYE, pedals=TRAINER)
     two = seat_people(people, poses, aside, eye=EYE, pedals=pedals)
     np.testing.assert_allclose(one.forward, two.forward, atol=1e-9)
-    np.testing.assert_allclose(np.stack([-one.eye[:, 1], one.eye[:, 0], one.eye[:, 2]], 1), two.eye, atol=1e-5)
+    np.testing.assert_allclose(
+        np.stack([-one.eye[:, 1], one.eye[:, 0], one.eye[:, 2]], 1), two.eye, atol=1e-5
+    )
 
 
 def test_what_cannot_be_seated_is_refused(people, seat, one_arm):

@@ -14,7 +14,11 @@ from workbench.shape.surface import sealed
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 TOLERANCE = 0.004
-ARM = Bones(("upper", "lower"), np.array([[0, 0, 0.16], [0, 0, 0.0]]), np.array([[0, 0, 0.0], [0, 0, -0.16]]))
+ARM = Bones(
+    ("upper", "lower"),
+    np.array([[0, 0, 0.16], [0, 0, 0.0]]),
+    np.array([[0, 0, 0.0], [0, 0, -0.16]]),
+)
 
 
 def limb(wide=1.0):
@@ -34,7 +38,8 @@ def arm(request):
 
 def turn(angle):
     """Flexion about y, which takes -z forward (rotation matrix)."""
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     return np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
 
 
@@ -48,7 +53,10 @@ def test_each_segment_holds_its_own_part_by_itself(arm):
     surface, fit = arm
     places = random_samples(surface, 20_000, seed=3).point
     number = regions_of(surface, ARM).number(places)
-    assert np.array_equal(number, (places[:, 2] < 0).astype(int)) or np.mean(number == (places[:, 2] < 0)) > 0.99
+    assert (
+        np.array_equal(number, (places[:, 2] < 0).astype(int))
+        or np.mean(number == (places[:, 2] < 0)) > 0.99
+    )
     for k, name in enumerate(fit.segments):
         centre, radius = fit.spheres(name)
         assert union_field(places[number == k], centre, radius)[0].max() <= TOLERANCE + 1e-9
@@ -59,8 +67,11 @@ def test_each_segment_holds_its_own_part_by_itself(arm):
 def test_no_notch_opens_and_nothing_stands_out_where_the_joint_bends(arm, degrees):
     surface, fit = arm
     bend = turn(np.radians(degrees))
-    (upper, lower), (r_upper, r_lower) = zip(*(fit.spheres(name) for name in fit.segments), strict=True)
-    centre, radius = np.concatenate([upper, lower @ bend.T]), np.concatenate([r_upper, r_lower])
+    (upper, lower), (r_upper, r_lower) = zip(
+        *(fit.spheres(name) for name in fit.segments), strict=True
+    )
+    centre = np.concatenate([upper, lower @ bend.T])
+    radius = np.concatenate([r_upper, r_lower])
     places = random_samples(surface, 20_000, seed=3).point
     # the bent limb: both straight parts, and the ring at the joint swept from one to the other
     ring = places[np.abs(places[:, 2]) < 0.002] * [1, 1, 0]
@@ -72,7 +83,9 @@ def test_no_notch_opens_and_nothing_stands_out_where_the_joint_bends(arm, degree
 def test_volumes_of_the_parts_are_those_of_the_whole(arm):
     surface, fit = arm
     assert sum(p.volume for p in fit.parts) == pytest.approx(surface.volume, rel=1e-9)
-    assert all(0.95 < p.volume_ratio < 1.15 and p.iou > 0.85 and p.mean < TOLERANCE for p in fit.parts)
+    assert all(
+        0.95 < p.volume_ratio < 1.15 and p.iou > 0.85 and p.mean < TOLERANCE for p in fit.parts
+    )
     assert fit.parts[0].volume == pytest.approx(fit.parts[1].volume, rel=0.1)
 
 
@@ -90,15 +103,31 @@ def test_a_thick_trunk_keeps_its_side_from_a_thin_arm_that_hangs_beside_it():
 
 def test_a_count_is_shared_out_among_segments():
     fit = fit_segments(limb(), ARM, count=20, **RADII)
-    assert len(fit.fit.radius) == 20 and fit.member.any(axis=0).all() and fit.fit.quality.mean < 0.002
+    assert (
+        len(fit.fit.radius) == 20 and fit.member.any(axis=0).all() and fit.fit.quality.mean < 0.002
+    )
 
 
-@pytest.mark.parametrize("bones, options, said", [
-    (Bones(("a",), np.array([[1.0, 0, 0]]), np.array([[1.1, 0, 0]])), {}, "middle of a lies outside the surface"),
-    (Bones(("a", "b"), np.array([[0, 0, 0.1], [0.05, 0, 0]]), np.array([[0.05, 0, 0], [-0.04, 0, 0]])), {},
-     r"the joint at \(0.050, 0.000, 0.000\) m lies .* mm outside"),
-    (ARM, {"count": 2}, "1 joints and 2 segments need 3 spheres"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "bones, options, said",
+    [
+        (
+            Bones(("a",), np.array([[1.0, 0, 0]]), np.array([[1.1, 0, 0]])),
+            {},
+            "middle of a lies outside the surface",
+        ),
+        (
+            Bones(
+                ("a", "b"),
+                np.array([[0, 0, 0.1], [0.05, 0, 0]]),
+                np.array([[0.05, 0, 0], [-0.04, 0, 0]]),
+            ),
+            {},
+            r"the joint at \(0.050, 0.000, 0.000\) m lies .* mm outside",
+        ),
+        (ARM, {"count": 2}, "1 joints and 2 segments need 3 spheres"),
+    ],
+)
 def test_a_skeleton_that_does_not_fit_is_refused_in_words(bones, options, said):
     with pytest.raises((InputError, UsageError), match=said):
         fit_segments(limb(), bones, **RADII, **options)

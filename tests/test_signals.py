@@ -8,7 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.errors import InputError, UsageError
-from workbench.solve.signals import GRAVITY, acceleration, cfc_filter, evenly, held_level, hic, velocity
+from workbench.solve.signals import (
+    GRAVITY,
+    acceleration,
+    cfc_filter,
+    evenly,
+    held_level,
+    hic,
+    velocity,
+)
 
 SHAPES = {
     "square": (lambda u: np.ones_like(u), 1.0),
@@ -25,7 +33,9 @@ def pulse(shape, peak, length, samples=4001):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_hic_of_a_whole_pulse_is_its_closed_form(shape):
     """c A^2.5 T with A = 100 g, T = 10 ms."""
-    assert hic(*pulse(shape, 100, 0.01), window=1).value == pytest.approx(SHAPES[shape][1] * 1000, rel=3e-4)
+    assert hic(*pulse(shape, 100, 0.01), window=1).value == pytest.approx(
+        SHAPES[shape][1] * 1000, rel=3e-4
+    )
 
 
 def test_hic_of_a_long_half_sine_depends_on_the_window():
@@ -34,12 +44,16 @@ def test_hic_of_a_long_half_sine_depends_on_the_window():
     assert hic(*pulse("half sine", 60, 0.04), window=0.036).value == pytest.approx(462.5, abs=0.1)
 
 
-@pytest.mark.parametrize(("peak", "length", "hic15", "hic36"), [(100, 0.01, 414.5, 414.5), (80, 0.02, 434.9, 474.7)])
+@pytest.mark.parametrize(
+    ("peak", "length", "hic15", "hic36"), [(100, 0.01, 414.5, 414.5), (80, 0.02, 434.9, 474.7)]
+)
 def test_the_longest_window_is_not_the_best(peak, length, hic15, hic36):
     """A half sine in the middle of 100 ms of rest: the window that counts is shorter than 36 ms."""
     time = np.linspace(0, 0.1, 10001)
     level = np.where(
-        (time >= 0.04) & (time <= 0.04 + length), peak * GRAVITY * np.sin(np.pi * (time - 0.04) / length), 0
+        (time >= 0.04) & (time <= 0.04 + length),
+        peak * GRAVITY * np.sin(np.pi * (time - 0.04) / length),
+        0,
     )
     found = hic(time, level, window=0.036)
     assert found.value == pytest.approx(hic36, rel=2e-3)
@@ -49,21 +63,29 @@ def test_the_longest_window_is_not_the_best(peak, length, hic15, hic36):
 
 def test_hic_equals_every_pair_tried():
     rng = np.random.default_rng(1)
-    time, level = np.arange(60) * 1e-3, np.abs(rng.normal(0, 300, 60))
+    time = np.arange(60) * 1e-3
+    level = np.abs(rng.normal(0, 300, 60))
     total = np.concatenate([[0], np.cumsum(0.5 * (level[1:] + level[:-1])) * 1e-3]) / GRAVITY
-    pairs = [(j - i) * 1e-3 * ((total[j] - total[i]) / ((j - i) * 1e-3)) ** 2.5
-             for i in range(60) for j in range(i + 1, min(60, i + 16))]  # fmt: skip
+    pairs = [
+        (j - i) * 1e-3 * ((total[j] - total[i]) / ((j - i) * 1e-3)) ** 2.5
+        for i in range(60)
+        for j in range(i + 1, min(60, i + 16))
+    ]
     assert hic(time, level, window=0.015).value == pytest.approx(max(pairs))
 
 
 def test_the_3_ms_level_of_a_half_sine_is_its_height_1_5_ms_from_the_peak():
     time, level = pulse("half sine", 60, 0.04)
-    assert held_level(time, level) / GRAVITY == pytest.approx(60 * np.cos(np.pi * 0.0015 / 0.04), rel=1e-9)
+    assert held_level(time, level) / GRAVITY == pytest.approx(
+        60 * np.cos(np.pi * 0.0015 / 0.04), rel=1e-9
+    )
 
 
 @given(st.floats(1, 200), st.floats(-50, 50))
 def test_a_constant_level_is_held(level, shift):
-    assert held_level(np.linspace(0, 0.01, 11), np.full(11, level) + shift) == pytest.approx(level + shift)
+    assert held_level(np.linspace(0, 0.01, 11), np.full(11, level) + shift) == pytest.approx(
+        level + shift
+    )
 
 
 def test_free_fall_is_one_g():
@@ -77,7 +99,11 @@ def test_free_fall_is_one_g():
 def test_a_filter_class_passes_low_tones_and_is_down_3_db_where_j211_says(cfc):
     """SAE J211: 3 dB down near 1.65 CFC, 0.5 dB at most at CFC / 2; a constant stays."""
     time = np.arange(40001) / 20000
-    for tone, low, high in ((0.1 * cfc, 0.99, 1.001), (1.65 * cfc, 0.66, 0.76), (6 * cfc, 0.0, 0.03)):
+    for tone, low, high in (
+        (0.1 * cfc, 0.99, 1.001),
+        (1.65 * cfc, 0.66, 0.76),
+        (6 * cfc, 0.0, 0.03),
+    ):
         passed = cfc_filter(time, np.sin(2 * np.pi * tone * time), cfc=cfc)[10000:30000]
         assert low <= np.sqrt(2 * np.mean(passed**2)) <= high
     assert cfc_filter(time, np.full(len(time), 3.0), cfc=cfc) == pytest.approx(3.0)
@@ -91,7 +117,8 @@ def test_uneven_samples_are_made_even():
 def test_what_a_signal_cannot_give_is_refused():
     time = np.arange(100) / 100
     with pytest.raises(
-        UsageError, match="cfc 60 needs 600 samples a second, the signal has 100; it can carry no class"
+        UsageError,
+        match="cfc 60 needs 600 samples a second, the signal has 100; it can carry no class",
     ):
         cfc_filter(time, time, cfc=60)
     with pytest.raises(UsageError, match="the classes are 60"):

@@ -19,8 +19,14 @@ from workbench.shape.scaling.measure import MEASURES, lengths, measure
 from workbench.shape.scaling.scale import scale
 from workbench.study.persons import person_body
 
-SIX = ("stature", "sitting_height", "eye_height_sitting", "acromial_height_sitting", "buttock_knee_length",
-       "knee_height_sitting")  # fmt: skip
+SIX = (
+    "stature",
+    "sitting_height",
+    "eye_height_sitting",
+    "acromial_height_sitting",
+    "buttock_knee_length",
+    "knee_height_sitting",
+)
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +38,14 @@ def percentile(column, names):
     path = ROOT.parent / "shared" / "reference" / "ansur2_percentiles.csv"
     if not path.exists():
         pytest.skip("reference table not here")
-    rows = {row["dim"].removesuffix("_d"): row for row in csv.DictReader(path.read_text().splitlines())}
-    return {n: float(rows[n.replace("_", "")][column]) / 1000 for n in names if n.replace("_", "") in rows}
+    rows = {
+        row["dim"].removesuffix("_d"): row for row in csv.DictReader(path.read_text().splitlines())
+    }
+    return {
+        n: float(rows[n.replace("_", "")][column]) / 1000
+        for n in names
+        if n.replace("_", "") in rows
+    }
 
 
 def test_there_are_35_measures_or_more_and_each_says_what_it_measures():
@@ -47,14 +59,20 @@ def test_the_measures_a_study_may_give_are_those_of_the_anthropometer():
     assert list(MEASURES) == list(ON_THE_BODY)
 
 
-@pytest.mark.parametrize(("measures", "words"), [
-    ("{stature: 60}", "60 mm is not a person's (630 to 2800 mm is): a wrong unit?"), ("{mass: 60}", "mass_kg: 60"),
-    ("{span: 1500}", "no measure 'span'"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("measures", "words"),
+    [
+        ("{stature: 60}", "60 mm is not a person's (630 to 2800 mm is): a wrong unit?"),
+        ("{mass: 60}", "mass_kg: 60"),
+        ("{span: 1500}", "no measure 'span'"),
+    ],
+)
 def test_a_size_that_cannot_be_is_told_where_it_stands(tmp_path, measures, words):
     text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
     path = tmp_path / "wrong.yaml"
-    path.write_text(text.replace("seat: left}", f"seat: left, size: {{sex: male, measures: {measures}}}}}"))
+    path.write_text(
+        text.replace("seat: left}", f"seat: left, size: {{sex: male, measures: {measures}}}}}")
+    )
     with pytest.raises(wb.InputError) as caught:
         wb.load_study(path)
     assert words in str(caught.value)
@@ -62,10 +80,19 @@ def test_a_size_that_cannot_be_is_told_where_it_stands(tmp_path, measures, words
 
 def test_bubbleman_measures_as_a_median_man(bubbleman):
     # what a rigid body cannot show, or what its definition is known to miss, has more room
-    room = {"hip_breadth_sitting": 31, "forearm_forearm_breadth": 37, "functional_leg_length": 83,
-            "overhead_fingertip_reach_sitting": 25, "cervicale_height": 21, "cervicale_height_sitting": 20,
-            "biacromial_breadth": 16, "forearm_hand_length": 13, "forearm_center_of_grip_length": 12,
-            "elbow_rest_height": 11, "interpupillary_breadth": 600}  # fmt: skip
+    room = {
+        "hip_breadth_sitting": 31,
+        "forearm_forearm_breadth": 37,
+        "functional_leg_length": 83,
+        "overhead_fingertip_reach_sitting": 25,
+        "cervicale_height": 21,
+        "cervicale_height_sitting": 20,
+        "biacromial_breadth": 16,
+        "forearm_hand_length": 13,
+        "forearm_center_of_grip_length": 12,
+        "elbow_rest_height": 11,
+        "interpupillary_breadth": 600,
+    }
     found = measure(bubbleman)
     for name, wanted in percentile("M50", MEASURES).items():
         assert 1000 * abs(found[name] - wanted) <= room.get(name, 8.5), (name, found[name], wanted)
@@ -75,7 +102,9 @@ def test_a_length_is_linear_in_the_body_while_its_extreme_spheres_stay(bubbleman
     from workbench.shape.scaling.manikin import Shape
 
     base = Manikin(bubbleman)
-    twice = base.changed(Shape(*(2 * getattr(base.shape, f) for f in ("centre", "radius", "in_parent", "in_child"))))
+    twice = base.changed(
+        Shape(*(2 * getattr(base.shape, f) for f in ("centre", "radius", "in_parent", "in_child")))
+    )
     for name, length in lengths(base).items():
         assert twice.value(length) == pytest.approx(2 * base.value(length)), name
 
@@ -87,7 +116,11 @@ def test_measured_on_the_posed_body_stature_is_its_height(bubbleman):
     assert measure(bubbleman, ["stature"])["stature"] == pytest.approx(top - low)
 
 
-SAID = (("height", "stature"), ("shoulder_width", "bideltoid_breadth"), ("knee height", "knee_height_sitting"))
+SAID = (
+    ("height", "stature"),
+    ("shoulder_width", "bideltoid_breadth"),
+    ("knee height", "knee_height_sitting"),
+)
 
 
 def test_what_people_say_for_a_measure_is_answered_with_its_name(bubbleman):
@@ -96,7 +129,9 @@ def test_what_people_say_for_a_measure_is_answered_with_its_name(bubbleman):
             measure(bubbleman, [said])
 
 
-@pytest.mark.parametrize("column", ["M1", "M5", "M50", "M95", "M99", "F1", "F5", "F50", "F95", "F99"])
+@pytest.mark.parametrize(
+    "column", ["M1", "M5", "M50", "M95", "M99", "F1", "F5", "F50", "F95", "F99"]
+)
 def test_six_measures_come_out_within_a_hundredth_of_a_millimetre(bubbleman, column):
     wanted = percentile(column, SIX)
     found = measure(scale(bubbleman, wanted), SIX)
@@ -113,7 +148,10 @@ def test_scaling_to_its_own_measures_changes_nothing(bubbleman):
 def test_a_scaled_body_stands_on_the_floor_with_spheres_at_its_joints(bubbleman, postures):
     small = scale(bubbleman, {"stature": 1.5, "sitting_height": 0.8})
     placed = wb.place(
-        small, wb.join_poses([posture_pose(small, postures, n) for n in ("standing", "seated", "driving")])
+        small,
+        wb.join_poses(
+            [posture_pose(small, postures, n) for n in ("standing", "seated", "driving")]
+        ),
     )
     standing = wb.place(small, wb.pose(small, {}))
     assert (standing.centres[0, :, 2] - small.radius).min() == pytest.approx(0, abs=1e-9)
@@ -127,23 +165,30 @@ def test_a_scaled_body_stands_on_the_floor_with_spheres_at_its_joints(bubbleman,
 
 
 @pytest.mark.parametrize("column", ["M1", "M99", "F1", "F99"])
-def test_extreme_bodies_are_not_in_contact_with_themselves_standing_or_seated(bubbleman, postures, column):
+def test_extreme_bodies_are_not_in_contact_with_themselves_standing_or_seated(
+    bubbleman, postures, column
+):
     body = scale(bubbleman, percentile(column, SIX))
-    poses = wb.join_poses([wb.pose(body, {}, reference="LT"), posture_pose(body, postures, "seated")])
+    poses = wb.join_poses(
+        [wb.pose(body, {}, reference="LT"), posture_pose(body, postures, "seated")]
+    )
     rows = wb.self_contacts(wb.place(body, poses))
     assert rows.excess.max(initial=-1) < 1e-3
 
 
 @given(st.floats(1.45, 2.0), st.floats(0.49, 0.56))
 def test_any_likely_stature_and_sitting_height_can_be_had(bubbleman, stature, share):
-    found = measure(scale(bubbleman, {"stature": stature, "sitting_height": stature * share}), SIX[:2])
+    found = measure(
+        scale(bubbleman, {"stature": stature, "sitting_height": stature * share}), SIX[:2]
+    )
     assert found["stature"] == pytest.approx(stature, abs=1e-5)
     assert found["sitting_height"] == pytest.approx(stature * share, abs=1e-5)
 
 
 def test_contradicting_measures_are_named(bubbleman):
     with pytest.raises(
-        wb.InputError, match="buttock_knee_length 480 mm is shorter than buttock_popliteal_length 502 mm"
+        wb.InputError,
+        match="buttock_knee_length 480 mm is shorter than buttock_popliteal_length 502 mm",
     ):
         scale(bubbleman, {"buttock_knee_length": 0.48, "buttock_popliteal_length": 0.502})
 
@@ -160,28 +205,41 @@ def test_a_body_without_a_persons_joints_cannot_be_measured(one_arm):
 
 def test_what_is_not_given_follows_the_population(bubbleman, model):
     made = person_body(bubbleman, model, sex="female", measures={"stature": 1.626})
-    found, wanted = measure(made.body), percentile("F50", ["knee_height_sitting", "buttock_knee_length", "foot_length"])
+    found = measure(made.body)
+    wanted = percentile("F50", ["knee_height_sitting", "buttock_knee_length", "foot_length"])
     assert all(abs(found[name] - wanted[name]) < 0.012 for name in wanted)
     assert made.body.mass.sum() == pytest.approx(66.8, abs=3)
     assert made.warnings == ()
 
 
 def test_an_improbable_mix_is_told_with_the_measure_that_causes_it(bubbleman, model):
-    made = person_body(bubbleman, model, sex="male", measures={"stature": 1.755, "sitting_height": 0.80})
+    made = person_body(
+        bubbleman, model, sex="male", measures={"stature": 1.755, "sitting_height": 0.80}
+    )
     assert "sitting_height 800 mm is 5" in made.warnings[0]
 
 
 def test_body_scale_writes_a_body_that_loads_and_measures_right(tmp_path, capsys):
     out = tmp_path / "small.yaml"
-    assert main(["body", "scale", "bubbleman", "--stature", "60 in", "--sex", "female", "-o", str(out)]) == 0
+    assert (
+        main(
+            ["body", "scale", "bubbleman", "--stature", "60 in", "--sex", "female", "-o", str(out)]
+        )
+        == 0
+    )
     assert measure(wb.load_body(out), ["stature"])["stature"] == pytest.approx(1.524, abs=1e-5)
     assert capsys.readouterr().out == f"{out}\n"
 
 
-@pytest.mark.parametrize(("flags", "words"), [
-    (["--statur", "1 m"], "did you mean 'stature'"), (["--stature", "1 furlong"], "a length such as"),
-    (["--mass", "heavy"], "a mass such as"), ([], "give one measure or more"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("flags", "words"),
+    [
+        (["--statur", "1 m"], "did you mean 'stature'"),
+        (["--stature", "1 furlong"], "a length such as"),
+        (["--mass", "heavy"], "a mass such as"),
+        ([], "give one measure or more"),
+    ],
+)
 def test_body_scale_refuses_what_it_does_not_understand(tmp_path, capsys, flags, words):
     assert main(["body", "scale", "bubbleman", "-o", str(tmp_path / "x.yaml"), *flags]) == 2
     assert words in capsys.readouterr().err
@@ -196,19 +254,27 @@ def test_body_measure_prints_all_measures(capsys):
 def test_a_tall_pilot_in_a_study_is_out_of_head_room_and_told_by_how_much(tmp_path):
     text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
     size = "size: {sex: male, measures: {stature: 1900}}"
-    tall = text.replace("pilot: {body: bubbleman, seat: left}", f"pilot: {{body: bubbleman, seat: left, {size}}}")
+    tall = text.replace(
+        "pilot: {body: bubbleman, seat: left}", f"pilot: {{body: bubbleman, seat: left, {size}}}"
+    )
     path = tmp_path / "tall.yaml"
     path.write_text(tall)
     result = wb.run(wb.load_study(path))
     head = next(v for v in result.verdicts if v.criterion.name == "head to canopy")
     assert not head.passed
     assert 0 < head.worst.value < 0.05
-    assert measure(result.people[0].placed.body, ["stature"])["stature"] == pytest.approx(1.9, abs=1e-5)
+    assert measure(result.people[0].placed.body, ["stature"])["stature"] == pytest.approx(
+        1.9, abs=1e-5
+    )
 
 
 def test_an_unknown_measure_in_a_study_is_told_with_its_line(tmp_path):
     text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
     path = tmp_path / "wrong.yaml"
-    path.write_text(text.replace("seat: left}", "seat: left, size: {sex: male, measures: {statur: 1900}}}"))
-    with pytest.raises(wb.InputError, match=r"wrong.yaml:\d+:\d+: .*no measure 'statur'; did you mean 'stature'"):
+    path.write_text(
+        text.replace("seat: left}", "seat: left, size: {sex: male, measures: {statur: 1900}}}")
+    )
+    with pytest.raises(
+        wb.InputError, match=r"wrong.yaml:\d+:\d+: .*no measure 'statur'; did you mean 'stature'"
+    ):
         wb.load_study(path)

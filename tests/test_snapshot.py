@@ -1,4 +1,5 @@
-"""The snapshot of answers: two runs give the same bytes, and a comparison finds everything that is not the same."""
+"""The snapshot of answers: two runs give the same bytes, and a comparison finds everything that is
+not the same."""
 
 from __future__ import annotations
 
@@ -23,8 +24,12 @@ def compared(tmp_path, capsys):
     """Compare OLD with OLD after changes; returns the exit code and what was printed."""
 
     def compare(changes, *, lines="", gone=()):
-        new = {name: value for name, value in (dict(flat(OLD)) | changes).items() if name not in gone}
-        old_file, new_file, accepted = (tmp_path / name for name in ("old.json", "new.json.gz", "accepted.txt"))
+        new = {
+            name: value for name, value in (dict(flat(OLD)) | changes).items() if name not in gone
+        }
+        old_file, new_file, accepted = (
+            tmp_path / name for name in ("old.json", "new.json.gz", "accepted.txt")
+        )
         write(old_file, {"all": OLD, "before": {"old/only": 1}})
         write(new_file, {"all": new})
         accepted.write_text(lines)
@@ -43,13 +48,33 @@ def test_what_did_not_change_has_no_differences(compared):
 @pytest.mark.parametrize(
     ("name", "value", "line"),
     [
-        ("reach/a woman/throttle/reached", False, "flag: reach/a woman/throttle/reached: true -> false"),
+        (
+            "reach/a woman/throttle/reached",
+            False,
+            "flag: reach/a woman/throttle/reached: true -> false",
+        ),
         ("clearance/a man/H/canopy", 56.1001, "number: clearance/a man/H/canopy: 56.1 -> 56.1001"),
         ("clearance/a man/H/panel", 3.0, "flag: clearance/a man/H/panel: null -> 3.0"),
-        ("reach/a woman/throttle/limit", "panel", 'text: reach/a woman/throttle/limit: "" -> "panel"'),
-        ("share/women", [0.25, 0.5, 0.76], "number: share/women: 1 of 3 entries, entry 2: 0.75 -> 0.76"),
-        ("share/women", [0.25, None, 0.76], "flag: share/women: 2 of 3 entries, entry 1: 0.5 -> null"),
-        ("contact/a man/LT/seat/pairs", ["2:4", "2:5"], 'only in old: ["1:4"], only in new: ["2:5"]'),
+        (
+            "reach/a woman/throttle/limit",
+            "panel",
+            'text: reach/a woman/throttle/limit: "" -> "panel"',
+        ),
+        (
+            "share/women",
+            [0.25, 0.5, 0.76],
+            "number: share/women: 1 of 3 entries, entry 2: 0.75 -> 0.76",
+        ),
+        (
+            "share/women",
+            [0.25, None, 0.76],
+            "flag: share/women: 2 of 3 entries, entry 1: 0.5 -> null",
+        ),
+        (
+            "contact/a man/LT/seat/pairs",
+            ["2:4", "2:5"],
+            'only in old: ["1:4"], only in new: ["2:5"]',
+        ),
         ("contact/a man/LT/seat/pairs", ["2:4", "1:4"], "2 -> 2 entries, in another order"),
         ("clearance/a man/H/post", 1.5, "only in new: clearance/a man/H/post: 1.5"),
     ],
@@ -67,7 +92,9 @@ def test_a_comparison_names_an_answer_that_is_missing(compared):
     assert "only in old: share/women: [0.25, 0.5, 0.75]" in said
 
 
-def test_a_section_that_one_file_does_not_have_is_named_and_not_compared(compared, tmp_path, capsys):
+def test_a_section_that_one_file_does_not_have_is_named_and_not_compared(
+    compared, tmp_path, capsys
+):
     code, said = compared({})
     assert code == 0
     assert "not compared: the section before is in one file only" in said
@@ -100,7 +127,9 @@ def test_an_explanation_of_nothing_is_named(compared):
     assert "explains nothing: share/* (older)" in compared({}, lines="share/* | any | older\n")[1]
 
 
-@pytest.mark.parametrize("line", ["share/*: any", "share/* | 1", "share/* | much | x", "share/* | -1 | x", "| any | x"])
+@pytest.mark.parametrize(
+    "line", ["share/*: any", "share/* | 1", "share/* | much | x", "share/* | -1 | x", "| any | x"]
+)
 def test_a_wrong_line_of_explanations_is_refused_with_its_place(tmp_path, line):
     (tmp_path / "accepted.txt").write_text(f"# remark\n{line}\n")
     with pytest.raises(ValueError, match=r"accepted.txt:2: "):
@@ -115,18 +144,25 @@ def test_a_file_that_is_no_snapshot_is_refused(tmp_path, capsys):
 
 def test_one_bodys_answers_are_the_same_bytes_twice(tmp_path):
     seated = ("bubbleman", "trainer", "left")
-    first, second = (dict(body_alone("bubbleman")) | dict(body_in_seat(*seated, wanted=["driving"])) for _ in range(2))
+    first, second = (
+        dict(body_alone("bubbleman")) | dict(body_in_seat(*seated, wanted=["driving"]))
+        for _ in range(2)
+    )
     assert text_of({"bodies": first}) == text_of({"bodies": second})
     write(tmp_path / "a.json.gz", {"bodies": first})
     kept = read(tmp_path / "a.json.gz")["bodies"]
     assert kept == dict(flat(first))
     assert kept["measure/bubbleman/stature"] == pytest.approx(1755, abs=3)
-    assert kept["contact/bubbleman/trainer/left/driving/LT/left_seat_pan/deepest_mm"] == pytest.approx(20, abs=0.5)
+    assert kept[
+        "contact/bubbleman/trainer/left/driving/LT/left_seat_pan/deepest_mm"
+    ] == pytest.approx(20, abs=0.5)
     assert kept["clearance/bubbleman/trainer/left/driving/H/canopy"] > 0
 
 
 def test_a_pictures_answers_tell_another_view_apart(tmp_path):
-    front, left = (picture(tmp_path / f"{view}.png", f"bubbleman --view {view}") for view in ("front", "left"))
+    front, left = (
+        picture(tmp_path / f"{view}.png", f"bubbleman --view {view}") for view in ("front", "left")
+    )
     assert front["pixels"] == left["pixels"] == [320, 240]
     assert difference("grey", front["grey"], left["grey"], 1e-9).size > 50
     again = picture(tmp_path / "again.png", "bubbleman --view front")

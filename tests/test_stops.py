@@ -1,4 +1,5 @@
-"""Joint stops: the numbers of the sources, margins against a dense oracle, nearest legal rotations."""
+"""Joint stops: the numbers of the sources, margins against a dense oracle, nearest legal
+rotations."""
 
 from __future__ import annotations
 
@@ -27,8 +28,16 @@ def test_hip_flexion_80_with_abduction_40_is_illegal_and_with_30_legal(one_arm):
     assert margin(one_arm, "SHOULDER", flexion=80, abduction=30) > 0
 
 
-@pytest.mark.parametrize(("motion", "limit"), [("flexion", 113), ("extension", 20), ("abduction", 53),
-                                               ("adduction", 31), ("medial_rotation", 39)])  # fmt: skip
+@pytest.mark.parametrize(
+    ("motion", "limit"),
+    [
+        ("flexion", 113),
+        ("extension", 20),
+        ("abduction", 53),
+        ("adduction", 31),
+        ("medial_rotation", 39),
+    ],
+)
 def test_margin_along_an_axis_is_limit_minus_angle(one_arm, motion, limit):
     assert margin(one_arm, "SHOULDER", **{motion: limit - 3}) == pytest.approx(3, abs=0.2)
     assert margin(one_arm, "SHOULDER", **{motion: limit}) == pytest.approx(0, abs=1e-9)
@@ -57,14 +66,20 @@ def test_a_coupled_limit_grows_with_its_driver(one_arm):
     assert margin(one_arm, "ELBOW", flexion=90, medial_rotation=40) == pytest.approx(-3)
 
 
-@given(st.tuples(st.floats(-3, 3), st.floats(-3, 3)), st.lists(st.floats(0.1, 2.5), min_size=4, max_size=4))
+@given(
+    st.tuples(st.floats(-3, 3), st.floats(-3, 3)),
+    st.lists(st.floats(0.1, 2.5), min_size=4, max_size=4),
+)
 def test_cone_distance_equals_a_dense_search(swing, limits):
-    swing, limits = np.array([swing]), np.array(limits).reshape(1, 2, 2)
+    swing = np.array([swing])
+    limits = np.array(limits).reshape(1, 2, 2)
     _, distance, _ = nearest_on_cone(swing, limits)
     t = np.linspace(0, 2 * np.pi, 40001)
     unit = np.stack([np.cos(t), np.sin(t)], axis=1)
     curve = unit * np.where(unit >= 0, limits[0, :, 0], limits[0, :, 1])
-    assert abs(distance[0]) == pytest.approx(np.linalg.norm(curve - swing[0], axis=1).min(), abs=2e-4)
+    assert abs(distance[0]) == pytest.approx(
+        np.linalg.norm(curve - swing[0], axis=1).min(), abs=2e-4
+    )
 
 
 @given(st.integers(0, 10**6))
@@ -74,8 +89,11 @@ def test_nearest_legal_rotations_are_legal_and_legal_ones_stay(bubbleman, seed):
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     poses = wb.Poses(q, 0, np.broadcast_to(np.eye(3, 4), (4, 3, 4)))
     first = wb.stops(bubbleman, poses)
-    single = [j for j in range(len(bubbleman.joints)) if not any(c.driver_joint == j or c.joint == j
-                                                                 for c in bubbleman.stops.couplings)]  # fmt: skip
+    single = [
+        j
+        for j in range(len(bubbleman.joints))
+        if not any(c.driver_joint == j or c.joint == j for c in bubbleman.stops.couplings)
+    ]
     legalised = q.copy()
     legalised[:, single] = first.nearest[:, single]
     again = wb.stops(bubbleman, wb.Poses(legalised, 0, poses.world_from_reference))
@@ -85,13 +103,16 @@ def test_nearest_legal_rotations_are_legal_and_legal_ones_stay(bubbleman, seed):
 
 
 def arm_margin(body, direction):
-    """Polygon margin with the right arm's long axis along a direction in the upper torso's frame."""
+    """Polygon margin with the right arm's long axis along a direction in the upper torso's
+    frame."""
     from workbench.model.quaternions import shortest
 
     q = np.tile([1.0, 0, 0, 0], (1, len(body.joints), 1))
     toward = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
     q[0, body.joint("RS")] = shortest(np.array([0, 0, -1.0]), toward)
-    return np.degrees(wb.stops(body, wb.Poses(q, 0, np.eye(3, 4)[None])).margin[0, body.joint("RS")])
+    return np.degrees(
+        wb.stops(body, wb.Poses(q, 0, np.eye(3, 4)[None])).margin[0, body.joint("RS")]
+    )
 
 
 def sagittal(a):
@@ -107,14 +128,18 @@ def limb_is_legal(body, direction):
 
     j = body.joint("RS")
     toward = np.asarray(direction, dtype=float)[None] / np.linalg.norm(direction)
-    return nearest_on_polygon(toward, body.stops.polygon[j], body.stops.polygon_centre[j])[1][0] >= -5e-4
+    return (
+        nearest_on_polygon(toward, body.stops.polygon[j], body.stops.polygon_centre[j])[1][0]
+        >= -5e-4
+    )
 
 
 def test_the_shoulder_reaches_what_the_swept_check_of_its_polygon_says(bubbleman):
     assert all(limb_is_legal(bubbleman, sagittal(a)) for a in range(-60, 181, 5))
     assert all(limb_is_legal(bubbleman, frontal(a)) for a in range(-25, 181, 5))
     assert not limb_is_legal(bubbleman, frontal(-50))
-    # the written summary says -45; the polygon's own vertices give 85 degrees at clock 270, which is -38
+    # the written summary says -45; the polygon's own vertices give 85 degrees at clock 270, which
+    # is -38
     level = [[np.cos(np.radians(a)), -np.sin(np.radians(a)), 0] for a in range(-35, 126, 5)]
     assert all(limb_is_legal(bubbleman, d) for d in level)
 
@@ -126,18 +151,27 @@ def test_the_legal_share_of_the_shoulder_sphere_is_58_percent(bubbleman):
 
     j = bubbleman.joint("RS")
     unit = d / np.linalg.norm(d, axis=1, keepdims=True)
-    _, angle = nearest_on_polygon(unit, bubbleman.stops.polygon[j], bubbleman.stops.polygon_centre[j])
+    _, angle = nearest_on_polygon(
+        unit, bubbleman.stops.polygon[j], bubbleman.stops.polygon_centre[j]
+    )
     assert np.mean(angle >= 0) == pytest.approx(0.58, abs=0.015)
 
 
 def test_left_and_right_stops_are_mirror_images(bubbleman):
     for side, other in (("L", "R"), ("R", "L")):
-        angles = {f"{side}S": {"flexion": 50, "abduction": 30}, f"{side}H": {"flexion": 60, "abduction": 20},
-                  f"{side}W": {"flexion": 20, "pronation": 30}}  # fmt: skip
+        angles = {
+            f"{side}S": {"flexion": 50, "abduction": 30},
+            f"{side}H": {"flexion": 60, "abduction": 20},
+            f"{side}W": {"flexion": 20, "pronation": 30},
+        }
         mirrored = {other + name[1:]: value for name, value in angles.items()}
-        one, two = (wb.stops(bubbleman, wb.pose(bubbleman, a)).degrees[0] for a in (angles, mirrored))
+        one, two = (
+            wb.stops(bubbleman, wb.pose(bubbleman, a)).degrees[0] for a in (angles, mirrored)
+        )
         for name in angles:
-            assert one[bubbleman.joint(name)] == pytest.approx(two[bubbleman.joint(other + name[1:])], abs=1e-6)
+            assert one[bubbleman.joint(name)] == pytest.approx(
+                two[bubbleman.joint(other + name[1:])], abs=1e-6
+            )
 
 
 def test_angles_come_back_from_rotations(bubbleman):
@@ -150,8 +184,14 @@ def test_bubblemans_limits_are_those_of_the_reference_table(bubbleman):
     path = ROOT.parent / "shared" / "reference" / "joint_stops.csv"
     if not path.exists():
         pytest.skip("reference table not here")
-    columns = ["flex", "extend", "abduct_or_radial", "adduct_or_ulnar", "twist_medial_or_pronate",
-               "twist_lateral_or_supinate"]  # fmt: skip
+    columns = [
+        "flex",
+        "extend",
+        "abduct_or_radial",
+        "adduct_or_ulnar",
+        "twist_medial_or_pronate",
+        "twist_lateral_or_supinate",
+    ]
     for row in csv.DictReader(path.read_text().splitlines()):
         for name in row["joint"].split("/") if row["kind"] != "free" else []:
             limits = np.degrees(bubbleman.stops.limits[bubbleman.joint(name)]).ravel()

@@ -17,10 +17,17 @@ from workbench.study.placement import adjusted_environment, place_person
 
 def seat(**changes):
     base = Seat(
-        name="left", srp=(1.0, 0.5, 0.4), back_angle=np.radians(15), cushion_angle=np.radians(7), yaw=0.0,
-        cushion=Rest("pan", ("LT", "LUL", "RUL"), 0.02), back=Rest("back", ("LT", "CT", "UT"), 0.015),
-        travel_forward=(-0.1, 0.1), travel_up=(-0.05, 0.05), moves=("pan",),
-    )  # fmt: skip
+        name="left",
+        srp=(1.0, 0.5, 0.4),
+        back_angle=np.radians(15),
+        cushion_angle=np.radians(7),
+        yaw=0.0,
+        cushion=Rest("pan", ("LT", "LUL", "RUL"), 0.02),
+        back=Rest("back", ("LT", "CT", "UT"), 0.015),
+        travel_forward=(-0.1, 0.1),
+        travel_up=(-0.05, 0.05),
+        moves=("pan",),
+    )
     return replace(base, **changes)
 
 
@@ -34,7 +41,9 @@ def test_a_sitter_sinks_into_cushion_and_back_by_exactly_the_stated_depth(bubble
     cushion, back, centre = seat_planes(place)
     for normal, rest in ((cushion, place.cushion), (back, place.back)):
         rows = np.isin(bubbleman.sphere_segment, [bubbleman.segment(s) for s in rest.segments])
-        low = (placed.centres[0, rows] @ normal - bubbleman.radius[rows]).min() - normal @ np.array(place.srp)
+        low = (placed.centres[0, rows] @ normal - bubbleman.radius[rows]).min() - normal @ np.array(
+            place.srp
+        )
         assert low == pytest.approx(-rest.depth, abs=1e-12)
     origin = placed.world_from_segment[0, bubbleman.segment("LT"), :, 3]
     assert centre @ (origin - np.array(place.srp)) == pytest.approx(0, abs=1e-12)
@@ -45,15 +54,28 @@ def study(one_arm, *criteria, environment=None, stand=(0.0, 0.0, 0.0), other=Non
     cab = environment or environment_of(
         box_part("floor", [-1, -1, -0.1], [1, 1, 0]), box_part("wall", [0.5, -1, 0], [0.6, 1, 1])
     )
-    one = Person("arm", one_arm, wb.pose(one_arm, person.pop("angles", {})), ("hanging",), stand=stand, **person)
+    one = Person(
+        "arm",
+        one_arm,
+        wb.pose(one_arm, person.pop("angles", {})),
+        ("hanging",),
+        stand=stand,
+        **person,
+    )
     people = (
-        (one,) if other is None else (one, Person("twin", one_arm, wb.pose(one_arm, {}), ("hanging",), stand=other))
+        (one,)
+        if other is None
+        else (one, Person("twin", one_arm, wb.pose(one_arm, {}), ("hanging",), stand=other))
     )
     return Study("test", "clearance", "test", "", cab, people, ("hanging",), tuple(criteria), {})
 
 
-def criterion(check, *, at_least=0.0, segments=None, parts=("floor", "wall"), people=("arm", "twin")):
-    return Criterion(check, check, people, segments or ("BASE", "UPPER", "LOWER", "HAND"), parts, at_least)
+def criterion(
+    check, *, at_least=0.0, segments=None, parts=("floor", "wall"), people=("arm", "twin")
+):
+    return Criterion(
+        check, check, people, segments or ("BASE", "UPPER", "LOWER", "HAND"), parts, at_least
+    )
 
 
 def only(result):
@@ -62,7 +84,8 @@ def only(result):
 
 def test_standing_puts_the_lowest_sphere_on_the_point(one_arm):
     placed = place_person(
-        study(one_arm, stand=(0.1, 0.2, 0.3)).people[0], environment_of(box_part("b", [0, 0, 0], [1, 1, 1]))
+        study(one_arm, stand=(0.1, 0.2, 0.3)).people[0],
+        environment_of(box_part("b", [0, 0, 0], [1, 1, 1])),
     )
     assert (placed.centres[0, :, 2] - one_arm.radius).min() == pytest.approx(0.3)
     assert placed.world_from_segment[0, 0, :2, 3] == pytest.approx([0.1, 0.2])
@@ -93,7 +116,13 @@ def test_clearance_is_judged_against_its_limit(one_arm):
 
 
 def test_clearance_of_segments_looks_at_those_alone(one_arm):
-    found = only(wb.run(study(one_arm, criterion("clearance", segments=("HAND",), at_least=0.1, parts=("wall",)))))
+    found = only(
+        wb.run(
+            study(
+                one_arm, criterion("clearance", segments=("HAND",), at_least=0.1, parts=("wall",))
+            )
+        )
+    )
     assert found.worst.value == pytest.approx(0.5 - 0.03 - 0.015)
 
 
@@ -105,8 +134,12 @@ def test_self_contact_counts_from_the_allowance(one_arm):
 
 
 def test_two_people_are_kept_apart(one_arm):
-    near = only(wb.run(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.14, 0))))
-    far = only(wb.run(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.16, 0))))
+    near = only(
+        wb.run(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.14, 0)))
+    )
+    far = only(
+        wb.run(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.16, 0)))
+    )
     assert (near.passed, far.passed) == (False, True)
     assert near.worst.value == pytest.approx(0.04)
     assert near.worst.other_person == "twin"
@@ -120,14 +153,21 @@ def test_stops_are_judged_in_radians_and_warned_about(one_arm):
 
 
 def test_a_seat_adjusted_moves_its_sitter_and_its_parts(bubbleman):
-    cab = environment_of(box_part("pan", [0.9, 0.2, 0.2], [1.5, 0.8, 0.3]), box_part("wall", [2.5, 0, 0], [2.6, 1, 1]))
+    cab = environment_of(
+        box_part("pan", [0.9, 0.2, 0.2], [1.5, 0.8, 0.3]),
+        box_part("wall", [2.5, 0, 0], [2.6, 1, 1]),
+    )
     cab = replace(cab, seats=(seat(),))
     person = Person("p", bubbleman, wb.pose(bubbleman, {}, reference="LT"), ("x",), seat="left")
     still = place_person(person, cab).centres
     ahead = replace(person, forward=0.05, up=0.02)
     moved = adjusted_environment(Study("s", "clearance", "", "", cab, (ahead,), ("c",), (), {}))
-    assert place_person(ahead, moved).centres - still == pytest.approx(np.broadcast_to([0.05, 0, 0.02], still.shape))
-    assert moved.vertices[:8] - cab.vertices[:8] == pytest.approx(np.broadcast_to([0.05, 0, 0.02], (8, 3)))
+    assert place_person(ahead, moved).centres - still == pytest.approx(
+        np.broadcast_to([0.05, 0, 0.02], still.shape)
+    )
+    assert moved.vertices[:8] - cab.vertices[:8] == pytest.approx(
+        np.broadcast_to([0.05, 0, 0.02], (8, 3))
+    )
     assert np.array_equal(moved.vertices[8:], cab.vertices[8:])
 
 
@@ -138,7 +178,9 @@ def test_a_body_swallowed_by_a_solid_is_warned_about(one_arm):
 
 
 def test_the_body_of_a_study_need_not_have_20_segments(tmp_path):
-    tail = ONE_ARM.replace("allowances:", """  TIP:
+    tail = ONE_ARM.replace(
+        "allowances:",
+        """  TIP:
     name: tip
     number: 4
     between: [HAND, TAIL]
@@ -148,7 +190,8 @@ def test_the_body_of_a_study_need_not_have_20_segments(tmp_path):
       - {motion: [up, down], axis: +y, limits: [90, 90]}
       - {motion: [left, right], axis: -x, limits: [90, 90]}
     twist: {motion: [in, out], axis: +z, limits: [10, 10]}
-allowances:""")  # fmt: skip
+allowances:""",
+    )
     tool = (
         "  TAIL: {name: tool, number: 5, mass: 0.1, directions: {front: +x, left: +y, top: +z},"
         " spheres: [[0, 0, -200, 5, tool tip, bottom]]}\n"

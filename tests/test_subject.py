@@ -1,4 +1,5 @@
-"""A body scaled to the subject of a motion file: known lengths come back, recorded people are fitted better."""
+"""A body scaled to the subject of a motion file: known lengths come back, recorded people are
+fitted better."""
 
 from __future__ import annotations
 
@@ -27,18 +28,29 @@ from workbench.study.subject import subject_body
 
 __all__ = ["drop"]
 
-GROWN = {s: f for side in "LR" for s, f in ((f"{side}UL", 1.1), (f"{side}LL", 1.08), (f"{side}UA", 0.95),
-                                            (f"{side}LA", 0.9))} | {"CT": 1.05, "UT": 1.05}  # fmt: skip
+GROWN = {
+    s: f
+    for side in "LR"
+    for s, f in ((f"{side}UL", 1.1), (f"{side}LL", 1.08), (f"{side}UA", 0.95), (f"{side}LA", 0.9))
+} | {"CT": 1.05, "UT": 1.05}
 TALL = lengthened(BODY, GROWN)
 
 
 def test_a_lengthened_body_stands_on_the_floor_with_its_limbs_that_much_longer():
-    before, after = body_lengths(BODY), body_lengths(TALL)
-    assert {s: after[s] / before[s] for s in before} == pytest.approx({s: GROWN[s] for s in before}, rel=2e-3)
+    before = body_lengths(BODY)
+    after = body_lengths(TALL)
+    assert {s: after[s] / before[s] for s in before} == pytest.approx(
+        {s: GROWN[s] for s in before}, rel=2e-3
+    )
     assert BODY.radius.tolist() == TALL.radius.tolist()
-    soles = [(b.zero_origins[b.sphere_segment, 2] + b.centre[:, 2] - b.radius).min() for b in (BODY, TALL)]
+    soles = [
+        (b.zero_origins[b.sphere_segment, 2] + b.centre[:, 2] - b.radius).min()
+        for b in (BODY, TALL)
+    ]
     assert soles[0] == pytest.approx(soles[1])
-    with pytest.raises(InputError, match=r"LUL of bubbleman would be 3.00 times as long; 0.4 to 2 are possible"):
+    with pytest.raises(
+        InputError, match=r"LUL of bubbleman would be 3.00 times as long; 0.4 to 2 are possible"
+    ):
         lengthened(BODY, {"LUL": 3.0})
 
 
@@ -49,8 +61,13 @@ def test_a_skeleton_with_its_unit_tells_every_length(tmp_path):
     made, notes = subject_body(BODY, path, options=options)
     want = body_lengths(TALL)
     assert {s: body_lengths(made)[s] for s in want} == pytest.approx(want, rel=2e-3)
-    assert made.zero_origins[BODY.segment("H"), 2] == pytest.approx(TALL.zero_origins[BODY.segment("H"), 2], abs=0.006)
-    assert "scaled to the subject: upper arms -5 %, lower arms -10 %, upper legs +10 %, lower legs +8 %" in notes[0]
+    assert made.zero_origins[BODY.segment("H"), 2] == pytest.approx(
+        TALL.zero_origins[BODY.segment("H"), 2], abs=0.006
+    )
+    assert (
+        "scaled to the subject: upper arms -5 %, lower arms -10 %, upper legs +10 %, lower legs +8 %"
+        in notes[0]
+    )
     assert "1755 mm tall before" in notes[0]
     with pytest.raises(InputError, match="needs the file's unit of length"):
         subject_body(BODY, path, options=MotionOptions(names=options.names))
@@ -59,7 +76,9 @@ def test_a_skeleton_with_its_unit_tells_every_length(tmp_path):
 def test_markers_tell_limbs():
     sites = {name: marker_site(name) for name in [*FULL, "LGTR", "RGTR"]}
     local, _ = marker_places(TALL, sites)
-    world = place(TALL, walk()).world_from_segment[:, [BODY.segment(s.segment) for s in sites.values()]]
+    world = place(TALL, walk()).world_from_segment[
+        :, [BODY.segment(s.segment) for s in sites.values()]
+    ]
     position = np.einsum("pmij,mj->pmi", world[..., :3], local) + world[..., 3]
     found = factors_from_markers(BODY, Markers(tuple(sites), position, walk().time, "made"), None)
     limbs = {s: f for s, f in GROWN.items() if s not in ("CT", "UT")}
@@ -71,7 +90,9 @@ def test_segments_told_one_by_one_tell_the_joints_they_turn_about():
     rng = np.random.default_rng(2)
     motion = walk(40)
     angles = rng.normal(0, 0.4, (40, len(BODY.joints), 3))
-    turned = type(motion)(compose(BODY, angles), motion.reference, motion.world_from_reference, motion.time)
+    turned = type(motion)(
+        compose(BODY, angles), motion.reference, motion.world_from_reference, motion.time
+    )
     world = place(TALL, turned).world_from_segment
     found = factors_from_track(BODY, SegmentTrack(BODY.segments, world, motion.time, "made"))
     assert found == pytest.approx(GROWN, rel=3e-3)
@@ -79,12 +100,17 @@ def test_segments_told_one_by_one_tell_the_joints_they_turn_about():
     assert factors_from_track(BODY, SegmentTrack(BODY.segments, still, motion.time, "made")) == {}
 
 
-@pytest.mark.parametrize(("file", "keep", "legs"), [
-    ("trc/bmc_walk1.trc", Pick(every=4), 1.07), ("c3d/bmc_Gait.c3d", Pick(1.33, 4.2, every=4), 0.94),
-    ("c3d/dart_squat.c3d", Pick(every=40), 0.90),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("file", "keep", "legs"),
+    [
+        ("trc/bmc_walk1.trc", Pick(every=4), 1.07),
+        ("c3d/bmc_Gait.c3d", Pick(1.33, 4.2, every=4), 0.94),
+        ("c3d/dart_squat.c3d", Pick(every=40), 0.90),
+    ],
+)
 def test_recorded_people_are_fitted_better_by_a_body_of_their_lengths(file, keep, legs):
-    """Root mean square residual of the markers before and after; how much longer the lower legs are."""
+    """Root mean square residual of the markers before and after; how much longer the lower legs
+    are."""
     path = SHARED / "motion" / file
     if not path.is_file():
         pytest.skip("no shared data")
@@ -123,6 +149,8 @@ def test_a_crash_study_and_the_command_line_scale_to_the_subject(drop, capsys):
     assert "scaled to the subject" in study.warnings[0]
     assert main(["motion", "show", str(drop.parent / "drop.csv"), "--scale", "subject"]) == 3
     assert "tells no length of the subject's limbs" in capsys.readouterr().err
-    drop.write_text(drop.read_text().replace("points:", "against: {file: tall.bvh, scale: subject}\npoints:"))
+    drop.write_text(
+        drop.read_text().replace("points:", "against: {file: tall.bvh, scale: subject}\npoints:")
+    )
     with pytest.raises(InputError, match="its scale belongs to 'motion'"):
         load_crash(drop)

@@ -1,4 +1,5 @@
-"""Which part has an inside: windings mended and reported, shells in shells, open parts around people, copies."""
+"""Which part has an inside: windings mended and reported, shells in shells, open parts around
+people, copies."""
 
 from __future__ import annotations
 
@@ -37,7 +38,8 @@ from workbench.model.study import Criterion, Person, Study
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.crash.crash import crash_study
 
-LOW, HIGH = [-1.5, -1.5, -0.5], [1.5, 1.5, 2.5]
+LOW = [-1.5, -1.5, -0.5]
+HIGH = [1.5, 1.5, 2.5]
 
 
 def turned(part, rows):
@@ -65,7 +67,9 @@ def box(low, high, *, inward=False):
 
 def written(path, part):
     lines = [f"o {part.name}", *("v {:.9g} {:.9g} {:.9g}".format(*v) for v in part.vertices)]
-    path.write_text("\n".join([*lines, *("f {} {} {}".format(*(f + 1)) for f in part.faces)]) + "\n")
+    path.write_text(
+        "\n".join([*lines, *("f {} {} {}".format(*(f + 1)) for f in part.faces)]) + "\n"
+    )
     return path
 
 
@@ -80,7 +84,9 @@ def ball():
 def distances(environment, points):
     """(P, K) signed distance of points (P, 3) to each part."""
     points = np.asarray(points, dtype=float)
-    world = np.concatenate([np.broadcast_to(np.eye(3), (len(points), 3, 3)), points[:, :, None]], axis=2)
+    world = np.concatenate(
+        [np.broadcast_to(np.eye(3), (len(points), 3, 3)), points[:, :, None]], axis=2
+    )
     placed = wb.place(ball(), wb.Poses(np.zeros((len(points), 0, 4)), 0, world))
     return wb.clearance(placed, environment)[:, 0] + 0.05
 
@@ -101,22 +107,32 @@ def closed_parts(most, *names):
 
 
 def check_flips(good, rows, rng, *, points=4):
-    """A mesh with faces turned the wrong way is the good mesh after mending: names, polygons and signed distances."""
+    """A mesh with faces turned the wrong way is the good mesh after mending: names, polygons and
+    signed distances."""
     mended, found = examined(turned(good, rows))
     right, before = examined(good)
     assert found.closed
-    assert found.against == min(len(rows), len(good.faces) - len(rows)) or before.cavities or before.crossing
-    bad_one, good_one = environment_of(turned(good, rows)), environment_of(good)
+    assert (
+        found.against == min(len(rows), len(good.faces) - len(rows))
+        or before.cavities
+        or before.crossing
+    )
+    bad_one = environment_of(turned(good, rows))
+    good_one = environment_of(good)
     assert bad_one.parts == good_one.parts
     assert bad_one.part_start.tolist() == good_one.part_start.tolist()
     np.testing.assert_array_equal(bad_one.edge_start, good_one.edge_start)
     np.testing.assert_allclose(bad_one.normal, good_one.normal, atol=1e-12)
-    assert [set(face) for face in mended.faces.tolist()] == [set(face) for face in right.faces.tolist()]
+    assert [set(face) for face in mended.faces.tolist()] == [
+        set(face) for face in right.faces.tolist()
+    ]
     low, high = good_one.bounds
     places = rng.uniform(low - 0.05, high + 0.05, (50, 3))
     np.testing.assert_allclose(distances(bad_one, places), distances(good_one, places), atol=1e-12)
     for place in places[:points]:
-        assert distances(bad_one, place[None]).item() == pytest.approx(slow_distance(right, place), abs=2e-6)
+        assert distances(bad_one, place[None]).item() == pytest.approx(
+            slow_distance(right, place), abs=2e-6
+        )
 
 
 @settings(max_examples=12)
@@ -125,7 +141,9 @@ def test_any_faces_of_a_shipped_part_turned_round_leave_every_signed_distance_as
     good = data.draw(st.sampled_from(closed_parts(120, "compact_car")))
     found = examined(good)[1]
     assert found.cavities == 0
-    rows = data.draw(st.sets(st.integers(0, len(good.faces) - 1), min_size=1, max_size=len(good.faces)))
+    rows = data.draw(
+        st.sets(st.integers(0, len(good.faces) - 1), min_size=1, max_size=len(good.faces))
+    )
     check_flips(good, sorted(rows), np.random.default_rng(len(rows)), points=1)
 
 
@@ -137,7 +155,11 @@ def test_any_faces_of_a_real_part_turned_round_leave_every_signed_distance_as_it
     if not path.exists():
         pytest.skip("the real meshes are not there")
     rng = np.random.default_rng(3)
-    closed = [part for part in to_world(read_mesh(path), np.eye(3), metres=file.metres) if examined(part)[1].closed]
+    closed = [
+        part
+        for part in to_world(read_mesh(path), np.eye(3), metres=file.metres)
+        if examined(part)[1].closed
+    ]
     assert closed
     for part in closed:
         for _ in range(25):
@@ -150,16 +172,22 @@ def test_any_faces_of_any_shipped_part_turned_round_leave_every_signed_distance_
     rng = np.random.default_rng(4)
     for part in closed_parts(5000, "trainer", "compact_car"):
         for _ in range(3):
-            rows = rng.choice(len(part.faces), int(rng.integers(1, len(part.faces) // 4)), replace=False)
+            rows = rng.choice(
+                len(part.faces), int(rng.integers(1, len(part.faces) // 4)), replace=False
+            )
             check_flips(part, rows, rng, points=1)
 
 
 def standing(bubbleman, postures, environment, *, at=(0.0, 0.0, 0.0)):
     """A study of a man who stands at a place; he must be clear of everything."""
     pose = posture_pose(bubbleman, postures, "standing")
-    clear = Criterion("clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0)
+    clear = Criterion(
+        "clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0
+    )
     person = Person("man", bubbleman, pose, ("standing",), stand=at)
-    return Study("inside", "clearance", "inside", "", environment, (person,), ("standing",), (clear,), {})
+    return Study(
+        "inside", "clearance", "inside", "", environment, (person,), ("standing",), (clear,), {}
+    )
 
 
 def test_a_man_inside_a_block_fails_as_deep_with_two_triangles_turned_round(bubbleman, postures):
@@ -184,7 +212,8 @@ def test_a_mended_winding_is_marked_in_the_inspection(tmp_path, capsys):
 
 
 def strip(count, *, closed_tube=False):
-    """A Moebius strip of width 0.4; or a tube closed on itself the wrong way round (a Klein bottle)."""
+    """A Moebius strip of width 0.4; or a tube closed on itself the wrong way round (a Klein
+    bottle)."""
     around = np.linspace(0, 2 * np.pi, count, endpoint=False)
     if closed_tube:
         across = np.linspace(0, 2 * np.pi, 8, endpoint=False)
@@ -192,13 +221,17 @@ def strip(count, *, closed_tube=False):
         radius = 2 + np.cos(half) * np.sin(spin) - np.sin(half) * np.sin(2 * spin)
         height = np.sin(half) * np.sin(spin) + np.cos(half) * np.sin(2 * spin)
         points = np.stack([radius * np.cos(2 * half), radius * np.sin(2 * half), height], axis=-1)
-        ring, rows = 8, range(8)
+        ring = 8
+        rows = range(8)
     else:
         side = np.array([-0.2, 0.2])
         half = around[:, None] / 2
         radius = 1 + side * np.cos(half)
-        points = np.stack([radius * np.cos(2 * half), radius * np.sin(2 * half), side * np.sin(half)], axis=-1)
-        ring, rows = 2, range(1)
+        points = np.stack(
+            [radius * np.cos(2 * half), radius * np.sin(2 * half), side * np.sin(half)], axis=-1
+        )
+        ring = 2
+        rows = range(1)
     faces = []
     for k in range(count):
         for j in rows:
@@ -221,13 +254,16 @@ def test_a_moebius_strip_is_an_open_surface_with_one_side():
 def test_a_klein_bottle_has_no_open_edge_and_is_a_surface_all_the_same():
     found = examined(strip(24, closed_tube=True))[1]
     assert (found.one_sided, found.closed, found.open_edges) == (1, False, 0)
-    assert any("one side only" in line and "a surface, not a solid" in line for line in found.sentences())
+    assert any(
+        "one side only" in line and "a surface, not a solid" in line for line in found.sentences()
+    )
     _, faults = built("a", [strip(24, closed_tube=True)], solid=[True])
     assert "one side only" in faults[0][1]
 
 
 def test_a_box_with_a_fin_is_reported_as_a_surface_although_no_edge_is_without_a_partner():
-    """Four faces at an edge of which two lie on both sides of a sheet: no winding makes them pairs."""
+    """Four faces at an edge of which two lie on both sides of a sheet: no winding makes them
+    pairs."""
     vertices = np.vstack([box_part("b", LOW, HIGH).vertices, [[0, 0, 4.0]]])
     fin = RawPart("finned", vertices, np.vstack([BOX_FACES, [[1, 7, 8]]]))
     found = examined(fin)[1]
@@ -244,10 +280,15 @@ def test_the_wall_between_two_boxes_that_touch_is_no_hole_in_them():
     assert at == pytest.approx([-0.5, -0.5, 0.5])
 
 
-@pytest.mark.parametrize(("inner_inward", "outer_inward", "in_the_middle", "counts"), [
-    (False, False, True, (0, 0, 1)), (True, False, False, (0, 1, 0)),
-    (False, True, False, (2, 1, 0)), (True, True, True, (2, 0, 1)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("inner_inward", "outer_inward", "in_the_middle", "counts"),
+    [
+        (False, False, True, (0, 0, 1)),
+        (True, False, False, (0, 1, 0)),
+        (False, True, False, (2, 1, 0)),
+        (True, True, True, (2, 0, 1)),
+    ],
+)
 def test_a_shell_in_a_shell_is_a_cavity_where_wound_opposite_and_else_part_of_the_solid(
     inner_inward, outer_inward, in_the_middle, counts
 ):
@@ -277,21 +318,28 @@ def test_a_shell_inside_out_beside_another_is_no_cavity_although_it_lies_within_
 
 @pytest.mark.parametrize("inward", [False, True])
 def test_shells_that_cross_are_one_solid_and_counted(inward):
-    both = together("cross", box([-2, -0.5, -0.5], [2, 0.5, 0.5]), box([-0.5, -2, -0.5], [0.5, 2, 0.5], inward=inward))
+    both = together(
+        "cross",
+        box([-2, -0.5, -0.5], [2, 0.5, 0.5]),
+        box([-0.5, -2, -0.5], [0.5, 2, 0.5], inward=inward),
+    )
     found = examined(both)[1]
     assert (found.crossing, found.turned, found.closed) == (2, int(inward), True)
-    assert distances(environment_of(both), [[0, 0, 0.1], [1, 0, 0.1], [1, 1, 0]])[:, 0] == pytest.approx(
-        [-0.4, -0.4, 0.5]
-    )
+    assert distances(environment_of(both), [[0, 0, 0.1], [1, 0, 0.1], [1, 1, 0]])[
+        :, 0
+    ] == pytest.approx([-0.4, -0.4, 0.5])
 
 
 def test_a_shell_that_crosses_itself_is_counted():
     """A bow tie: an outline like an 8, one loop wound one way and the other loop the other way."""
     outline = np.array([[0, 0], [2, 2], [2, 0], [0, 2.0]])
-    low, high = np.column_stack([outline, np.zeros(4)]), np.column_stack([outline, np.ones(4)])
+    low = np.column_stack([outline, np.zeros(4)])
+    high = np.column_stack([outline, np.ones(4)])
     sides = [[[k, (k + 1) % 4, k + 4], [(k + 1) % 4, (k + 1) % 4 + 4, k + 4]] for k in range(4)]
     caps = [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]]
-    part = RawPart("tie", np.vstack([low, high]), np.array([*np.reshape(sides, (8, 3)).tolist(), *caps]))
+    part = RawPart(
+        "tie", np.vstack([low, high]), np.array([*np.reshape(sides, (8, 3)).tolist(), *caps])
+    )
     found = examined(part)[1]
     assert (found.closed, found.crossing) == (True, 1)
 
@@ -300,15 +348,21 @@ def test_a_shell_that_crosses_itself_is_counted():
 def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures, face):
     block = without(box_part("block", LOW, HIGH), [2 * face, 2 * face + 1])
     (said,) = [
-        line for line in wb.run(standing(bubbleman, postures, environment_of(block))).warnings if "enclosed" in line
+        line
+        for line in wb.run(standing(bubbleman, postures, environment_of(block))).warnings
+        if "enclosed" in line
     ]
     assert said.startswith("man, standing: the body is enclosed by the open part 'block'")
 
 
-@pytest.mark.parametrize("parts", [
-    [without(turned(box_part("block", LOW, HIGH), [1, 6, 9]), [3])],
-    [RawPart("block", box_part("b", LOW, HIGH).vertices, np.vstack([BOX_FACES, [[0, 3, 7]]]))],
-], ids=["wound unevenly and open", "with an inner wall"])  # fmt: skip
+@pytest.mark.parametrize(
+    "parts",
+    [
+        [without(turned(box_part("block", LOW, HIGH), [1, 6, 9]), [3])],
+        [RawPart("block", box_part("b", LOW, HIGH).vertices, np.vstack([BOX_FACES, [[0, 3, 7]]]))],
+    ],
+    ids=["wound unevenly and open", "with an inner wall"],
+)
 def test_a_man_in_a_block_of_undetermined_winding_is_reported(bubbleman, postures, parts):
     warnings = wb.run(standing(bubbleman, postures, environment_of(*parts))).warnings
     assert any("enclosed by the open part 'block'" in line for line in warnings)
@@ -317,11 +371,15 @@ def test_a_man_in_a_block_of_undetermined_winding_is_reported(bubbleman, posture
 def test_nobody_is_reported_in_a_cabin_that_is_declared_not_to_be_solid(bubbleman, postures):
     for cabin in (box_part("cabin", LOW, HIGH), without(box_part("cabin", LOW, HIGH), [4])):
         result = wb.run(standing(bubbleman, postures, environment_of(cabin, solid=False)))
-        assert not [line for line in result.warnings if "enclosed" in line or "inside" in line.split(":")[0]]
+        assert not [
+            line for line in result.warnings if "enclosed" in line or "inside" in line.split(":")[0]
+        ]
         assert result.passed
 
 
-def test_nobody_is_reported_beside_an_open_block_in_a_bowl_or_between_double_walls(bubbleman, postures):
+def test_nobody_is_reported_beside_an_open_block_in_a_bowl_or_between_double_walls(
+    bubbleman, postures
+):
     block = without(box_part("block", LOW, HIGH), [0, 1])
     beside = wb.run(standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0)))
     low_bowl = without(box_part("bowl", [-1, -1, -0.2], [1, 1, 0.2]), [10, 11])
@@ -360,15 +418,21 @@ def test_an_accommodation_study_reports_an_open_part_around_the_people(tmp_path)
     place = tmp_path / "environments" / "toy"
     written(place / "hall.obj", without(box_part("hall", [-1, -1, -0.5], [2.5, 1, 2]), [0]))
     text = (place / "environment.yaml").read_text()
-    more = "toy.obj, length: mm, up: z, forward: x}, {file: hall.obj, length: m, up: z, forward: x}]"
-    (place / "environment.yaml").write_text(text.replace("toy.obj, length: mm, up: z, forward: x}]", more))
+    more = (
+        "toy.obj, length: mm, up: z, forward: x}, {file: hall.obj, length: m, up: z, forward: x}]"
+    )
+    (place / "environment.yaml").write_text(
+        text.replace("toy.obj, length: mm, up: z, forward: x}]", more)
+    )
     said = accommodation_study(load_accommodation(path)).warnings
     assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 
 def test_a_crash_study_reports_an_open_part_around_the_person(tmp_path):
     time = np.array([0.0, 0.05, 0.1])
-    (tmp_path / "drop.csv").write_text("".join(angle_table_text(BODY, dropped(np.array([0.1, 0.05, 0.0]), time))))
+    (tmp_path / "drop.csv").write_text(
+        "".join(angle_table_text(BODY, dropped(np.array([0.1, 0.05, 0.0]), time)))
+    )
     written(tmp_path / "hall.obj", without(box_part("hall", [-1, -1, -0.5], [1, 1, 3]), [0]))
     (tmp_path / "environment.yaml").write_text(
         "environment: hall\nlength: mm\nmeshes: [{file: hall.obj, length: m, up: z, forward: x}]\n"
@@ -380,14 +444,19 @@ def test_a_crash_study_reports_an_open_part_around_the_person(tmp_path):
 
 
 def test_copies_between_parts_are_counted_in_one_line_and_change_no_distance():
-    seat, cover = box_part("seat", [0, 0, 0], [1, 1, 1]), box_part("cover", [0, 0, 0], [1, 1, 1])
+    seat = box_part("seat", [0, 0, 0], [1, 1, 1])
+    cover = box_part("cover", [0, 0, 0], [1, 1, 1])
     sheet = without(box_part("sheet", [0, 0, 0], [1, 1, 1]), np.arange(4, 12))
     made = environment_of(seat, cover, sheet)
     (said,) = [line for line in made.warnings if "exactly on faces of other parts" in line]
-    assert said.startswith("16 faces lie exactly on faces of other parts, most of them (12) in seat and cover")
+    assert said.startswith(
+        "16 faces lie exactly on faces of other parts, most of them (12) in seat and cover"
+    )
     points = np.random.default_rng(1).uniform(-0.5, 1.5, (50, 3))
     alone = distances(environment_of(seat), points)[:, 0]
-    np.testing.assert_allclose(distances(made, points)[:, :2], np.column_stack([alone, alone]), atol=1e-12)
+    np.testing.assert_allclose(
+        distances(made, points)[:, :2], np.column_stack([alone, alone]), atol=1e-12
+    )
 
 
 def test_faces_of_solids_that_touch_are_no_copies():
@@ -400,14 +469,18 @@ def test_many_parts_with_copies_are_told_in_one_line_for_each_kind():
     parts = []
     for k in range(60):
         one = box_part(f"bolt_{k}", [2 * k, 0, 0], [2 * k + 1, 1, 1])
-        parts.append(RawPart(one.name, one.vertices, np.vstack([one.faces, one.faces[: 1 + k % 5]])))
+        parts.append(
+            RawPart(one.name, one.vertices, np.vstack([one.faces, one.faces[: 1 + k % 5]]))
+        )
         parts.append(replace(one, name=f"copy_{k}"))
     made = environment_of(*parts)
     assert len(made.warnings) == 2
     assert made.warnings[0] == (
         "parts bolt_4, bolt_9, bolt_14 and 57 more: 180 duplicate faces in all left out (exactly on others)"
     )
-    assert made.warnings[1].startswith("720 faces lie exactly on faces of other parts, most of them (12) in")
+    assert made.warnings[1].startswith(
+        "720 faces lie exactly on faces of other parts, most of them (12) in"
+    )
 
 
 def test_a_solid_part_that_cannot_be_wound_alike_is_refused_with_the_reason():
@@ -432,4 +505,6 @@ def test_a_sphere_with_half_of_its_faces_turned_round_at_random_is_the_sphere():
     mixed = turned(part, np.flatnonzero(rng.random(len(part.faces)) < 0.5))
     made, found = examined(mixed)
     assert found.closed and found.against > 500
-    assert trimesh.Trimesh(made.vertices, made.faces, process=False).volume == pytest.approx(sphere.volume)
+    assert trimesh.Trimesh(made.vertices, made.faces, process=False).volume == pytest.approx(
+        sphere.volume
+    )

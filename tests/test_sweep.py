@@ -33,10 +33,12 @@ def at(body, *position, angles=None, turn=None):
 
 def sheet(low, high, *, axis=2):
     """A rectangle without thickness across an axis."""
-    low, high = np.array(low, dtype=float), np.array(high, dtype=float)
+    low = np.array(low, dtype=float)
+    high = np.array(high, dtype=float)
     u, v = (i for i in range(3) if i != axis)
     corners = np.array([low, low, high, high])
-    corners[1, u], corners[3, u] = high[u], low[u]
+    corners[1, u] = high[u]
+    corners[3, u] = low[u]
     corners[:, v] = [low[v], low[v], high[v], high[v]]
     return environment_of(RawPart("sheet", corners, np.array([[0, 1, 2], [0, 2, 3]])), solid=False)
 
@@ -61,7 +63,9 @@ def test_a_dropped_sphere_meets_the_plate_when_its_height_is_its_radius(one_arm,
 @pytest.mark.parametrize("solid", [True, False])
 def test_nothing_tunnels_through_a_sheet_of_a_millimetre_at_any_speed(one_arm, speed, solid):
     wall = environment_of(box_part("wall", [0, -1, -1], [0.001, 1, 1]), solid=solid)
-    found = base_only(one_arm, at(one_arm, -speed / 3, 0, 0), at(one_arm, 2 * speed / 3, 0, 0), wall)
+    found = base_only(
+        one_arm, at(one_arm, -speed / 3, 0, 0), at(one_arm, 2 * speed / 3, 0, 0), wall
+    )
     assert found == pytest.approx(1 / 3 - 0.05 / speed, abs=EXACT)
 
 
@@ -83,10 +87,12 @@ def test_a_pendulum_arm_meets_a_wall_at_the_angle_of_the_arcsine(one_arm):
 
 
 def test_a_spinning_body_meets_a_thin_sheet_beside_its_way(two_spheres):
-    # the far ball, 10 mm at 100 mm, turns half round: first contact with the half plane x = 0, y > 0 at the angle
-    # where its centre is 10 mm before the plane
+    # the far ball, 10 mm at 100 mm, turns half round: first contact with the half plane x = 0, y >
+    # 0 at the angle where its centre is 10 mm before the plane
     half = sheet([0, 0.05, -1], [0, 1, 1], axis=0)
-    found = wb.sweep(two_spheres, (at(two_spheres, 0, 0, 0), at(two_spheres, 0, 0, 0, turn=[0, 0, 0, 1])), half)
+    found = wb.sweep(
+        two_spheres, (at(two_spheres, 0, 0, 0), at(two_spheres, 0, 0, 0, turn=[0, 0, 0, 1])), half
+    )
     assert found[0, 2] == pytest.approx((np.pi / 2 - np.arcsin(0.1)) / np.pi, abs=EXACT)
 
 
@@ -95,7 +101,9 @@ def test_what_touches_already_touches_at_time_zero(one_arm, plate):
 
 
 def test_what_starts_wholly_inside_a_solid_touches_at_time_zero(one_arm, unit_box):
-    assert base_only(one_arm, at(one_arm, 0.5, 0.5, 0.5), at(one_arm, 0.5, 0.5, 0.6), unit_box) == 0.0
+    assert (
+        base_only(one_arm, at(one_arm, 0.5, 0.5, 0.5), at(one_arm, 0.5, 0.5, 0.6), unit_box) == 0.0
+    )
 
 
 def test_a_body_at_rest_touches_at_once_or_never(one_arm, plate):
@@ -105,13 +113,19 @@ def test_a_body_at_rest_touches_at_once_or_never(one_arm, plate):
 
 def test_what_slides_along_a_plate_without_touching_is_free(one_arm, plate):
     for height in (0.05, 0.05 + 1e-9, 0.05 + 1e-6):
-        assert np.isnan(base_only(one_arm, at(one_arm, -0.2, 0, height), at(one_arm, 0.2, 0, height), plate))
-    assert base_only(one_arm, at(one_arm, -0.2, 0, 0.05 - 1e-6), at(one_arm, 0.2, 0, 0.05), plate) == 0.0
+        assert np.isnan(
+            base_only(one_arm, at(one_arm, -0.2, 0, height), at(one_arm, 0.2, 0, height), plate)
+        )
+    assert (
+        base_only(one_arm, at(one_arm, -0.2, 0, 0.05 - 1e-6), at(one_arm, 0.2, 0, 0.05), plate)
+        == 0.0
+    )
 
 
 @pytest.mark.parametrize("miss", [1e-6, 1e-8, 0.0, -1e-6, -1e-4])
 def test_balls_that_graze_touch_only_where_they_overlap(two_spheres, miss):
-    # two first balls of 10 mm pass each other with their centres 20 mm + miss apart at the middle of the way
+    # two first balls of 10 mm pass each other with their centres 20 mm + miss apart at the middle
+    # of the way
     still = at(two_spheres, 0, 0, 0)
     way = (at(two_spheres, -1, 0.02 + miss, 0), at(two_spheres, 1, 0.02 + miss, 0))
     found = wb.body_sweep((two_spheres, *way), (two_spheres, still, still))[0, 0, 0]
@@ -155,7 +169,11 @@ def test_answers_come_by_segment_part_and_sphere(one_arm, box_cab, random_arm):
     least = np.where(np.isnan(full), np.inf, full)
     owner = one_arm.sphere_segment
     parts = np.stack([least[:, owner == n].min(axis=1) for n in range(4)], axis=1)
-    for by, wanted in (("sphere", least.min(axis=2)), ("part", parts), ("segment", parts.min(axis=2))):
+    for by, wanted in (
+        ("sphere", least.min(axis=2)),
+        ("part", parts),
+        ("segment", parts.min(axis=2)),
+    ):
         found = wb.sweep(one_arm, way, box_cab, by=by)
         assert np.allclose(np.where(np.isnan(found), np.inf, found), wanted, rtol=0, atol=EXACT)
 
@@ -164,7 +182,10 @@ def test_what_lies_outside_the_window_has_no_time(bubbleman, plate):
     way = (at(bubbleman, 0, 0, 2), at(bubbleman, 0, 0, -1))
     found = wb.sweep(bubbleman, way, plate, window=["LF"])[0]
     assert np.isnan(found[bubbleman.segment("RF")])
-    assert found[bubbleman.segment("LF")] == wb.sweep(bubbleman, way, plate)[0, bubbleman.segment("LF")]
+    assert (
+        found[bubbleman.segment("LF")]
+        == wb.sweep(bubbleman, way, plate)[0, bubbleman.segment("LF")]
+    )
 
 
 def test_no_answer_depends_on_the_number_of_threads(one_arm, box_cab, random_arm):
@@ -189,12 +210,15 @@ def test_poses_that_do_not_belong_together_are_told(one_arm, two_spheres, plate)
 
 @given(st.integers(0, 10**6))
 def test_between_turns_at_a_constant_rate(random_arm, seed):
-    start, end = random_arm(1, seed), random_arm(1, seed + 1)
+    start = random_arm(1, seed)
+    end = random_arm(1, seed + 1)
     path = [wb.between(start, end, t).rotations[0] for t in np.linspace(0, 1, 6)]
     turned = [np.abs(np.sum(a * b, axis=-1)) for a, b in pairwise(path)]
     assert np.allclose(turned, turned[0], rtol=0, atol=1e-9)
     assert np.abs(np.sum(path[-1] * end.rotations[0], axis=-1)) == pytest.approx(1)
-    assert wb.between(start, end, 1.0).world_from_reference == pytest.approx(end.world_from_reference, abs=1e-9)
+    assert wb.between(start, end, 1.0).world_from_reference == pytest.approx(
+        end.world_from_reference, abs=1e-9
+    )
 
 
 @given(st.integers(0, 10**6))
@@ -209,9 +233,11 @@ def test_quaternions_of_matrices_are_those_they_came_from(seed):
 
 @given(st.integers(0, 10**6), st.floats(0, 1))
 def test_a_sphere_on_the_way_is_where_the_pose_between_has_it(one_arm, random_arm, seed, time):
-    start, end = random_arm(3, seed), random_arm(3, seed + 1)
+    start = random_arm(3, seed)
+    end = random_arm(3, seed + 1)
     mover = pack_motion(one_arm, *frames_of(start, end))
-    pair, sphere = np.repeat(np.arange(3), 10), np.tile(np.arange(10), 3)
+    pair = np.repeat(np.arange(3), 10)
+    sphere = np.tile(np.arange(10), 3)
     found = centres_at(mover, pair, sphere, np.full(30, time))
     wanted = wb.place(one_arm, wb.between(start, end, time)).centres
     # where a twist is about to jump, rounding decides the side
@@ -220,17 +246,22 @@ def test_a_sphere_on_the_way_is_where_the_pose_between_has_it(one_arm, random_ar
 
 
 def strays_beyond(body, way, seed):
-    """By how much spheres leave the bound about their chord, on random intervals of random motions; <= 0 is right."""
+    """By how much spheres leave the bound about their chord, on random intervals of random motions;
+    <= 0 is right."""
     rng = np.random.default_rng(seed)
     mover = pack_motion(body, *frames_of(*way))
     count = 200
-    pair, sphere = rng.integers(0, len(way[0]), count), rng.integers(0, len(body.radius), count)
+    pair = rng.integers(0, len(way[0]), count)
+    sphere = rng.integers(0, len(body.radius), count)
     ends = np.sort(rng.uniform(size=(2, count)), axis=0)
     ends[1] = ends[0] + (ends[1] - ends[0]) * 10.0 ** -rng.integers(0, 4, count)
     fraction = rng.uniform(size=count)
     jump = jumps(mover, pair, sphere)
     keep = (jump < ends[0]) | (jump > ends[1])
-    pair, sphere, ends, fraction = pair[keep], sphere[keep], ends[:, keep], fraction[keep]
+    pair = pair[keep]
+    sphere = sphere[keep]
+    ends = ends[:, keep]
+    fraction = fraction[keep]
     one, two = (centres_at(mover, pair, sphere, end) for end in ends)
     found = centres_at(mover, pair, sphere, ends[0] + fraction * (ends[1] - ends[0]))
     off = np.linalg.norm(found - (one + fraction[:, None] * (two - one)), axis=1)
@@ -247,14 +278,16 @@ def test_no_sphere_strays_farther_from_its_chord_than_the_bound(one_arm, random_
 def test_the_bound_holds_from_any_reference_segment(one_arm, random_arm, seed):
     reference = seed % 4
     way = [
-        wb.Poses(p.rotations, reference, p.world_from_reference) for p in (random_arm(9, seed), random_arm(9, seed + 1))
+        wb.Poses(p.rotations, reference, p.world_from_reference)
+        for p in (random_arm(9, seed), random_arm(9, seed + 1))
     ]
     assert np.max(strays_beyond(one_arm, way, seed)) < 1e-12
 
 
 @pytest.fixture(scope="module")
 def blended_arm(one_arm):
-    """The one arm with every sphere but the base's blended across a joint, the lower arm's twist shared as well."""
+    """The one arm with every sphere but the base's blended across a joint, the lower arm's twist
+    shared as well."""
     joint = np.array([-1, 0, 1, 1, 1, 2, 2, 2, 2, 2])
     share = np.array([0, 0.5, 0.2, 0.5, 0.7, 0.3, 0.5, 1.0, 0.4, 0.1])
     body = replace(one_arm, blend_joint=joint, blend_share=share)
@@ -269,27 +302,38 @@ def test_the_bound_holds_for_blended_spheres(blended_arm, random_arm, seed, spre
 
 
 @given(st.integers(0, 10**6))
-def test_first_contact_of_blended_spheres_equals_dense_sampling(blended_arm, random_arm, box_cab, seed):
+def test_first_contact_of_blended_spheres_equals_dense_sampling(
+    blended_arm, random_arm, box_cab, seed
+):
     way = (random_arm(1, seed), random_arm(1, seed + 1))
-    oracles.check_sweep(blended_arm, way, box_cab, wb.sweep(blended_arm, way, box_cab, by="part")[0], steps=300)
+    oracles.check_sweep(
+        blended_arm, way, box_cab, wb.sweep(blended_arm, way, box_cab, by="part")[0], steps=300
+    )
 
 
 @given(st.integers(0, 10**6))
 def test_first_contact_equals_dense_sampling(one_arm, random_arm, box_cab, seed):
     way = (random_arm(1, seed), random_arm(1, seed + 1))
-    oracles.check_sweep(one_arm, way, box_cab, wb.sweep(one_arm, way, box_cab, by="part")[0], steps=500)
+    oracles.check_sweep(
+        one_arm, way, box_cab, wb.sweep(one_arm, way, box_cab, by="part")[0], steps=500
+    )
 
 
 @pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(200))
-def test_first_contact_equals_dense_sampling_at_ten_thousand_steps(one_arm, random_arm, box_cab, seed):
+def test_first_contact_equals_dense_sampling_at_ten_thousand_steps(
+    one_arm, random_arm, box_cab, seed
+):
     way = (random_arm(1, seed, 2.0), random_arm(1, seed + 1000, 2.0))
-    oracles.check_sweep(one_arm, way, box_cab, wb.sweep(one_arm, way, box_cab, by="part")[0], steps=10_000)
+    oracles.check_sweep(
+        one_arm, way, box_cab, wb.sweep(one_arm, way, box_cab, by="part")[0], steps=10_000
+    )
 
 
 @given(st.integers(0, 10**6), st.floats(0.05, 0.95))
 def test_a_way_in_two_pieces_gives_the_same_first_contact(one_arm, random_arm, box_cab, seed, cut):
-    start, end = random_arm(4, seed, 0.2), random_arm(4, seed + 1, 0.2)
+    start = random_arm(4, seed, 0.2)
+    end = random_arm(4, seed + 1, 0.2)
     middle = wb.between(start, end, cut)
     whole = wb.sweep(one_arm, (start, end), box_cab, by="part")
     first = wb.sweep(one_arm, (start, middle), box_cab, by="part") * cut
@@ -311,7 +355,9 @@ def test_first_contact_with_itself_and_another_equals_dense_sampling(one_arm, ra
 
 def test_two_bodies_meet_at_the_same_time_whichever_comes_first(one_arm, two_spheres, random_arm):
     way = (random_arm(20, 1), random_arm(20, 2))
-    ball = wb.join_poses([at(two_spheres, *where) for where in wb.place(one_arm, way[1]).centres[:, 4]])
+    ball = wb.join_poses(
+        [at(two_spheres, *where) for where in wb.place(one_arm, way[1]).centres[:, 4]]
+    )
     one = wb.body_sweep((one_arm, *way), (two_spheres, ball, ball))
     other = wb.body_sweep((two_spheres, ball, ball), (one_arm, *way))
     assert np.allclose(one, other.transpose(0, 2, 1), rtol=0, atol=EXACT, equal_nan=True)
@@ -320,9 +366,20 @@ def test_two_bodies_meet_at_the_same_time_whichever_comes_first(one_arm, two_sph
 
 @pytest.mark.nightly
 def test_the_kernels_of_continuous_contact_pass_with_the_compiler_off():
-    chosen = "dropped or pendulum or spinning or tunnels or graze or allowance or by_hand or half_turn"
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "-k", f"({chosen}) and not compiler",
-               "tests/test_sweep.py", "tests/test_episodes.py"]  # fmt: skip
+    chosen = (
+        "dropped or pendulum or spinning or tunnels or graze or allowance or by_hand or half_turn"
+    )
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        "-k",
+        f"({chosen}) and not compiler",
+        "tests/test_sweep.py",
+        "tests/test_episodes.py",
+    ]
     env = os.environ | {"NUMBA_DISABLE_JIT": "1"}
     done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:]

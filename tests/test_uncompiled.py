@@ -13,7 +13,16 @@ SKIPPED = "bubbleman or library or standing or stays_at or incremental or re_roo
 
 
 def test_kernels_pass_with_the_compiler_off():
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *TESTS, "-k", f"not ({SKIPPED})"]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        *TESTS,
+        "-k",
+        f"not ({SKIPPED})",
+    ]
     env = os.environ | {"NUMBA_DISABLE_JIT": "1", "WORKBENCH_EXAMPLES": "6"}
     done = subprocess.run(command, cwd=ROOT, env=env, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout[-3000:]

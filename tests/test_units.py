@@ -1,4 +1,5 @@
-"""A wrong unit of length is told by what the parts are named after, by the seats, and by the size of a body."""
+"""A wrong unit of length is told by what the parts are named after, by the seats, and by the size
+of a body."""
 
 from __future__ import annotations
 
@@ -39,7 +40,8 @@ def sized(name, size):
 
 def written(folder, *parts):
     path = folder / "cab.obj"
-    lines, count = [], 1
+    lines = []
+    count = 1
     for part in parts:
         lines += [f"o {part.name}", *("v {:.9g} {:.9g} {:.9g}".format(*v) for v in part.vertices)]
         lines += ["f {} {} {}".format(*(face + count)) for face in part.faces]
@@ -48,34 +50,60 @@ def written(folder, *parts):
     return path
 
 
-@pytest.mark.parametrize(("name", "size", "metres", "words"), [
-    ("Wheel_Left", (2.1, 0.6, 2.1), 1.0, "'Wheel_Left' is 2.1 m large, and 0.1 to 1.7 m is plausible for 'wheel'"),
-    ("seat", (1.5, 0.5, 1.2), 0.0254, "seat would be 0.591 m in cm"),
-    ("SteeringWheel", (0.9, 0.9, 0.1), 0.0254, "SteeringWheel would be 0.354 m in cm"),
-    ("left_door_handle", (0.01, 0.002, 0.002), 0.001, "handle would be 0.1 m in cm"),
-    ("mirror.001", (20, 5, 5), 1.0, "mirror.001 would be 0.2 m in cm"),
-    ("pedal_gas", (3.3, 1, 1), 0.3048, "pedal_gas would be 0.108 m in cm, 0.275 m in in"),
-    ("canopy", (0.04, 0.03, 0.02), 0.0254, "canopy would be 1.57 m in m"),
-    ("seat_rails", (8, 1, 1), 0.01, "at most 1.45 m is plausible for 'piece of seat'"),
-    ("HumanMale", (0.5, 0.3, 6.0), 1.0, "HumanMale would be 1.83 m in ft"),
-])  # fmt: skip
-def test_a_part_of_another_size_than_its_name_says_is_named_with_the_unit_that_fits(name, size, metres, words):
+@pytest.mark.parametrize(
+    ("name", "size", "metres", "words"),
+    [
+        (
+            "Wheel_Left",
+            (2.1, 0.6, 2.1),
+            1.0,
+            "'Wheel_Left' is 2.1 m large, and 0.1 to 1.7 m is plausible for 'wheel'",
+        ),
+        ("seat", (1.5, 0.5, 1.2), 0.0254, "seat would be 0.591 m in cm"),
+        ("SteeringWheel", (0.9, 0.9, 0.1), 0.0254, "SteeringWheel would be 0.354 m in cm"),
+        ("left_door_handle", (0.01, 0.002, 0.002), 0.001, "handle would be 0.1 m in cm"),
+        ("mirror.001", (20, 5, 5), 1.0, "mirror.001 would be 0.2 m in cm"),
+        ("pedal_gas", (3.3, 1, 1), 0.3048, "pedal_gas would be 0.108 m in cm, 0.275 m in in"),
+        ("canopy", (0.04, 0.03, 0.02), 0.0254, "canopy would be 1.57 m in m"),
+        ("seat_rails", (8, 1, 1), 0.01, "at most 1.45 m is plausible for 'piece of seat'"),
+        ("HumanMale", (0.5, 0.3, 6.0), 1.0, "HumanMale would be 1.83 m in ft"),
+    ],
+)
+def test_a_part_of_another_size_than_its_name_says_is_named_with_the_unit_that_fits(
+    name, size, metres, words
+):
     (said,) = doubtful_sizes([sized(name, size)], metres)
     assert words in said
 
 
-@pytest.mark.parametrize(("name", "size"), [
-    ("Front_Wheel_Left", (0.65, 0.28, 0.65)), ("Wheels", (0.85, 2.1, 0.85)), ("Wheel_Rear", (0.93, 2.3, 0.93)),
-    ("trim_wheel", (0.13, 0.02, 0.13)), ("seat_bolt", (0.02, 0.01, 0.01)), ("wheel_nut", (0.02, 0.02, 0.02)),
-    ("door_lock", (0.02, 0.02, 0.02)), ("window_switches", (0.06, 0.04, 0.01)), ("child_male", (0.5, 0.3, 0.9)),
-    ("bench_seat", (0.6, 1.4, 0.9)), ("part_17", (900, 1, 1)), ("cartridge", (40, 1, 1)), ("", (5, 5, 5)),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [
+        ("Front_Wheel_Left", (0.65, 0.28, 0.65)),
+        ("Wheels", (0.85, 2.1, 0.85)),
+        ("Wheel_Rear", (0.93, 2.3, 0.93)),
+        ("trim_wheel", (0.13, 0.02, 0.13)),
+        ("seat_bolt", (0.02, 0.01, 0.01)),
+        ("wheel_nut", (0.02, 0.02, 0.02)),
+        ("door_lock", (0.02, 0.02, 0.02)),
+        ("window_switches", (0.06, 0.04, 0.01)),
+        ("child_male", (0.5, 0.3, 0.9)),
+        ("bench_seat", (0.6, 1.4, 0.9)),
+        ("part_17", (900, 1, 1)),
+        ("cartridge", (40, 1, 1)),
+        ("", (5, 5, 5)),
+    ],
+)
 def test_a_part_of_a_plausible_size_and_one_named_after_nothing_known_are_not_told(name, size):
     assert doubtful_sizes([sized(name, size)], 1.0) == ()
 
 
 def test_the_unit_that_fits_all_parts_is_told_once_for_the_mesh():
-    parts = [sized("wheel", (0.065, 0.02, 0.065)), sized("seat", (0.05, 0.05, 0.1)), sized("pedal", (0.01, 0.01, 0.02))]
+    parts = [
+        sized("wheel", (0.065, 0.02, 0.065)),
+        sized("seat", (0.05, 0.05, 0.1)),
+        sized("pedal", (0.01, 0.01, 0.02)),
+    ]
     (said,) = doubtful_sizes([*parts, sized("door", (0.12, 0.01, 0.1))], 0.001)
     assert said.endswith(
         "1 more named parts too: a wrong unit of length? wheel would be 0.65 m in cm, which fits all named parts"
@@ -106,7 +134,9 @@ def test_the_shipped_environments_are_not_told_to_have_a_wrong_unit_and_are_in_f
 
 
 REAL = {name: (ENVIRONMENTS / file.path, file.metres) for name, file in FILES.items()}
-REAL |= {name: (BODIES / f"{name}.obj", 1.0) for name in ("adult_male", "adult_female", "child_male")}
+REAL |= {
+    name: (BODIES / f"{name}.obj", 1.0) for name in ("adult_male", "adult_female", "child_male")
+}
 
 
 @pytest.mark.parametrize("name", REAL)
@@ -114,14 +144,19 @@ def test_a_real_mesh_in_its_right_unit_is_not_told_to_have_another(name):
     path, metres = REAL[name]
     if not path.exists():
         pytest.skip("the real meshes are not there")
-    assert doubtful_sizes(to_world(read_mesh(path), np.eye(3), metres=metres), metres, file=path.stem) == ()
+    assert (
+        doubtful_sizes(to_world(read_mesh(path), np.eye(3), metres=metres), metres, file=path.stem)
+        == ()
+    )
 
 
 def test_most_real_meshes_in_a_wrong_unit_are_refused_or_told():
-    """Of 59 pairs of a file and a wrong unit; what is left has no part named after anything known."""
+    """Of 59 pairs of a file and a wrong unit; what is left has no part named after anything
+    known."""
     if not ENVIRONMENTS.exists():
         pytest.skip("the real meshes are not there")
-    caught, missed = 0, []
+    caught = 0
+    missed = []
     for name, (path, right) in REAL.items():
         raw = read_mesh(path)
         for unit, metres in metres_in.items():
@@ -139,19 +174,29 @@ def test_most_real_meshes_in_a_wrong_unit_are_refused_or_told():
 
 def test_a_mesh_of_the_wrong_unit_is_told_by_inspect_check_and_the_environment(tmp_path, capsys):
     path = written(tmp_path, sized("body", (2.0, 1.0, 1.0)), sized("Wheel_FL", (2.0, 0.5, 2.0)))
-    assert any("'Wheel_FL' is 2 m large" in line for line in inspect_mesh(path, length="m").warnings)
-    assert any("'Wheel_FL' is 2 m large" in line
-               for line in environment_from_mesh(path, up="z", forward="x", length="m").warnings)  # fmt: skip
+    assert any(
+        "'Wheel_FL' is 2 m large" in line for line in inspect_mesh(path, length="m").warnings
+    )
+    assert any(
+        "'Wheel_FL' is 2 m large" in line
+        for line in environment_from_mesh(path, up="z", forward="x", length="m").warnings
+    )
     (tmp_path / "environment.yaml").write_text(CAB.split("seats:")[0].replace("UNIT", "m"))
     assert main(["check", str(tmp_path / "environment.yaml")]) == 0
     assert "warning: cab.obj: 'Wheel_FL' is 2 m large" in capsys.readouterr().err
     assert not inspect_mesh(path).warnings
 
 
-@pytest.mark.parametrize(("unit", "words"), [
-    ("m", None), ("ft", "if its unit were m where ft is taken"),
-])  # fmt: skip
-def test_a_seat_whose_reference_point_is_away_from_its_cushion_is_told_with_the_unit(tmp_path, unit, words):
+@pytest.mark.parametrize(
+    ("unit", "words"),
+    [
+        ("m", None),
+        ("ft", "if its unit were m where ft is taken"),
+    ],
+)
+def test_a_seat_whose_reference_point_is_away_from_its_cushion_is_told_with_the_unit(
+    tmp_path, unit, words
+):
     parts = [
         box_part("floor", [-1, -1, -0.1], [3, 1, 0]),
         box_part("cushion", [0.2, -0.25, 0.3], [0.7, 0.25, 0.45]),
@@ -159,7 +204,11 @@ def test_a_seat_whose_reference_point_is_away_from_its_cushion_is_told_with_the_
     ]
     written(tmp_path, *parts)
     (tmp_path / "environment.yaml").write_text(CAB.replace("UNIT", unit))
-    said = [line for line in load_environment(tmp_path / "environment.yaml").warnings if line.startswith("seat")]
+    said = [
+        line
+        for line in load_environment(tmp_path / "environment.yaml").warnings
+        if line.startswith("seat")
+    ]
     assert (said == []) is (words is None)
     assert words is None or (words in said[0] and "is 0.3" in said[0])
 
@@ -169,7 +218,9 @@ def test_a_human_of_six_metres_is_told_by_body_fit(tmp_path):
     path = tmp_path / "figure.obj"
     man.export(path)
     (said,) = read_surface(path, length="m").notes
-    assert said.startswith("is 6 m large, and a person is up to 2.5 m: a wrong unit of length? it would be")
+    assert said.startswith(
+        "is 6 m large, and a person is up to 2.5 m: a wrong unit of length? it would be"
+    )
     assert "1.83 m in ft" in said
     man.export(tmp_path / "human.obj")
     (said,) = read_surface(tmp_path / "human.obj", length="m").notes

@@ -23,13 +23,20 @@ def dressed(body, *names):
 
 def added(body, *names):
     """What things worn add to the measures, in mm."""
-    bare, more = measure(body), measure(dressed(body, *names))
+    bare = measure(body)
+    more = measure(dressed(body, *names))
     return {name: round(1000 * (more[name] - bare[name]), 2) for name in bare}
 
 
 def test_shoes_add_25_mm_to_heights_from_the_floor_and_30_mm_to_the_foot(bubbleman):
     more = added(bubbleman, "shoes")
-    heights = ("stature", "knee_height_sitting", "popliteal_height", "trochanterion_height", "acromial_height")
+    heights = (
+        "stature",
+        "knee_height_sitting",
+        "popliteal_height",
+        "trochanterion_height",
+        "acromial_height",
+    )
     assert [more[name] for name in heights] == [25.0] * 5
     assert more["foot_length"] == 30.0
     assert more["foot_breadth_horizontal"] == 10.0
@@ -58,8 +65,11 @@ def test_a_vest_adds_its_thickness_to_front_and_back(bubbleman):
 
 
 def test_two_things_worn_do_not_lie_on_one_another(bubbleman):
-    both, one = dressed(bubbleman, "helmet", "boots"), dressed(bubbleman, "boots")
-    assert len(both.radius) - len(one.radius) == len(dressed(bubbleman, "helmet").radius) - len(bubbleman.radius)
+    both = dressed(bubbleman, "helmet", "boots")
+    one = dressed(bubbleman, "boots")
+    assert len(both.radius) - len(one.radius) == len(dressed(bubbleman, "helmet").radius) - len(
+        bubbleman.radius
+    )
     assert both.mass.sum() == pytest.approx(bubbleman.mass.sum() + 1.4 + 1.7)
 
 
@@ -71,7 +81,9 @@ def test_a_dressed_body_stands_on_its_soles(bubbleman):
 
 def test_a_dressed_body_is_in_no_contact_with_itself_standing_or_seated(bubbleman, postures):
     body = dressed(bubbleman, "helmet", "boots", "gloves", "vest")
-    poses = wb.join_poses([wb.pose(body, {}, reference="LT"), posture_pose(body, postures, "seated")])
+    poses = wb.join_poses(
+        [wb.pose(body, {}, reference="LT"), posture_pose(body, postures, "seated")]
+    )
     assert wb.self_contacts(wb.place(body, poses)).excess.max(initial=-1) < 1e-9
 
 
@@ -85,7 +97,8 @@ def test_a_contact_names_what_is_worn(bubbleman):
 def test_spheres_of_every_segment_stay_together_with_their_own_first(bubbleman):
     body = dressed(bubbleman, "boots")
     for n in range(len(body.segments)):
-        own, now = bubbleman.spheres(n), body.spheres(n)
+        own = bubbleman.spheres(n)
+        now = body.spheres(n)
         assert np.array_equal(body.centre[now][: own.stop - own.start], bubbleman.centre[own])
 
 
@@ -93,14 +106,30 @@ def test_body_scale_dresses_the_body_it_writes(tmp_path):
     out = tmp_path / "dressed.yaml"
     flags = ["--stature", "1755 mm", "--wear", "helmet", "shoes", "-o", str(out)]
     assert main(["body", "scale", "bubbleman", *flags]) == 0
-    assert measure(wb.load_body(out), ["stature"])["stature"] == pytest.approx(1.755 + 0.065, abs=1e-5)
+    assert measure(wb.load_body(out), ["stature"])["stature"] == pytest.approx(
+        1.755 + 0.065, abs=1e-5
+    )
 
 
 def test_a_dressed_member_of_a_family_is_written_without_it(tmp_path):
     write_family(tmp_path)
     out = tmp_path / "dressed.yaml"
-    assert main(["body", "scale", str(tmp_path / "adult.yaml"), "--stature", "1700 mm", "--wear", "gloves",
-                 "-o", str(out)]) == 0  # fmt: skip
+    assert (
+        main(
+            [
+                "body",
+                "scale",
+                str(tmp_path / "adult.yaml"),
+                "--stature",
+                "1700 mm",
+                "--wear",
+                "gloves",
+                "-o",
+                str(out),
+            ]
+        )
+        == 0
+    )
     assert wb.load_body(out).basis is None
 
 
@@ -114,14 +143,23 @@ def test_a_person_of_a_study_wears_what_it_says(tmp_path):
     bare = wb.run(wb.load_study("trainer_clearance"))
     head = pilot.placed.body.segment("H")
     canopy = [k for k, part in enumerate(result.environment.parts) if "canopy" in part]
-    near, far = (each.people[0].clearance.distance[:, head][:, canopy].min() for each in (result, bare))
+    near, far = (
+        each.people[0].clearance.distance[:, head][:, canopy].min() for each in (result, bare)
+    )
     assert near < far - 0.02
 
 
-@pytest.mark.parametrize(("given", "words"), [
-    ("[helmt]", "people.pilot.encumbrance: no bodies/encumbrance entry named 'helmt'; did you mean 'helmet'?"),
-    ("[helmet, helmet]", "'helmet' cannot be worn twice"), ("helmet", "a list is needed"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (
+            "[helmt]",
+            "people.pilot.encumbrance: no bodies/encumbrance entry named 'helmt'; did you mean 'helmet'?",
+        ),
+        ("[helmet, helmet]", "'helmet' cannot be worn twice"),
+        ("helmet", "a list is needed"),
+    ],
+)
 def test_what_cannot_be_worn_is_told(tmp_path, given, words):
     path = tmp_path / "wrong.yaml"
     path.write_text(STUDY.replace("seat: left", f"seat: left, encumbrance: {given}", 1))
@@ -133,12 +171,19 @@ def test_what_cannot_be_worn_is_told(tmp_path, given, words):
 GOOD = (ROOT / "bodies" / "encumbrance" / "shoes.yaml").read_text()
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ("thickness: 5}", "thickness: -5}", "layers[0].thickness: 0 or more is needed"),
-    ("thickness: 5}", "thickness: 0}", "a layer has a thickness, a shift or both"),
-    ("source: assumption", "sorce: assumption", "unknown key 'sorce'"),
-    ("thickness: 5}", "thickness: 5, beyond: [{direction: up, of: heel}]}", "beyond[0].direction"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("thickness: 5}", "thickness: -5}", "layers[0].thickness: 0 or more is needed"),
+        ("thickness: 5}", "thickness: 0}", "a layer has a thickness, a shift or both"),
+        ("source: assumption", "sorce: assumption", "unknown key 'sorce'"),
+        (
+            "thickness: 5}",
+            "thickness: 5, beyond: [{direction: up, of: heel}]}",
+            "beyond[0].direction",
+        ),
+    ],
+)
 def test_a_wrong_encumbrance_file_is_told(tmp_path, old, new, words):
     path = tmp_path / "wrong.yaml"
     path.write_text(GOOD.replace(old, new, 1))
@@ -148,11 +193,18 @@ def test_a_wrong_encumbrance_file_is_told(tmp_path, old, new, words):
     assert "wrong.yaml:" in str(caught.value)
 
 
-@pytest.mark.parametrize(("old", "new", "words"), [
-    ("[LF, RF], thickness: 5}", "[LFT], thickness: 5}", "worn on segment 'LFT'"),
-    ("thickness: 5}", "thickness: 5, beyond: [{direction: top, of: heal}]}", "no sphere named 'heal'; did you mean"),
-    ("thickness: 5}", "thickness: 5, subparts: [sole]}", "has no sphere where it is worn"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("[LF, RF], thickness: 5}", "[LFT], thickness: 5}", "worn on segment 'LFT'"),
+        (
+            "thickness: 5}",
+            "thickness: 5, beyond: [{direction: top, of: heal}]}",
+            "no sphere named 'heal'; did you mean",
+        ),
+        ("thickness: 5}", "thickness: 5, subparts: [sole]}", "has no sphere where it is worn"),
+    ],
+)
 def test_what_does_not_fit_a_body_is_told(bubbleman, tmp_path, old, new, words):
     path = tmp_path / "wrong.yaml"
     path.write_text(GOOD.replace(old, new, 1))

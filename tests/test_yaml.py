@@ -41,15 +41,51 @@ def problem_of_bytes(folder, data):
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("no", "no"), ("yes", "yes"), ("on", "on"), ("off", "off"), ("y", "y"), ("No", "No"),
-        ("true", True), ("False", False), ("TRUE", True), ("null", None), ("~", None), ("", None), ("Null", None),
-        ("010", 10), ("0o10", 8), ("0x1F", 31), ("-7", -7), ("+7", 7), ("0", 0), ("0b11", "0b11"), ("1_000", "1_000"),
-        ("1e3", 1000.0), ("1E-3", 0.001), (".5", 0.5), ("5.", 5.0), ("-.5e1", -5.0), ("1e", "1e"), (".", "."),
-        (".inf", math.inf), ("-.Inf", -math.inf), ("inf", "inf"), ("nan", "nan"),
-        ("12:30", "12:30"), ("12:30:45", "12:30:45"), ("2026-07-12", "2026-07-12"), ("=", "="), ("<<", "<<"),
-        ('"5"', "5"), ("'no'", "no"), ("'null'", "null"), ("! 5", "5"), ("!!str 5", "5"), ("١٢", "١٢"),
+        ("no", "no"),
+        ("yes", "yes"),
+        ("on", "on"),
+        ("off", "off"),
+        ("y", "y"),
+        ("No", "No"),
+        ("true", True),
+        ("False", False),
+        ("TRUE", True),
+        ("null", None),
+        ("~", None),
+        ("", None),
+        ("Null", None),
+        ("010", 10),
+        ("0o10", 8),
+        ("0x1F", 31),
+        ("-7", -7),
+        ("+7", 7),
+        ("0", 0),
+        ("0b11", "0b11"),
+        ("1_000", "1_000"),
+        ("1e3", 1000.0),
+        ("1E-3", 0.001),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("-.5e1", -5.0),
+        ("1e", "1e"),
+        (".", "."),
+        (".inf", math.inf),
+        ("-.Inf", -math.inf),
+        ("inf", "inf"),
+        ("nan", "nan"),
+        ("12:30", "12:30"),
+        ("12:30:45", "12:30:45"),
+        ("2026-07-12", "2026-07-12"),
+        ("=", "="),
+        ("<<", "<<"),
+        ('"5"', "5"),
+        ("'no'", "no"),
+        ("'null'", "null"),
+        ("! 5", "5"),
+        ("!!str 5", "5"),
+        ("١٢", "١٢"),
     ],
-)  # fmt: skip
+)
 def test_a_plain_scalar_is_what_yaml_1_2_says(text, expected):
     found = value(f"a: {text}")["a"]
     assert found == expected
@@ -62,14 +98,23 @@ def test_nan_is_read_as_nan():
 
 @pytest.mark.parametrize(
     ("digits", "expected"),
-    [("9" * 39, int("9" * 39)), ("9" * 40, 1e40), ("9" * 400, math.inf), ("0x" + "f" * 50, float(16**50)),
-     ("0x" + "f" * 9000, math.inf), ("0o" + "7" * 9000, math.inf), ("1e999", math.inf)],
-)  # fmt: skip
+    [
+        ("9" * 39, int("9" * 39)),
+        ("9" * 40, 1e40),
+        ("9" * 400, math.inf),
+        ("0x" + "f" * 50, float(16**50)),
+        ("0x" + "f" * 9000, math.inf),
+        ("0o" + "7" * 9000, math.inf),
+        ("1e999", math.inf),
+    ],
+)
 def test_a_number_too_long_for_any_use_becomes_a_float_not_a_crash(digits, expected):
     assert value(f"[{digits}]") == [expected]
 
 
-@pytest.mark.parametrize("text", ["{no: 1, 010: 2, ~: 3, 1e3: 4}", "{no: 1, '010': 2, '~': 3, '1e3': 4}"])
+@pytest.mark.parametrize(
+    "text", ["{no: 1, 010: 2, ~: 3, 1e3: 4}", "{no: 1, '010': 2, '~': 3, '1e3': 4}"]
+)
 def test_keys_are_the_text_that_stands_there(text):
     assert value(text) == {"no": 1, "010": 2, "~": 3, "1e3": 4}
 
@@ -84,7 +129,10 @@ def test_a_merge_key_is_only_a_name():
         ("a: 1\nb: 2\na: 3", "f.yaml:3:1: key 'a' stands twice in one mapping"),
         ("x: {010: 1, '010': 2}", "f.yaml:1:13: key '010' stands twice"),
         ("a: 1\n--- \nb: 2", "f.yaml:2:1: a second document starts here"),
-        ("a: !!python/object/apply:os.system [ls]", "f.yaml:1:4: tag tag:yaml.org,2002:python/object/apply:os.system"),
+        (
+            "a: !!python/object/apply:os.system [ls]",
+            "f.yaml:1:4: tag tag:yaml.org,2002:python/object/apply:os.system",
+        ),
         ("a: !mine 5", "f.yaml:1:4: tag !mine is not supported; remove it"),
         ("a: !!int '5'", "f.yaml:1:4: tag tag:yaml.org,2002:int is not supported"),
         ("a: *b", "f.yaml:1:4: alias *b has no finished anchor &b before it"),
@@ -100,7 +148,7 @@ def test_a_merge_key_is_only_a_name():
         ("# only a comment", "f.yaml:1:1: holds no value"),
         ("%YAML 3.0\n--- 1", "f.yaml:1:1: not YAML"),
     ],
-)  # fmt: skip
+)
 def test_what_is_not_yaml_is_answered_with_line_and_column(text, expected):
     assert problem(text).startswith(expected)
 
@@ -113,7 +161,10 @@ def test_what_is_not_yaml_is_answered_with_line_and_column(text, expected):
         (b"\xef\xbb\xbf", "f.yaml:1:1: is empty"),
         (b"\x89PNG\r\n\x1a\n\x00", "f.yaml:1:1: not a text file in UTF-8 (byte 0 is 0x89)"),
         ("a: ä\nb: é".encode("latin-1"), "f.yaml:1:4: not a text file in UTF-8 (byte 3 is 0xe4)"),
-        (b"a: \xc3\xa4\nb: \xc3\xa4 \xff", "f.yaml:2:6: not a text file in UTF-8 (byte 12 is 0xff)"),
+        (
+            b"a: \xc3\xa4\nb: \xc3\xa4 \xff",
+            "f.yaml:2:6: not a text file in UTF-8 (byte 12 is 0xff)",
+        ),
         ("a: 1".encode("utf-16"), "f.yaml:1:1: not a text file in UTF-8"),
         (b"a: 1\n\x00\x00\x00", "f.yaml:2:1: not YAML"),
     ],
@@ -123,8 +174,11 @@ def test_a_file_that_is_no_text_is_refused(tmp_path, data, expected):
 
 
 def test_what_is_not_a_file_is_said_to_be_none(tmp_path):
-    for path, words in ((tmp_path / "none.yaml", "no such file"), (tmp_path, "is a folder"),
-                        (tmp_path / ("x" * 300), "cannot be read (File name too long)")):  # fmt: skip
+    for path, words in (
+        (tmp_path / "none.yaml", "no such file"),
+        (tmp_path, "is a folder"),
+        (tmp_path / ("x" * 300), "cannot be read (File name too long)"),
+    ):
         with pytest.raises(InputError) as caught:
             read_yaml(path)
         assert words in str(caught.value)
@@ -134,12 +188,18 @@ def test_a_file_beyond_64_mib_is_not_parsed(tmp_path):
     assert "too many for a YAML file" in problem_of_bytes(tmp_path, b"#" * (64 * 2**20 + 1))
 
 
-@pytest.mark.parametrize("text", ["\ufeffa: 1\r\nb:\r\n  - x\r\n", "a: 1\rb:\r  - x\r", "a: 1\nb:\n  - x\n"])
+@pytest.mark.parametrize(
+    "text", ["\ufeffa: 1\r\nb:\r\n  - x\r\n", "a: 1\rb:\r  - x\r", "a: 1\nb:\n  - x\n"]
+)
 def test_byte_order_mark_and_line_ends_make_no_difference(tmp_path, text):
     (tmp_path / "f.yaml").write_bytes(text.encode())
     document = read_yaml(tmp_path / "f.yaml")
     assert document.value == {"a": 1, "b": ["x"]}
-    assert [document.positions[path] for path in (("a",), ("b",), ("b", 0))] == [(1, 1), (2, 1), (3, 5)]
+    assert [document.positions[path] for path in (("a",), ("b",), ("b", 0))] == [
+        (1, 1),
+        (2, 1),
+        (3, 5),
+    ]
 
 
 def test_every_value_knows_its_place_and_what_is_missing_that_of_its_parent():
@@ -151,7 +211,10 @@ def test_every_value_knows_its_place_and_what_is_missing_that_of_its_parent():
 
 def test_an_alias_stands_for_its_anchor():
     assert value("a: &a {x: [1, 2]}\nb: *a\nc: [*a, *a]") == {
-        "a": {"x": [1, 2]}, "b": {"x": [1, 2]}, "c": [{"x": [1, 2]}, {"x": [1, 2]}]}  # fmt: skip
+        "a": {"x": [1, 2]},
+        "b": {"x": [1, 2]},
+        "c": [{"x": [1, 2]}, {"x": [1, 2]}],
+    }
     assert value("[&n 5, *n, &n 6, *n]") == [5, 5, 6, 6]
 
 
@@ -220,10 +283,14 @@ def test_a_control_character_in_a_text_is_refused_with_its_place(tmp_path):
     path.write_text('encumbrance: "hel\\e[2Jmet"\nlength: mm\nlayers: []\n')
     with pytest.raises(InputError) as caught:
         check_file(path)
-    assert caught.value.problems[0].startswith(f"{path}:1:1: encumbrance: a text with control characters")
+    assert caught.value.problems[0].startswith(
+        f"{path}:1:1: encumbrance: a text with control characters"
+    )
 
 
-@pytest.mark.parametrize("read", [read_yaml, read_ansur, lambda path: list(numbered(path)), load_result])
+@pytest.mark.parametrize(
+    "read", [read_yaml, read_ansur, lambda path: list(numbered(path)), load_result]
+)
 def test_pipes_and_devices_are_refused_by_every_reader_of_text(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")
     for path in (tmp_path / "pipe", Path("/dev/zero")):
@@ -232,7 +299,10 @@ def test_pipes_and_devices_are_refused_by_every_reader_of_text(tmp_path, read):
 
 
 def test_a_name_of_a_file_that_is_no_text_is_told_in_letters(tmp_path):
-    for name, shown in (("a\x1b[31m.yaml", "a\\u001b[31m.yaml"), (os.fsdecode(b"\xff.yaml"), "\\udcff.yaml")):
+    for name, shown in (
+        ("a\x1b[31m.yaml", "a\\u001b[31m.yaml"),
+        (os.fsdecode(b"\xff.yaml"), "\\udcff.yaml"),
+    ):
         with pytest.raises(InputError) as caught:
             read_yaml(tmp_path / name)
         assert str(caught.value) == f"{tmp_path}/{shown}: no such file"

@@ -1,4 +1,5 @@
-"""A cockpit of a few boxes, quick to sit in: a seat, a panel and a post far from everybody, knobs in the air."""
+"""A cockpit of a few boxes, quick to sit in: a seat, a panel and a post far from everybody, knobs
+in the air."""
 
 from __future__ import annotations
 
@@ -54,7 +55,8 @@ __all__ = ["BOXES", "write_toy"]
 
 
 def write_toy(folder, *, knob=700, people=10, study=STUDY, **changes):
-    """Write the cockpit and the study into a folder; returns the study's path. changes: text to put for text."""
+    """Write the cockpit and the study into a folder; returns the study's path. changes: text to put
+    for text."""
     place = folder / "environments" / "toy"
     place.mkdir(parents=True, exist_ok=True)
     (place / "toy.obj").write_text(_obj())
@@ -70,7 +72,8 @@ def write_toy(folder, *, knob=700, people=10, study=STUDY, **changes):
 
 
 def _obj():
-    lines, count = [], 1
+    lines = []
+    count = 1
     for name, (low, high) in BOXES.items():
         lines.append(f"o {name}")
         for x, y, z in BOX:

@@ -17,7 +17,10 @@ from workbench.model.motion import Bones, SegmentTrack
 def joined(parts, *names):
     """The first of some pieces with arrays of these names from all of them."""
     parts = list(parts)
-    return replace(parts[0], **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
+    return replace(
+        parts[0],
+        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names},
+    )
 
 
 def read_bvh(path: str | Path, *, keep: Pick = ALL) -> Bones:

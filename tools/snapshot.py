@@ -3,21 +3,23 @@
     python tools/snapshot.py make before.json
     python tools/snapshot.py compare before.json after.json --explain accepted.txt
 
-`make` asks the questions of `snapshot_answers.py` and writes every answer under a name that says the question, such
-as `clearance/adult_male/trainer/left/driving/H/canopy`. The names speak of bodies, postures, studies, roles, cases and
-criteria, never of a class or a module. When the package or its study format changes, only `snapshot_answers.py` changes
-and the stored answers keep their names. `--only` asks some of the questions; each is a section of the file.
+`make` asks the questions of `snapshot_answers.py` and writes every answer under a name that says
+the question, such as `clearance/adult_male/trainer/left/driving/H/canopy`. The names speak of
+bodies, postures, studies, roles, cases and criteria, never of a class or a module. When the package
+or its study format changes, only `snapshot_answers.py` changes and the stored answers keep their
+names. `--only` asks some of the questions; each is a section of the file.
 
-`compare` lists the answers that are in one file only, the numbers that differ and the flags that flip, of the sections
-that both files have. It exits with 0 where there is no difference or all are explained, and with 1 otherwise. The text
-file of `--explain` holds one accepted difference a line, in three columns:
+`compare` lists the answers that are in one file only, the numbers that differ and the flags that
+flip, of the sections that both files have. It exits with 0 where there is no difference or all are
+explained, and with 1 otherwise. The text file of `--explain` holds one accepted difference a line,
+in three columns:
 
     # names (with * and ?)    | by at most | reason
     reach/trainer_reach/*/miss_mm | 0.02 | the search starts at the posture of the case
     verdict/*/where               | any  | sentences were rewritten
 
-A number in the second column accepts numbers that differ by no more than this. `any` accepts every difference: also
-flags, texts and answers that are in one file only.
+A number in the second column accepts numbers that differ by no more than this. `any` accepts every
+difference: also flags, texts and answers that are in one file only.
 """
 
 from __future__ import annotations
@@ -40,7 +42,8 @@ UNITS = "lengths in mm, angles in degrees, times in s, masses in kg, shares from
 DECIMALS = 10
 """Decimals of the numbers that are written. It is one more than the default tolerance can see."""
 TOLERANCE = 1e-9
-"""Two numbers are equal where they differ by no more than this, or by this part of the larger one."""
+"""Two numbers are equal where they differ by no more than this, or by this part of the larger
+one."""
 KINDS = ("only in old", "only in new", "flag", "number", "text")
 
 Answers = Mapping[str, Any]
@@ -78,7 +81,8 @@ class Explanation:
         return math.isinf(self.at_most) or (found.kind == "number" and found.size <= self.at_most)
 
 
-# ---- the file ------------------------------------------------------------------------------------------------------
+# ---- the file
+# ------------------------------------------------------------------------------------------------------
 
 
 def flat(answers: Answers, above: str = "") -> Iterator[tuple[str, Any]]:
@@ -103,9 +107,12 @@ def _plain(value: Any) -> Any:
 
 
 def text_of(sections: Mapping[str, Answers]) -> str:
-    """The file's text: in each section answers sorted by name, a line for those that share all but the last part."""
+    """The file's text: in each section answers sorted by name, a line for those that share all but
+    the last part."""
     head = f'"format": {FORMAT},\n"units": {_json(UNITS)}'
-    rows = (f"{_json(section)}: {{\n{_lines(sections[section])}\n}}" for section in sorted(sections))
+    rows = (
+        f"{_json(section)}: {{\n{_lines(sections[section])}\n}}" for section in sorted(sections)
+    )
     return "{\n" + head + ',\n"answers": {\n' + ",\n".join(rows) + "\n}\n}\n"
 
 
@@ -116,7 +123,9 @@ def _lines(answers: Answers) -> str:
         if last in lines[above]:
             raise ValueError(f"two answers are named {name!r}")
         lines[above][last] = value
-    return ",\n".join(f"{_json(above)}: {_json(dict(sorted(lines[above].items())))}" for above in sorted(lines))
+    return ",\n".join(
+        f"{_json(above)}: {_json(dict(sorted(lines[above].items())))}" for above in sorted(lines)
+    )
 
 
 def _json(value: Any) -> str:
@@ -124,7 +133,8 @@ def _json(value: Any) -> str:
 
 
 def write(path: Path, sections: Mapping[str, Answers]) -> None:
-    """Write sections of answers, compressed where the file's name ends in .gz; the same answers give the same bytes."""
+    """Write sections of answers, compressed where the file's name ends in .gz; the same answers
+    give the same bytes."""
     data = text_of(sections).encode()
     if path.suffix == ".gz":
         data = gzip.compress(data, mtime=0)
@@ -134,15 +144,19 @@ def write(path: Path, sections: Mapping[str, Answers]) -> None:
 
 
 def read(path: Path) -> dict[str, dict[str, Any]]:
-    """Answers by name, section by section, of a file that `make` wrote; ValueError where it is another file."""
+    """Answers by name, section by section, of a file that `make` wrote; ValueError where it is
+    another file."""
     data = path.read_bytes()
     content = json.loads(gzip.decompress(data) if path.suffix == ".gz" else data)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise ValueError(f"{path}: not a snapshot of format {FORMAT}; make one by: python tools/snapshot.py make FILE")
+        raise ValueError(
+            f"{path}: not a snapshot of format {FORMAT}; make one by: python tools/snapshot.py make FILE"
+        )
     return {section: dict(flat(answers)) for section, answers in content["answers"].items()}
 
 
-# ---- the comparison ------------------------------------------------------------------------------------------------
+# ---- the comparison
+# ------------------------------------------------------------------------------------------------
 
 
 def together(sections: Mapping[str, Answers], wanted: Iterable[str]) -> Answers:
@@ -150,7 +164,9 @@ def together(sections: Mapping[str, Answers], wanted: Iterable[str]) -> Answers:
     return {name: value for section in wanted for name, value in sections[section].items()}
 
 
-def differences(old: Answers, new: Answers, *, tolerance: float = TOLERANCE) -> Iterator[Difference]:
+def differences(
+    old: Answers, new: Answers, *, tolerance: float = TOLERANCE
+) -> Iterator[Difference]:
     """What differs between two sets of answers, by name."""
     for name in sorted(old.keys() | new.keys()):
         if name not in new:
@@ -178,7 +194,8 @@ def difference(name: str, old: Any, new: Any, tolerance: float) -> Difference | 
 
 
 def _of_lists(name: str, old: list[Any], new: list[Any], tolerance: float) -> Difference | None:
-    """How two lists differ: entry by entry where they are as long as each other, else by what they hold."""
+    """How two lists differ: entry by entry where they are as long as each other, else by what they
+    hold."""
     if len(old) != len(new) or all(isinstance(item, str) for item in old + new):
         gone = list((Counter(map(str, old)) - Counter(map(str, new))).elements())
         come = list((Counter(map(str, new)) - Counter(map(str, old))).elements())
@@ -214,18 +231,22 @@ def _short(value: Any, most: int = 90) -> str:
     return text if len(text) <= most else text[: most - 3] + "..."
 
 
-# ---- accepted differences ------------------------------------------------------------------------------------------
+# ---- accepted differences
+# ------------------------------------------------------------------------------------------
 
 
 def read_explanations(path: Path) -> list[Explanation]:
-    """The lines of a file of accepted differences; ValueError with the line for one that cannot be read."""
+    """The lines of a file of accepted differences; ValueError with the line for one that cannot be
+    read."""
     found = []
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         columns = [column.strip() for column in line.split("|", 2)]
         if len(columns) < 3 or not all(columns):
-            raise ValueError(f"{path}:{number}: three columns are needed, 'names | by at most | reason', got {line!r}")
+            raise ValueError(
+                f"{path}:{number}: three columns are needed, 'names | by at most | reason', got {line!r}"
+            )
         found.append(Explanation(columns[0], _at_most(columns[1], f"{path}:{number}"), columns[2]))
     return found
 
@@ -254,11 +275,15 @@ def idle(found: Sequence[Difference], known: Iterable[Explanation]) -> list[Expl
     return [row for row in known if not any(row.covers(one) for one in found)]
 
 
-# ---- the report ----------------------------------------------------------------------------------------------------
+# ---- the report
+# ----------------------------------------------------------------------------------------------------
 
 
-def report(old: Answers, new: Answers, found: Sequence[Difference], *, most: int = 10) -> Iterator[str]:
-    """The lines of a comparison: a table with a row for each first part of a name, then the first of each kind."""
+def report(
+    old: Answers, new: Answers, found: Sequence[Difference], *, most: int = 10
+) -> Iterator[str]:
+    """The lines of a comparison: a table with a row for each first part of a name, then the first
+    of each kind."""
     by_group: dict[str, list[Difference]] = defaultdict(list)
     for one in found:
         by_group[one.name.split("/")[0]].append(one)
@@ -268,7 +293,12 @@ def report(old: Answers, new: Answers, found: Sequence[Difference], *, most: int
         rows = by_group[group]
         kinds = Counter(row.kind for row in rows)
         largest = max((row.size for row in rows if row.kind == "number"), default=0.0)
-        cells = [group, counts[group], *(kinds[kind] for kind in KINDS), f"{largest:.3g}" if largest else "0"]
+        cells = [
+            group,
+            counts[group],
+            *(kinds[kind] for kind in KINDS),
+            f"{largest:.3g}" if largest else "0",
+        ]
         yield "".join(f"{cell:>13}" for cell in [*cells, sum(bool(row.reason) for row in rows)])
     for group in sorted(by_group):
         for kind in KINDS:
@@ -279,18 +309,22 @@ def report(old: Answers, new: Answers, found: Sequence[Difference], *, most: int
                 yield f"{kind}: {group}: {len(rows) - most} more"
 
 
-# ---- the command ---------------------------------------------------------------------------------------------------
+# ---- the command
+# ---------------------------------------------------------------------------------------------------
 
 
 def _make(arguments: argparse.Namespace) -> int:
     os.environ["WORKBENCH_CACHE"] = "off"  # an answer must not come from what an older version kept
     from snapshot_answers import COLLECTORS, collected
 
-    wanted = [name.strip() for name in arguments.only.split(",")] if arguments.only else list(COLLECTORS)
+    wanted = (
+        [name.strip() for name in arguments.only.split(",")] if arguments.only else list(COLLECTORS)
+    )
     unknown = [name for name in wanted if name not in COLLECTORS]
     if unknown:
         print(
-            f"--only: no questions are called {', '.join(unknown)}; there are {', '.join(COLLECTORS)}", file=sys.stderr
+            f"--only: no questions are called {', '.join(unknown)}; there are {', '.join(COLLECTORS)}",
+            file=sys.stderr,
         )
         return 2
     answers = collected(wanted, say=lambda text: print(text, file=sys.stderr, flush=True))
@@ -301,7 +335,8 @@ def _make(arguments: argparse.Namespace) -> int:
 
 def _compare(arguments: argparse.Namespace) -> int:
     try:
-        before, after = read(arguments.old), read(arguments.new)
+        before = read(arguments.old)
+        after = read(arguments.new)
         known = read_explanations(arguments.explain) if arguments.explain else []
     except (OSError, ValueError) as error:
         print(error, file=sys.stderr)
@@ -312,7 +347,8 @@ def _compare(arguments: argparse.Namespace) -> int:
     if not common:
         print("the files have no section in common", file=sys.stderr)
         return 3
-    old, new = together(before, common), together(after, common)
+    old = together(before, common)
+    new = together(after, common)
     found = list(explained(differences(old, new, tolerance=arguments.tolerance), known))
     for line in report(old, new, found, most=arguments.most):
         print(line)
@@ -325,18 +361,26 @@ def _compare(arguments: argparse.Namespace) -> int:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code."""
-    parser = argparse.ArgumentParser(prog="snapshot.py", description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="snapshot.py", description=(__doc__ or "").splitlines()[0]
+    )
     commands = parser.add_subparsers(dest="command", required=True)
     make = commands.add_parser("make", help="write the answers of the present code")
     make.add_argument("file", type=Path, help="the file to write, .json or .json.gz")
     make.add_argument("--only", help="some of the sections, with commas between")
     make.set_defaults(run=_make)
-    compare = commands.add_parser("compare", help="compare two files; exit code 1 where they differ")
+    compare = commands.add_parser(
+        "compare", help="compare two files; exit code 1 where they differ"
+    )
     compare.add_argument("old", type=Path)
     compare.add_argument("new", type=Path)
     compare.add_argument("--explain", type=Path, help="a file of accepted differences")
-    compare.add_argument("--tolerance", type=float, default=TOLERANCE, help="numbers may differ by this much")
-    compare.add_argument("--most", type=int, default=10, help="differences listed for each group and kind")
+    compare.add_argument(
+        "--tolerance", type=float, default=TOLERANCE, help="numbers may differ by this much"
+    )
+    compare.add_argument(
+        "--most", type=int, default=10, help="differences listed for each group and kind"
+    )
     compare.set_defaults(run=_compare)
     arguments = parser.parse_args(words)
     result: int = arguments.run(arguments)

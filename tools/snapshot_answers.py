@@ -1,14 +1,16 @@
 """What the workbench answers: the one place of the snapshot that knows the package.
 
-Each function asks one question and yields answers under names that stay when the package changes. When an interface or
-the study format changes, change the body of the function, not the names. COLLECTORS lists the questions.
+Each function asks one question and yields answers under names that stay when the package changes.
+When an interface or the study format changes, change the body of the function, not the names.
+COLLECTORS lists the questions.
 
 The names use these parts:
 
 - a body, an environment, a seat, a posture, a study: its name in the catalogue
 - a role: the name of a person in a study; of a study about many people `pilot` or `driver`
 - a case: its name in a study; of a crash the name of its motion
-- a segment, a joint: its mnemonic; a part, a control, a criterion, a requirement, a measure: its own name
+- a segment, a joint: its mnemonic; a part, a control, a criterion, a requirement, a measure: its
+  own name
 """
 
 from __future__ import annotations
@@ -56,7 +58,8 @@ from workbench.study.run import load, run
 
 ROOT = Path(__file__).resolve().parents[1]
 RECORDED = ROOT.parent / "shared" / "data" / "motion"
-"""Recorded motions, which are no part of the repository; without them the answers about them are missing."""
+"""Recorded motions, which are no part of the repository; without them the answers about them are
+missing."""
 PEOPLE = 40
 """People of each study about a population."""
 GREY = (32, 24)
@@ -67,7 +70,9 @@ Named = Iterator[tuple[str, Any]]
 Floats = NDArray[np.float64]
 
 
-def collected(wanted: Sequence[str], *, say: Callable[[str], None] = lambda text: None) -> dict[str, Answers]:
+def collected(
+    wanted: Sequence[str], *, say: Callable[[str], None] = lambda text: None
+) -> dict[str, Answers]:
     """The answers to some of the COLLECTORS' questions by name, a section for each question."""
     sections: dict[str, Answers] = {}
     names_so_far: set[str] = set()
@@ -87,7 +92,8 @@ _body = functools.cache(wb.load_body)
 _environment = functools.cache(wb.load_environment)
 
 
-# ---- bodies --------------------------------------------------------------------------------------------------------
+# ---- bodies
+# --------------------------------------------------------------------------------------------------------
 
 
 def bodies() -> Named:
@@ -97,7 +103,8 @@ def bodies() -> Named:
 
 
 def body_alone(name: str) -> Named:
-    """What one body is, what it measures, and how it stands in its postures, without an environment."""
+    """What one body is, what it measures, and how it stands in its postures, without an
+    environment."""
     body = _body(name)
     yield f"body/{name}", _summary(body)
     with contextlib.suppress(InputError):  # a dog has no sitting height
@@ -123,7 +130,8 @@ def body_alone(name: str) -> Named:
 
 
 def in_seats() -> Named:
-    """How each human body sits in each seat in each of its postures, what it is near to and what it touches."""
+    """How each human body sits in each seat in each of its postures, what it is near to and what it
+    touches."""
     for name in names("bodies"):
         for environment in names("environments", "environment.yaml"):
             for seat in _environment(environment).seats:
@@ -132,9 +140,15 @@ def in_seats() -> Named:
 
 
 def body_in_seat(name: str, environment: str, seat: str, *, wanted: Sequence[str] = ()) -> Named:
-    """How one body sits in one seat: spheres, clearances and contacts, in each of its postures or in those wanted."""
-    body, around = _body(name), _environment(environment)
-    postures = {posture: poses for posture, poses in _postures(name).items() if not wanted or posture in wanted}
+    """How one body sits in one seat: spheres, clearances and contacts, in each of its postures or
+    in those wanted."""
+    body = _body(name)
+    around = _environment(environment)
+    postures = {
+        posture: poses
+        for posture, poses in _postures(name).items()
+        if not wanted or posture in wanted
+    }
     placed = _seated(body, postures, around, seat)
     distance = wb.clearance(placed, around)
     touching = wb.contacts(placed, around)
@@ -145,15 +159,22 @@ def body_in_seat(name: str, environment: str, seat: str, *, wanted: Sequence[str
         yield from _contacts(f"contact/{here}", touching.rows(touching.pose == row))
 
 
-def _seated(body: wb.Body, postures: Mapping[str, wb.Poses], around: wb.Environment, seat: str) -> wb.Placed:
+def _seated(
+    body: wb.Body, postures: Mapping[str, wb.Poses], around: wb.Environment, seat: str
+) -> wb.Placed:
     """A body in a seat that stands in its reference position, a row for each posture."""
-    return place_person(Person(body.name, body, wb.join_poses(list(postures.values())), tuple(postures), seat), around)
+    return place_person(
+        Person(body.name, body, wb.join_poses(list(postures.values())), tuple(postures), seat),
+        around,
+    )
 
 
 def controls() -> Named:
-    """How near each limb of two bodies gets to each control from each seat, obstacles aside, in the control's zone."""
+    """How near each limb of two bodies gets to each control from each seat, obstacles aside, in the
+    control's zone."""
     for name in ("adult_female", "adult_male"):
-        body, posture = _body(name), {"driving": _postures(name)["driving"]}
+        body = _body(name)
+        posture = {"driving": _postures(name)["driving"]}
         for environment in names("environments", "environment.yaml"):
             around = _environment(environment)
             for seat in around.seats:
@@ -163,10 +184,15 @@ def controls() -> Named:
 
 def _reaches(name: str, placed: wb.Placed, around: wb.Environment) -> Named:
     """Reaches from the one posture of a placed body, by control and limb."""
-    body, start = placed.body, _postures(placed.body.name)["driving"]
-    poses = wb.Poses(start.rotations, start.reference, placed.world_from_segment[:, start.reference])
+    body = placed.body
+    start = _postures(placed.body.name)["driving"]
+    poses = wb.Poses(
+        start.rotations, start.reference, placed.world_from_segment[:, start.reference]
+    )
     for grip, zone in sorted({(control.grip, control.zone) for control in around.controls}):
-        some = [control for control in around.controls if (control.grip, control.zone) == (grip, zone)]
+        some = [
+            control for control in around.controls if (control.grip, control.zone) == (grip, zone)
+        ]
         foot = grip == "foot"
         for limb in ("left foot", "right foot") if foot else ("left hand", "right hand"):
             chain = wb.limb(body, limb, grip="ball" if foot else grip, zone=zone)
@@ -186,7 +212,8 @@ def _reaches(name: str, placed: wb.Placed, around: wb.Environment) -> Named:
 @functools.cache
 def _postures(name: str) -> dict[str, wb.Poses]:
     """The postures that a body's file names, one pose each."""
-    body, path = _body(name), posture_path(name)
+    body = _body(name)
+    path = posture_path(name)
     if path is None:
         return {}
     file, _ = load_postures(path, body)
@@ -208,14 +235,19 @@ def _measures(body: wb.Body) -> Answers:
 
 
 def _spheres(placed: wb.Placed, row: int) -> Answers:
-    """A hash of all sphere centres to a nanometre; by segment their mean and their spread about it [mm]."""
-    body, centres = placed.body, placed.centres[row]
+    """A hash of all sphere centres to a nanometre; by segment their mean and their spread about it
+    [mm]."""
+    body = placed.body
+    centres = placed.centres[row]
     found: Answers = {"sha256": _sha(np.rint(1e9 * centres).astype(np.int64).tobytes())}
     for n, segment in enumerate(body.segments):
         own = 1000 * centres[body.spheres(n)]
         if len(own):
             middle = own.mean(axis=0)
-            found[segment] = [*middle.tolist(), float(np.sqrt(np.mean(np.sum((own - middle) ** 2, axis=1))))]
+            found[segment] = [
+                *middle.tolist(),
+                float(np.sqrt(np.mean(np.sum((own - middle) ** 2, axis=1)))),
+            ]
     return found
 
 
@@ -232,18 +264,22 @@ def _clearances(name: str, body: wb.Body, environment: wb.Environment, distance:
 
 
 def _contacts(name: str, found: wb.Contacts) -> Named:
-    """By segment and part (or other segment): the pairs that touch, the deepest, and how far beyond what is allowed.
+    """By segment and part (or other segment): the pairs that touch, the deepest, and how far beyond
+    what is allowed.
 
-    A pair is the number of the sphere in its segment and that of the polygon in its part (or of the other sphere in its
-    segment).
+    A pair is the number of the sphere in its segment and that of the polygon in its part (or of the
+    other sphere in its segment).
     """
-    body, other = found.body, found.other
+    body = found.body
+    other = found.other
     sphere = found.sphere - body.start[found.segment]
     if isinstance(other, wb.Environment):
-        labels, against = other.parts, found.part
+        labels = other.parts
+        against = found.part
         target = found.polygon - other.part_start[found.part]
     else:
-        labels, against = other.segments, found.other_segment
+        labels = other.segments
+        against = found.other_segment
         target = found.other_sphere - other.start[found.other_segment]
     for n, k in sorted(set(zip(found.segment.tolist(), against.tolist(), strict=True))):
         rows = np.flatnonzero((found.segment == n) & (against == k))
@@ -257,12 +293,14 @@ def _contacts(name: str, found: wb.Contacts) -> Named:
         )
 
 
-# ---- sizes and people ----------------------------------------------------------------------------------------------
+# ---- sizes and people
+# ----------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
 class Size:
-    """A person to be made: from which body, of what sex, with which measures [m] and clothes; of a child its age."""
+    """A person to be made: from which body, of what sex, with which measures [m] and clothes; of a
+    child its age."""
 
     body: str
     sex: str
@@ -276,15 +314,27 @@ SIZES = {
     "small woman": Size(
         "bubbleman",
         "female",
-        {"stature": 1.525, "sitting_height": 0.803, "buttock_knee_length": 0.541, "thumb_tip_reach": 0.674},
+        {
+            "stature": 1.525,
+            "sitting_height": 0.803,
+            "buttock_knee_length": 0.541,
+            "thumb_tip_reach": 0.674,
+        },
     ),
     "large man": Size(
         "bubbleman",
         "male",
-        {"stature": 1.870, "sitting_height": 0.977, "buttock_knee_length": 0.669, "thumb_tip_reach": 0.886},
+        {
+            "stature": 1.870,
+            "sitting_height": 0.977,
+            "buttock_knee_length": 0.669,
+            "thumb_tip_reach": 0.886,
+        },
     ),
     "heavy man": Size("adult_male", "male", {"stature": 1.75, "mass": 120.0}, detail="coarse"),
-    "slight woman": Size("adult_female", "female", {"stature": 1.55, "mass": 48.0}, detail="medium"),
+    "slight woman": Size(
+        "adult_female", "female", {"stature": 1.55, "mass": 48.0}, detail="medium"
+    ),
     "boy of five": Size("child_6", "male", {}, age=5.0),
     "pilot with helmet, vest and boots": Size(
         "adult_male", "male", {"stature": 1.80}, clothes=("helmet", "vest", "boots")
@@ -297,7 +347,12 @@ def sizes() -> Named:
     for name, size in SIZES.items():
         people = wb.load_population_model("ansur2") if size.age is None else load_growth()
         made = wb.person_body(
-            _body(size.body), people, sex=size.sex, measures=size.measures, age=size.age, detail=size.detail
+            _body(size.body),
+            people,
+            sex=size.sex,
+            measures=size.measures,
+            age=size.age,
+            detail=size.detail,
         )
         dressed = wear(made.body, worn(list(size.clothes), made.body))
         yield f"size/{name}", _summary(dressed)
@@ -314,9 +369,15 @@ def people() -> Named:
         yield from _persons(f"percentile/{sex}", percentile_people(model, sex, [1, 5, 50, 95, 99]))
         boundary = wb.boundary_cases(model, sex, share=0.95)
         yield from _persons(f"boundary/{sex}", boundary.people)
-        yield f"boundary/{sex}", {"radius": boundary.radius, "explained": boundary.explained.tolist()}
+        yield (
+            f"boundary/{sex}",
+            {"radius": boundary.radius, "explained": boundary.explained.tolist()},
+        )
         for age in (3, 9.5, 17):
-            yield from _persons(f"growth/{sex}/{age:g} years", growth_people(load_growth(), sex, [3, 50, 97], age=age))
+            yield from _persons(
+                f"growth/{sex}/{age:g} years",
+                growth_people(load_growth(), sex, [3, 50, 97], age=age),
+            )
     yield from _persons("drawn", wb.draw_people(model, 12, seed=1))
     served = np.arange(60) % 7 != 3
     later = np.arange(60) % 5 != 1
@@ -330,7 +391,8 @@ def people() -> Named:
 
 
 def _persons(name: str, found: Any) -> Named:
-    """Measures of people by label, or by their number where nobody has one; lengths in mm, mass in kg."""
+    """Measures of people by label, or by their number where nobody has one; lengths in mm, mass in
+    kg."""
     for row in range(len(found)):
         label = found.labels[row] if found.labels else str(row + 1)
         yield (
@@ -342,7 +404,8 @@ def _persons(name: str, found: Any) -> Named:
         )
 
 
-# ---- signals and motions -------------------------------------------------------------------------------------------
+# ---- signals and motions
+# -------------------------------------------------------------------------------------------
 
 
 def signals() -> Named:
@@ -360,21 +423,36 @@ def signals() -> Named:
 
 
 def motions() -> Named:
-    """Motions that come along, written in each form and read again; and recorded motions where they are at hand."""
+    """Motions that come along, written in each form and read again; and recorded motions where they
+    are at hand."""
     body = _body("bubbleman")
     lap = ROOT / "studies" / "motions" / "trainer_lap.csv"
     greeting = ROOT / "docs" / "examples" / "greeting.laban"
     with tempfile.TemporaryDirectory() as folder:
-        short, made = Path(folder) / "short.csv", Path(folder)
+        short = Path(folder) / "short.csv"
+        made = Path(folder)
         _asked("motion", "convert", str(lap), "--out", str(short), "--every", "8")
         yield from _motion("trainer_lap", body, lap)
         yield from _motion("greeting", body, greeting)
         _asked("motion", "convert", str(short), "--out", str(made / "a.bvh"))
         own = {segment: segment for segment in body.segments[1:]}
-        yield from _motion("trainer_lap as bvh", body, made / "a.bvh", MotionOptions(names=own, metres=0.01, up="y"))
+        yield from _motion(
+            "trainer_lap as bvh",
+            body,
+            made / "a.bvh",
+            MotionOptions(names=own, metres=0.01, up="y"),
+        )
         _asked("motion", "convert", str(greeting), "--out", str(made / "b.csv"))
         yield from _motion("greeting as csv", body, made / "b.csv")
-        _asked("motion", "convert", str(made / "b.csv"), "--out", str(made / "c.laban"), "--tempo", "60")
+        _asked(
+            "motion",
+            "convert",
+            str(made / "b.csv"),
+            "--out",
+            str(made / "c.laban"),
+            "--tempo",
+            "60",
+        )
         score = (made / "c.laban").read_text().splitlines()
         yield "motion/greeting as laban", {"score": [re.sub(r"\s+", " ", line) for line in score]}
         (made / "d.trc").write_text(_trc(body, short))
@@ -390,7 +468,8 @@ def motions() -> Named:
 
 
 def _motion(name: str, body: wb.Body, path: Path, options: MotionOptions | None = None) -> Named:
-    """Length of a motion, and the angles of each joint and the place of the body at five of its frames."""
+    """Length of a motion, and the angles of each joint and the place of the body at five of its
+    frames."""
     poses, notes = load_motion(body, path, options=options)
     rows = np.linspace(0, len(poses) - 1, 5).round().astype(int)
     angles = np.degrees(angles_of(body, poses))[rows]
@@ -403,12 +482,31 @@ def _motion(name: str, body: wb.Body, path: Path, options: MotionOptions | None 
             "place_mm": (1000 * poses.world_from_reference[rows, :, 3]).tolist(),
         },
     )
-    yield f"motion/{name}/angles_deg", {joint: angles[:, j].tolist() for j, joint in enumerate(body.joints)}
+    yield (
+        f"motion/{name}/angles_deg",
+        {joint: angles[:, j].tolist() for j, joint in enumerate(body.joints)},
+    )
 
 
 def _trc(body: wb.Body, motion: Path) -> str:
     """A marker file of a motion: where markers on the skin of the body go."""
-    sided = ["FHD", "BHD", "SHO", "ELB", "WRA", "WRB", "FIN", "ASI", "PSI", "THI", "KNE", "TIB", "ANK", "HEE", "TOE"]
+    sided = [
+        "FHD",
+        "BHD",
+        "SHO",
+        "ELB",
+        "WRA",
+        "WRB",
+        "FIN",
+        "ASI",
+        "PSI",
+        "THI",
+        "KNE",
+        "TIB",
+        "ANK",
+        "HEE",
+        "TOE",
+    ]
     labels = [side + name for side in "LR" for name in sided] + ["C7", "T10", "CLAV", "STRN"]
     poses, _ = load_motion(body, motion)
     sites = {label: site for label in labels if (site := marker_site(label)) is not None}
@@ -416,7 +514,8 @@ def _trc(body: wb.Body, motion: Path) -> str:
     carrier = np.array([body.segment(site.segment) for site in sites.values()])
     world = wb.place(body, poses).world_from_segment[:, carrier]
     at = 1000 * (np.einsum("pmij,mj->pmi", world[..., :3], local) + world[..., 3])
-    frames, rate = len(poses), round((len(poses) - 1) / float(poses.clock[-1] - poses.clock[0]))
+    frames = len(poses)
+    rate = round((len(poses) - 1) / float(poses.clock[-1] - poses.clock[0]))
     head = [
         "PathFileType\t4\t(X/Y/Z)\tmade.trc",
         "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
@@ -426,7 +525,8 @@ def _trc(body: wb.Body, motion: Path) -> str:
         "",
     ]
     lines = [
-        f"{p + 1}\t{poses.clock[p]:.5f}\t" + "\t".join(f"{value:.5f}" for value in at[p].ravel()) for p in range(frames)
+        f"{p + 1}\t{poses.clock[p]:.5f}\t" + "\t".join(f"{value:.5f}" for value in at[p].ravel())
+        for p in range(frames)
     ]
     return "\n".join(head + lines) + "\n"
 
@@ -440,7 +540,8 @@ def _asked(*words: str) -> None:
         raise RuntimeError(f"workbench {' '.join(words)}: exit code {code}: {told.getvalue()}")
 
 
-# ---- studies -------------------------------------------------------------------------------------------------------
+# ---- studies
+# -------------------------------------------------------------------------------------------------------
 
 
 def clearance_study() -> Named:
@@ -450,19 +551,31 @@ def clearance_study() -> Named:
     for person in result.people:
         for case, name in enumerate(result.study.cases):
             here = f"trainer_clearance/{person.name}/{name}"
-            body, environment = person.placed.body, result.environment
+            body = person.placed.body
+            environment = result.environment
             yield f"seated/{here}", _spheres(person.placed, case)
-            yield from _clearances(f"clearance/{here}", body, environment, person.clearance.distance[case])
-            yield from _contacts(f"contact/{here}", person.contacts.rows(person.contacts.pose == case))
+            yield from _clearances(
+                f"clearance/{here}", body, environment, person.clearance.distance[case]
+            )
+            yield from _contacts(
+                f"contact/{here}", person.contacts.rows(person.contacts.pose == case)
+            )
     for (one, other), found in result.between.items():
         near = wb.body_clearance(*(person.placed for person in result.people)).distance
         for case, name in enumerate(result.study.cases):
-            yield f"between/trainer_clearance/{one} and {other}/{name}", {"nearest_mm": 1000 * float(near[case].min())}
-            yield from _contacts(f"between/trainer_clearance/{one} and {other}/{name}", found.rows(found.pose == case))
+            yield (
+                f"between/trainer_clearance/{one} and {other}/{name}",
+                {"nearest_mm": 1000 * float(near[case].min())},
+            )
+            yield from _contacts(
+                f"between/trainer_clearance/{one} and {other}/{name}",
+                found.rows(found.pose == case),
+            )
 
 
 def reach_study() -> Named:
-    """What the study of a small woman and a large man finds: seats, postures, controls, envelopes."""
+    """What the study of a small woman and a large man finds: seats, postures, controls,
+    envelopes."""
     result = _ran("trainer_reach")
     yield from _present(result)
     for asked, person in zip(result.study.people, result.people, strict=True):
@@ -503,7 +616,8 @@ def _ran(name: str) -> Any:
 
 
 def _present(result: Any) -> Named:
-    """Verdicts, and by criterion, role and case the margin, of a study about people who are present at once."""
+    """Verdicts, and by criterion, role and case the margin, of a study about people who are present
+    at once."""
     study = result.study
     yield f"study/{study.name}", {"passed": result.passed, "warnings": len(result.warnings)}
     measured = Measured(
@@ -511,7 +625,9 @@ def _present(result: Any) -> Named:
         people={person.name: person for person in result.people},
         own={person.name: self_clearance(person.placed) for person in result.people},
         between={
-            (one, other): wb.body_clearance(*(p.placed for p in result.people if p.name in (one, other)))
+            (one, other): wb.body_clearance(
+                *(p.placed for p in result.people if p.name in (one, other))
+            )
             for one, other in result.between
         },
         reaches=result.reaches,
@@ -525,16 +641,25 @@ def _present(result: Any) -> Named:
             worst = verdict.worst
             answer[f"value_{unit}"] = factor * worst.value
             answer[f"margin_{unit}"] = factor * (worst.value - worst.limit)
-            answer["where"] = f"{study.cases[worst.case]}, {worst.person}: {worst.subject}, {worst.target}"
+            answer["where"] = (
+                f"{study.cases[worst.case]}, {worst.person}: {worst.subject}, {worst.target}"
+            )
         yield f"verdict/{study.name}/{criterion.name}", answer
-        if criterion.check not in CHECKS:  # everybody is on his seat: told only where somebody is not
+        if (
+            criterion.check not in CHECKS
+        ):  # everybody is on his seat: told only where somebody is not
             continue
         least: dict[str, float] = {}
         for found in CHECKS[criterion.check](criterion, measured):
-            role = f"{found.person} and {found.other_person}" if found.other_person else found.person
+            role = (
+                f"{found.person} and {found.other_person}" if found.other_person else found.person
+            )
             key = f"{role}/{study.cases[found.case]}"
             least[key] = min(least.get(key, math.inf), factor * (found.value - found.limit))
-        yield f"margin/{study.name}/{criterion.name}", {f"{key}/{unit}": value for key, value in least.items()}
+        yield (
+            f"margin/{study.name}/{criterion.name}",
+            {f"{key}/{unit}": value for key, value in least.items()},
+        )
 
 
 def trainer_people() -> Named:
@@ -548,7 +673,8 @@ def car_people() -> Named:
 
 
 def _population(name: str, role: str) -> Named:
-    """Margins of PEOPLE people by requirement, in their order; their seats; shares, reach maps and design changes."""
+    """Margins of PEOPLE people by requirement, in their order; their seats; shares, reach maps and
+    design changes."""
     plan: Any = load(name).what
     drawn = plan.file.population.model_copy(update={"people": PEOPLE})
     result: Any = run(replace(plan, file=plan.file.model_copy(update={"population": drawn})))
@@ -609,7 +735,8 @@ def _population(name: str, role: str) -> Named:
 
 
 def crash_study() -> Named:
-    """What the crash in the trainer does, with each set of belts: contacts, injury figures, excursions, forces."""
+    """What the crash in the trainer does, with each set of belts: contacts, injury figures,
+    excursions, forces."""
     result = _ran("trainer_crash")
     for one in (result, result.other):
         study = one.study
@@ -627,7 +754,10 @@ def crash_study() -> Named:
             )
         yield from _crash(f"{case}", one)
     for row in result.agreements:
-        yield f"crash/difference/{row.name}", {"rms_mm": 1000 * row.rms, "peak_mm": 1000 * row.peak, "peak_s": row.at}
+        yield (
+            f"crash/difference/{row.name}",
+            {"rms_mm": 1000 * row.rms, "peak_mm": 1000 * row.peak, "peak_s": row.at},
+        )
 
 
 def _crash(case: str, result: Any) -> Named:
@@ -697,18 +827,33 @@ def _crash(case: str, result: Any) -> Named:
         )
     placed = wb.place(study.body, study.motion)
     distance = wb.clearance(placed, study.cabin)
-    yield f"crash/{case}", {"deeper_than_30_mm": wb.collides(placed, study.cabin, tolerance=0.03).tolist()}
+    yield (
+        f"crash/{case}",
+        {"deeper_than_30_mm": wb.collides(placed, study.cabin, tolerance=0.03).tolist()},
+    )
     yield from _clearances(f"crash/{case}/least", study.body, study.cabin, distance.min(axis=0))
 
 
-# ---- pictures ------------------------------------------------------------------------------------------------------
+# ---- pictures
+# ------------------------------------------------------------------------------------------------------
 
 PICTURES: dict[str, str] = {
-    **{f"{body} standing.png": f"{body} --view front" for body in ("adult_female", "adult_male", "child_3", "child_6")},
+    **{
+        f"{body} standing.png": f"{body} --view front"
+        for body in ("adult_female", "adult_male", "child_3", "child_6")
+    },
     "dog.png": "dog --view left",
     **{
         f"bubbleman {posture}.png": f"bubbleman --pose {posture} --view three_quarter"
-        for posture in ("standing", "t_pose", "seated", "hands_in_lap", "driving", "reaching", "crouched")
+        for posture in (
+            "standing",
+            "t_pose",
+            "seated",
+            "hands_in_lap",
+            "driving",
+            "reaching",
+            "crouched",
+        )
     },
     **{
         f"bubbleman {style}.png": f"bubbleman --style {style} --view left"
@@ -740,7 +885,8 @@ def pictures() -> Named:
 
 
 def picture(path: Path, words: str) -> Answers:
-    """How one picture is drawn: a hash of the file, and numbers that say how much another one differs."""
+    """How one picture is drawn: a hash of the file, and numbers that say how much another one
+    differs."""
     _asked("render", *words.split(), "--size", "320x240", "--out", str(path))
     data = path.read_bytes()
     if path.suffix == ".svg":
@@ -755,7 +901,11 @@ def picture(path: Path, words: str) -> Answers:
         }
     with Image.open(path) as image:
         grey = image.convert("L").resize(GREY, Image.Resampling.BOX)
-        return {"sha256": _sha(data), "pixels": list(image.size), "grey": np.asarray(grey).ravel().tolist()}
+        return {
+            "sha256": _sha(data),
+            "pixels": list(image.size),
+            "grey": np.asarray(grey).ravel().tolist(),
+        }
 
 
 def _sha(data: bytes) -> str:

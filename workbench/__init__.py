@@ -4,8 +4,9 @@
     study = wb.load_study("trainer_clearance")
     result = wb.run(study)
 
-Every public name is loaded where it is first used, so that `import workbench` costs no more than NumPy. Public
-functions check their arguments (see workbench.model.arguments): a wrong one is a UsageError that names it.
+Every public name is loaded where it is first used, so that `import workbench` costs no more than
+NumPy. Public functions check their arguments (see workbench.model.arguments): a wrong one is a
+UsageError that names it.
 """
 
 from __future__ import annotations

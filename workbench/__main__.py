@@ -1,7 +1,7 @@
 """The command `workbench`, and `python -m workbench`.
 
-Ctrl-C while the command line is imported ends the process at once, with exit code 130 and one line. No file is open
-then.
+Ctrl-C while the command line is imported ends the process at once, with exit code 130 and one line.
+No file is open then.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ __all__ = ["main"]
 
 def main() -> int:
     """Import the command line and run it; returns the exit code."""
-    heard = signal.getsignal(signal.SIGINT) is signal.default_int_handler  # not so in the background of a shell
+    heard = (
+        signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )  # not so in the background of a shell
     if heard:
         signal.signal(signal.SIGINT, _stop)
     from workbench.cli import main as run_command

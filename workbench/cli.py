@@ -1,7 +1,7 @@
 """The command `workbench`: the only place that prints. Data goes to stdout, talk to stderr.
 
-Exit codes: 0 fine, 1 ran and a criterion failed, 2 usage, 3 bad input, 4 an optional part is missing, 70 an internal
-error, 130 stopped by Ctrl-C.
+Exit codes: 0 fine, 1 ran and a criterion failed, 2 usage, 3 bad input, 4 an optional part is
+missing, 70 an internal error, 130 stopped by Ctrl-C.
 """
 
 from __future__ import annotations
@@ -64,7 +64,9 @@ Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command line; returns the exit code."""
     if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # a terminal that cannot show a letter shows its number
+        sys.stdout.reconfigure(
+            errors="backslashreplace"
+        )  # a terminal that cannot show a letter shows its number
     try:
         with noted_inputs():
             code = app(
@@ -80,11 +82,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except WorkbenchError as error:
         tell(str(error))
         return error.exit_code
-    except BrokenPipeError:  # the reader has seen enough; what is left to print must not fail again at the end
+    except (
+        BrokenPipeError
+    ):  # the reader has seen enough; what is left to print must not fail again at the end
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
-        tell(f"{f'{error.filename}: ' if error.filename else ''}cannot read or write: {error.strerror}")
+        tell(
+            f"{f'{error.filename}: ' if error.filename else ''}cannot read or write: {error.strerror}"
+        )
         return 3
     except KeyboardInterrupt as error:
         tell(str(error) or "stopped")
@@ -112,12 +118,15 @@ def _unexpected(error: Exception) -> int:
         frame = traceback.extract_tb(error.__traceback__)[-1]
         what = f"{type(error).__name__} in {Path(frame.filename).name}, line {frame.lineno}: {said or 'no reason'}"
     tell(f"internal error: {what}")
-    tell("Please report this with the command and its files. WORKBENCH_TRACEBACK=1 shows where it happened.")
+    tell(
+        "Please report this with the command and its files. WORKBENCH_TRACEBACK=1 shows where it happened."
+    )
     return INTERNAL_ERROR
 
 
 def _was_interrupted(error: BaseException | None) -> bool:
-    """Whether an error came of Ctrl-C: an import that is interrupted may raise another one instead."""
+    """Whether an error came of Ctrl-C: an import that is interrupted may raise another one
+    instead."""
     seen = set()
     while error is not None and id(error) not in seen:
         if isinstance(error, KeyboardInterrupt):
@@ -129,7 +138,12 @@ def _was_interrupted(error: BaseException | None) -> bool:
 
 @app.command
 def run(
-    study: str, *, out: Path | None = None, film: bool = False, cluster: str | None = None, as_json: Json = False
+    study: str,
+    *,
+    out: Path | None = None,
+    film: bool = False,
+    cluster: str | None = None,
+    as_json: Json = False,
 ) -> int:
     """Run a study and write its report.
 
@@ -142,7 +156,8 @@ def run(
     film
         a film with the report of a crash, as `film: true` in its file
     cluster
-        of an accommodation study: a Dask scheduler's address that does the work (tcp://host:8786), or local
+        of an accommodation study: a Dask scheduler's address that does the work (tcp://host:8786),
+        or local
     """
     from workbench.files.output_folder import check_folder
     from workbench.model.accommodation import Accommodation
@@ -221,8 +236,8 @@ def inspect(
     units
         the unit of length of a mesh file: mm, cm, m, in or ft
     up
-        the mesh's upward axis, such as z or -y; where not given, y for glTF, what a DAE says, else z
-    forward
+        the mesh's upward axis, such as z or -y; where not given, y for glTF, what a DAE says, else
+    z forward
         the mesh's forward axis; where not given, z where up is y, else x
     """
     from workbench.files.inspection import inspect_environment, inspect_mesh
@@ -233,7 +248,9 @@ def inspect(
         found = inspect_mesh(source, length=units, up=up, forward=forward)
     else:
         if (units, up, forward) != (None, None, None):
-            raise UsageError("--units, --up and --forward are for mesh files; an environment says its own")
+            raise UsageError(
+                "--units, --up and --forward are for mesh files; an environment says its own"
+            )
         found = inspect_environment(source)
     emit(_dumped(found) if as_json else "\n".join(inspection_lines(found)))
     return 0
@@ -277,7 +294,12 @@ def json_text(data: Any) -> str:
 
 
 def _dumped(
-    data: ResultFile | CrashResultFile | AccommodationResultFile | Inspection | list[Any] | dict[str, Any],
+    data: ResultFile
+    | CrashResultFile
+    | AccommodationResultFile
+    | Inspection
+    | list[Any]
+    | dict[str, Any],
 ) -> str:
     from dataclasses import asdict, is_dataclass
 

@@ -13,7 +13,9 @@ from workbench.errors import UsageError, one_of
 
 __all__ = ["body_app"]
 
-body_app = App(name="body", help="List the bodies there are, show or measure one, or make one to measures.")
+body_app = App(
+    name="body", help="List the bodies there are, show or measure one, or make one to measures."
+)
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
 
 
@@ -26,8 +28,10 @@ def body_list(*, as_json: Json = False) -> int:
     if as_json:
         emit(_json(rows))
     for row in [] if as_json else rows:
-        emit(f"{row['name']}: {row['description']} ({row['segments']} segments, {row['spheres']} spheres, "
-              f"{row['mass_kg']} kg)")  # fmt: skip
+        emit(
+            f"{row['name']}: {row['description']} ({row['segments']} segments, {row['spheres']} spheres, "
+            f"{row['mass_kg']} kg)"
+        )
     return 0
 
 
@@ -79,7 +83,8 @@ def body_scale(
     wear: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     **measures: str,
 ) -> int:
-    """Make a body with given measures, one flag each: --stature "1625 mm" --sitting-height "33.8 in" --mass "60 kg".
+    """Make a body with given measures, one flag each: --stature "1625 mm" --sitting-height "33.8
+    in" --mass "60 kg".
 
     Measures that are not given follow from those that are, as people of the population have them.
 
@@ -112,15 +117,29 @@ def body_scale(
     from workbench.study.persons import person_body
 
     if not measures and age is None:
-        raise UsageError('workbench body scale: give one measure or more, such as --stature "1625 mm"')
+        raise UsageError(
+            'workbench body scale: give one measure or more, such as --stature "1625 mm"'
+        )
     check_file(out)
-    wanted = {name.replace("-", "_"): _quantity(name.replace("-", "_"), text) for name, text in measures.items()}
-    people = load_population_model(population or "ansur2") if age is None else load_growth(population or "cdc_growth")
+    wanted = {
+        name.replace("-", "_"): _quantity(name.replace("-", "_"), text)
+        for name, text in measures.items()
+    }
+    people = (
+        load_population_model(population or "ansur2")
+        if age is None
+        else load_growth(population or "cdc_growth")
+    )
     made = person_body(load_body(body), people, sex=sex, measures=wanted, age=age, detail=detail)
     dressed = dress(made.body, worn(wear or [], made.body))
     for warning in made.warnings:
         tell(f"warning: {warning}")
-    told = ", ".join([*(f"{name} {text}" for name, text in measures.items()), *([f"{age:g} years"] if age else [])])
+    told = ", ".join(
+        [
+            *(f"{name} {text}" for name, text in measures.items()),
+            *([f"{age:g} years"] if age else []),
+        ]
+    )
     told += f", with {', '.join(wear)}" if wear else ""
     words = f"{body}, {sex}, to {told}"
     text = body_text(dressed, body_path(body), name=out.stem, description=words, folder=out.parent)

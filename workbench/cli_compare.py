@@ -25,7 +25,8 @@ Say = Callable[[str], None]
 
 
 def compare(before: str, after: str, *, out: Path | None = None, as_json: Json = False) -> int:
-    """Compare two accommodation results, or two studies, with the same people: who gains, who loses.
+    """Compare two accommodation results, or two studies, with the same people: who gains, who
+    loses.
 
     Parameters
     ----------
@@ -59,7 +60,9 @@ def compare(before: str, after: str, *, out: Path | None = None, as_json: Json =
             tell(f"warning: asked for {when} only: {', '.join(names)}")
     if as_json:
         plain = "utf" not in (sys.stdout.encoding or "utf-8").lower()
-        emit(json.dumps(rows.model_dump(mode="json"), indent=1, ensure_ascii=plain, allow_nan=False))
+        emit(
+            json.dumps(rows.model_dump(mode="json"), indent=1, ensure_ascii=plain, allow_nan=False)
+        )
     else:
         emit(rows.headline)
         emit(folder / "report.html")
@@ -86,12 +89,15 @@ def _side(source: str, say: Say) -> _Side:
         return _Side(rows.study, rows)
     loaded = load(source)
     if loaded.kind != "accommodation":
-        raise InputError(f"{source}: is a {loaded.kind} study; accommodation studies, or their results, are compared")
+        raise InputError(
+            f"{source}: is a {loaded.kind} study; accommodation studies, or their results, are compared"
+        )
     return _Side(loaded.name, loaded)
 
 
 def _judged(side: _Side, say: Say) -> Given:
-    """What a side says of its people, and the hashes of what it was made from; a study is run now."""
+    """What a side says of its people, and the hashes of what it was made from; a study is run
+    now."""
     from workbench.files.accommodation.results import AccommodationResultFile
     from workbench.model.accommodation import Accommodation
     from workbench.study.accommodation.compare import judged, judged_file

@@ -1,4 +1,5 @@
-"""`workbench body fit`: spheres for a closed mesh or for outlines, with or without a skeleton, as a body file."""
+"""`workbench body fit`: spheres for a closed mesh or for outlines, with or without a skeleton, as a
+body file."""
 
 from __future__ import annotations
 
@@ -34,7 +35,9 @@ def body_fit(
     count: int | None = None,
     seed: int = 0,
     bound: Annotated[bool, Parameter(negative="")] = False,
-    as_json: Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")] = False,
+    as_json: Annotated[
+        bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")
+    ] = False,
 ) -> int:
     """Fit spheres to a closed mesh or to outlines and write a body file.
 
@@ -45,8 +48,8 @@ def body_fit(
     out
         the body file to write
     skeleton
-        a body, by name or file, whose segments and joints the spheres are made for; without it, one segment
-    posture
+        a body, by name or file, whose segments and joints the spheres are made for; without it, one
+    segment posture
         the posture of the skeleton in which the mesh stands; without it, the zero pose
     at
         where the origin of the skeleton's reference segment lies in the mesh's frame
@@ -72,21 +75,39 @@ def body_fit(
         say how few spheres could do at the very best
     """
     from workbench.files.output_file import check_file, write_file
-    from workbench.study.fit_body import bound_of, figures, fit_body, fitted_body_text, placed_skeleton, read_surface
+    from workbench.study.fit_body import (
+        bound_of,
+        figures,
+        fit_body,
+        fitted_body_text,
+        placed_skeleton,
+        read_surface,
+    )
 
     if bound and count is not None:
         raise UsageError("--bound is about tolerances: leave --count out")
     limits = _limits(least_radius, greatest_radius, outward, inward)
     check_file(out)
     surface = read_surface(source, length=length, up=up, forward=forward)
-    placed = placed_skeleton(skeleton, posture=posture, at=_place(at)) if skeleton is not None else None
+    placed = (
+        placed_skeleton(skeleton, posture=posture, at=_place(at)) if skeleton is not None else None
+    )
     check_file(out)  # again, now that all inputs are known
     cut = fit_body(surface, placed, limits, count=count, seed=seed)
     told = figures(surface, cut)
     if bound:
         told["fewest_spheres"] = bound_of(surface, placed, limits, seed=seed)
-    write_file(out, fitted_body_text(surface, cut, placed, name=out.stem, source=f"spheres fitted to {source.name}",
-                                     description=_description(source, skeleton, told)))  # fmt: skip
+    write_file(
+        out,
+        fitted_body_text(
+            surface,
+            cut,
+            placed,
+            name=out.stem,
+            source=f"spheres fitted to {source.name}",
+            description=_description(source, skeleton, told),
+        ),
+    )
     _print(told, out, as_json=as_json)
     return 0
 
@@ -96,7 +117,9 @@ def _limits(*texts: str) -> Limits:
     from workbench.shape.fitting.candidates import LONGEST, SHORTEST, Limits
 
     names = ("--least-radius", "--greatest-radius", "--outward", "--inward")
-    least, greatest, outward, inward = (_metres(name, text) for name, text in zip(names, texts, strict=True))
+    least, greatest, outward, inward = (
+        _metres(name, text) for name, text in zip(names, texts, strict=True)
+    )
     for name, value in zip(names, (least, greatest, outward, inward), strict=True):
         if not SHORTEST <= value <= LONGEST:
             raise UsageError(f"{name}: 0.01 mm to 10 m is possible, got {value * 1e3:g} mm")
@@ -108,7 +131,9 @@ def _limits(*texts: str) -> Limits:
 def _place(text: str) -> Any:
     parts = text.split(",")
     if len(parts) != 3:
-        raise UsageError(f"--at: three lengths are needed, such as '0 mm, 0 mm, 950 mm', got {text!r}")
+        raise UsageError(
+            f"--at: three lengths are needed, such as '0 mm, 0 mm, 950 mm', got {text!r}"
+        )
     return [_metres("--at", part) for part in parts]
 
 
@@ -134,15 +159,33 @@ def _print(told: dict[str, Any], out: Path, *, as_json: bool) -> None:
         return
     for note in told["notes"]:
         tell(f"note: {note}")
-    heads = ("spheres", "mean", "95 %", "to spheres", "to surface", "outside", "inside", "volume", "IoU")
+    heads = (
+        "spheres",
+        "mean",
+        "95 %",
+        "to spheres",
+        "to surface",
+        "outside",
+        "inside",
+        "volume",
+        "IoU",
+    )
     emit(f"{'[mm]':<12}" + "".join(f"{head:>11}" for head in heads))
     for name, row in [*told["segments"].items(), ("whole", told["whole"])]:
-        lengths = [row[f"{key}_mm"] for key in ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")]
-        emit(f"{name:<12}{row['spheres']:>11}" + "".join(f"{value:>11.2f}" for value in lengths)
-              + f"{row['volume_ratio']:>11.3f}{row['iou']:>11.3f}")  # fmt: skip
+        lengths = [
+            row[f"{key}_mm"]
+            for key in ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
+        ]
+        emit(
+            f"{name:<12}{row['spheres']:>11}"
+            + "".join(f"{value:>11.2f}" for value in lengths)
+            + f"{row['volume_ratio']:>11.3f}{row['iou']:>11.3f}"
+        )
     emit(f"{told['whole']['seconds']:.1f} s of processor time")
     if (fewest := told.get("fewest_spheres")) is not None:
         spheres = told["whole"]["spheres"]
         more = 100 * (spheres / fewest - 1)
-        emit(f"of the spheres to choose from, no fewer than {fewest} can do: at most {more:.0f} % above the fewest")
+        emit(
+            f"of the spheres to choose from, no fewer than {fewest} can do: at most {more:.0f} % above the fewest"
+        )
     emit(out)

@@ -26,7 +26,8 @@ Start = Annotated[float | None, Parameter(help="first time wanted [s]")]
 End = Annotated[float | None, Parameter(help="last time wanted [s]")]
 Unit = Annotated[str | None, Parameter(help="one unit of a BVH file, such as '1 cm'")]
 Scale = Annotated[
-    Literal["body", "subject"], Parameter(help="subject: the body takes the lengths of limbs that the file tells")
+    Literal["body", "subject"],
+    Parameter(help="subject: the body takes the lengths of limbs that the file tells"),
 ]
 
 
@@ -41,7 +42,9 @@ def show(
     start: Start = None,
     end: End = None,
     every: int = 1,
-    as_json: Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")] = False,
+    as_json: Annotated[
+        bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")
+    ] = False,
 ) -> int:
     """Show what a motion file holds when a body makes its movement.
 
@@ -63,14 +66,22 @@ def show(
     ranges = _ranges(who, poses)
     told = movement_sentences(who, poses)
     if as_json:
-        data = {"file": str(motion), "body": who.name, "frames": len(poses), "start_s": float(time[0])}
+        data = {
+            "file": str(motion),
+            "body": who.name,
+            "frames": len(poses),
+            "start_s": float(time[0]),
+        }
         data |= {"end_s": float(time[-1]), "angles_deg": ranges, "movement": told, "notes": notes}
         emit(json.dumps(data, indent=1))
         return 0
     emit(f"{motion}: {len(poses)} frames from {time[0]:g} to {time[-1]:g} s, told of {who.name}")
     emit(f"{'joint':<6} " + " ".join(f"{'motion':<20} {'from':>7} {'to':>7}" for _ in range(3)))
     for joint, row in ranges.items():
-        cells = (f"{name.replace('_', ' '):<20} {least:>7.1f} {most:>7.1f}" for name, (least, most) in row.items())
+        cells = (
+            f"{name.replace('_', ' '):<20} {least:>7.1f} {most:>7.1f}"
+            for name, (least, most) in row.items()
+        )
         emit(f"{joint:<6} " + " ".join(cells))
     emit("\n".join(told))
     for note in notes:
@@ -94,8 +105,8 @@ def convert(
     speed: float = 1.0,
     tempo: float | None = None,
 ) -> int:
-    """Write a motion file in another form: .csv (joint angles of the body), .bvh, .glb (a model that moves) or .laban
-    (a score of direction signs).
+    """Write a motion file in another form: .csv (joint angles of the body), .bvh, .glb (a model
+    that moves) or .laban (a score of direction signs).
 
     Parameters
     ----------
@@ -120,9 +131,13 @@ def convert(
 
     forms = (".csv", ".bvh", ".glb", ".laban")
     if out.suffix.lower() not in forms:
-        raise UsageError(f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}")
+        raise UsageError(
+            f"{out}: {out.suffix or 'no ending'} is no form of motion to write; {one_of('', forms)}"
+        )
     if (out.suffix.lower() == ".laban") != (tempo is not None):
-        raise UsageError(f"{out}: a .laban file is written in beats and needs its --tempo; no other file has one")
+        raise UsageError(
+            f"{out}: a .laban file is written in beats and needs its --tempo; no other file has one"
+        )
     check_file(out)
     who, poses, notes = _read(motion, body, ((up, unit, scale), (start, end, every)))
     check_file(out)  # again, now that all inputs are known
@@ -135,7 +150,9 @@ def convert(
 
 
 def _read(
-    motion: Path, body: str, how: tuple[tuple[str | None, str | None, str], tuple[float | None, float | None, int]]
+    motion: Path,
+    body: str,
+    how: tuple[tuple[str | None, str | None, str], tuple[float | None, float | None, int]],
 ) -> tuple[Body, Poses, tuple[str, ...]]:
     import math
 
@@ -177,7 +194,8 @@ def _ranges(who: Body, poses: Poses) -> dict[str, dict[str, list[float]]]:
     low, high = np.full((2, len(who.joints), 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
     for rows in pieces(len(poses)):
         angles = np.degrees(angles_of(who, poses.rows(rows)))
-        low, high = np.minimum(low, angles.min(axis=0)), np.maximum(high, angles.max(axis=0))
+        low = np.minimum(low, angles.min(axis=0))
+        high = np.maximum(high, angles.max(axis=0))
     return {
         name: {
             motions[0]: [round(float(v[j, k]), 1) for v in (low, high)]
@@ -202,9 +220,13 @@ def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
     if poses.time is None:
         raise UsageError("the motion has no times")
     if rate is not None:
-        step, start, motion = speed / rate, poses.time[0], poses
+        step = speed / rate
+        start = poses.time[0]
+        motion = poses
         count = int(np.floor((poses.time[-1] - start) / step + 1e-9)) + 1
-        poses = stacked(poses_at(motion, start + step * np.arange(count)[rows]) for rows in pieces(count))
+        poses = stacked(
+            poses_at(motion, start + step * np.arange(count)[rows]) for rows in pieces(count)
+        )
     time = poses.clock
     return replace(poses, time=time[0] + (time - time[0]) / speed)
 
@@ -223,8 +245,10 @@ def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Cont
     if ending == ".bvh":
         return bvh_text(body, poses, (place(body, poses.rows(rows)) for rows in pieces(len(poses))))
     if len(poses) > _MOST_HELD:
-        raise UsageError(f"{len(poses)} frames are too many for a {ending} file, {_MOST_HELD} are possible: write "
-                         "a part of them (--start, --end) or fewer (--rate, --every)")  # fmt: skip
+        raise UsageError(
+            f"{len(poses)} frames are too many for a {ending} file, {_MOST_HELD} are possible: write "
+            "a part of them (--start, --end) or fewer (--rate, --every)"
+        )
     if tempo is not None:
         return score_text(read_motion_score(body, poses, tempo=tempo))
     return glb_bytes([Figure(body.name, place(body, poses), (0.75, 0.55, 0.42))], times=poses.time)

@@ -19,11 +19,15 @@ if TYPE_CHECKING:
 
 __all__ = ["people_app"]
 
-people_app = App(name="people", help="Percentile persons, boundary cases, random people, growing children.")
+people_app = App(
+    name="people", help="Percentile persons, boundary cases, random people, growing children."
+)
 
 Sex = Literal["male", "female"]
 Json = Annotated[bool, Parameter(name="--json", negative="", help="print data as JSON on stdout")]
-Csv = Annotated[bool, Parameter(name="--csv", negative="", help="print one row a person as CSV on stdout")]
+Csv = Annotated[
+    bool, Parameter(name="--csv", negative="", help="print one row a person as CSV on stdout")
+]
 Names = Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")]
 Numbers = Annotated[list[float] | None, Parameter(consume_multiple=True, negative="")]
 LONGEST_HEADING = 9
@@ -157,7 +161,11 @@ def draw(
         raise UsageError("one of --json and --csv can be printed, not both")
     _check(made)
     source = _source(population)
-    model = source if isinstance(source, PopulationModel) else fit_population(source, name=source.source)
+    model = (
+        source
+        if isinstance(source, PopulationModel)
+        else fit_population(source, name=source.source)
+    )
     people = draw_people(model, count, seed=seed, men=men)
     if _write(made, people, _split(measures)):
         return 0
@@ -172,7 +180,9 @@ def draw(
 
 
 @people_app.command
-def growth(*, sex: Sex, age: float, p: Numbers = None, made: Made | None = None, as_json: Json = False) -> int:
+def growth(
+    *, sex: Sex, age: float, p: Numbers = None, made: Made | None = None, as_json: Json = False
+) -> int:
     """Show stature and mass of children at percentiles of the CDC growth charts.
 
     Parameters
@@ -207,13 +217,17 @@ def _write(made: Made | None, people: Population, shown: list[str]) -> bool:
     if made is None or made == Made():
         return False
     if made.bodies is None:
-        raise UsageError("--body, --detail and --wear say how bodies are made; --bodies FOLDER says where to")
+        raise UsageError(
+            "--body, --detail and --wear say how bodies are made; --bodies FOLDER says where to"
+        )
     from workbench.report.people_folder import write_people
     from workbench.study.crowd import SHOWN
 
     sources = made.body or ["bubbleman"]
     if len(sources) > 2:
-        raise UsageError(f"--body takes one body, or one for men and one for women, got {len(sources)}")
+        raise UsageError(
+            f"--body takes one body, or one for men and one for women, got {len(sources)}"
+        )
     told = write_people(
         made.bodies,
         people,
@@ -243,7 +257,9 @@ def _source(population: list[str] | None) -> Population | PopulationModel:
 
 def _split(names: list[str] | None) -> list[str]:
     """Measures apart by commas or spaces; dashes may stand for underscores."""
-    return [name.replace("-", "_") for word in names or [] for name in word.replace(",", " ").split()]
+    return [
+        name.replace("-", "_") for word in names or [] for name in word.replace(",", " ").split()
+    ]
 
 
 def _chosen(people: Population, measures: list[str] | None) -> Population:
@@ -255,11 +271,16 @@ def _show(people: Population, *, as_json: bool = False, as_csv: bool = False) ->
 
     units = {name: ("kg", 1.0, 2) if name == "mass" else ("mm", 1000.0, 1) for name in people.names}
     rows: list[dict[str, Any]] = [
-        {"label": label, "sex": SEXES[sex], "measures": {
-            f"{name}_{units[name][0]}": round(float(value) * units[name][1], units[name][2])
-            for name, value in zip(people.names, values, strict=True)}}
+        {
+            "label": label,
+            "sex": SEXES[sex],
+            "measures": {
+                f"{name}_{units[name][0]}": round(float(value) * units[name][1], units[name][2])
+                for name, value in zip(people.names, values, strict=True)
+            },
+        }
         for label, sex, values in zip(people.labels, people.sex, people.measures, strict=True)
-    ]  # fmt: skip
+    ]
     if as_json:
         text = json.dumps({"source": people.source, "people": rows}, indent=1, allow_nan=False)
     elif as_csv:
@@ -278,7 +299,8 @@ def _csv(rows: list[dict[str, Any]], names: list[str]) -> str:
 
 
 def _table(source: str, rows: list[dict[str, Any]]) -> str:
-    """A column a person; where their labels are long, numbers head the columns and the labels stand above."""
+    """A column a person; where their labels are long, numbers head the columns and the labels stand
+    above."""
     heads = [row["label"] for row in rows]
     lines = [f"{source}, {rows[0]['sex']}"] if rows else [source]
     if any(len(head) > LONGEST_HEADING for head in heads):

@@ -12,7 +12,8 @@ __all__ = ["Progress", "emit", "tell"]
 
 
 def emit(data: object) -> None:
-    """Print data to stdout, with control characters escaped: names of files and parts come from elsewhere."""
+    """Print data to stdout, with control characters escaped: names of files and parts come from
+    elsewhere."""
     print(printable(str(data)))
 
 

@@ -28,17 +28,17 @@ class Picture:
     display
         disks, scanline or pyvista for .png and films; outline or circles for .svg
     style
-        of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline and circles: veiled
-        (pale behind walls) or hidden_line
+        of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline
+        and circles: veiled (pale behind walls) or hidden_line
     view
         front, back, left, right, top, bottom, three_quarter, eye (of the first body) or eye:NAME
     size
         pixels, 800 or 1280x720
     angle
         of view from bottom to top in degrees, for a perspective picture; 0 is a parallel view
-    cut
-        opens the environment: the side that goes (left, right, front, back, top, bottom), by a plane through the middle
-        of the bodies or at a place, left=0.3 or left=300mm; x=, y= or z= takes the viewer's side. Bodies stay whole
+    cut opens the environment: the side that goes (left, right, front, back, top, bottom), by a
+        plane through the middle of the bodies or at a place, left=0.3 or left=300mm; x=, y= or z=
+        takes the viewer's side. Bodies stay whole
     marks
         axes, clearances, contacts, controls, segments, stops; with commas between
     fps
@@ -66,12 +66,12 @@ class Movement:
     Parameters
     ----------
     motion
-        a motion file (CSV, BVH, TRC, C3D, MOT, STO) that the body makes, or the first person of the study, or NAME=FILE
-    over
-        what lies pale behind in a second colour, predicted over actual: another motion file, or another body, study or
-        result
-    at
-        the moments of a motion that a picture shows side by side, in s or ms: 0,0.05,90ms; four where not given
+        a motion file (CSV, BVH, TRC, C3D, MOT, STO) that the body makes, or the first person of the
+    study, or NAME=FILE over
+        what lies pale behind in a second colour, predicted over actual: another motion file, or
+        another body, study or result
+    at the moments of a motion that a picture shows side by side, in s or ms: 0,0.05,90ms; four
+        where not given
     trail
         so many earlier positions are shown pale behind each
     start
@@ -102,9 +102,9 @@ def render(
 ) -> int:
     """Draw a body, an environment, a study or a result; the ending of the file says what is made.
 
-    .png and .svg are pictures, .gif, .webp and .mp4 films, .glb a model with its motion, .stl and .3mf the body as one
-    solid. Several poses or cases stand side by side in a picture and move from one to the next in a film of a body; a
-    film of what does not move goes round it.
+    .png and .svg are pictures, .gif, .webp and .mp4 films, .glb a model with its motion, .stl and
+    .3mf the body as one solid. Several poses or cases stand side by side in a picture and move from
+    one to the next in a film of a body; a film of what does not move goes round it.
 
     Parameters
     ----------
@@ -141,9 +141,18 @@ def _look(out: Path, picture: Picture, movement: Movement) -> Look:
     from workbench.draw.looks import check_ghosts, look_for
 
     look = look_for(
-        out, display=picture.display, style=picture.style, view=picture.view, size=picture.size, angle=picture.angle,
-        fps=picture.fps, speed=picture.speed, cut=picture.cut, at=movement.at, trail=movement.trail,
-    )  # fmt: skip
+        out,
+        display=picture.display,
+        style=picture.style,
+        view=picture.view,
+        size=picture.size,
+        angle=picture.angle,
+        fps=picture.fps,
+        speed=picture.speed,
+        cut=picture.cut,
+        at=movement.at,
+        trail=movement.trail,
+    )
     if movement.over is not None:
         check_ghosts(look, "--over")
     return look
@@ -159,14 +168,20 @@ def _found(source: str, chosen: tuple[str | None, str | None], movement: Movemen
     if take != Take() and motion is None and not (over and is_motion(over)):
         raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
     if motion is not None and pose is not None:
-        raise UsageError("a body stands in a posture or makes a motion: leave out --pose or --motion")
+        raise UsageError(
+            "a body stands in a posture or makes a motion: leave out --pose or --motion"
+        )
     if motion is None:
         found = source_of(source, poses=pose, case=case)
     else:
         found = in_motion(source, motion, take=take, case=case)
     if over is None:
         return found
-    under = in_motion(source, over, take=take, case=case) if is_motion(over) else source_of(over, poses=pose, case=case)
+    under = (
+        in_motion(source, over, take=take, case=case)
+        if is_motion(over)
+        else source_of(over, poses=pose, case=case)
+    )
     return laid_over(found, under, _names(motion or source, over))
 
 

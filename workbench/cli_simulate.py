@@ -18,13 +18,17 @@ __all__ = ["simulate"]
 
 
 def simulate(
-    simulation: str, *, out: Annotated[Path, Parameter(name=["--out", "-o"])], forces: Path | None = None
+    simulation: str,
+    *,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    forces: Path | None = None,
 ) -> int:
     """Simulate a crash and write its motion, for a study of kind crash to read.
 
-    A crude simulator: rigid segments on ball joints, springs for flesh, foam and webbing, no muscles that answer, no
-    injury. It shows how a body goes and what it may reach, not what it suffers; a test or a validated model says more.
-    Needs MuJoCo: pip install 'bubbleman-workbench[dynamics]'.
+    A crude simulator: rigid segments on ball joints, springs for flesh, foam and webbing, no
+    muscles that answer, no injury. It shows how a body goes and what it may reach, not what it
+    suffers; a test or a validated model says more. Needs MuJoCo: pip install
+    'bubbleman-workbench[dynamics]'.
 
     Parameters
     ----------
@@ -69,7 +73,10 @@ def simulate(
 
 def _forces(plan: SimulationPlan, made: Simulated) -> str:
     """Tensions and payouts of the belts over time as CSV."""
-    head = ["time [ms]", *(f"{b.name} {what}" for b in plan.belts for what in ("tension [N]", "payout [mm]"))]
+    head = [
+        "time [ms]",
+        *(f"{b.name} {what}" for b in plan.belts for what in ("tension [N]", "payout [mm]")),
+    ]
     lines = [", ".join(head)]
     for time, tension, payout in zip(made.motion.clock, made.tension, made.payout, strict=True):
         cells = [f"{v:.1f}" for pair in zip(tension, 1000 * payout, strict=True) for v in pair]
@@ -86,6 +93,8 @@ def _told(plan: SimulationPlan, made: Simulated) -> str:
     lines = [f"{len(clock)} frames over {1000 * clock[-1]:g} ms; the vehicle loses {speed:.2f} m/s"]
     for b, belt in enumerate(plan.belts):
         most = int(made.tension[:, b].argmax())
-        lines.append(f"{belt.name}: up to {made.tension[most, b]:.0f} N at {1000 * clock[most]:.0f} ms, "
-                     f"{1000 * made.payout[most, b]:.0f} mm longer")  # fmt: skip
+        lines.append(
+            f"{belt.name}: up to {made.tension[most, b]:.0f} N at {1000 * clock[most]:.0f} ms, "
+            f"{1000 * made.payout[most, b]:.0f} mm longer"
+        )
     return "\n".join(lines)

@@ -12,18 +12,28 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 
-__all__ = ["InputError", "MissingPartError", "UsageError", "WorkbenchError", "has_controls", "one_of", "printable"]
+__all__ = [
+    "InputError",
+    "MissingPartError",
+    "UsageError",
+    "WorkbenchError",
+    "has_controls",
+    "one_of",
+    "printable",
+]
 
 _CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
-"""Characters that steer a terminal, turn the direction of text round, or cannot be written as UTF-8.
+"""Characters that steer a terminal, turn the direction of text round, or cannot be written as
+UTF-8.
 
-C0 without tab and line feed, DEL, C1, line and paragraph separators, directional overrides, and lone surrogates (bytes
-of a file name that are no text).
+C0 without tab and line feed, DEL, C1, line and paragraph separators, directional overrides, and
+lone surrogates (bytes of a file name that are no text).
 """
 
 
 class WorkbenchError(Exception):
-    """Root of all errors the workbench raises on purpose. Its text is printable, whatever a file was called."""
+    """Root of all errors the workbench raises on purpose. Its text is printable, whatever a file
+    was called."""
 
     exit_code = 3
 
@@ -72,7 +82,8 @@ def has_controls(text: str) -> bool:
 
 
 def printable(text: str) -> str:
-    """Write control characters as escapes (ESC becomes ``\\u001b``), so that they cannot act on a terminal or a page.
+    """Write control characters as escapes (ESC becomes ``\\u001b``), so that they cannot act on a
+    terminal or a page.
 
     Line feeds and tabs stay. The escapes are those of JSON, so JSON text means the same afterwards.
     """

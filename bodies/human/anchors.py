@@ -1,7 +1,9 @@
-"""Coefficients of known people: the median man and woman of ANSUR II, children of three and six after crash dummies.
+"""Coefficients of known people: the median man and woman of ANSUR II, children of three and six
+after crash dummies.
 
-Measures are taken on the sphere body as workbench takes them; they are linear in the coefficients while their extreme
-spheres stay, so Gauss-Newton on them, drawn toward a typical person of that sex and age, ends in a few rounds.
+Measures are taken on the sphere body as workbench takes them; they are linear in the coefficients
+while their extreme spheres stay, so Gauss-Newton on them, drawn toward a typical person of that sex
+and age, ends in a few rounds.
 """
 
 from __future__ import annotations
@@ -22,8 +24,21 @@ from workbench.shape.scaling.rig import Shape
 __all__ = ["DENSITY", "Family", "fitted_z"]
 
 Floats = NDArray[np.float64]
-DENSITY = {"STG": 1000, "LT": 1010, "CT": 1010, "UT": 960, "N": 1090, "H": 1090, "SM": 1040, "UA": 1063, "LA": 1110,
-           "HN": 1135, "UL": 1047, "LL": 1087, "F": 1092}  # fmt: skip
+DENSITY = {
+    "STG": 1000,
+    "LT": 1010,
+    "CT": 1010,
+    "UT": 960,
+    "N": 1090,
+    "H": 1090,
+    "SM": 1040,
+    "UA": 1063,
+    "LA": 1110,
+    "HN": 1135,
+    "UL": 1047,
+    "LL": 1087,
+    "F": 1092,
+}
 """[kg/m3], means of the sets of Dempster and of Clauser (facts of the yeadon package, 2.0.1)."""
 
 
@@ -37,12 +52,16 @@ class Family:
 
     def __init__(self, basis: Basis, body: Body, level: str) -> None:
         """body: any body of this level, loaded from a file that `write.body_text` made."""
-        self.basis, self.body, self.level = basis, body, basis.levels[level]
+        self.basis = basis
+        self.body = body
+        self.level = basis.levels[level]
         order = [SEGMENTS.index(name) for name in BODY_SEGMENTS]
         place = np.array([order.index(n) for n in self.level.segment])
         self.rows = np.argsort(place, kind="stable")
         self.order, self.joints = order, [JOINTS.index(name) for name in BODY_JOINTS]
-        tables = [basis.table[key] for key in (f"{level}_centre", f"{level}_radius", "joint", "origin")]
+        tables = [
+            basis.table[key] for key in (f"{level}_centre", f"{level}_radius", "joint", "origin")
+        ]
         stacked = [np.concatenate([mean[None], parts]) for mean, parts in tables]
         self.radius = stacked[1]
         self.centre = stacked[0]
@@ -51,16 +70,26 @@ class Family:
         self.unit = [self.base.changed(shape) for shape in self.parts]
 
     def _shape(self, centre: Floats, radius: Floats, joint: Floats, origin: Floats) -> Shape:
-        origin, joint = origin[self.order], joint[self.joints]
+        origin = origin[self.order]
+        joint = joint[self.joints]
         parent = self.body.parent[1:]
         segment = self.body.sphere_segment
-        return Shape(centre[self.rows] - origin[segment], radius[self.rows], joint - origin[parent], joint - origin[1:])
+        return Shape(
+            centre[self.rows] - origin[segment],
+            radius[self.rows],
+            joint - origin[parent],
+            joint - origin[1:],
+        )
 
     def manikin(self, z: Floats) -> Manikin:
         """The body at z in the postures of anthropometry."""
         weight = np.concatenate([[1.0], z])
-        shape = Shape(*(np.tensordot(weight, np.stack([getattr(p, f) for p in self.parts]), axes=1)
-                        for f in ("centre", "radius", "in_parent", "in_child")))  # fmt: skip
+        shape = Shape(
+            *(
+                np.tensordot(weight, np.stack([getattr(p, f) for p in self.parts]), axes=1)
+                for f in ("centre", "radius", "in_parent", "in_child")
+            )
+        )
         return self.base.changed(shape)
 
     def rows_of(self, manikin: Manikin, names: list[str]) -> tuple[Floats, Floats]:
@@ -68,25 +97,38 @@ class Family:
         found = lengths(manikin, names)
         value = np.array([manikin.value(length) for length in found.values()])
         # a length whose extreme spheres are held is linear in the shape
-        slope = np.array([[unit.value(length) - length.fixed for unit in self.unit[1:]] for length in found.values()])
+        slope = np.array(
+            [
+                [unit.value(length) - length.fixed for unit in self.unit[1:]]
+                for length in found.values()
+            ]
+        )
         return value, slope
 
     def volume_rows(self, z: Floats) -> tuple[Floats, Floats]:
         """Volumes (N,) [m3] of the segments and their derivatives by z (N, K); cells anew at z."""
         weight = np.concatenate([[1.0], z])
-        centre, radius = np.tensordot(weight, self.centre, axes=1), weight @ self.radius
+        centre = np.tensordot(weight, self.centre, axes=1)
+        radius = weight @ self.radius
         cell, offset = cells(centre, radius)
         total, _ = volumes(self.level, centre, radius, cell, offset)
         part = 3 * cell * 4.18879020478639 * radius**2
-        slope = np.stack([np.bincount(self.level.segment, part * self.radius[k], minlength=len(SEGMENTS))
-                          for k in range(1, len(self.radius))], axis=1)  # fmt: skip
+        slope = np.stack(
+            [
+                np.bincount(self.level.segment, part * self.radius[k], minlength=len(SEGMENTS))
+                for k in range(1, len(self.radius))
+            ],
+            axis=1,
+        )
         return total, slope
 
     def pressed(self, z: Floats) -> tuple[Floats, Floats]:
-        """How deep forearm and hand lie in trunk and thigh in the zero pose (m,) [m], with derivatives (m, K): the
-        deepest sphere of the trunk and thigh for each sphere of the arm that comes nearer than a millimetre."""
+        """How deep forearm and hand lie in trunk and thigh in the zero pose (m,) [m], with
+        derivatives (m, K): the deepest sphere of the trunk and thigh for each sphere of the arm
+        that comes nearer than a millimetre."""
         weight = np.concatenate([[1.0], z])
-        centre, radius = np.tensordot(weight, self.centre, axes=1), weight @ self.radius
+        centre = np.tensordot(weight, self.centre, axes=1)
+        radius = weight @ self.radius
         names = np.array(SEGMENTS)[self.level.segment]
         arm = np.flatnonzero(np.isin(names, ["LLA", "LHN"]))
         side = np.flatnonzero(np.isin(names, ["LUL", "LT", "CT"]))
@@ -95,7 +137,8 @@ class Family:
         deep = radius[arm][:, None] + radius[side][None] - far
         k = deep.argmax(axis=1)
         row = np.flatnonzero(deep.max(axis=1) > -1e-3)
-        i, j = arm[row], side[k[row]]
+        i = arm[row]
+        j = side[k[row]]
         unit = away[row, k[row]] / far[row, k[row]][:, None]
         slope = self.radius[1:, i] + self.radius[1:, j]
         slope = slope - np.einsum("kmc,mc->km", self.centre[1:, i] - self.centre[1:, j], unit)
@@ -103,14 +146,19 @@ class Family:
 
 
 def fitted_z(
-    family: Family, start: Floats, measures: dict[str, tuple[float, float]], masses: dict[str, float], whole: float,
-    *, loose: float,
-) -> Floats:  # fmt: skip
-    """Coefficients near `start` (K,) whose body has the measures (value, tolerance) [m], segment masses [kg]
-    and a whole mass [kg].
+    family: Family,
+    start: Floats,
+    measures: dict[str, tuple[float, float]],
+    masses: dict[str, float],
+    whole: float,
+    *,
+    loose: float,
+) -> Floats:
+    """Coefficients near `start` (K,) whose body has the measures (value, tolerance) [m], segment
+    masses [kg] and a whole mass [kg].
 
-    Forearm and hand are kept out of trunk and thigh. loose: the weight of staying at the start; masses are
-    wanted within about 15 %, the whole within 2 %.
+    Forearm and hand are kept out of trunk and thigh. loose: the weight of staying at the start;
+    masses are wanted within about 15 %, the whole within 2 %.
     """
     names = list(measures)
     wanted = np.array([measures[name][0] for name in names])
@@ -118,7 +166,8 @@ def fitted_z(
     z = start.copy()
     for turn in range(14):
         value, slope = family.rows_of(family.manikin(z), names)
-        rows, gap = [loose * np.eye(len(z)), weight[:, None] * slope], [loose * (start - z), weight * (wanted - value)]
+        rows = [loose * np.eye(len(z)), weight[:, None] * slope]
+        gap = [loose * (start - z), weight * (wanted - value)]
         deep, push = family.pressed(z)
         rows.append(push / 0.008)
         gap.append((-0.001 - deep) / 0.008)
@@ -137,5 +186,10 @@ def fitted_z(
 
 def replaced(body: Body, manikin: Manikin) -> Body:
     """The body in another shape, for trying it out."""
-    return replace(body, centre=manikin.shape.centre, radius=manikin.shape.radius,
-                   joint_in_parent=manikin.shape.in_parent, joint_in_child=manikin.shape.in_child)  # fmt: skip
+    return replace(
+        body,
+        centre=manikin.shape.centre,
+        radius=manikin.shape.radius,
+        joint_in_parent=manikin.shape.in_parent,
+        joint_in_child=manikin.shape.in_child,
+    )

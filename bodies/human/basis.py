@@ -1,7 +1,9 @@
-"""Principal components of the family: linear in K numbers z, sphere centres, radii, joints and origins of all levels.
+"""Principal components of the family: linear in K numbers z, sphere centres, radii, joints and
+origins of all levels.
 
-z has mean 0 and variance 1 over the family and no correlation. The components are those of the finest level and the
-joints, each sphere weighted by the skin it holds; everything else follows by regression on the same z.
+z has mean 0 and variance 1 over the family and no correlation. The components are those of the
+finest level and the joints, each sphere weighted by the skin it holds; everything else follows by
+regression on the same z.
 """
 
 from __future__ import annotations
@@ -23,9 +25,10 @@ FLIP = np.array([1.0, -1.0, 1.0])
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """All spheres of a level, both sides, grouped by segment: half (S,) the row among the left and middle ones; right
-    (S,) whether mirrored; segment, blend_joint, joint (S,) or -1; blend_share; names, directions; cell (S,): the share
-    of each sphere's volume that is its own, not another's."""
+    """All spheres of a level, both sides, grouped by segment: half (S,) the row among the left and
+    middle ones; right (S,) whether mirrored; segment, blend_joint, joint (S,) or -1; blend_share;
+    names, directions; cell (S,): the share of each sphere's volume that is its own, not
+    another's."""
 
     half: Ints
     right: NDArray[np.bool_]
@@ -66,44 +69,72 @@ def _twin(name: str) -> str:
 
 def full_level(rig: Rig) -> Level:
     """Both sides of a level, grouped by segment as in the body file."""
-    spheres, given = rig.spheres, rig.given
+    spheres = rig.spheres
+    given = rig.given
     count = len(spheres.radius)
     extra = count - spheres.given
     names = (*given.name, *[""] * extra)
     ways = (*given.direction, *[""] * extra)
     joint = np.concatenate([given.joint, np.full(extra, -1)])
     rows = []
-    twins = {j: JOINTS.index("R" + JOINTS[j][1:]) if JOINTS[j][0] == "L" else j for j in range(len(JOINTS))}
+    twins = {
+        j: JOINTS.index("R" + JOINTS[j][1:]) if JOINTS[j][0] == "L" else j
+        for j in range(len(JOINTS))
+    }
     for k in range(count):
-        rows.append((int(spheres.segment[k]), k, False, int(joint[k]), int(rig.blend_joint[k]), names[k], ways[k]))
+        rows.append(
+            (
+                int(spheres.segment[k]),
+                k,
+                False,
+                int(joint[k]),
+                int(rig.blend_joint[k]),
+                names[k],
+                ways[k],
+            )
+        )
         if spheres.sided[k]:
             blend = twins.get(int(rig.blend_joint[k]), -1)
             tied = twins.get(int(joint[k]), -1)
             way = _twin(ways[k])
-            rows.append((int(OTHER_SEGMENT[spheres.segment[k]]), k, True, tied, blend, _twin(names[k]), way))
+            rows.append(
+                (int(OTHER_SEGMENT[spheres.segment[k]]), k, True, tied, blend, _twin(names[k]), way)
+            )
     rows.sort(key=lambda row: (row[0], row[1], row[2]))
-    half, right = np.array([row[1] for row in rows]), np.array([row[2] for row in rows])
+    half = np.array([row[1] for row in rows])
+    right = np.array([row[2] for row in rows])
     segment = np.array([row[0] for row in rows])
     cell, offset = cells(*_both(spheres.centre, spheres.radius, half, right))
     return Level(
-        half, right, segment, np.array([row[3] for row in rows]), np.array([row[4] for row in rows]),
-        rig.blend_share[half], tuple(row[5] for row in rows), tuple(row[6] for row in rows), cell, offset,
-    )  # fmt: skip
+        half,
+        right,
+        segment,
+        np.array([row[3] for row in rows]),
+        np.array([row[4] for row in rows]),
+        rig.blend_share[half],
+        tuple(row[5] for row in rows),
+        tuple(row[6] for row in rows),
+        cell,
+        offset,
+    )
 
 
-def _both(centre: Floats, radius: Floats, half: Ints, right: NDArray[np.bool_]) -> tuple[Floats, Floats]:
+def _both(
+    centre: Floats, radius: Floats, half: Ints, right: NDArray[np.bool_]
+) -> tuple[Floats, Floats]:
     return centre[half] * np.where(right[:, None], FLIP, 1.0), radius[half]
 
 
 def cells(centre: Floats, radius: Floats) -> tuple[Floats, Floats]:
-    """What each sphere holds alone when every point belongs to the sphere it is deepest in: the share of its volume
-    (S,), and the middle of that part (S, 3) from its centre in radii."""
+    """What each sphere holds alone when every point belongs to the sphere it is deepest in: the
+    share of its volume (S,), and the middle of that part (S, 3) from its centre in radii."""
     from workbench.kernels.contact.nearest import morton_order
     from workbench.shape.fitting.polish import union_field
 
     count = 400
     k = np.arange(count)
-    height, turn = 1 - (2 * k + 1) / count, k * np.pi * (3 - 5**0.5)
+    height = 1 - (2 * k + 1) / count
+    turn = k * np.pi * (3 - 5**0.5)
     flat = np.sqrt(1 - height**2)
     unit = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
     unit *= (((k * 0.7548776662) % 1.0 + 0.5 / count) ** (1 / 3))[:, None]
@@ -118,17 +149,25 @@ def cells(centre: Floats, radius: Floats) -> tuple[Floats, Floats]:
     return share, middle
 
 
-def volumes(level: Level, centre: Floats, radius: Floats, cell: Floats, offset: Floats) -> tuple[Floats, Floats]:
-    """Volume (N,) [m3] and centre of volume (N, 3) of each segment from the cells of its spheres."""
+def volumes(
+    level: Level, centre: Floats, radius: Floats, cell: Floats, offset: Floats
+) -> tuple[Floats, Floats]:
+    """Volume (N,) [m3] and centre of volume (N, 3) of each segment from the cells of its
+    spheres."""
     part = cell * 4.18879020478639 * radius**3
     place = centre + radius[:, None] * offset
     total = np.bincount(level.segment, part, minlength=len(SEGMENTS))
-    middle = np.column_stack([np.bincount(level.segment, part * p, minlength=len(SEGMENTS)) for p in place.T])
+    middle = np.column_stack(
+        [np.bincount(level.segment, part * p, minlength=len(SEGMENTS)) for p in place.T]
+    )
     return total, middle / np.maximum(total, 1e-12)[:, None]
 
 
-def basis_of(rigs: dict[str, Rig], carried: dict[str, tuple[Floats, Floats]], joints: Floats, count: int) -> Basis:
-    """Principal components of carried spheres (M, S, 3), (M, S) of each level and joints (M, J, 3)."""
+def basis_of(
+    rigs: dict[str, Rig], carried: dict[str, tuple[Floats, Floats]], joints: Floats, count: int
+) -> Basis:
+    """Principal components of carried spheres (M, S, 3), (M, S) of each level and joints (M, J,
+    3)."""
     levels = {name: full_level(rig) for name, rig in rigs.items()}
     centre, radius = carried["fine"]
     rig = rigs["fine"]
@@ -138,7 +177,12 @@ def basis_of(rigs: dict[str, Rig], carried: dict[str, tuple[Floats, Floats]], jo
     weight = np.sqrt(held * np.where(dense, 0.35, 1.0) + 4.0)
     people = len(joints)
     rows = np.concatenate(
-        [(centre * weight[:, None]).reshape(people, -1), radius * weight, 10.0 * joints.reshape(people, -1)], axis=1
+        [
+            (centre * weight[:, None]).reshape(people, -1),
+            radius * weight,
+            10.0 * joints.reshape(people, -1),
+        ],
+        axis=1,
     )
     rows = rows - rows.mean(axis=0)
     u, _, _ = np.linalg.svd(rows, full_matrices=False)
@@ -177,5 +221,7 @@ def _tie(table: dict[str, tuple[Floats, Floats]], levels: dict[str, Level]) -> N
     for name, level in levels.items():
         tied = np.flatnonzero(level.joint >= 0)
         for part in (0, 1):
-            table[f"{name}_centre"][part][..., tied, :] = table["joint"][part][..., level.joint[tied], :]
+            table[f"{name}_centre"][part][..., tied, :] = table["joint"][part][
+                ..., level.joint[tied], :
+            ]
     assert set(BETWEEN) == set(JOINTS)

@@ -1,7 +1,8 @@
-"""Spheres for the left half of a symmetric skin, by segment, with the joints and landmarks given; mirrored to a whole.
+"""Spheres for the left half of a symmetric skin, by segment, with the joints and landmarks given;
+mirrored to a whole.
 
-The tolerance is finer where the body is: face, hands, feet. Built on workbench.shape: blue-noise samples, inner balls,
-set cover, least-squares polish.
+The tolerance is finer where the body is: face, hands, feet. Built on workbench.shape: blue-noise
+samples, inner balls, set cover, least-squares polish.
 """
 
 from __future__ import annotations
@@ -26,16 +27,28 @@ Ints = NDArray[np.int64]
 FLIP = np.array([1.0, -1.0, 1.0])
 MOST = 2**62 - 1
 # [m], at the level "fine" of a body of 1.70 m
-TOLERANCE = {"LT": 3.6, "CT": 3.3, "UT": 3.3, "N": 2.8, "H": 2.6, "LSM": 3.2, "LUA": 2.9, "LLA": 2.5, "LHN": 1.6,
-             "LUL": 3.5, "LLL": 2.8, "LF": 2.3}  # fmt: skip
+TOLERANCE = {
+    "LT": 3.6,
+    "CT": 3.3,
+    "UT": 3.3,
+    "N": 2.8,
+    "H": 2.6,
+    "LSM": 3.2,
+    "LUA": 2.9,
+    "LLA": 2.5,
+    "LHN": 1.6,
+    "LUL": 3.5,
+    "LLL": 2.8,
+    "LF": 2.3,
+}
 FACE = 1.6
 FINE_PARTS = ("H", "LHN", "LF")
 
 
 @dataclass(frozen=True, eq=False)
 class Given:
-    """Spheres that stand in any case, left and middle: centre (G, 3), radius (G,), segment (G,), joint (G,) or -1,
-    name and direction."""
+    """Spheres that stand in any case, left and middle: centre (G, 3), radius (G,), segment (G,),
+    joint (G,) or -1, name and direction."""
 
     centre: Floats
     radius: Floats
@@ -77,38 +90,59 @@ def _tolerance(point: Floats, label: Ints, eye: Floats) -> Floats:
     """(n,) [m] at the finest level."""
     table = np.array([TOLERANCE.get(name, 3.0) for name in SEGMENTS])
     tolerance = table[label]
-    face = (label == SEGMENTS.index("H")) & (point[:, 0] > eye[0] - 0.045) & (point[:, 2] < eye[2] + 0.03)
+    face = (
+        (label == SEGMENTS.index("H"))
+        & (point[:, 0] > eye[0] - 0.045)
+        & (point[:, 2] < eye[2] + 0.03)
+    )
     tolerance[face] = FACE
     return 1e-3 * tolerance
 
 
-def fitted(surface: Surface, share: Floats, given: Given, *, factor: float, eye: Floats, seed: int = 0) -> Spheres:
-    """Spheres within the tolerances times `factor`. share (P, N) at the vertices of the surface; eye (3,): a place."""
+def fitted(
+    surface: Surface, share: Floats, given: Given, *, factor: float, eye: Floats, seed: int = 0
+) -> Spheres:
+    """Spheres within the tolerances times `factor`. share (P, N) at the vertices of the surface;
+    eye (3,): a place."""
     fine = float(np.clip(np.sqrt(factor), 0.8, 1.6))
-    wide, close = even_samples(surface, 0.0038 * fine, seed=seed), even_samples(surface, 0.0019 * fine, seed=seed + 1)
+    wide = even_samples(surface, 0.0038 * fine, seed=seed)
+    close = even_samples(surface, 0.0019 * fine, seed=seed + 1)
     samples = [_kept(surface, share, wide, fine=False), _kept(surface, share, close, fine=True)]
-    targets, balls = [], []
+    targets = []
+    balls = []
     for part in samples:
         weight = shares_at(surface, share, part)
         label = weight.argmax(axis=1)
         tolerance = factor * _tolerance(part.point, label, eye)
-        may = ((weight >= 0.3) | (np.arange(len(SEGMENTS)) == label[:, None])) @ (1 << np.arange(len(SEGMENTS)))
+        may = ((weight >= 0.3) | (np.arange(len(SEGMENTS)) == label[:, None])) @ (
+            1 << np.arange(len(SEGMENTS))
+        )
         targets.append(Targets(part.point, 0.97 * tolerance, may.astype(np.int64)))
         slack = np.random.default_rng(seed + 2).random(len(part)) * 0.7 * tolerance
         limits = Limits(0.0025, 0.16, 0.0, 0.0)
         bits = (1 << label).astype(np.int64)
         found = inner_balls(surface, part, limits, slack=slack, bits=bits, regions=Regions())
         balls.append(_middled(surface, _of_one_part(surface, share, found)))
-    candidates = joined_candidates([Candidates(given.centre, given.radius, np.full(len(given.radius), MOST)), *balls])
+    candidates = joined_candidates(
+        [Candidates(given.centre, given.radius, np.full(len(given.radius), MOST)), *balls]
+    )
     label = np.log2(np.minimum(candidates.bits, 2**40).astype(float)).astype(int)
     label[: len(given.radius)] = given.segment
-    outward = 0.6 * factor * _tolerance(candidates.centre + [0.03, 0, 0] * (label == 5)[:, None], label, eye)
+    outward = (
+        0.6
+        * factor
+        * _tolerance(candidates.centre + [0.03, 0, 0] * (label == 5)[:, None], label, eye)
+    )
     radius = np.where(candidates.depth > 0.0018, candidates.depth + outward, -1e9)
     radius[: len(given.radius)] = given.radius
     targets.append(_inner(candidates, radius, factor))
-    found = cover(joined_targets(targets), candidates, radius, required=len(given.radius), moves=16, seed=seed)
+    found = cover(
+        joined_targets(targets), candidates, radius, required=len(given.radius), moves=16, seed=seed
+    )
     chosen = found.chosen
-    spheres = Spheres(candidates.centre[chosen], radius[chosen], label[chosen].astype(np.int64), len(given.radius))
+    spheres = Spheres(
+        candidates.centre[chosen], radius[chosen], label[chosen].astype(np.int64), len(given.radius)
+    )
     return _polished(spheres, samples)
 
 
@@ -120,7 +154,8 @@ def _kept(surface: Surface, share: Floats, samples: Samples, *, fine: bool) -> S
 
 
 def _of_one_part(surface: Surface, share: Floats, found: Candidates) -> Candidates:
-    """Without the balls that also touch the skin of another part: they would bridge an arm pit or a groin."""
+    """Without the balls that also touch the skin of another part: they would bridge an arm pit or a
+    groin."""
     _, face, _ = surface.nearest(found.centre)
     mine = np.log2(found.bits.astype(np.float64)).astype(np.int64)
     return found.at(share[surface.faces[face]].mean(axis=1)[np.arange(len(mine)), mine] > 0.25)
@@ -147,7 +182,8 @@ def _inner(candidates: Candidates, radius: Floats, factor: float) -> Targets:
 def _polished(spheres: Spheres, samples: list[Samples]) -> Spheres:
     """Least squares on both halves at once, then exactly symmetric again."""
     point = np.concatenate([s.point for s in samples])
-    # fine parts have more samples for their area; each sphere is solved by its own, so that does no harm
+    # fine parts have more samples for their area; each sphere is solved by its own, so that does no
+    # harm
     both = np.concatenate([point, point * FLIP])
     sided = spheres.sided
     centre = np.concatenate([spheres.centre, spheres.centre[sided] * FLIP])
@@ -157,10 +193,15 @@ def _polished(spheres: Spheres, samples: list[Samples]) -> Spheres:
     from workbench.kernels.contact.nearest import morton_order
 
     both = both[morton_order(both)]
-    centre, radius = polished(both, centre, radius, free=free, limits=Limits(0.002, 0.2, 1, 1), steps=4)
+    centre, radius = polished(
+        both, centre, radius, free=free, limits=Limits(0.002, 0.2, 1, 1), steps=4
+    )
     count = len(spheres.radius)
-    twin_centre, twin_radius = centre[:count] * [1, 0, 1], radius[:count].copy()
-    twin_centre[sided], twin_radius[sided] = centre[count:] * FLIP, radius[count:]
-    centre, radius = 0.5 * (centre[:count] + twin_centre), 0.5 * (radius[:count] + twin_radius)
+    twin_centre = centre[:count] * [1, 0, 1]
+    twin_radius = radius[:count].copy()
+    twin_centre[sided] = centre[count:] * FLIP
+    twin_radius[sided] = radius[count:]
+    centre = 0.5 * (centre[:count] + twin_centre)
+    radius = 0.5 * (radius[:count] + twin_radius)
     centre[~sided, 1] = 0.0
     return Spheres(centre, radius, spheres.segment, spheres.given)

@@ -1,7 +1,9 @@
-"""The outer skin of the base mesh: one closed surface, mouth, eye sockets, nostrils and ears sealed.
+"""The outer skin of the base mesh: one closed surface, mouth, eye sockets, nostrils and ears
+sealed.
 
-A face of the head that light from hardly any direction reaches lies in a cavity. Those faces go, and each rim left
-over is closed by a fan around one new point, a mean of vertices; so the seal moves with every shape.
+A face of the head that light from hardly any direction reaches lies in a cavity. Those faces go,
+and each rim left over is closed by a fan around one new point, a mean of vertices; so the seal
+moves with every shape.
 """
 
 from __future__ import annotations
@@ -23,7 +25,8 @@ DARK = 0.02
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """faces (T, 3) into the points of `points(shape)`: those vertices `used` (n,) and the middles of `caps`."""
+    """faces (T, 3) into the points of `points(shape)`: those vertices `used` (n,) and the middles
+    of `caps`."""
 
     faces: Ints
     used: Ints
@@ -44,17 +47,25 @@ class Skin:
         hidden[np.flatnonzero(near)[light < DARK]] = True
         hidden = _largest_outside(quads, hidden)
         kept = quads[~hidden]
-        caps, fans = [], []
+        caps = []
+        fans = []
         balls = [source.groups[f"helper-{side}-eye"] for side in "lr"]
         for rim in _rims(kept):
             middle = source.base[rim].mean(axis=0)
-            eye = min(balls, key=lambda rows: float(np.linalg.norm(source.base[rows].mean(axis=0) - middle)))
+            eye = min(
+                balls,
+                key=lambda rows: float(np.linalg.norm(source.base[rows].mean(axis=0) - middle)),
+            )
             ball = source.base[eye]
             if len(rim) > 24 and np.linalg.norm(ball.mean(axis=0) - middle) < 0.02:
                 caps.append(eye[ball[:, 0] > ball[:, 0].max() - 0.001])  # the front of the eye ball
             else:
                 caps.append(np.unique(rim))
-            fans.append(np.column_stack([rim, np.roll(rim, -1), np.full(len(rim), -len(caps))])[:, [1, 0, 2]])
+            fans.append(
+                np.column_stack([rim, np.roll(rim, -1), np.full(len(rim), -len(caps))])[
+                    :, [1, 0, 2]
+                ]
+            )
         flat = np.concatenate([kept[:, [0, 1, 2]], kept[:, [0, 2, 3]], *fans])
         used = np.unique(flat[flat >= 0])
         number = np.full(len(source.base), -1)
@@ -86,12 +97,15 @@ def _mirrored(source: Source, quads: Ints, light: Floats) -> Floats:
 
 
 def _largest_outside(quads: Ints, hidden: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Hidden faces, and lit ones that hang together with nothing of the outer skin; specks of shade stay outside."""
+    """Hidden faces, and lit ones that hang together with nothing of the outer skin; specks of shade
+    stay outside."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 
     result = hidden.copy()
-    side = np.stack([np.sort(quads[:, [k, (k + 1) % 4]], axis=1) for k in range(4)], axis=1).reshape(-1, 2)
+    side = np.stack(
+        [np.sort(quads[:, [k, (k + 1) % 4]], axis=1) for k in range(4)], axis=1
+    ).reshape(-1, 2)
     _, edge = np.unique(side, axis=0, return_inverse=True)
     edge = edge.reshape(-1, 4)
     for _ in range(6):  # a face goes with three of its four neighbours: smooth rims
@@ -100,7 +114,9 @@ def _largest_outside(quads: Ints, hidden: NDArray[np.bool_]) -> NDArray[np.bool_
         result = np.where(around >= 3, True, np.where(around <= 1, False, result))
     for state in (True, False):
         rows = np.flatnonzero(result == state)
-        member = coo_matrix((np.ones(4 * len(rows)), (np.repeat(np.arange(len(rows)), 4), quads[rows].ravel())))
+        member = coo_matrix(
+            (np.ones(4 * len(rows)), (np.repeat(np.arange(len(rows)), 4), quads[rows].ravel()))
+        )
         _, label = connected_components(member.tocsr() @ member.T.tocsr(), directed=False)
         size = np.bincount(label)
         few = size < 12 if state else size < size.max()
@@ -109,7 +125,8 @@ def _largest_outside(quads: Ints, hidden: NDArray[np.bool_]) -> NDArray[np.bool_
 
 
 def _rims(quads: Ints) -> list[Ints]:
-    """The open edges of a mesh as closed chains of vertices, in the sense of the faces they border."""
+    """The open edges of a mesh as closed chains of vertices, in the sense of the faces they
+    border."""
     edges = np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)])
     edges = edges[edges[:, 0] != edges[:, 1]]
     there = set(map(tuple, edges.tolist()))
@@ -140,8 +157,8 @@ def _rims(quads: Ints) -> list[Ints]:
 
 
 def _light(points: Floats, quads: Ints, others: Ints) -> Floats:
-    """(n,) share of the half sphere over each face from which light reaches it, past the faces themselves and
-    others (m, 4)."""
+    """(n,) share of the half sphere over each face from which light reaches it, past the faces
+    themselves and others (m, 4)."""
     count = 160
     k = np.arange(count)
     height = 1 - (2 * k + 1) / count
@@ -150,7 +167,9 @@ def _light(points: Floats, quads: Ints, others: Ints) -> Floats:
     ways = np.column_stack([flat * np.cos(turn), flat * np.sin(turn), height])
     split = [[0, 1, 2], [0, 2, 3]]
     corners = np.concatenate([points[rows[:, k]] for rows in (quads, others) for k in split])
-    normal = np.cross(points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]])
+    normal = np.cross(
+        points[quads[:, 2]] - points[quads[:, 0]], points[quads[:, 3]] - points[quads[:, 1]]
+    )
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-18)[:, None]
     middle = points[quads].mean(axis=1)
     found: Floats = _lit(middle + 1e-5 * normal, normal, ways, np.ascontiguousarray(corners))
@@ -175,18 +194,23 @@ def _lit(place, normal, ways, corners):  # type: ignore[no-untyped-def]
                 f = last if t < 0 else t
                 if f < 2 * len(place) and f % len(place) == i:  # a bent face would shade itself
                     continue
-                # the box against the line, by its projection along each pair of axes, cheaply: the slab test
-                near, far = 0.0, 1.0
+                # the box against the line, by its projection along each pair of axes, cheaply: the
+                # slab test
+                near = 0.0
+                far = 1.0
                 out = False
                 for a in range(3):
                     if abs(d[a]) < 1e-12:
                         out = out or place[i, a] < low[f, a] or place[i, a] > high[f, a]
                     else:
-                        p, q = (low[f, a] - place[i, a]) / d[a], (high[f, a] - place[i, a]) / d[a]
-                        near, far = max(near, min(p, q)), min(far, max(p, q))
+                        p = (low[f, a] - place[i, a]) / d[a]
+                        q = (high[f, a] - place[i, a]) / d[a]
+                        near = max(near, min(p, q))
+                        far = min(far, max(p, q))
                 if out or near > far + 1e-9:
                     continue
-                e, g = corners[f, 1] - corners[f, 0], corners[f, 2] - corners[f, 0]
+                e = corners[f, 1] - corners[f, 0]
+                g = corners[f, 2] - corners[f, 0]
                 h = np.cross(d, g)
                 det = e[0] * h[0] + e[1] * h[1] + e[2] * h[2]
                 if abs(det) < 1e-18:

@@ -1,4 +1,5 @@
-"""The typical adult that everything is found on: skin, shares, landmarks, and spheres at three levels of detail."""
+"""The typical adult that everything is found on: skin, shares, landmarks, and spheres at three
+levels of detail."""
 
 from __future__ import annotations
 
@@ -22,17 +23,31 @@ __all__ = ["FACTORS", "Template", "made_template", "rigs_of"]
 Floats = NDArray[np.float64]
 TYPICAL = Person(male=0.5, muscle=0.55, weight=0.7)
 STATURE = 1.7
-ARM, LEG = np.radians(38), np.radians(9)
+ARM = np.radians(38)
+LEG = np.radians(9)
 """Limbs apart while spheres are fitted, so that no skin lies against other skin."""
 FACTORS = {"fine": 1.0, "medium": 2.0, "coarse": 7.0}
-HOME = {"PV": "LT", "W": "LT", "SP": "CT", "NP": "UT", "HP": "N", "LC": "LSM", "LS": "LSM", "LE": "LUA", "LW": "LLA",
-        "LH": "LT", "LK": "LUL", "LA": "LLL"}  # fmt: skip
+HOME = {
+    "PV": "LT",
+    "W": "LT",
+    "SP": "CT",
+    "NP": "UT",
+    "HP": "N",
+    "LC": "LSM",
+    "LS": "LSM",
+    "LE": "LUA",
+    "LW": "LLA",
+    "LH": "LT",
+    "LK": "LUL",
+    "LA": "LLL",
+}
 """The segment whose sphere sits at each joint."""
 
 
 @dataclass(frozen=True, eq=False)
 class Template:
-    """surface: the skin, its limbs apart; joints (J, 3) in that pose; share (P, N) of the segments in its points."""
+    """surface: the skin, its limbs apart; joints (J, 3) in that pose; share (P, N) of the segments
+    in its points."""
 
     source: Source
     skeleton: Skeleton
@@ -54,12 +69,15 @@ def made_template(source: Source) -> Template:
     surface = Surface(skin.points(apart), skin.faces)
     share = skin.points(skeleton.share)
     share /= share.sum(axis=1, keepdims=True)
-    marks = landmarks(skeleton, apart, joints, (surface.vertices, corner_normals(surface), share), surface)
+    marks = landmarks(
+        skeleton, apart, joints, (surface.vertices, corner_normals(surface), share), surface
+    )
     return Template(source, skeleton, skin, surface, joints, share, tuple(marks))
 
 
 def _given(template: Template) -> Given:
-    """The spheres at the joints, each as large as the skin lets it, and those of the landmarks; left and middle."""
+    """The spheres at the joints, each as large as the skin lets it, and those of the landmarks;
+    left and middle."""
     rows = []
     for j, name in enumerate(JOINTS):
         if name[0] == "R":
@@ -67,7 +85,9 @@ def _given(template: Template) -> Given:
         place = template.joints[j] * ([1, 1, 1] if name[0] == "L" else [1, 0, 1])
         depth = -float(template.surface.distance(place[None])[0])
         rows.append((place, depth + 1e-3, HOME[name], j, "", ""))
-    rows += [(np.array(m.centre), m.radius, m.segment, -1, m.name, m.direction) for m in template.marks]
+    rows += [
+        (np.array(m.centre), m.radius, m.segment, -1, m.name, m.direction) for m in template.marks
+    ]
     place, radius, segment, joint, names, ways = zip(*rows, strict=True)
     at = np.array([SEGMENTS.index(name) for name in segment])
     return Given(np.array(place), np.array(radius), at, np.array(joint), names, ways)

@@ -1,4 +1,5 @@
-"""How well spheres show the skin: fit errors of a body's segments, gaps at bent joints, overlaps of segments."""
+"""How well spheres show the skin: fit errors of a body's segments, gaps at bent joints, overlaps of
+segments."""
 
 from __future__ import annotations
 
@@ -17,14 +18,47 @@ __all__ = ["BENT", "allowances", "bent_gaps", "fit_errors"]
 
 Floats = NDArray[np.float64]
 SEATED = {f"{side}{joint}": {"flexion": 90.0} for side in "LR" for joint in "HKE"}
-BENT = {"LE": ("flexion", 100.0), "LK": ("flexion", 100.0), "LW": ("flexion", 50.0), "HP": ("flexion", 20.0),
-        "NP": ("flexion", 40.0), "LH": ("flexion", 90.0), "LS": ("abduction", 60.0)}  # fmt: skip
-FLESH = {("LT", "UT"), ("CT", "LUL"), ("CT", "RUL"), ("LT", "LUA"), ("CT", "LUA"), ("CT", "RUA"), ("UT", "LUA"),
-         ("UT", "RUA"), ("LUL", "RUL"), ("N", "LSM"), ("N", "RSM"), ("CT", "LSM"), ("CT", "RSM"), ("LSM", "RSM"),
-         ("UT", "H"), ("LT", "LLL"), ("LT", "RLL"), ("LT", "LLA"), ("LT", "RLA"), ("LT", "RUA"),
-         ("N", "LUA"), ("N", "RUA"), ("LHN", "LUL"), ("RHN", "RUL"), ("H", "LSM"), ("H", "RSM"),
-         ("CT", "LLA"), ("CT", "RLA")}  # fmt: skip
-"""Pairs that flesh joins or presses together, standing or sitting; the palm may lie against the thigh."""
+BENT = {
+    "LE": ("flexion", 100.0),
+    "LK": ("flexion", 100.0),
+    "LW": ("flexion", 50.0),
+    "HP": ("flexion", 20.0),
+    "NP": ("flexion", 40.0),
+    "LH": ("flexion", 90.0),
+    "LS": ("abduction", 60.0),
+}
+FLESH = {
+    ("LT", "UT"),
+    ("CT", "LUL"),
+    ("CT", "RUL"),
+    ("LT", "LUA"),
+    ("CT", "LUA"),
+    ("CT", "RUA"),
+    ("UT", "LUA"),
+    ("UT", "RUA"),
+    ("LUL", "RUL"),
+    ("N", "LSM"),
+    ("N", "RSM"),
+    ("CT", "LSM"),
+    ("CT", "RSM"),
+    ("LSM", "RSM"),
+    ("UT", "H"),
+    ("LT", "LLL"),
+    ("LT", "RLL"),
+    ("LT", "LLA"),
+    ("LT", "RLA"),
+    ("LT", "RUA"),
+    ("N", "LUA"),
+    ("N", "RUA"),
+    ("LHN", "LUL"),
+    ("RHN", "RUL"),
+    ("H", "LSM"),
+    ("H", "RSM"),
+    ("CT", "LLA"),
+    ("CT", "RLA"),
+}
+"""Pairs that flesh joins or presses together, standing or sitting; the palm may lie against the
+thigh."""
 
 
 def neighbours(segment: int) -> list[int]:
@@ -33,11 +67,14 @@ def neighbours(segment: int) -> list[int]:
     return sorted({n for pair in pairs if segment in pair for n in pair})
 
 
-def fit_errors(surface: Surface, share: Floats, spheres: tuple[Floats, Floats, NDArray[np.int64]]) -> Floats:
-    """(N, 2) [m] how far the skin lies outside and inside the spheres of each segment and its neighbours.
+def fit_errors(
+    surface: Surface, share: Floats, spheres: tuple[Floats, Floats, NDArray[np.int64]]
+) -> Floats:
+    """(N, 2) [m] how far the skin lies outside and inside the spheres of each segment and its
+    neighbours.
 
-    100,000 samples of the skin; in the zero pose skin lies against skin, so each part is held against its own,
-    and skin folded in between two parts (an arm pit, a groin) is not counted.
+    100,000 samples of the skin; in the zero pose skin lies against skin, so each part is held
+    against its own, and skin folded in between two parts (an arm pit, a groin) is not counted.
     """
     centre, radius, segment = spheres
     samples = random_samples(surface, 100_000, seed=3)
@@ -50,7 +87,8 @@ def fit_errors(surface: Surface, share: Floats, spheres: tuple[Floats, Floats, N
             continue
         field, ball = union_field(point, centre[own], radius[own])
         folded = (segment[own][ball] != n) & (field < -0.005)
-        point, field = point[~folded], field[~folded]
+        point = point[~folded]
+        field = field[~folded]
         exposed = exposed_points(centre[own], radius[own], 20_000)
         far = distance_to_union(point, exposed, centre[own], radius[own])
         result[n] = max(field.max(), 0.0), far[field < 0].max(initial=0.0)
@@ -58,18 +96,24 @@ def fit_errors(surface: Surface, share: Floats, spheres: tuple[Floats, Floats, N
 
 
 def allowances(body: Body) -> tuple[list[tuple[str, str, float]], list[str]]:
-    """Overlaps of segments standing or sitting as allowances, rounded up to 2 mm; and those that no flesh explains."""
+    """Overlaps of segments standing or sitting as allowances, rounded up to 2 mm; and those that no
+    flesh explains."""
     bare = wb.place(_without(body), wb.join_poses([wb.pose(body, {}), wb.pose(body, SEATED)]))
     found = wb.self_contacts(bare)
     segment = body.sphere_segment
     deepest: dict[tuple[str, str], float] = {}
     for one, other, distance in zip(found.sphere, found.other_sphere, found.distance, strict=True):
-        pair = sorted((body.segments[segment[one]], body.segments[segment[other]]), key=SEGMENTS.index)
+        pair = sorted(
+            (body.segments[segment[one]], body.segments[segment[other]]), key=SEGMENTS.index
+        )
         key = (pair[0], pair[1])
         deepest[key] = max(deepest.get(key, 0.0), -float(distance))
-    rows = [(a, b, float(np.ceil(500 * depth + 0.5) / 500)) for (a, b), depth in sorted(deepest.items())]
-    return [row for row in rows if row[:2] in FLESH], [f"{a}-{b} {1000 * d:.0f} mm" for a, b, d in rows
-                                                      if (a, b) not in FLESH]  # fmt: skip
+    rows = [
+        (a, b, float(np.ceil(500 * depth + 0.5) / 500)) for (a, b), depth in sorted(deepest.items())
+    ]
+    return [row for row in rows if row[:2] in FLESH], [
+        f"{a}-{b} {1000 * d:.0f} mm" for a, b, d in rows if (a, b) not in FLESH
+    ]
 
 
 def _without(body: Body) -> Body:
@@ -79,9 +123,11 @@ def _without(body: Body) -> Body:
 
 
 def bent_gaps(surface: Surface, share: Floats, joints: Floats, body: Body) -> dict[str, Floats]:
-    """Largest and mean distance [m] between the linearly skinned surface and the spheres within 120 mm of bent joints.
+    """Largest and mean distance [m] between the linearly skinned surface and the spheres within 120
+    mm of bent joints.
 
-    surface: the skin in the zero pose; share (P, N); joints (J, 3) of this body. One joint bent at a time.
+    surface: the skin in the zero pose; share (P, N); joints (J, 3) of this body. One joint bent at
+    a time.
     """
     result = {}
     scale = np.ptp(surface.vertices[:, 2]) / 1.75

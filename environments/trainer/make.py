@@ -1,6 +1,8 @@
-"""Build trainer.obj, the cockpit of a two-seat side-by-side light trainer: python environments/trainer/make.py
+"""Build trainer.obj, the cockpit of a two-seat side-by-side light trainer: python
+environments/trainer/make.py
 
-Every length is in mm here; x is forward of the seat reference point, y left of the centre line, z above the floor.
+Every length is in mm here; x is forward of the seat reference point, y left of the centre line, z
+above the floor.
 """
 
 from __future__ import annotations
@@ -13,15 +15,30 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.typing import ArrayLike, NDArray
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # where the solids of all environments are
+sys.path.insert(
+    0, str(Path(__file__).resolve().parents[1])
+)  # where the solids of all environments are
 from panel import panel_parts
-from solids import box, disc, frame, hull, loft, mirrored, place, prism, shell, sweep, union, write_obj
+from solids import (
+    box,
+    disc,
+    frame,
+    hull,
+    loft,
+    mirrored,
+    place,
+    prism,
+    shell,
+    sweep,
+    union,
+    write_obj,
+)
 
 Floats = NDArray[np.float64]
 Parts = dict[str, Manifold]
 
-# The fuselage, station by station: x, half width inside at the sill, height of the sill, height of the crown inside
-# and the exponent of the superellipse between them.
+# The fuselage, station by station: x, half width inside at the sill, height of the sill, height of
+# the crown inside and the exponent of the superellipse between them.
 STATIONS = np.array(
     [
         (-760, 452, 700, 950, 2.2),
@@ -44,16 +61,24 @@ STATIONS = np.array(
     ],
     dtype=np.float64,
 )
-TAIL, BOW, DECK, NOSE = -760.0, 430.0, 980.0, 1150.0  # canopy from TAIL to BOW, windscreen from there to DECK
-WALL, PERSPEX = 22.0, 4.0
+TAIL = -760.0
+BOW = 430.0
+DECK = 980.0
+NOSE = 1150.0  # canopy from TAIL to BOW, windscreen from there to DECK
+WALL = 22.0
+PERSPEX = 4.0
 
-SEAT_Y, SRP_HEIGHT = 280.0, 280.0
-CUSHION, BACK = radians(7.0), radians(15.0)  # cushion front up, back aft of vertical
+SEAT_Y = 280.0
+SRP_HEIGHT = 280.0
+CUSHION = radians(7.0)
+BACK = radians(15.0)  # cushion front up, back aft of vertical
 PEDAL = radians(45.0)  # pedal face above the horizontal
 HUB = (548.0, 402.0)  # x and z of the axis of the throttle quadrant
 LEVER_Y = (26.0, 0.0, -26.0)  # throttle, propeller, mixture
-ACROSS, UP = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-PEDAL_X, PEDAL_Z = 930.0, 144.0  # ball of the foot
+ACROSS = (0.0, 1.0, 0.0)
+UP = (0.0, 0.0, 1.0)
+PEDAL_X = 930.0
+PEDAL_Z = 144.0  # ball of the foot
 
 
 def station(x: float) -> Floats:
@@ -62,15 +87,18 @@ def station(x: float) -> Floats:
 
 
 def arch(x: float, offset: float, *, count: int = 17) -> Floats:
-    """Points (count, 3) evenly along the arch at x, from the left sill over the crown, `offset` outside of it."""
+    """Points (count, 3) evenly along the arch at x, from the left sill over the crown, `offset`
+    outside of it."""
     width, sill, crown, power = station(x)
     t = np.linspace(0.0, np.pi, 1441)
-    c, s = np.cos(t), np.sin(t)
+    c = np.cos(t)
+    s = np.sin(t)
     y = width * np.sign(c) * np.abs(c) ** (2.0 / power)
     z = (crown - sill) * np.abs(s) ** (2.0 / power)
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(y), np.diff(z)))])
     even = np.linspace(0.0, length[-1], count)
-    y, z = np.interp(even, length, y), np.interp(even, length, z)
+    y = np.interp(even, length, y)
+    z = np.interp(even, length, z)
     normal = np.stack(
         [
             np.sign(y) * np.abs(y / width) ** (power - 1.0) / width,
@@ -78,7 +106,9 @@ def arch(x: float, offset: float, *, count: int = 17) -> Floats:
         ]
     )
     normal /= np.linalg.norm(normal, axis=0)
-    return np.column_stack([np.full(count, x), y + offset * normal[0], sill + z + offset * normal[1]])
+    return np.column_stack(
+        [np.full(count, x), y + offset * normal[0], sill + z + offset * normal[1]]
+    )
 
 
 def stations(first: float, last: float) -> list[float]:
@@ -89,7 +119,9 @@ def stations(first: float, last: float) -> list[float]:
 
 def skin(first: float, last: float, inner: float, outer: float) -> Manifold:
     """The arched shell from x = first to last between two offsets."""
-    grids = [np.array([arch(x, offset) for x in stations(first, last)]) for offset in (inner, outer)]
+    grids = [
+        np.array([arch(x, offset) for x in stations(first, last)]) for offset in (inner, outer)
+    ]
     return shell(grids[0], grids[1])
 
 
@@ -131,7 +163,9 @@ def hull_parts() -> Parts:
         "right_sill": mirrored(rail),
         "aft_bulkhead": prism(slope, "y", -600.0, 600.0) ^ cabin(TAIL, 0.0),
         "baggage_shelf": box((TAIL, -600.0, 640.0), (-534.0, 600.0, 656.0)) ^ cabin(TAIL, 0.0),
-        "turtle_deck": loft([section(TAIL, WALL) - np.array([16.0, 0.0, 0.0]), section(TAIL, WALL)]),
+        "turtle_deck": loft(
+            [section(TAIL, WALL) - np.array([16.0, 0.0, 0.0]), section(TAIL, WALL)]
+        ),
         "forward_deck": skin(DECK, NOSE, 0.0, WALL),
     }
 
@@ -164,11 +198,14 @@ def ring(centre: ArrayLike, radius: float, *, sides: int = 10) -> Floats:
     """Points of a level circle with a second one above it, for hulls."""
     turn = (np.arange(sides) + 0.5) * 2.0 * np.pi / sides
     circle = np.column_stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros(sides)])
-    return np.vstack([circle, circle + np.array([0.0, 0.0, 12.0])]) + np.asarray(centre, dtype=np.float64)
+    return np.vstack([circle, circle + np.array([0.0, 0.0, 12.0])]) + np.asarray(
+        centre, dtype=np.float64
+    )
 
 
-# The seats are drawn from their reference point, in the planes that meet there: (0, 0) is that point, `back(u, n)` lies
-# u up the back and n in front of it, `cushion(u, n)` u along the cushion and n above it.
+# The seats are drawn from their reference point, in the planes that meet there: (0, 0) is that
+# point, `back(u, n)` lies u up the back and n in front of it, `cushion(u, n)` u along the cushion
+# and n above it.
 
 
 def back(u: float, n: float, y: float) -> tuple[float, float, float]:
@@ -190,7 +227,10 @@ def seat_pan() -> Manifold:
         start = -depth * (sin(CUSHION + BACK) / cos(CUSHION + BACK))
         points += [cushion(u, -depth, s * half) for u in (-start, lead) for s in (-1.0, 1.0)]
     slot = union(
-        [box((322.0, -52.0, -150.0), (600.0, 52.0, 200.0)), disc((322.0, 0.0, -150.0), (0.0, 0.0, 1.0), 52.0, 350.0)]
+        [
+            box((322.0, -52.0, -150.0), (600.0, 52.0, 200.0)),
+            disc((322.0, 0.0, -150.0), (0.0, 0.0, 1.0), 52.0, 350.0),
+        ]
     )
     return hull(points) - slot
 
@@ -210,7 +250,12 @@ def headrest() -> Manifold:
     """The head rest on its two posts."""
     points = []
     for inset, n in ((14.0, -12.0), (0.0, -26.0), (0.0, -52.0), (16.0, -68.0)):
-        for u, half in ((700.0 + inset, 92.0), (728.0, 114.0), (828.0, 108.0), (872.0 - inset, 66.0)):
+        for u, half in (
+            (700.0 + inset, 92.0),
+            (728.0, 114.0),
+            (828.0, 108.0),
+            (872.0 - inset, 66.0),
+        ):
             points += [back(u, n, s * (half - inset)) for s in (-1.0, 1.0)]
     posts = [sweep([back(628.0, -40.0, y), back(720.0, -40.0, y)], 7.0) for y in (-55.0, 55.0)]
     return union([hull(points), *posts])
@@ -220,10 +265,13 @@ def seat_base() -> Manifold:
     """Two trestles that straddle the rails, two tubes between them."""
     trestles = []
     for y in (-175.0, 175.0):
-        low, high = [(40.0, 24.0), (330.0, 24.0)], [(390.0, SRP_HEIGHT - 62.0), (12.0, SRP_HEIGHT - 112.0)]
+        low = [(40.0, 24.0), (330.0, 24.0)]
+        high = [(390.0, SRP_HEIGHT - 62.0), (12.0, SRP_HEIGHT - 112.0)]
         plate = prism(low + high, "y", y - 26.0, y + 26.0)
         trestles.append(plate - box((-200.0, y - 20.0, 0.0), (600.0, y + 20.0, 72.0)))
-    tubes = [sweep([(x, -160.0, z), (x, 160.0, z)], 13.0) for x, z in ((80.0, 120.0), (310.0, 130.0))]
+    tubes = [
+        sweep([(x, -160.0, z), (x, 160.0, z)], 13.0) for x, z in ((80.0, 120.0), (310.0, 130.0))
+    ]
     return union([*trestles, *tubes])
 
 
@@ -232,8 +280,13 @@ def seat_parts() -> Parts:
     rails = union([box((-260.0, y - 14.0, 0.0), (520.0, y + 14.0, 45.0)) for y in (-175.0, 175.0)])
     drawn = {"pan": seat_pan(), "back": seat_back(), "headrest": headrest()}
     seat = {name: solid.translate((0.0, SEAT_Y, SRP_HEIGHT)) for name, solid in drawn.items()}
-    seat |= {"base": seat_base().translate((0.0, SEAT_Y, 0.0)), "rails": rails.translate((0.0, SEAT_Y, 0.0))}
-    return both({name if name == "headrest" else f"seat_{name}": solid for name, solid in seat.items()})
+    seat |= {
+        "base": seat_base().translate((0.0, SEAT_Y, 0.0)),
+        "rails": rails.translate((0.0, SEAT_Y, 0.0)),
+    }
+    return both(
+        {name if name == "headrest" else f"seat_{name}": solid for name, solid in seat.items()}
+    )
 
 
 def both(parts: Parts) -> Parts:
@@ -245,17 +298,29 @@ def both(parts: Parts) -> Parts:
 def stick_parts() -> Parts:
     """The sticks, bent aft to the hand, with a grip and a boot at the floor."""
     path = [(505.0, 0.0, 70.0), (478.0, 0.0, 300.0), (408.0, 0.0, 446.0), (394.0, 0.0, 480.0)]
-    path += [(391.0, 0.0, 487.0), (380.0, 0.0, 515.0), (368.0, 0.0, 548.0), (358.0, 0.0, 576.0), (350.0, 0.0, 598.0)]
+    path += [
+        (391.0, 0.0, 487.0),
+        (380.0, 0.0, 515.0),
+        (368.0, 0.0, 548.0),
+        (358.0, 0.0, 576.0),
+        (350.0, 0.0, 598.0),
+    ]
     shaft = sweep(path, [11.0, 11.0, 11.0, 11.0, 22.0, 18.0, 19.0, 22.0, 20.0], flat=0.8)
     button = disc((349.0, 0.0, 597.0), (-0.33, 0.0, 0.94), 7.0, 7.0, sides=12)
     boot = sweep([(505.0, 0.0, 0.0), (505.0, 0.0, 70.0)], [78.0, 24.0], sides=16)
     stick = shaft + button
-    return both({name: solid.translate((0.0, SEAT_Y, 0.0)) for name, solid in (("stick", stick), ("stick_boot", boot))})
+    return both(
+        {
+            name: solid.translate((0.0, SEAT_Y, 0.0))
+            for name, solid in (("stick", stick), ("stick_boot", boot))
+        }
+    )
 
 
 def pedal() -> Manifold:
     """One pedal about the ball of the foot: a ribbed plate on an arm from the bar."""
-    along, across = (cos(PEDAL), 0.0, sin(PEDAL)), (0.0, 1.0, 0.0)
+    along = (cos(PEDAL), 0.0, sin(PEDAL))
+    across = (0.0, 1.0, 0.0)
     placement = frame((PEDAL_X, 0.0, PEDAL_Z), along, across)
     plate = hull(
         [
@@ -265,19 +330,30 @@ def pedal() -> Manifold:
             for v in (-46.0 + a, 46.0 - a)
         ]
     )
-    arm = sweep([(976.0, 0.0, 45.0), (975.0, 0.0, 90.0), (966.0, 0.0, 108.0), (936.0, 0.0, 138.0)], 10.0)
+    arm = sweep(
+        [(976.0, 0.0, 45.0), (975.0, 0.0, 90.0), (966.0, 0.0, 108.0), (936.0, 0.0, 138.0)], 10.0
+    )
     return union([place(plate.mirror((0.0, 0.0, 1.0)), placement), arm])
 
 
 def pedal_parts() -> Parts:
     """Four rudder pedals on two bars."""
     parts = {
-        f"{name}_pedal": pedal().translate((0.0, SEAT_Y + y, 0.0)) for name, y in (("left", 85.0), ("right", -85.0))
+        f"{name}_pedal": pedal().translate((0.0, SEAT_Y + y, 0.0))
+        for name, y in (("left", 85.0), ("right", -85.0))
     }
     left = {f"left_seat_{name}": solid for name, solid in parts.items()}
-    right = {f"right_seat_{name}": solid.translate((0.0, -2.0 * SEAT_Y, 0.0)) for name, solid in parts.items()}
-    blocks = [box((956.0, y - 12.0, 0.0), (996.0, y + 12.0, 58.0)) for y in (SEAT_Y - 140.0, SEAT_Y + 140.0)]
-    bar = union([sweep([(976.0, SEAT_Y - 140.0, 38.0), (976.0, SEAT_Y + 140.0, 38.0)], 14.0), *blocks])
+    right = {
+        f"right_seat_{name}": solid.translate((0.0, -2.0 * SEAT_Y, 0.0))
+        for name, solid in parts.items()
+    }
+    blocks = [
+        box((956.0, y - 12.0, 0.0), (996.0, y + 12.0, 58.0))
+        for y in (SEAT_Y - 140.0, SEAT_Y + 140.0)
+    ]
+    bar = union(
+        [sweep([(976.0, SEAT_Y - 140.0, 38.0), (976.0, SEAT_Y + 140.0, 38.0)], 14.0), *blocks]
+    )
     return left | right | both({"pedal_bar": bar})
 
 
@@ -287,7 +363,8 @@ def about_hub(y: float, radius: float, width: float) -> Manifold:
 
 
 def lever(angle: float, y: float, head: Manifold) -> Manifold:
-    """A lever of the quadrant, `angle` degrees above the forward direction, with its head at the end."""
+    """A lever of the quadrant, `angle` degrees above the forward direction, with its head at the
+    end."""
     out = np.array([cos(radians(angle)), 0.0, sin(radians(angle))])
     hub = np.array([HUB[0], y, HUB[1]])
     arm = sweep([hub + 60.0 * out, hub + 166.0 * out], 4.5, sides=8)
@@ -296,11 +373,14 @@ def lever(angle: float, y: float, head: Manifold) -> Manifold:
 
 
 def console_parts() -> Parts:
-    """The console between the seats, and on it the quadrant with its slots and the trim wheel in its well."""
+    """The console between the seats, and on it the quadrant with its slots and the trim wheel in
+    its well."""
     rise = [(-170, 235), (-140, 262), (400, 290), (446, 322), (520, 420), (632, 540), (700, 540)]
     console = prism([(-170, 0), *rise, (700, 0)], "y", -45.0, 45.0)
     well = disc((230.0, -32.0, 245.0), ACROSS, 70.0, 20.0, sides=32)
-    slots = union([about_hub(y - 6.0, 140.0, 12.0) for y in LEVER_Y]) - about_hub(-50.0, 58.0, 100.0)
+    slots = union([about_hub(y - 6.0, 140.0, 12.0) for y in LEVER_Y]) - about_hub(
+        -50.0, 58.0, 100.0
+    )
     return {
         "centre_console": console - well,
         "throttle_quadrant": about_hub(-42.0, 100.0, 84.0) - console - slots,
@@ -314,10 +394,16 @@ def lever_parts() -> Parts:
     knob = disc((0, 0, 0), UP, 13.0, 10.0, sides=16) + disc((0, 0, 10), UP, 15.0, 16.0, sides=16)
     heads = (wing, knob, disc((0, 0, 0), UP, 15.0, 24.0, sides=6))
     throttle, propeller, mixture = (
-        lever(angle, y, head) for angle, y, head in zip((118.0, 107.0, 96.0), LEVER_Y, heads, strict=True)
+        lever(angle, y, head)
+        for angle, y, head in zip((118.0, 107.0, 96.0), LEVER_Y, heads, strict=True)
     )
     flap = sweep([(40.0, 22.0, 262.0), (60.0, 22.0, 292.0), (170.0, 22.0, 338.0)], 6.0, sides=8)
-    handle = [(165.0, 22.0, 336.0), (172.0, 22.0, 339.0), (262.0, 22.0, 376.0), (268.0, 22.0, 379.0)]
+    handle = [
+        (165.0, 22.0, 336.0),
+        (172.0, 22.0, 339.0),
+        (262.0, 22.0, 376.0),
+        (268.0, 22.0, 379.0),
+    ]
     brake = sweep([(40.0, -20.0, 264.0), (80.0, -20.0, 302.0)], 6.0, sides=6)
     pointer = hull([(356 + x, y, z) for x in (-34, 26) for y in (-6, 6) for z in (293, 314)])
     return {

@@ -1,4 +1,5 @@
-"""The instrument panel: three facets, what is set into them, and the coaming above. Lengths [mm]."""
+"""The instrument panel: three facets, what is set into them, and the coaming above. Lengths
+[mm]."""
 
 from __future__ import annotations
 
@@ -14,20 +15,26 @@ __all__ = ["panel_parts"]
 Floats = NDArray[np.float64]
 Parts = dict[str, Manifold]
 
-FOLD_X, FOLD_Y, FOOT_Z = 622.0, 180.0, 575.0  # where the facets meet at their foot
-TILT, WRAP = radians(10.0), radians(8.0)  # top away from the pilot; outer facets turned toward him
+FOLD_X = 622.0
+FOLD_Y = 180.0
+FOOT_Z = 575.0  # where the facets meet at their foot
+TILT = radians(10.0)
+WRAP = radians(8.0)  # top away from the pilot; outer facets turned toward him
 THICK = 5.0
 BEZEL = 42.0
 
 
 def facet(turn: float, y: float) -> Floats:
-    """The placement of a facet as the pilot sees it: x to the right, y up the face, z out of it toward him."""
+    """The placement of a facet as the pilot sees it: x to the right, y up the face, z out of it
+    toward him."""
     right = np.array([sin(turn), -cos(turn), 0.0])
     away = np.array([cos(turn), sin(turn), 0.0])
     return frame((FOLD_X, y, FOOT_Z), right, sin(TILT) * away + [0.0, 0.0, cos(TILT)])
 
 
-LEFT, CENTRE, RIGHT = facet(WRAP, FOLD_Y), facet(0.0, 0.0), facet(-WRAP, -FOLD_Y)
+LEFT = facet(WRAP, FOLD_Y)
+CENTRE = facet(0.0, 0.0)
+RIGHT = facet(-WRAP, -FOLD_Y)
 
 # Where each round instrument sits: its facet, x and y on it, its radius.
 GAUGES = {
@@ -44,14 +51,24 @@ GAUGES = {
     "fuel_gauge": (RIGHT, 38.0, 50.0, 29.0),
     "voltmeter": (RIGHT, 104.0, 50.0, 29.0),
 }
-# The radios from the top down: height of the foot of the front on the centre facet, height of the front.
+# The radios from the top down: height of the foot of the front on the centre facet, height of the
+# front.
 RADIOS = {
     "audio_panel": (236.0, 32.0),
     "nav_com_radio": (166.0, 66.0),
     "nav_com_radio_two": (96.0, 66.0),
     "transponder": (52.0, 40.0),
 }
-SWITCHES = ("master", "alternator", "avionics", "fuel_pump", "nav_light", "strobe", "landing_light", "pitot_heat")
+SWITCHES = (
+    "master",
+    "alternator",
+    "avionics",
+    "fuel_pump",
+    "nav_light",
+    "strobe",
+    "landing_light",
+    "pitot_heat",
+)
 # Push-pull knobs: facet, x, y.
 KNOBS = {
     "carb_heat": (CENTRE, -66.0, 4.0),
@@ -71,18 +88,34 @@ def behind(depth: float) -> Manifold:
 def plate() -> Manifold:
     """The panel without its holes."""
     half = [(0, 852), (120, 850), (260, 845), (380, 831), (470, 813), (510, 797), (528, 780)]
-    half += [(530, 668), (554, 664), (556, 600), (538, 580), (505, 575), (118, 575), (104, 548), (0, 548)]
+    half += [
+        (530, 668),
+        (554, 664),
+        (556, 600),
+        (538, 580),
+        (505, 575),
+        (118, 575),
+        (104, 548),
+        (0, 548),
+    ]
     outline = half + [(-y, z) for y, z in half[-2:0:-1]]
     return (behind(0.0) - behind(THICK)) ^ prism(outline, "x", 300.0, 900.0)
 
 
 def gauge(x: float, y: float, radius: float) -> Manifold:
-    """A round instrument: a case behind the panel, a bezel before it, a sunk face with a pointer."""
+    """A round instrument: a case behind the panel, a bezel before it, a sunk face with a
+    pointer."""
     case = disc((x, y, -60.0), AHEAD, radius - 3.0, 61.0, sides=16)
     bezel = disc((x, y, 0.0), AHEAD, radius, 6.0) - disc((x, y, 2.0), AHEAD, 0.86 * radius, 20.0)
     turn = radians(x + 2.0 * y)  # no two pointers alike
-    tip, side = np.array([sin(turn), cos(turn)]), np.array([cos(turn), -sin(turn)])
-    outline = [-8.0 * tip - 2.5 * side, -8.0 * tip + 2.5 * side, 0.72 * radius * tip + side, 0.72 * radius * tip - side]
+    tip = np.array([sin(turn), cos(turn)])
+    side = np.array([cos(turn), -sin(turn)])
+    outline = [
+        -8.0 * tip - 2.5 * side,
+        -8.0 * tip + 2.5 * side,
+        0.72 * radius * tip + side,
+        0.72 * radius * tip - side,
+    ]
     pointer = prism(np.array(outline) + np.array([x, y]), "z", 3.0, 4.5)  # free of the face
     return union([case, bezel, pointer])
 
@@ -92,13 +125,21 @@ def radio(foot: float, height: float) -> Manifold:
     case = box((-76.0, foot + 2.0, -150.0), (76.0, foot + height - 2.0, 2.0))
     front = box((-80.0, foot, 0.0), (80.0, foot + height, 6.0))
     window = box((-50.0, foot + 0.55 * height, 4.0), (50.0, foot + 0.88 * height, 20.0))
-    knobs = [disc((x, foot + 0.4 * height, 6.0), AHEAD, 0.2 * min(height, 45.0), 14.0, sides=8) for x in (-64.0, 64.0)]
+    knobs = [
+        disc((x, foot + 0.4 * height, 6.0), AHEAD, 0.2 * min(height, 45.0), 14.0, sides=8)
+        for x in (-64.0, 64.0)
+    ]
     return union([case, front - window, *knobs])
 
 
 def knob(x: float, y: float) -> Manifold:
     """A push-pull knob on its shaft."""
-    return union([disc((x, y, -40.0), AHEAD, 4.0, 66.0, sides=10), disc((x, y, 24.0), AHEAD, 12.0, 16.0, sides=16)])
+    return union(
+        [
+            disc((x, y, -40.0), AHEAD, 4.0, 66.0, sides=10),
+            disc((x, y, 24.0), AHEAD, 12.0, 16.0, sides=16),
+        ]
+    )
 
 
 def rocker(x: float, y: float) -> Manifold:
@@ -116,8 +157,12 @@ def switch_parts() -> Parts:
     """The switch panel with its row of switches, the key and the starter."""
     panel = box((-290.0, 14.0, 0.2), (-14.0, 60.0, 3.0))
     drawn = {f"{name}_switch": rocker(-268.0 + 33.0 * k, 37.0) for k, name in enumerate(SWITCHES)}
-    key = disc((-326.0, 100.0, 0.0), AHEAD, 16.0, 6.0) + box((-328.0, 88.0, 6.0), (-324.0, 112.0, 28.0))
-    starter = disc((-326.0, 50.0, 0.0), AHEAD, 15.0, 6.0) + disc((-326.0, 50.0, 6.0), AHEAD, 10.0, 8.0, sides=16)
+    key = disc((-326.0, 100.0, 0.0), AHEAD, 16.0, 6.0) + box(
+        (-328.0, 88.0, 6.0), (-324.0, 112.0, 28.0)
+    )
+    starter = disc((-326.0, 50.0, 0.0), AHEAD, 15.0, 6.0) + disc(
+        (-326.0, 50.0, 6.0), AHEAD, 10.0, 8.0, sides=16
+    )
     drawn |= {"switch_panel": panel, "ignition_key": key, "starter_button": starter}
     return {name: place(solid, LEFT) for name, solid in drawn.items()}
 
@@ -127,14 +172,20 @@ def right_parts() -> Parts:
     lid = hull(
         [
             (x, y, z)
-            for x0, x1, y0, y1, z in ((164, 332, 20, 104, 0.2), (164, 332, 20, 104, 2), (168, 328, 24, 100, 5))
+            for x0, x1, y0, y1, z in (
+                (164, 332, 20, 104, 0.2),
+                (164, 332, 20, 104, 2),
+                (168, 328, 24, 100, 5),
+            )
             for x in (x0, x1)
             for y in (y0, y1)
         ]
     )
     lid += disc((248.0, 88.0, 5.0), AHEAD, 8.0, 10.0, sides=16)
     breakers = [
-        disc((200.0 + 22.0 * i, 132.0 + 24.0 * j, 2.5), AHEAD, 7.0, 11.0, sides=8) for i in range(5) for j in range(2)
+        disc((200.0 + 22.0 * i, 132.0 + 24.0 * j, 2.5), AHEAD, 7.0, 11.0, sides=8)
+        for i in range(5)
+        for j in range(2)
     ]
     board = box((188.0, 116.0, 0.2), (300.0, 172.0, 3.0))
     handle = sweep(
@@ -163,10 +214,15 @@ def coaming() -> Manifold:
     edge = [(600.0, -522.0), (608.0, -440.0), (620.0, -300.0), (630.0, -180.0), (632.0, 0.0)]
     edge += [(x, -y) for x, y in reversed(edge[:-1])]
     top = np.array(
-        [[(x + t * (962.0 - x), y * (1.0 - 0.17 * t), shelf(t, y)) for x, y in edge] for t in (0.0, 0.03, 0.5, 1.0)]
+        [
+            [(x + t * (962.0 - x), y * (1.0 - 0.17 * t), shelf(t, y)) for x, y in edge]
+            for t in (0.0, 0.03, 0.5, 1.0)
+        ]
     )
     top[0, :, 2] -= 7.0
-    return shell(top - [0.0, 0.0, 14.0] + np.array([0.0, 0.0, 7.0]) * (np.arange(4) == 0)[:, None, None], top)
+    return shell(
+        top - [0.0, 0.0, 14.0] + np.array([0.0, 0.0, 7.0]) * (np.arange(4) == 0)[:, None, None], top
+    )
 
 
 def shelf(t: float, y: float) -> float:
@@ -177,7 +233,13 @@ def shelf(t: float, y: float) -> float:
 def compass() -> Manifold:
     """The magnetic compass, on the coaming."""
     return hull(
-        [*sphere_points((780.0, 0.0, 890.0), 30.0), (752, -22, 857), (808, -22, 845), (752, 22, 857), (808, 22, 845)]
+        [
+            *sphere_points((780.0, 0.0, 890.0), 30.0),
+            (752, -22, 857),
+            (808, -22, 845),
+            (752, 22, 857),
+            (808, 22, 845),
+        ]
     )
 
 
@@ -190,7 +252,8 @@ def sphere_points(centre: tuple[float, float, float], radius: float) -> Floats:
 
 def panel_parts() -> Parts:
     """The panel and all that is set into it, and the coaming."""
-    panel, parts = plate(), {}
+    panel = plate()
+    parts = {}
     for name, (placement, x, y, radius) in GAUGES.items():
         parts[name] = place(gauge(x, y, radius), placement)
         panel -= place(disc((x, y, -90.0), AHEAD, radius - 2.0, 200.0, sides=16), placement)

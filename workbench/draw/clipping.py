@@ -1,4 +1,5 @@
-"""Lines and triangles cut by a plane, so that what is behind the eye or cut away is never projected."""
+"""Lines and triangles cut by a plane, so that what is behind the eye or cut away is never
+projected."""
 
 from __future__ import annotations
 
@@ -12,53 +13,74 @@ _WELD = 1e-5  # [m] ends of lines nearer than about this are one
 
 
 def _heights(points: Floats, normal: Floats) -> Floats:
-    """(...,) points (..., 3) along a direction: sums written out are several times as fast as so narrow a product."""
-    heights: Floats = points[..., 0] * normal[0] + points[..., 1] * normal[1] + points[..., 2] * normal[2]
+    """(...,) points (..., 3) along a direction: sums written out are several times as fast as so
+    narrow a product."""
+    heights: Floats = (
+        points[..., 0] * normal[0] + points[..., 1] * normal[1] + points[..., 2] * normal[2]
+    )
     return heights
 
 
 def clip_segments(ends: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
-    """The pieces (K, 2, 3) of segments (M, 2, 3) where normal . x <= offset, and the segment (K,) of each."""
+    """The pieces (K, 2, 3) of segments (M, 2, 3) where normal . x <= offset, and the segment (K,)
+    of each."""
     above = _heights(ends, normal) - offset
     kept = np.flatnonzero(np.any(above <= 0.0, axis=1))
-    pieces, height = ends[kept].copy(), above[kept]
+    pieces = ends[kept].copy()
+    height = above[kept]
     for end in (0, 1):
         cut = np.flatnonzero(height[:, end] > 0.0)
-        first, second = height[cut, 1 - end], height[cut, end]
+        first = height[cut, 1 - end]
+        second = height[cut, end]
         share = (first / (first - second))[:, None]
         pieces[cut, end] = ends[kept[cut], 1 - end] * (1.0 - share) + ends[kept[cut], end] * share
     return pieces, kept
 
 
 def clip_triangles(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
-    """The pieces (K, 3, 3) of triangles (T, 3, 3) where normal . x <= offset, and the triangle (K,) of each.
+    """The pieces (K, 3, 3) of triangles (T, 3, 3) where normal . x <= offset, and the triangle (K,)
+    of each.
 
-    A triangle that loses one corner becomes two; windings stay. What is not cut is returned as it is, in order.
+    A triangle that loses one corner becomes two; windings stay. What is not cut is returned as it
+    is, in order.
     """
     above = _heights(corners, normal) - offset
     count = np.sum(above > 0.0, axis=1)
     if not count.any():
         return corners, np.arange(len(corners))
-    made, of = [corners[count == 0]], [np.flatnonzero(count == 0)]
+    made = [corners[count == 0]]
+    of = [np.flatnonzero(count == 0)]
     for lost in (1, 2):
         cut = np.flatnonzero(count == lost)
-        apex, left, right, to_left, to_right = _crossings(corners[cut], above[cut], (above[cut] > 0.0) == (lost == 1))
+        apex, left, right, to_left, to_right = _crossings(
+            corners[cut], above[cut], (above[cut] > 0.0) == (lost == 1)
+        )
         if lost == 2:  # the apex is what is left
             made.append(np.stack([apex, to_left, to_right], axis=1))
             of.append(cut)
         else:
-            made += [np.stack([to_left, left, right], axis=1), np.stack([to_left, right, to_right], axis=1)]
+            made += [
+                np.stack([to_left, left, right], axis=1),
+                np.stack([to_left, right, to_right], axis=1),
+            ]
             of += [cut, cut]
-    pieces, source = np.concatenate(made), np.concatenate(of)
+    pieces = np.concatenate(made)
+    source = np.concatenate(of)
     order = np.argsort(source, kind="stable")
     return np.ascontiguousarray(pieces[order]), source[order]
 
 
-def _crossings(corners: Floats, above: Floats, alone: Bools) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """The corner alone on its side, the next two in turn, and where the sides to them cross the plane; (K, 3) each."""
-    row, at = np.arange(len(corners)), np.argmax(alone, axis=1)
-    apex, height = corners[row, at], above[row, at]
-    others, crossed = [], []
+def _crossings(
+    corners: Floats, above: Floats, alone: Bools
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """The corner alone on its side, the next two in turn, and where the sides to them cross the
+    plane; (K, 3) each."""
+    row = np.arange(len(corners))
+    at = np.argmax(alone, axis=1)
+    apex = corners[row, at]
+    height = above[row, at]
+    others = []
+    crossed = []
     for step in (1, 2):
         near = (at + step) % 3
         share = (height / (height - above[row, near]))[:, None]
@@ -68,7 +90,8 @@ def _crossings(corners: Floats, above: Floats, alone: Bools) -> tuple[Floats, Fl
 
 
 def cut_lines(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
-    """Where the plane normal . x = offset crosses triangles (T, 3, 3): segments (K, 2, 3), and the triangle of each."""
+    """Where the plane normal . x = offset crosses triangles (T, 3, 3): segments (K, 2, 3), and the
+    triangle of each."""
     above = _heights(corners, normal) - offset
     count = np.sum(above > 0.0, axis=1)
     crossed = np.flatnonzero(count % 3 > 0)
@@ -90,7 +113,9 @@ def chained(lines: Floats) -> list[Floats]:
     for line in range(len(names)):
         if not free[line]:
             continue
-        loop, here, now = [], names[line][0], line
+        loop = []
+        here = names[line][0]
+        now = line
         while now >= 0:
             free[now] = False
             first = names[now][0] == here

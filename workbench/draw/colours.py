@@ -6,7 +6,18 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["FAMILIES", "GLASS", "INK", "INKS", "MARKS", "PAPER", "SECTION", "Colour", "hexadecimal", "ramp"]
+__all__ = [
+    "FAMILIES",
+    "GLASS",
+    "INK",
+    "INKS",
+    "MARKS",
+    "PAPER",
+    "SECTION",
+    "Colour",
+    "hexadecimal",
+    "ramp",
+]
 
 Colour = tuple[int, int, int]
 
@@ -15,7 +26,8 @@ INK: Colour = (52, 60, 72)
 GLASS: Colour = (150, 190, 205)
 SECTION: Colour = (176, 184, 194)
 
-# far, near. Near is light: on a white page the dark outline holds the form together, and what is far sinks back.
+# far, near. Near is light: on a white page the dark outline holds the form together, and what is
+# far sinks back.
 FAMILIES: dict[str, tuple[Colour, Colour]] = {
     "warm": ((140, 118, 103), (252, 238, 220)),
     "blue": ((98, 122, 158), (214, 231, 248)),

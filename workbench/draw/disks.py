@@ -1,7 +1,8 @@
-"""The paper's raster display: every sphere a solid disk of one shade by depth, painted back to front.
+"""The paper's raster display: every sphere a solid disk of one shade by depth, painted back to
+front.
 
-Around the bodies stands the environment, flat shaded and pale, with dark edges. What stands in front of a body
-is a veil over it, what stands nearer than every body is cut away (see visibility).
+Around the bodies stands the environment, flat shaded and pale, with dark edges. What stands in
+front of a body is a veil over it, what stands nearer than every body is cut away (see visibility).
 """
 
 from __future__ import annotations
@@ -17,7 +18,13 @@ from workbench.draw.ghosts import paint_ghosts
 from workbench.draw.lines.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
-from workbench.draw.visibility import Layers, depth_share, projected_disks, triangle_polygons, visible_layers
+from workbench.draw.visibility import (
+    Layers,
+    depth_share,
+    projected_disks,
+    triangle_polygons,
+    visible_layers,
+)
 from workbench.errors import UsageError, one_of
 from workbench.kernels.pictures.compose import compose_solids, compose_veils, darken_rims
 from workbench.kernels.pictures.edge_lines import paint_lines
@@ -34,7 +41,8 @@ _Pixels = NDArray[np.float32]
 _RIM = 0.42  # how dark an outline is
 _JUMP = 0.03  # [m] a step in depth that is drawn as an outline within a body
 _LIGHT = np.array([-0.35, 0.62, 0.70])  # right, up, toward: over the viewer's left shoulder
-_WALL_DARK, _WALL_LIGHT = np.array([190.0, 197.0, 206.0]), np.array([244.0, 246.0, 248.0])
+_WALL_DARK = np.array([190.0, 197.0, 206.0])
+_WALL_LIGHT = np.array([244.0, 246.0, 248.0])
 
 
 def disks(
@@ -49,26 +57,37 @@ def disks(
 ) -> Image.Image:
     """Picture of a scene, width x height of the camera; byte for byte the same each time.
 
-    mode: one of MODES. flat: the paper's, one shade a sphere; shaded: light and intersections pixel by pixel; depth:
-    grey (L), 255 nearest to 1 farthest, 0 nothing; id: the number of the sphere + 1 in 24 bits of red, green and blue,
-    0 for none. exact: the true outlines of spheres in perspective, not the paper's
-    circles; all modes but flat are exact. polygons: one of POLYGONS; hidden_line: edges only, which hide one another.
-    supersample: pixels drawn each way for one of the picture, for flat and shaded. veil: opacity, 0 to 1, of what is
-    in front of a body; with 1 it hides the body.
+    mode: one of MODES. flat: the paper's, one shade a sphere; shaded: light and intersections pixel
+    by pixel; depth: grey (L), 255 nearest to 1 farthest, 0 nothing; id: the number of the sphere +
+    1 in 24 bits of red, green and blue, 0 for none. exact: the true outlines of spheres in
+    perspective, not the paper's circles; all modes but flat are exact. polygons: one of POLYGONS;
+    hidden_line: edges only, which hide one another. supersample: pixels drawn each way for one of
+    the picture, for flat and shaded. veil: opacity, 0 to 1, of what is in front of a body; with 1
+    it hides the body.
     """
     if mode not in MODES or polygons not in POLYGONS:
-        raise UsageError(f"no mode {mode!r}; {one_of(mode, MODES)}" if mode not in MODES else
-                         f"no style of polygons {polygons!r}; {one_of(polygons, POLYGONS)}")  # fmt: skip
+        raise UsageError(
+            f"no mode {mode!r}; {one_of(mode, MODES)}"
+            if mode not in MODES
+            else f"no style of polygons {polygons!r}; {one_of(polygons, POLYGONS)}"
+        )
     if mode in ("depth", "id"):
         return _measured(scene, camera, mode)
     fine = camera.enlarged(supersample)
-    layers = visible_layers(scene, fine, spheres="surfaces" if mode == "shaded" else "exact" if exact else "painted")
+    layers = visible_layers(
+        scene, fine, spheres="surfaces" if mode == "shaded" else "exact" if exact else "painted"
+    )
     body = _lit(scene, fine, layers) if mode == "shaded" else _flat(scene, fine, layers)
     picture: _Pixels = np.empty((fine.height, fine.width, 3), dtype=np.float32)
     wall, fade = _walls(scene.environment if polygons == "shaded" else None, fine, layers)
     seen = (layers.triangle, layers.depth, layers.section, layers.sphere, layers.body_depth)
     if polygons == "hidden_line":
-        seen = (np.full_like(layers.triangle, -1), layers.depth, np.zeros_like(layers.section), *seen[3:])
+        seen = (
+            np.full_like(layers.triangle, -1),
+            layers.depth,
+            np.zeros_like(layers.section),
+            *seen[3:],
+        )
     darken_rims(body, layers.body_depth, supersample, _JUMP, _RIM)
     compose_solids(wall, body, seen, fade, veil, picture)
     paint_ghosts(picture, scene, fine, layers, supersample)
@@ -85,7 +104,9 @@ def _measured(scene: Scene, camera: Camera, mode: str) -> Image.Image:
     layers = visible_layers(scene, camera, spheres="surfaces")
     if mode == "id":
         number = layers.sphere + 1
-        return Image.fromarray(np.stack([number >> 16, number >> 8 & 255, number & 255], axis=-1).astype(np.uint8))
+        return Image.fromarray(
+            np.stack([number >> 16, number >> 8 & 255, number & 255], axis=-1).astype(np.uint8)
+        )
     depth = np.maximum(layers.depth, layers.body_depth)
     there = np.isfinite(depth)
     grey = np.zeros(depth.shape, dtype=np.uint8)
@@ -93,16 +114,22 @@ def _measured(scene: Scene, camera: Camera, mode: str) -> Image.Image:
     return Image.fromarray(grey)
 
 
-def _walls(environment: Environment | None, camera: Camera, layers: Layers) -> tuple[Floats, Floats]:
-    """Colours of triangles, of cut faces and of paper, and how walls fade, as `compose_solids` takes them.
+def _walls(
+    environment: Environment | None, camera: Camera, layers: Layers
+) -> tuple[Floats, Floats]:
+    """Colours of triangles, of cut faces and of paper, and how walls fade, as `compose_solids`
+    takes them.
 
-    Flat shade by the polygon's normal, either side alike. Walls fade into the paper from where the bodies end.
+    Flat shade by the polygon's normal, either side alike. Walls fade into the paper from where the
+    bodies end.
     """
     colour = np.empty((0, 3))
     if environment is not None:
         light = _LIGHT @ np.array([camera.right, camera.up, camera.toward])
         side = np.where(facing(camera, environment.normal, environment.offset) < 0, -1.0, 1.0)
-        lit = np.clip((environment.normal @ light) * side / np.linalg.norm(light), 0.0, 1.0)[:, None]
+        lit = np.clip((environment.normal @ light) * side / np.linalg.norm(light), 0.0, 1.0)[
+            :, None
+        ]
         colour = (_WALL_DARK + (_WALL_LIGHT - _WALL_DARK) * lit)[triangle_polygons(environment)]
     body = layers.body_depth[layers.sphere >= 0]
     near = float(body.min()) if len(body) else -np.inf
@@ -113,7 +140,9 @@ def _flat(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
     """Picture (height, width, 3) of the bodies: one shade a sphere, by its depth."""
     spheres = scene.spheres
     share = depth_share(projected_disks(scene, camera).front)
-    colour = np.zeros((len(share) + 1, 3), dtype=np.float32)  # the last one, found by -1, is not looked at
+    colour = np.zeros(
+        (len(share) + 1, 3), dtype=np.float32
+    )  # the last one, found by -1, is not looked at
     for index, shown in enumerate(scene.bodies):
         mine = np.flatnonzero(spheres.body == index)
         colour[mine] = ramp(shown.colour, share[mine])
@@ -124,18 +153,25 @@ def _lit(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
     """The same by light and shade."""
     full = np.array([ramp(shown.colour, np.array(0.9)) for shown in scene.bodies]).reshape(-1, 3)
     surfaces = Surfaces(layers.body_depth, layers.sphere)
-    return shaded(projected_disks(scene, camera), surfaces, camera, full[scene.spheres.body]).astype(np.float32)
+    return shaded(
+        projected_disks(scene, camera), surfaces, camera, full[scene.spheres.body]
+    ).astype(np.float32)
 
 
-def _finished(picture: _Pixels, scene: Scene, layers: Layers, width: int, tint: float) -> Image.Image:
-    """The picture with a `tint` where a see-through part is the foremost thing, and with edges `width` wide."""
+def _finished(
+    picture: _Pixels, scene: Scene, layers: Layers, width: int, tint: float
+) -> Image.Image:
+    """The picture with a `tint` where a see-through part is the foremost thing, and with edges
+    `width` wide."""
     lines = np.zeros(layers.glass.shape, dtype=np.uint8)
     if scene.environment is not None:
         edges, clear = drawn_edges(scene.environment, layers.camera, layers.cut, seen=layers.seen)
         lines = _line_mask(visible_lines(edges, clear, layers), layers.camera, width)
     out = np.empty(picture.shape, dtype=np.uint8)
     inks = np.array([[*GLASS, tint], [*INK, 1.0]])
-    compose_veils(picture, layers.glass, layers.glass_depth, layers.depth, layers.body_depth, lines, inks, out)
+    compose_veils(
+        picture, layers.glass, layers.glass_depth, layers.depth, layers.body_depth, lines, inks, out
+    )
     return Image.fromarray(out)
 
 

@@ -1,5 +1,6 @@
-"""Bodies that are shown pale behind the others: earlier frames of a motion, or what was measured behind what was
-predicted. They hide nothing and every body hides them; the later in the list, the stronger."""
+"""Bodies that are shown pale behind the others: earlier frames of a motion, or what was measured
+behind what was predicted. They hide nothing and every body hides them; the later in the list, the
+stronger."""
 
 from __future__ import annotations
 
@@ -14,12 +15,14 @@ from workbench.model.arrays import Bools, Floats
 
 __all__ = ["ghost_strengths", "paint_ghosts"]
 
-_WEAKEST, _STRONGEST = 0.25, 0.55
+_WEAKEST = 0.25
+_STRONGEST = 0.55
 _BEHIND = 0.4  # of its strength a ghost keeps behind a wall
 
 
 def ghost_strengths(scene: Scene) -> Floats:
-    """Opacity of each ghost of a scene, 0 to 1: ghosts of one pose number are alike, later ones stronger."""
+    """Opacity of each ghost of a scene, 0 to 1: ghosts of one pose number are alike, later ones
+    stronger."""
     poses = [shown.pose for shown in scene.ghosts]
     steps = sorted(set(poses))
     if len(steps) < 2:
@@ -28,8 +31,11 @@ def ghost_strengths(scene: Scene) -> Floats:
     return np.array([scale[steps.index(pose)] for pose in poses])
 
 
-def paint_ghosts(picture: NDArray[np.float32], scene: Scene, camera: Camera, layers: Layers, line: int) -> None:
-    """Blend the scene's ghosts into a picture (height, width, 3) of 0 to 255 that holds its environment and bodies.
+def paint_ghosts(
+    picture: NDArray[np.float32], scene: Scene, camera: Camera, layers: Layers, line: int
+) -> None:
+    """Blend the scene's ghosts into a picture (height, width, 3) of 0 to 255 that holds its
+    environment and bodies.
 
     layers: of the scene; line: width of an outline [pixels].
     """
@@ -38,9 +44,13 @@ def paint_ghosts(picture: NDArray[np.float32], scene: Scene, camera: Camera, lay
         alone = Scene((shown,))
         seen = visible_layers(alone, camera)
         here = (seen.sphere >= 0) & free
-        colour = ramp(shown.colour, depth_share(projected_disks(alone, camera).front))[seen.sphere[here]]
+        colour = ramp(shown.colour, depth_share(projected_disks(alone, camera).front))[
+            seen.sphere[here]
+        ]
         colour[_rim(seen.sphere >= 0, line)[here]] = INKS[shown.colour]
-        share = np.where(layers.depth[here] > seen.body_depth[here], _BEHIND * strength, strength)[:, None]
+        share = np.where(layers.depth[here] > seen.body_depth[here], _BEHIND * strength, strength)[
+            :, None
+        ]
         picture[here] = picture[here] * (1.0 - share) + colour * share
 
 

@@ -1,4 +1,5 @@
-"""Which displays and files there are, and whether what is asked for goes together: one table, one message a fault."""
+"""Which displays and files there are, and whether what is asked for goes together: one table, one
+message a fault."""
 
 from __future__ import annotations
 
@@ -15,13 +16,15 @@ from workbench.errors import UsageError, one_of
 
 __all__ = ["DISPLAYS", "ENDINGS", "Display", "Look", "check_ghosts", "look_for"]
 
-_LEAST, _MOST = 16, 8192  # [pixels]
+_LEAST = 16
+_MOST = 8192  # [pixels]
 _MOST_GHOSTS = 50
 
 
 @dataclass(frozen=True)
 class Display:
-    """kind: raster (pixels) or vector (lines). styles: the first one is used where none is asked for."""
+    """kind: raster (pixels) or vector (lines). styles: the first one is used where none is asked
+    for."""
 
     kind: str
     styles: tuple[str, ...]
@@ -34,7 +37,9 @@ DISPLAYS: Mapping[str, Display] = {
     "outline": Display("vector", ("veiled", "hidden_line")),
     "circles": Display("vector", ("veiled", "hidden_line")),
 }
-ENDINGS: Mapping[str, tuple[str, str]] = {  # ending -> what it holds, the display used where none is asked for
+ENDINGS: Mapping[
+    str, tuple[str, str]
+] = {  # ending -> what it holds, the display used where none is asked for
     ".png": ("raster", "disks"),
     ".svg": ("vector", "outline"),
     ".gif": ("film", "disks"),
@@ -48,12 +53,13 @@ ENDINGS: Mapping[str, tuple[str, str]] = {  # ending -> what it holds, the displ
 
 @dataclass(frozen=True)
 class Look:
-    """How a scene becomes a file. holds: raster, vector, film, model or solid; display, style: "" for the last two.
+    """How a scene becomes a file. holds: raster, vector, film, model or solid; display, style: ""
+    for the last two.
 
-    view: a standard view, or eye (of the first body) or eye:NAME. width, height [pixels]. angle [rad]: of view from
-    bottom to top; 0 is a parallel view. fps [frames/s], speed: of films, see motion.frame_times. cut: the plane that
-    opens the environment. at [s]: the moments of a motion that a picture shows, (): four. trail: ghosts of earlier
-    positions.
+    view: a standard view, or eye (of the first body) or eye:NAME. width, height [pixels]. angle
+    [rad]: of view from bottom to top; 0 is a parallel view. fps [frames/s], speed: of films, see
+    motion.frame_times. cut: the plane that opens the environment. at [s]: the moments of a motion
+    that a picture shows, (): four. trail: ghosts of earlier positions.
     """
 
     ending: str
@@ -85,14 +91,23 @@ def look_for(
     at: str | None = None,
     trail: int | None = None,
 ) -> Look:
-    """The look of the file `out`, whose ending decides what it holds. UsageError for the first thing that cannot be.
+    """The look of the file `out`, whose ending decides what it holds. UsageError for the first
+    thing that cannot be.
 
-    size: "800" or "1280x720" [pixels]. angle [degrees]. cut: see cutting.cut_of. at: see recorded.instants_of.
+    size: "800" or "1280x720" [pixels]. angle [degrees]. cut: see cutting.cut_of. at: see
+    recorded.instants_of.
     """
     ending = _ending(out)
     holds, usual = ENDINGS[ending]
-    picture = {"--display": display, "--style": style, "--view": view, "--size": size, "--angle": angle, "--cut": cut,
-               "--trail": trail}  # fmt: skip
+    picture = {
+        "--display": display,
+        "--style": style,
+        "--view": view,
+        "--size": size,
+        "--angle": angle,
+        "--cut": cut,
+        "--trail": trail,
+    }
     _check_holds(ending, holds, picture, {"--fps": fps, "--speed": speed}, at)
     chosen = _display(ending, holds, usual, display)
     width, height = _pixels(size)
@@ -126,25 +141,37 @@ def _ending(out: Path) -> str:
 def check_ghosts(look: Look, flag: str) -> None:
     """UsageError where a look's display shows no ghosts, which `flag` asks for."""
     if look.display == "scanline" or look.style in ("depth", "id"):
-        raise UsageError(f"{flag}: the display {look.display} in the style {look.style} shows no pale bodies behind")
+        raise UsageError(
+            f"{flag}: the display {look.display} in the style {look.style} shows no pale bodies behind"
+        )
     if look.holds == "solid":
-        raise UsageError(f"{flag}: a {look.ending} file holds one pose of a body, nothing pale behind it")
+        raise UsageError(
+            f"{flag}: a {look.ending} file holds one pose of a body, nothing pale behind it"
+        )
 
 
 def _check_holds(
-    ending: str, holds: str, picture: Mapping[str, object], rates: Mapping[str, object], at: str | None
+    ending: str,
+    holds: str,
+    picture: Mapping[str, object],
+    rates: Mapping[str, object],
+    at: str | None,
 ) -> None:
     if holds in ("model", "solid"):
         _refuse(picture, f"a {ending} file holds a body in three dimensions, no picture")
     if holds != "film":
         _refuse(rates, f"a {ending} file is no film; films are .mp4, .gif and .webp")
     if holds in ("film", "model"):
-        _refuse({"--at": at}, f"a {ending} file shows the whole motion; --start and --end choose a part")
+        _refuse(
+            {"--at": at}, f"a {ending} file shows the whole motion; --start and --end choose a part"
+        )
 
 
 def _ghosts(trail: int) -> int:
     if not 0 <= trail <= _MOST_GHOSTS:
-        raise UsageError(f"--trail: 0 to {_MOST_GHOSTS} earlier positions are possible, got {trail}")
+        raise UsageError(
+            f"--trail: 0 to {_MOST_GHOSTS} earlier positions are possible, got {trail}"
+        )
     return trail
 
 
@@ -163,7 +190,9 @@ def _display(ending: str, holds: str, usual: str, display: str | None) -> str:
     if DISPLAYS[display].kind != kind:
         fit = ", ".join(name for name, entry in DISPLAYS.items() if entry.kind == kind)
         other = ".svg" if kind == "raster" else ".png, .gif, .webp or .mp4"
-        raise UsageError(f"the display {display} makes {other}, not {ending}; for {ending} take {fit}")
+        raise UsageError(
+            f"the display {display} makes {other}, not {ending}; for {ending} take {fit}"
+        )
     return display
 
 
@@ -186,9 +215,12 @@ def _pixels(size: str | None) -> tuple[int, int]:
     found = re.fullmatch(r"(\d{1,9})(?:[xX](\d{1,9}))?", size or "800")
     if found is None:
         raise UsageError(f"--size: pixels such as 800 or 1280x720 are needed, got {size!r}")
-    width, height = int(found[1]), int(found[2] or found[1])
+    width = int(found[1])
+    height = int(found[2] or found[1])
     if not (_LEAST <= width <= _MOST and _LEAST <= height <= _MOST):
-        raise UsageError(f"--size: a picture of {_LEAST} to {_MOST} pixels each way is possible, got {width}x{height}")
+        raise UsageError(
+            f"--size: a picture of {_LEAST} to {_MOST} pixels each way is possible, got {width}x{height}"
+        )
     return width, height
 
 

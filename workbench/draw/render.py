@@ -1,4 +1,5 @@
-"""A source and a look become a file: pictures, strips, films, models and solids, each by one row of a table."""
+"""A source and a look become a file: pictures, strips, films, models and solids, each by one row of
+a table."""
 
 from __future__ import annotations
 
@@ -67,22 +68,28 @@ _PENS: dict[tuple[str, str], _Pen] = {
 def render(source: Source, look: Look, out: Path, *, progress: Progress | None = None) -> None:
     """Write a source into the file `out`, which appears whole or not at all.
 
-    Several poses or cases stand side by side in a picture, follow one another in a film and move in a .glb; a film of
-    one pose goes round it. progress(done, all) after each frame of a film. UsageError where look and source do not go
-    together; see write_film for films.
+    Several poses or cases stand side by side in a picture, follow one another in a film and move in
+    a .glb; a film of one pose goes round it. progress(done, all) after each frame of a film.
+    UsageError where look and source do not go together; see write_film for films.
     """
     if look.holds == "film":
         _film(source, look, out, progress)
         return
     makers: dict[str, Callable[[Source, Look], bytes]] = {
-        "raster": _raster, "vector": _vector, "model": _model, "solid": _solid}  # fmt: skip
+        "raster": _raster,
+        "vector": _vector,
+        "model": _model,
+        "solid": _solid,
+    }
     write_file(out, makers[look.holds](source, look))
 
 
 def picture(scene: Scene, camera: Camera, look: Look) -> Image.Image:
     """The scene in a raster display. UsageError where it shows bodies only and there is none."""
     if not scene.bodies and (look.display == "scanline" or look.style in ("id", "depth")):
-        raise UsageError(f"{look.display} in the style {look.style} shows bodies only; there is none in {scene.title}")
+        raise UsageError(
+            f"{look.display} in the style {look.style} shows bodies only; there is none in {scene.title}"
+        )
     return _PAINTERS[look.display, look.style](scene, camera)
 
 
@@ -92,12 +99,15 @@ def drawing(scene: Scene, camera: Camera, look: Look) -> str:
 
 
 def camera_of(scene: Scene, look: Look, people: tuple[str, ...] = ()) -> Camera:
-    """The camera of a look: a standard view that holds all bodies and ghosts, or what a body's eyes see."""
+    """The camera of a look: a standard view that holds all bodies and ghosts, or what a body's eyes
+    see."""
     if look.view.startswith("eye"):
         return _eye(scene, look, people)
     whole = replace(scene, bodies=scene.bodies + scene.ghosts, ghosts=())
     if look.angle:
-        camera = standard_view(look.view, whole.bounds, width=look.width, height=look.height, field=look.angle)
+        camera = standard_view(
+            look.view, whole.bounds, width=look.width, height=look.height, field=look.angle
+        )
         return fitted_view(whole, camera)
     return framed_views(whole, [look.view], width=look.width, height=look.height)[0][1]
 
@@ -115,7 +125,8 @@ def _eye(scene: Scene, look: Look, people: tuple[str, ...]) -> Camera:
 
 
 def _stills(source: Source, look: Look) -> Source:
-    """The source in the poses that are drawn side by side: of a motion at the moments asked for, or at four."""
+    """The source in the poses that are drawn side by side: of a motion at the moments asked for, or
+    at four."""
     if look.at:
         return at_instants(source, look.at)
     return at_instants(source, evenly(source)) if source.moving and not source.names else source
@@ -126,7 +137,11 @@ def _panels(source: Source, look: Look) -> list[tuple[Scene, Camera]]:
     count = max(len(source.names), 1)
     scenes = [scene_at(source.scene, k, trail=look.trail) for k in range(count)]
     own = look.view.startswith("eye")
-    camera = camera_of(scenes[0], look, source.people) if own or count == 1 else camera_of_all(source, look)
+    camera = (
+        camera_of(scenes[0], look, source.people)
+        if own or count == 1
+        else camera_of_all(source, look)
+    )
     scenes = _cut(scenes, camera, look, [remarked(source, scene) for scene in scenes])
     key = [scenes[0], *(replace(scene, key=()) for scene in scenes[1:])]
     return [(scene, camera_of(scene, look, source.people) if own else camera) for scene in key]
@@ -139,10 +154,15 @@ def camera_of_all(source: Source, look: Look) -> Camera:
     return replace(camera, opened=foremost(projected_disks(every, camera)))
 
 
-def _cut(scenes: list[Scene], camera: Camera, look: Look, marks: list[tuple[Mark, ...]]) -> list[Scene]:
+def _cut(
+    scenes: list[Scene], camera: Camera, look: Look, marks: list[tuple[Mark, ...]]
+) -> list[Scene]:
     """Scenes with their marks, and all with one environment, cut open as this camera sees it."""
     environment = scenes[0].environment if look.cut is None else opened(scenes[0], camera, look.cut)
-    return [replace(scene, environment=environment, marks=own) for scene, own in zip(scenes, marks, strict=True)]
+    return [
+        replace(scene, environment=environment, marks=own)
+        for scene, own in zip(scenes, marks, strict=True)
+    ]
 
 
 def _raster(source: Source, look: Look) -> bytes:
@@ -169,9 +189,12 @@ def _captions(source: Source) -> list[str]:
 def _film(source: Source, look: Look, out: Path, progress: Progress | None) -> None:
     if source.moving:
         times = frame_times(*shown_span(source), fps=look.fps, speed=look.speed)
-        count, frames = len(times), _moving(source.at(times), look, times)
+        count = len(times)
+        frames = _moving(source.at(times), look, times)
     elif len(source.names) > 1:
-        raise UsageError(f"a film shows a motion, or goes round one case; got {len(source.names)} cases without times")
+        raise UsageError(
+            f"a film shows a motion, or goes round one case; got {len(source.names)} cases without times"
+        )
     else:
         count = len(frame_times(0.0, TURN - 1e-6, fps=look.fps, speed=look.speed))
         frames = _round(source, look, count)
@@ -179,31 +202,44 @@ def _film(source: Source, look: Look, out: Path, progress: Progress | None) -> N
 
 
 def _moving(source: Source, look: Look, times: Floats) -> Iterator[Image.Image]:
-    """The pictures of a source in its poses at `times` (F,) [s]; ghosts of `look.trail` are a quarter of a second of
-    film apart."""
+    """The pictures of a source in its poses at `times` (F,) [s]; ghosts of `look.trail` are a
+    quarter of a second of film apart."""
     own = look.view.startswith("eye")
     camera = camera_of(source.scene, look, source.people) if own else camera_of_all(source, look)
-    environment = source.scene.environment if look.cut is None else opened(source.scene, camera, look.cut)
+    environment = (
+        source.scene.environment if look.cut is None else opened(source.scene, camera, look.cut)
+    )
 
     def painter(scene: Scene, camera: Camera) -> Image.Image:
         shown = replace(scene, environment=environment, marks=remarked(source, scene))
         return picture(shown, camera_of(scene, look, source.people) if own else camera, look)
 
     every = max(round(look.fps / 4.0), 1)
-    return film_frames(source.scene, camera, times, painter, stamp=_pace(look), trail=look.trail, every=every)
+    return film_frames(
+        source.scene, camera, times, painter, stamp=_pace(look), trail=look.trail, every=every
+    )
 
 
 def _pace(look: Look) -> str:
     """ "1/10 speed, 25 frames/s"."""
     slow = 1.0 / look.speed
-    named = "real time" if look.speed == 1.0 else f"1/{slow:g} speed" if slow > 1.0 else f"{look.speed:g} x speed"
+    named = (
+        "real time"
+        if look.speed == 1.0
+        else f"1/{slow:g} speed"
+        if slow > 1.0
+        else f"{look.speed:g} x speed"
+    )
     return f"{named}, {look.fps:g} frames/s"
 
 
 def _round(source: Source, look: Look, count: int) -> Iterator[Image.Image]:
-    """`count` pictures once round the scene about its upright axis; the whole of it is in all of them."""
+    """`count` pictures once round the scene about its upright axis; the whole of it is in all of
+    them."""
     if look.view.startswith("eye"):
-        raise UsageError(f"view {look.view}: nothing moves here, and what goes round a scene is not its eyes")
+        raise UsageError(
+            f"view {look.view}: nothing moves here, and what goes round a scene is not its eyes"
+        )
     scene = source.scene
     low, high = scene.bounds
     reach = float(np.hypot(*(high - low)[:2])) / 2.0
@@ -221,15 +257,25 @@ def _model(source: Source, look: Look) -> bytes:
     times = None
     if source.moving:
         start, end = shown_span(source)
-        clocks = [p.poses.time for p in (*source.persons, *source.under) if p.poses.time is not None]
+        clocks = [
+            p.poses.time for p in (*source.persons, *source.under) if p.poses.time is not None
+        ]
         times = np.unique(np.concatenate([np.array([start, end]), *clocks]))
         times = times[(times >= start) & (times <= end)]
         source = source.at(times)
     elif len(source.names) > 1:
-        raise UsageError(f"a .glb file holds one case or a motion; got {len(source.names)} cases without times")
-    under = tuple(f"{person.name} ({source.scene.key[1][0]})" for person in source.under) if source.scene.key else ()
+        raise UsageError(
+            f"a .glb file holds one case or a motion; got {len(source.names)} cases without times"
+        )
+    under = (
+        tuple(f"{person.name} ({source.scene.key[1][0]})" for person in source.under)
+        if source.scene.key
+        else ()
+    )
     shown = zip((*source.people, *under), (*source.scene.bodies, *source.scene.ghosts), strict=True)
-    figures = [Figure(name, _as_long(body.placed, times), _linear(body.colour)) for name, body in shown]
+    figures = [
+        Figure(name, _as_long(body.placed, times), _linear(body.colour)) for name, body in shown
+    ]
     return glb_bytes(figures, source.scene.environment, times=times)
 
 
@@ -237,8 +283,10 @@ def _as_long(placed: Placed, times: Floats | None) -> Placed:
     """The poses of a figure; who does not move has one for each time."""
     if times is None or len(placed) == len(times):
         return placed
-    world, centres = (np.repeat(column[:1], len(times), axis=0) for column in (placed.world_from_segment,
-                                                                                placed.centres))  # fmt: skip
+    world, centres = (
+        np.repeat(column[:1], len(times), axis=0)
+        for column in (placed.world_from_segment, placed.centres)
+    )
     return Placed(placed.body, world, centres, placed.window)
 
 
@@ -254,11 +302,17 @@ def _linear(family: str) -> tuple[float, float, float]:
 def _solid(source: Source, look: Look) -> bytes:
     source = at_instants(source, look.at) if look.at else source
     if source.moving and not source.names:
-        raise UsageError(f"a {look.ending} file holds one pose: say at which moment of the motion by --at")
+        raise UsageError(
+            f"a {look.ending} file holds one pose: say at which moment of the motion by --at"
+        )
     if not source.scene.bodies:
-        raise UsageError(f"a {look.ending} file holds the solid of a body; there is none in {source.scene.title}")
+        raise UsageError(
+            f"a {look.ending} file holds the solid of a body; there is none in {source.scene.title}"
+        )
     if len(source.names) > 1:
         raise UsageError(f"a {look.ending} file holds one pose; got {', '.join(source.names)}")
-    surfaces = {name: body_solid(shown.placed, shown.pose)
-                for name, shown in zip(source.people, source.scene.bodies, strict=True)}  # fmt: skip
+    surfaces = {
+        name: body_solid(shown.placed, shown.pose)
+        for name, shown in zip(source.people, source.scene.bodies, strict=True)
+    }
     return stl_bytes(surfaces) if look.ending == ".stl" else threemf_bytes(surfaces)

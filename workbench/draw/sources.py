@@ -31,8 +31,16 @@ from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import prepared
 from workbench.study.run import load
 
-__all__ = ["PEOPLE_COLOURS", "Source", "crash_source", "result_source", "scene_of", "source_kind", "source_of",
-           "study_source"]  # fmt: skip
+__all__ = [
+    "PEOPLE_COLOURS",
+    "Source",
+    "crash_source",
+    "result_source",
+    "scene_of",
+    "source_kind",
+    "source_of",
+    "study_source",
+]
 
 PEOPLE_COLOURS = ("warm", "blue", "green", "rose", "grey")
 
@@ -41,11 +49,12 @@ PEOPLE_COLOURS = ("warm", "blue", "green", "rose", "grey")
 class Source:
     """What is to be drawn. scene: its bodies hold P poses each and show the first.
 
-    names: of the poses or cases, P of them, none for the frames of a recorded motion; people: of the bodies. persons:
-    who moves and where, empty for an environment; a body by itself is a person in no seat. under: the same of the
-    scene's ghosts. moving: those whose poses have times move, and `at` gives them at any time; a recorded motion's
-    scene holds its first frame only. notes: what the numbers of marks mean, and what was assumed. kinds: of marks that
-    are asked for, which move along (see marking); fixed: marks that do not.
+    names: of the poses or cases, P of them, none for the frames of a recorded motion; people: of
+    the bodies. persons: who moves and where, empty for an environment; a body by itself is a person
+    in no seat. under: the same of the scene's ghosts. moving: those whose poses have times move,
+    and `at` gives them at any time; a recorded motion's scene holds its first frame only. notes:
+    what the numbers of marks mean, and what was assumed. kinds: of marks that are asked for, which
+    move along (see marking); fixed: marks that do not.
     """
 
     scene: Scene
@@ -59,13 +68,27 @@ class Source:
     fixed: tuple[Mark, ...] = ()
 
     def at(self, times: Floats) -> Source:
-        """Everybody who moves in F poses at times (F,) [s] of the motion; everybody else as they are."""
+        """Everybody who moves in F poses at times (F,) [s] of the motion; everybody else as they
+        are."""
         rows = [
-            [self._moved(shown, person, times) for shown, person in zip(bodies, persons, strict=True)]
-            for bodies, persons in ((self.scene.bodies, self.persons), (self.scene.ghosts, self.under))
+            [
+                self._moved(shown, person, times)
+                for shown, person in zip(bodies, persons, strict=True)
+            ]
+            for bodies, persons in (
+                (self.scene.bodies, self.persons),
+                (self.scene.ghosts, self.under),
+            )
         ]
-        scene = replace(self.scene, bodies=tuple(r[0] for r in rows[0]), ghosts=tuple(r[0] for r in rows[1]))
-        return replace(self, scene=scene, persons=tuple(r[1] for r in rows[0]), under=tuple(r[1] for r in rows[1]))
+        scene = replace(
+            self.scene, bodies=tuple(r[0] for r in rows[0]), ghosts=tuple(r[0] for r in rows[1])
+        )
+        return replace(
+            self,
+            scene=scene,
+            persons=tuple(r[1] for r in rows[0]),
+            under=tuple(r[1] for r in rows[1]),
+        )
 
     def _moved(self, shown: SceneBody, person: Person, times: Floats) -> tuple[SceneBody, Person]:
         if person.poses.time is None:
@@ -75,16 +98,18 @@ class Source:
 
 
 def scene_of(source: str, *, posture: str | None = None, case: str | None = None) -> Scene:
-    """The scene of a body in a posture, of an environment, or of a case of a study. See source_of."""
+    """The scene of a body in a posture, of an environment, or of a case of a study. See
+    source_of."""
     return source_of(source, poses=posture, case=case).scene
 
 
 def source_of(source: str, *, poses: str | None = None, case: str | None = None) -> Source:
-    """A body in one posture or several ("standing,seated"), an environment, or one or several cases of a study.
+    """A body in one posture or several ("standing,seated"), an environment, or one or several cases
+    of a study.
 
-    Where none is named: a body standing, or in the first posture it has; the first case of a study, or all of one
-    whose poses are a motion. InputError for what is not there; UsageError for a case the study does not have, and for
-    postures and cases where there are none.
+    Where none is named: a body standing, or in the first posture it has; the first case of a study,
+    or all of one whose poses are a motion. InputError for what is not there; UsageError for a case
+    the study does not have, and for postures and cases where there are none.
     """
     kind = source_kind(source)
     _check_choice(source, kind, poses, case)
@@ -97,7 +122,9 @@ def source_of(source: str, *, poses: str | None = None, case: str | None = None)
         return _body_source(source, poses)
     what = load(source).what
     if isinstance(what, AccommodationPlan):
-        raise InputError(f"{source} is about many people and has no case to draw; run it: its report shows the hardest")
+        raise InputError(
+            f"{source} is about many people and has no case to draw; run it: its report shows the hardest"
+        )
     return crash_source(what, case) if isinstance(what, CrashPlan) else study_source(what, case)
 
 
@@ -105,7 +132,9 @@ def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -
     """UsageError for postures of what is no body and cases of what is no study."""
     cases = kind in ("study", "result")
     if poses is not None and kind != "body":
-        raise UsageError(f"{source} is {_an(kind)}: --pose is for bodies{', --case for studies' if cases else ''}")
+        raise UsageError(
+            f"{source} is {_an(kind)}: --pose is for bodies{', --case for studies' if cases else ''}"
+        )
     if case is not None and not cases:
         raise UsageError(
             f"{source} is {_an(kind)}: --case is for studies{', --pose for bodies' if kind == 'body' else ''}"
@@ -113,27 +142,41 @@ def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -
 
 
 def result_source(path: Path, case: str | None = None) -> Source:
-    """A case of the study that a result was made from, with its findings marked: breaches by number, else distances.
+    """A case of the study that a result was made from, with its findings marked: breaches by
+    number, else distances.
 
-    The case where something failed, or came nearest to it, if none is named; of a crash what was met by number.
-    InputError where the study is not found by its name, or one of its files has changed since.
+    The case where something failed, or came nearest to it, if none is named; of a crash what was
+    met by number. InputError where the study is not found by its name, or one of its files has
+    changed since.
     """
     rows = load_result(path)
     study = load(find("studies", rows.study)).what
     made = rows.provenance.get("inputs", {})
     for role, file in study.inputs.items():
         if made.get(role) != hashlib.sha256(file.read_bytes()).hexdigest():
-            raise InputError(f"{path}: {file} is not as it was when this result was made; run the study again")
+            raise InputError(
+                f"{path}: {file} is not as it was when this result was made; run the study again"
+            )
     if isinstance(rows, CrashResultFile):
         if not isinstance(study, CrashPlan):
-            raise InputError(f"{path}: the study {rows.study} is of another kind than this result; run it again")
+            raise InputError(
+                f"{path}: the study {rows.study} is of another kind than this result; run it again"
+            )
         source = crash_source(study, case)
         faults = [meeting for meeting in rows.contacts if meeting.depth_mm > meeting.allowed_mm]
-        marks = [Mark(_metres(m.point_mm), str(n), "contact") for n, m in enumerate(faults, start=1)]
-        notes = tuple(f"{number}: {meeting.sentence}" for number, meeting in enumerate(faults, start=1))
-        return replace(source, scene=replace(source.scene, marks=tuple(marks)), notes=source.notes + notes)
+        marks = [
+            Mark(_metres(m.point_mm), str(n), "contact") for n, m in enumerate(faults, start=1)
+        ]
+        notes = tuple(
+            f"{number}: {meeting.sentence}" for number, meeting in enumerate(faults, start=1)
+        )
+        return replace(
+            source, scene=replace(source.scene, marks=tuple(marks)), notes=source.notes + notes
+        )
     if isinstance(study, (CrashPlan, AccommodationPlan)):
-        raise InputError(f"{path}: the study {rows.study} is of another kind than this result; run it again")
+        raise InputError(
+            f"{path}: the study {rows.study} is of another kind than this result; run it again"
+        )
     return _findings(study_source(study, case or _worst_case(rows)), rows)
 
 
@@ -144,12 +187,27 @@ def _worst_case(rows: ResultFile) -> str:
 
 
 def _findings(source: Source, rows: ResultFile) -> Source:
-    """The source with the findings of a result that belong to its first case as marks, and in words."""
-    breaches = [f for v in rows.verdicts for f in v.breaches if f.case == source.names[0] and f.point_mm]
-    nearest = [v.worst for v in rows.verdicts if v.passed and v.worst and v.worst.case == source.names[0]]
-    marks = [Mark(_metres(f.point_mm), str(n), "contact") for n, f in enumerate(breaches, start=1) if f.point_mm]
-    marks += [Mark(_metres(f.point_mm), f"{f.value:.1f} {f.unit}", "clearance") for f in nearest if f.point_mm]
-    notes = tuple(f"{number}: {finding.sentence}" for number, finding in enumerate(breaches, start=1))
+    """The source with the findings of a result that belong to its first case as marks, and in
+    words."""
+    breaches = [
+        f for v in rows.verdicts for f in v.breaches if f.case == source.names[0] and f.point_mm
+    ]
+    nearest = [
+        v.worst for v in rows.verdicts if v.passed and v.worst and v.worst.case == source.names[0]
+    ]
+    marks = [
+        Mark(_metres(f.point_mm), str(n), "contact")
+        for n, f in enumerate(breaches, start=1)
+        if f.point_mm
+    ]
+    marks += [
+        Mark(_metres(f.point_mm), f"{f.value:.1f} {f.unit}", "clearance")
+        for f in nearest
+        if f.point_mm
+    ]
+    notes = tuple(
+        f"{number}: {finding.sentence}" for number, finding in enumerate(breaches, start=1)
+    )
     return replace(source, scene=replace(source.scene, marks=tuple(marks)), notes=notes)
 
 
@@ -159,13 +217,16 @@ def _metres(point: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def study_source(study: Study, case: str | None = None) -> Source:
-    """The cases of a study, by name with commas between, in the postures that a run measures; see source_of."""
+    """The cases of a study, by name with commas between, in the postures that a run measures; see
+    source_of."""
     study, _ = prepared(study)
     timed = all(person.poses.time is not None for person in study.people)
     wanted = _listed(case) if case is not None else study.cases if timed else study.cases[:1]
     for name in wanted:
         if name not in study.cases:
-            raise UsageError(f"study {study.name} has no case {name!r}; {one_of(name, study.cases)}")
+            raise UsageError(
+                f"study {study.name} has no case {name!r}; {one_of(name, study.cases)}"
+            )
     rows = [study.cases.index(name) for name in wanted]
     persons = tuple(replace(person, poses=_chosen(person.poses, rows)) for person in study.people)
     environment = adjusted_environment(study)
@@ -173,23 +234,33 @@ def study_source(study: Study, case: str | None = None) -> Source:
         SceneBody(place_person(person, environment), 0, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
         for i, person in enumerate(persons)
     )
-    scene = Scene(bodies, environment, (), study.title, ", ".join(wanted) if len(wanted) < 9 else "")
-    return Source(scene, tuple(wanted), tuple(p.name for p in persons), persons, timed and len(rows) > 1)
+    scene = Scene(
+        bodies, environment, (), study.title, ", ".join(wanted) if len(wanted) < 9 else ""
+    )
+    return Source(
+        scene, tuple(wanted), tuple(p.name for p in persons), persons, timed and len(rows) > 1
+    )
 
 
 def crash_source(plan: CrashPlan, case: str | None = None) -> Source:
-    """The motion of a crash study in its environment; what it is compared with lies under it. See Source.at.
+    """The motion of a crash study in its environment; what it is compared with lies under it. See
+    Source.at.
 
     UsageError for a case: a crash study has none. InputError for a motion that cannot be read.
     """
     if case is not None:
-        raise UsageError(f"study {plan.file.study} is a crash: it has one motion and no cases; leave out --case")
+        raise UsageError(
+            f"study {plan.file.study} is a crash: it has one motion and no cases; leave out --case"
+        )
     study = crash_ready(plan)
     shown = [Person(study.person, study.body, study.motion, ())]
     key: tuple[tuple[str, str], ...] = ()
     if study.against is not None:
         shown.append(Person(study.against_name, study.body, study.against, ()))
-        key = ((plan.motion[1].name or plan.motion[0].stem, PEOPLE_COLOURS[0]), (study.against_name, PEOPLE_COLOURS[1]))
+        key = (
+            (plan.motion[1].name or plan.motion[0].stem, PEOPLE_COLOURS[0]),
+            (study.against_name, PEOPLE_COLOURS[1]),
+        )
     bodies = tuple(
         SceneBody(place(person.body, _chosen(person.poses, [0])), 0, colour)
         for person, colour in zip(shown, PEOPLE_COLOURS, strict=False)
@@ -205,7 +276,11 @@ def _chosen(poses: Poses, rows: list[int]) -> Poses:
 
 
 def _placed(person: Person, environment: Environment | None) -> Placed:
-    return place(person.body, person.poses) if environment is None else place_person(person, environment)
+    return (
+        place(person.body, person.poses)
+        if environment is None
+        else place_person(person, environment)
+    )
 
 
 def _listed(text: str) -> tuple[str, ...]:
@@ -226,7 +301,9 @@ def _body_source(source: str, poses: str | None) -> Source:
     wanted = (usual,) if poses is None else _listed(poses)
     joined = join_poses([posture_pose(body, file, name) for name in wanted])
     if len(wanted) > 1:
-        joined = replace(joined, time=np.arange(len(wanted), dtype=np.float64))  # a second from each to the next
+        joined = replace(
+            joined, time=np.arange(len(wanted), dtype=np.float64)
+        )  # a second from each to the next
     person = Person(body.name, body, joined, wanted)
     scene = Scene((SceneBody(place(body, joined), 0),), None, (), body.name, ", ".join(wanted))
     return Source(scene, wanted, (body.name,), (person,), len(wanted) > 1)
@@ -237,16 +314,28 @@ def _an(kind: str) -> str:
 
 
 def source_kind(source: str) -> str:
-    """body, environment, study or result, of a path or a catalogue name; InputError for anything else."""
+    """body, environment, study or result, of a path or a catalogue name; InputError for anything
+    else."""
     path = Path(source)
     if is_there(path):
-        kind = "result" if path.suffix == ".json" or (path / "result.json").is_file() else kind_of(path)
+        kind = (
+            "result"
+            if path.suffix == ".json" or (path / "result.json").is_file()
+            else kind_of(path)
+        )
         if kind in ("body", "environment", "study", "result"):
             return kind
-        raise InputError(f"{source}: a body, an environment, a study or a result is needed (got {kind})")
-    known = {"body": names("bodies"), "environment": names("environments", "environment.yaml"),
-             "study": names("studies")}  # fmt: skip
+        raise InputError(
+            f"{source}: a body, an environment, a study or a result is needed (got {kind})"
+        )
+    known = {
+        "body": names("bodies"),
+        "environment": names("environments", "environment.yaml"),
+        "study": names("studies"),
+    }
     for kind, there in known.items():
         if source in there:
             return kind
-    raise InputError(f"nothing is called {source!r}; {one_of(source, [n for row in known.values() for n in row])}")
+    raise InputError(
+        f"nothing is called {source!r}; {one_of(source, [n for row in known.values() for n in row])}"
+    )

@@ -1,4 +1,5 @@
-"""Standard views framed on the bodies with some of their surroundings, all at one scale; a report shows four."""
+"""Standard views framed on the bodies with some of their surroundings, all at one scale; a report
+shows four."""
 
 from __future__ import annotations
 
@@ -22,12 +23,18 @@ def four_views(scene: Scene, *, width: int = 640, height: int = 640) -> list[tup
 
 
 def framed_views(
-    scene: Scene, names: Sequence[str], *, width: int = 640, height: int = 640, around: float | None = None
+    scene: Scene,
+    names: Sequence[str],
+    *,
+    width: int = 640,
+    height: int = 640,
+    around: float | None = None,
 ) -> list[tuple[str, Camera]]:
     """Cameras of standard views by name, each of which holds all bodies as seen from there.
 
-    around [m]: how much of the surroundings shows at least on every side; 0.12 where there are any, else 0.06. One
-    scale for all: sizes may be compared from picture to picture. Room that is left is given to the environment.
+    around [m]: how much of the surroundings shows at least on every side; 0.12 where there are any,
+    else 0.06. One scale for all: sizes may be compared from picture to picture. Room that is left
+    is given to the environment.
     """
     if around is None:
         around = 0.06 if scene.environment is None else 0.12
@@ -44,7 +51,8 @@ def framed_views(
 
 
 def fitted_view(scene: Scene, camera: Camera, *, margin: float = 0.06) -> Camera:
-    """The camera moved so that all bodies, or what is shown of the environment where there are none, fill its picture.
+    """The camera moved so that all bodies, or what is shown of the environment where there are
+    none, fill its picture.
 
     UsageError where there is nothing to show. See `camera.fitted`; the view is not turned.
     """
@@ -52,11 +60,17 @@ def fitted_view(scene: Scene, camera: Camera, *, margin: float = 0.06) -> Camera
     if len(spheres.radius):
         return fitted(camera, spheres.centre, spheres.radius, margin=margin)
     corners = shown_corners(scene.environment)
-    return fitted(camera, corners if len(corners) else scene.bounds, np.zeros(max(len(corners), 2)), margin=margin)
+    return fitted(
+        camera,
+        corners if len(corners) else scene.bounds,
+        np.zeros(max(len(corners), 2)),
+        margin=margin,
+    )
 
 
 def _extent(scene: Scene, camera: Camera, around: float) -> Floats:
-    """(2, 2) least and greatest [m] to the right and up, from the camera's centre: all spheres and `around` beyond."""
+    """(2, 2) least and greatest [m] to the right and up, from the camera's centre: all spheres and
+    `around` beyond."""
     spheres = scene.spheres
     seen = _flat(camera, spheres.centre)
     reach = spheres.radius[:, None] + around
@@ -70,14 +84,18 @@ def _flat(camera: Camera, points: Floats) -> Floats:
 
 
 def _centred(scene: Scene, camera: Camera, frame: Floats) -> Camera:
-    """Move the camera across the view: `frame` (2, 2) stays in the picture, and the environment as far as it can."""
+    """Move the camera across the view: `frame` (2, 2) stays in the picture, and the environment as
+    far as it can."""
     half = np.array([camera.width, camera.height]) / (2.0 * camera.scale)
     middle = frame.mean(axis=0)
     corners = shown_corners(scene.environment)
     if len(corners):
         seen = _flat(camera, corners)
-        low, high = np.minimum(seen.min(axis=0), frame[0]), np.maximum(seen.max(axis=0), frame[1])
+        low = np.minimum(seen.min(axis=0), frame[0])
+        high = np.maximum(seen.max(axis=0), frame[1])
         fits = high - low <= 2.0 * half
         inside = np.clip(middle, low + half, np.maximum(high - half, low + half))
-        middle = np.where(fits, (low + high) / 2.0, np.clip(inside, frame[1] - half, frame[0] + half))
+        middle = np.where(
+            fits, (low + high) / 2.0, np.clip(inside, frame[1] - half, frame[0] + half)
+        )
     return replace(camera, centre=camera.centre + middle[0] * camera.right + middle[1] * camera.up)

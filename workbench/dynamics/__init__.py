@@ -1,1 +1,2 @@
-"""A crash by rigid-body dynamics: the sphere body as a tree of masses, pushed by a pulse, held by belts and parts."""
+"""A crash by rigid-body dynamics: the sphere body as a tree of masses, pushed by a pulse, held by
+belts and parts."""

@@ -1,4 +1,5 @@
-"""Contact forces of one moment: a force for each segment in a part, and for each pair of segments, by their laws."""
+"""Contact forces of one moment: a force for each segment in a part, and for each pair of segments,
+by their laws."""
 
 from __future__ import annotations
 
@@ -22,8 +23,8 @@ _CREEP = 0.2
 
 @dataclass(frozen=True)
 class Push:
-    """A contact: segment, and the other segment (-1: the world); at `point` (3,) [m]; normal (3,): the way the segment
-    is pushed; force [N] along it; friction: coefficient."""
+    """A contact: segment, and the other segment (-1: the world); at `point` (3,) [m]; normal (3,):
+    the way the segment is pushed; force [N] along it; friction: coefficient."""
 
     segment: int
     other: int
@@ -49,7 +50,8 @@ class _Spell:
 
 @dataclass
 class Touch:
-    """What contacts remember from step to step. offset (N, K), own (N, N) [m]: depths from which on they push."""
+    """What contacts remember from step to step. offset (N, K), own (N, N) [m]: depths from which on
+    they push."""
 
     simulation: Simulation
     offset: Floats
@@ -58,18 +60,24 @@ class Touch:
 
     @classmethod
     def at_start(cls, simulation: Simulation, placed: Placed) -> Touch:
-        """Contacts of the posture at the start, which do not push (but for what bears the sitter)."""
+        """Contacts of the posture at the start, which do not push (but for what bears the
+        sitter)."""
         deep = -clearance(placed, simulation.environment)[0]
         start = np.where(np.isfinite(deep), deep, 0.0)
         allowed = allowed_depth(simulation.body, simulation.environment)
         self_deep = -self_clearance(placed).distance[0]
-        flesh = np.maximum(simulation.body.allowance, np.where(np.isfinite(self_deep), self_deep, 0.0))
-        return cls(simulation, depth_offset(simulation.bears, allowed, start), np.maximum(flesh, flesh.T))
+        flesh = np.maximum(
+            simulation.body.allowance, np.where(np.isfinite(self_deep), self_deep, 0.0)
+        )
+        return cls(
+            simulation, depth_offset(simulation.bears, allowed, start), np.maximum(flesh, flesh.T)
+        )
 
 
 def contact_pushes(touch: Touch, placed: Placed) -> list[Push]:
     """All contacts of the one pose placed; what was touched and is no longer is forgotten."""
-    before, touch.spells = touch.spells, {}
+    before = touch.spells
+    touch.spells = {}
     pushes = []
     for key, rows, law in (*_with_parts(touch, placed), *_with_itself(touch, placed)):
         spell = before.get(key) or _Spell(0.0, _mean(rows.normal, np.maximum(rows.depth, 1e-9)))
@@ -83,8 +91,16 @@ def contact_pushes(touch: Touch, placed: Placed) -> list[Push]:
         share = np.maximum(deep, 0.0)
         force = force_at(law, depth, spell.deepest)
         spell.deepest = max(spell.deepest, depth)
-        pushes.append(Push(key[0], key[1], share @ rows.point / share.sum(), _mean(rows.normal, share), force,
-                           law.friction))  # fmt: skip
+        pushes.append(
+            Push(
+                key[0],
+                key[1],
+                share @ rows.point / share.sum(),
+                _mean(rows.normal, share),
+                force,
+                law.friction,
+            )
+        )
     return pushes
 
 
@@ -94,8 +110,8 @@ Key = tuple[int, int, int]
 
 @dataclass(frozen=True)
 class _Rows:
-    """Spheres of one segment in one part or other segment: depth (C,), radius (C,) [m], point, normal (C, 3); within
-    (C,): the centre is inside a solid."""
+    """Spheres of one segment in one part or other segment: depth (C,), radius (C,) [m], point,
+    normal (C, 3); within (C,): the centre is inside a solid."""
 
     depth: Floats
     radius: Floats
@@ -110,32 +126,47 @@ def _from_the_side_entered(rows: _Rows, entered: Floats) -> _Rows:
     if not through.any():
         return rows
     deeper = np.where(through & ~rows.within, 2 * rows.radius - rows.depth, rows.depth)
-    return _Rows(deeper, rows.radius, rows.point, np.where(through[:, None], -rows.normal, rows.normal), rows.within)
+    return _Rows(
+        deeper,
+        rows.radius,
+        rows.point,
+        np.where(through[:, None], -rows.normal, rows.normal),
+        rows.within,
+    )
 
 
 def _with_parts(touch: Touch, placed: Placed) -> Iterator[tuple[Key, _Rows, ForceLaw]]:
-    body, environment = placed.body, touch.simulation.environment
+    body = placed.body
+    environment = touch.simulation.environment
     found, numbers = touching(placed, environment, 0.0, grid=True)
     if not len(found):
         return
-    sphere, part, inside = found[:, 1], found[:, 2], numbers[:, 4] > 0
+    sphere = found[:, 1]
+    part = found[:, 2]
+    inside = numbers[:, 4] > 0
     apart = (placed.centres[0, sphere] - numbers[:, 1:4]) * np.where(inside, -1.0, 1.0)[:, None]
     length = np.linalg.norm(apart, axis=1)
-    normal = np.where((length > 1e-9)[:, None], apart / np.maximum(length, 1e-300)[:, None],
-                      environment.normal[found[:, 3]])  # fmt: skip
+    normal = np.where(
+        (length > 1e-9)[:, None],
+        apart / np.maximum(length, 1e-300)[:, None],
+        environment.normal[found[:, 3]],
+    )
     segment = body.sphere_segment[sphere]
     code = segment * len(environment.parts) + part
     for value in np.unique(code).tolist():
         at = code == value
         n, k = divmod(value, len(environment.parts))
-        rows = _Rows(-numbers[at, 0], body.radius[sphere[at]], numbers[at, 1:4], normal[at], inside[at])
+        rows = _Rows(
+            -numbers[at, 0], body.radius[sphere[at]], numbers[at, 1:4], normal[at], inside[at]
+        )
         yield (n, -1, k), rows, law_of(touch.simulation, n, k)
 
 
 def _with_itself(touch: Touch, placed: Placed) -> Iterator[tuple[Key, _Rows, ForceLaw]]:
     body = placed.body
     found = self_contacts(placed)
-    one, other = found.segment, found.other_segment
+    one = found.segment
+    other = found.other_segment
     code = one * len(body.segments) + other
     for value in np.unique(code).tolist():
         at = code == value

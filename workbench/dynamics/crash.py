@@ -1,7 +1,9 @@
-"""A crash, step by step: settle in the seat, then the pulse. Crude: rigid segments, springs for flesh and foam.
+"""A crash, step by step: settle in the seat, then the pulse. Crude: rigid segments, springs for
+flesh and foam.
 
-The vehicle's frame is the world: its deceleration acts as a weight the other way. Each step of MuJoCo's semi-implicit
-Euler is given the forces of stops, contacts and belts at its beginning. Same inputs, same machine: same bytes.
+The vehicle's frame is the world: its deceleration acts as a weight the other way. Each step of
+MuJoCo's semi-implicit Euler is given the forces of stops, contacts and belts at its beginning. Same
+inputs, same machine: same bytes.
 """
 
 from __future__ import annotations
@@ -27,11 +29,14 @@ from workbench.solve.forward import place
 __all__ = ["LEAST_STOP", "STOP_LOAD", "simulate"]
 
 STOP_LOAD = 20.0
-"""Under the moment of so many times the weight that it carries, a joint goes STOP_SOFTNESS past its stop."""
+"""Under the moment of so many times the weight that it carries, a joint goes STOP_SOFTNESS past its
+stop."""
 LEAST_STOP = 0.04
-"""[m] But for no joint is that less than the body's weight at this lever: hands are light, but wrists are not weak."""
+"""[m] But for no joint is that less than the body's weight at this lever: hands are light, but
+wrists are not weak."""
 _HOLD = 30.0
-"""How many times stiffer than in the crash joints are while the occupant settles, so that he keeps his posture."""
+"""How many times stiffer than in the crash joints are while the occupant settles, so that he keeps
+his posture."""
 _CALM = 40.0
 """[1/s] How fast speeds are taken out while the occupant settles."""
 _REST = 0.004
@@ -43,7 +48,8 @@ _SLACK_J = 25.0
 
 
 def simulate(simulation: Simulation) -> Simulated:
-    """Simulate a crash. MissingPartError without MuJoCo; InputError where the step is too coarse for the forces."""
+    """Simulate a crash. MissingPartError without MuJoCo; InputError where the step is too coarse
+    for the forces."""
     crash = _Crash(simulation, engine())
     left = crash.settle()
     return crash.run(left)
@@ -53,8 +59,10 @@ class _Crash:
     """The occupant under way: MuJoCo's model and data, what contacts and belts remember."""
 
     def __init__(self, simulation: Simulation, mujoco: ModuleType) -> None:
-        self.simulation, self.mujoco = simulation, mujoco
-        body, start = simulation.body, place(simulation.body, simulation.poses)
+        self.simulation = simulation
+        self.mujoco = mujoco
+        body = simulation.body
+        start = place(simulation.body, simulation.poses)
         mass = segment_masses(body)
         inertia = segment_inertia(body, mass)
         carries = carried(start, mass, inertia)
@@ -71,7 +79,9 @@ class _Crash:
         self.mass = float(mass[self.root :].sum())
         self.touch = Touch.at_start(simulation, start)
         self.stops = packed_stops(body)
-        weight = STANDARD_GRAVITY * np.maximum(STOP_LOAD * carries.mass * carries.lever, LEAST_STOP * self.mass)
+        weight = STANDARD_GRAVITY * np.maximum(
+            STOP_LOAD * carries.mass * carries.lever, LEAST_STOP * self.mass
+        )
         self.stop_moment = np.asarray(weight)
         self.belt_start = np.zeros(len(simulation.belts))
         self.belt_most = np.zeros(len(simulation.belts))
@@ -86,10 +96,12 @@ class _Crash:
 
     def settle(self) -> float:
         """Let the occupant come to rest in the seat, belts undone; the speed left [m/s]."""
-        most, least = self.simulation.settle, min(_LEAST_SETTLING, self.simulation.settle)
+        most = self.simulation.settle
+        least = min(_LEAST_SETTLING, self.simulation.settle)
         step = max(self.simulation.step, min(_SETTLING_STEP, 2.5 * self.simulation.step))
         self._stiffen(_HOLD)
-        time, speed = 0.0, 0.0
+        time = 0.0
+        speed = 0.0
         self.model.opt.timestep = step
         while time < most:
             self._step(np.array([0.0, 0.0, -self.simulation.gravity]), settling=True)
@@ -123,8 +135,10 @@ class _Crash:
         frames = int(np.floor(sim.duration / (steps * sim.step) + 1e-9)) + 1
         states = np.empty((frames, len(self.data.qpos)))
         told = np.zeros((frames, 2, len(sim.belts)))
-        kinetic, work = np.zeros(frames), np.zeros(frames)
-        toward, down = np.array(sim.pulse.toward), np.array([0.0, 0.0, -sim.gravity])
+        kinetic = np.zeros(frames)
+        work = np.zeros(frames)
+        toward = np.array(sim.pulse.toward)
+        down = np.array([0.0, 0.0, -sim.gravity])
         self.work = 0.0
         for frame in range(frames):
             states[frame] = self.data.qpos
@@ -132,7 +146,8 @@ class _Crash:
                 time = (frame * steps + step) * sim.step
                 self._step(down + toward * float(level_at(sim.pulse, np.array([time]))[0]))
                 if step == 0:
-                    kinetic[frame], work[frame] = self.data.energy[1], self.work
+                    kinetic[frame] = self.data.energy[1]
+                    work[frame] = self.work
                     told[frame] = -self.data.ctrl, self.data.ten_length - self.belt_start
                 self._check(time)
         motion = self._motion(states, steps * sim.step)
@@ -140,7 +155,9 @@ class _Crash:
 
     def _step(self, weight: Floats, *, settling: bool = False) -> None:
         """One step under a weight (3,) [m/s2]."""
-        mujoco, model, data = self.mujoco, self.model, self.data
+        mujoco = self.mujoco
+        model = self.model
+        data = self.data
         model.opt.gravity[:] = weight
         mujoco.mj_step1(model, data)
         before = data.subtree_com[1].copy()
@@ -184,14 +201,22 @@ class _Crash:
     def _speed(self, segment: int, point: Floats) -> Floats:
         """(3,) [m/s] of a point (3,) [m] that goes with a segment."""
         moved = np.empty(6)
-        body, kind = self.body_id[segment], self.mujoco.mjtObj.mjOBJ_XBODY
+        body = self.body_id[segment]
+        kind = self.mujoco.mjtObj.mjOBJ_XBODY
         self.mujoco.mj_objectVelocity(self.model, self.data, kind, body, moved, 0)
         (a, b, c), (x, y, z) = moved[:3].tolist(), (point - self.data.xpos[body]).tolist()
         return np.asarray(moved[3:] + np.array([b * z - c * y, c * x - a * z, a * y - b * x]))
 
     def _apply(self, segment: int, point: Floats, force: Floats) -> None:
-        self.mujoco.mj_applyFT(self.model, self.data, force, np.zeros(3), point, self.body_id[segment],
-                               self.data.qfrc_applied)  # fmt: skip
+        self.mujoco.mj_applyFT(
+            self.model,
+            self.data,
+            force,
+            np.zeros(3),
+            point,
+            self.body_id[segment],
+            self.data.qfrc_applied,
+        )
 
     def _now(self) -> Poses:
         """The pose the model is in."""
@@ -199,7 +224,9 @@ class _Crash:
         turns = self.data.qpos[7:].reshape(-1, 4)
         rotations[0, self.joints] = turns / np.sqrt(np.sum(turns * turns, axis=1))[:, None]
         at = self.body_id[self.root]
-        world = np.concatenate([self.data.xmat[at].reshape(3, 3), self.data.xpos[at][:, None]], axis=1)
+        world = np.concatenate(
+            [self.data.xmat[at].reshape(3, 3), self.data.xpos[at][:, None]], axis=1
+        )
         return Poses(rotations, self.root, world[None])
 
     def _poses(self, states: Floats, time: Floats | None) -> Poses:
@@ -224,11 +251,15 @@ class _Crash:
     def _coarse(self, time: float, *, settling: bool = False) -> InputError:
         when = "while the occupant settles" if settling else f"at {1000 * time:.1f} ms"
         step = 1000 * self.simulation.step
-        return InputError(f"simulation {self.simulation.name}: the step of {step:g} ms is too coarse: {when} the "
-                          f"occupant has more energy than he was given; try 'step: {step / 4:g}'")  # fmt: skip
+        return InputError(
+            f"simulation {self.simulation.name}: the step of {step:g} ms is too coarse: {when} the "
+            f"occupant has more energy than he was given; try 'step: {step / 4:g}'"
+        )
 
     def _warnings(self, left: float) -> tuple[str, ...]:
         if self.simulation.settle <= 0 or left < 5 * _REST:
             return ()
-        return (f"the occupant still moved at {1000 * left:.0f} mm/s when settling ended after "
-                f"{1000 * self.simulation.settle:g} ms",)  # fmt: skip
+        return (
+            f"the occupant still moved at {1000 * left:.0f} mm/s when settling ended after "
+            f"{1000 * self.simulation.settle:g} ms",
+        )

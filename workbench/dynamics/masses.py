@@ -19,8 +19,9 @@ _LEAST_SHARE = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Carried:
-    """What lies beyond each joint in one pose: mass (J,) [kg], lever (J,) [m] of its centre of gravity from the joint,
-    inertia (J,) [kg m2] about the joint, the mean of its three principal moments."""
+    """What lies beyond each joint in one pose: mass (J,) [kg], lever (J,) [m] of its centre of
+    gravity from the joint, inertia (J,) [kg m2] about the joint, the mean of its three principal
+    moments."""
 
     mass: Floats
     lever: Floats
@@ -28,7 +29,8 @@ class Carried:
 
 
 def root_segment(body: Body) -> int:
-    """The first segment that has mass or spheres, or branches: what lies before it only says where it is."""
+    """The first segment that has mass or spheres, or branches: what lies before it only says where
+    it is."""
     at = 0
     while body.mass[at] == 0 and body.start[at] == body.start[at + 1]:
         below = np.flatnonzero(body.parent == at)
@@ -39,7 +41,8 @@ def root_segment(body: Body) -> int:
 
 
 def segment_masses(body: Body) -> Floats:
-    """(N,) [kg]; segments without mass get a ten-thousandth of the body's. InputError for a body without mass."""
+    """(N,) [kg]; segments without mass get a ten-thousandth of the body's. InputError for a body
+    without mass."""
     total = float(body.mass.sum())
     if not total > 0:
         raise InputError(f"body {body.name} has no mass, so it cannot be simulated")
@@ -47,16 +50,19 @@ def segment_masses(body: Body) -> Floats:
 
 
 def segment_inertia(body: Body, mass: Floats) -> Floats:
-    """(N, 3, 3) [kg m2] about each segment's origin, its centre of gravity: the union of its spheres, of even density,
-    on a grid of cells; its mean place is taken out, since the body file says where the centre of gravity is."""
+    """(N, 3, 3) [kg m2] about each segment's origin, its centre of gravity: the union of its
+    spheres, of even density, on a grid of cells; its mean place is taken out, since the body file
+    says where the centre of gravity is."""
     out = np.zeros((len(mass), 3, 3))
     for n in range(len(mass)):
         some = body.spheres(n)
-        centre, radius = body.centre[some], body.radius[some]
+        centre = body.centre[some]
+        radius = body.radius[some]
         if not len(radius):
             out[n] = 1e-4 * mass[n] * np.eye(3)
             continue
-        low, high = (centre - radius[:, None]).min(axis=0), (centre + radius[:, None]).max(axis=0)
+        low = (centre - radius[:, None]).min(axis=0)
+        high = (centre + radius[:, None]).max(axis=0)
         cell = float((high - low).max()) / _CELLS
         axes = [np.arange(a + cell / 2, b, cell) for a, b in zip(low, high, strict=True)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -72,14 +78,17 @@ def segment_inertia(body: Body, mass: Floats) -> Floats:
 
 def carried(placed: Placed, mass: Floats, inertia: Floats) -> Carried:
     """What every joint carries in the first pose."""
-    body, world = placed.body, placed.world_from_segment[0]
+    body = placed.body
+    world = placed.world_from_segment[0]
     rows = []
     for j in range(len(body.joints)):
         beyond = [j + 1]
         beyond += [n for n in range(j + 2, len(mass)) if _descends(body, n, j + 1)]
         at = world[j + 1, :, :3] @ body.joint_in_child[j] + world[j + 1, :, 3]
         arm = world[beyond, :, 3] - at
-        own = np.einsum("nij,njk,nlk->nil", world[beyond, :, :3], inertia[beyond], world[beyond, :, :3])
+        own = np.einsum(
+            "nij,njk,nlk->nil", world[beyond, :, :3], inertia[beyond], world[beyond, :, :3]
+        )
         about = own + mass[beyond, None, None] * (
             np.sum(arm**2, axis=1)[:, None, None] * np.eye(3) - arm[:, :, None] * arm[:, None, :]
         )

@@ -1,7 +1,9 @@
-"""The raw public files of ANSUR II (Gordon et al. 2014, NATICK/TR-15/007), as the US Army published them.
+"""The raw public files of ANSUR II (Gordon et al. 2014, NATICK/TR-15/007), as the US Army published
+them.
 
-Their traps: latin-1; lengths in mm, but `weightkg` in 0.1 kg and `interpupillarybreadth` in 0.1 mm; `subjectid` in one
-file is `SubjectId` in the other; there is no acromial or cervicale height sitting, which is derived from three columns.
+Their traps: latin-1; lengths in mm, but `weightkg` in 0.1 kg and `interpupillarybreadth` in 0.1 mm;
+`subjectid` in one file is `SubjectId` in the other; there is no acromial or cervicale height
+sitting, which is derived from three columns.
 """
 
 from __future__ import annotations
@@ -25,10 +27,14 @@ __all__ = ["measures_in", "read_ansur"]
 
 MOST_TOLD = 20
 MOST_BYTES = 256 * 2**20
-_SUBJECT, _SEX = "subjectid", "gender"
+_SUBJECT = "subjectid"
+_SEX = "gender"
 _MILLIMETRES = 0.001
 _UNITS = {"weightkg": 0.1, "interpupillarybreadth": 0.0001}
-_SITTING = {"acromial_height_sitting": "acromialheight", "cervicale_height_sitting": "cervicaleheight"}
+_SITTING = {
+    "acromial_height_sitting": "acromialheight",
+    "cervicale_height_sitting": "cervicaleheight",
+}
 
 
 @dataclass(frozen=True)
@@ -48,9 +54,10 @@ def read_ansur(
 ) -> Population:
     """Read one raw public CSV file or more of ANSUR II, or of the same layout, into one Population.
 
-    measures: those wanted; other columns need not be there. A file of the same layout may call its columns by the
-    names of the measures too, give lengths in another unit [m], masses as `mass` [kg], and in a column `weights` for
-    how many people each row stands. InputError names missing columns, and for absurd values their line and column.
+    measures: those wanted; other columns need not be there. A file of the same layout may call its
+    columns by the names of the measures too, give lengths in another unit [m], masses as `mass`
+    [kg], and in a column `weights` for how many people each row stands. InputError names missing
+    columns, and for absurd values their line and column.
     """
     if not paths:
         raise UsageError("name one CSV file or more")
@@ -71,11 +78,14 @@ def read_ansur(
 def measures_in(*paths: str | Path) -> tuple[str, ...]:
     """The measures that all of these files have; InputError where one cannot be read."""
     tables = [_table(Path(path)) for path in paths]
-    return tuple(m for m in MEASURES if all(set(_parts(m, t.columns)) <= set(t.columns) for t in tables))
+    return tuple(
+        m for m in MEASURES if all(set(_parts(m, t.columns)) <= set(t.columns) for t in tables)
+    )
 
 
 def _parts(measure: str, columns: Container[str]) -> tuple[str, ...]:
-    """The columns that a measure is made of: itself, or sitting height - stature + height standing."""
+    """The columns that a measure is made of: itself, or sitting height - stature + height
+    standing."""
     name = measure.replace("_", "")
     if measure in _SITTING and name not in columns:
         return ("sittingheight", "stature", _SITTING[measure])
@@ -86,15 +96,20 @@ def _people(table: _Table, measures: tuple[str, ...], how: tuple[float, str | No
     unit, weights = how
     column = [weights.lower().replace("_", "")] if weights is not None else []
     columns_of = {measure: _parts(measure, table.columns) for measure in measures}
-    needed = dict.fromkeys([_SEX, *column, *(part for parts in columns_of.values() for part in parts)])
+    needed = dict.fromkeys(
+        [_SEX, *column, *(part for parts in columns_of.values() for part in parts)]
+    )
     missing = [column for column in needed if column not in table.columns]
     if missing:
         raise InputError(f"{table.path}:1: missing columns: {', '.join(missing)}")
     faults: list[str] = []
     sex = [_sex(table, row, cell, faults) for row, cell in enumerate(table.columns[_SEX])]
     raw = {name: _numbers(table, name, faults) for name in needed if name != _SEX}
-    columns, bad = [], dict[str, Bools]()
-    for measure in sorted(measures, key=_SITTING.__contains__):  # what others are derived from is judged first
+    columns = []
+    bad = dict[str, Bools]()
+    for measure in sorted(
+        measures, key=_SITTING.__contains__
+    ):  # what others are derived from is judged first
         first, *others = columns_of[measure]
         # in whole millimetres first, so that equal people stay equal
         recorded = raw[first] - raw[others[0]] + raw[others[1]] if others else raw[first]
@@ -104,10 +119,16 @@ def _people(table: _Table, measures: tuple[str, ...], how: tuple[float, str | No
         bad["+".join((first, *others))] = known | absurd
         columns.append((measures.index(measure), values))
     weight = raw[column[0]] if column else np.ones(len(table.lines))
-    faults += [f"{table.path}:{table.lines[row]}: {column[0]}: a weight is positive, got {weight[row]:g}"
-               for row in np.flatnonzero(weight <= 0)]  # fmt: skip
+    faults += [
+        f"{table.path}:{table.lines[row]}: {column[0]}: a weight is positive, got {weight[row]:g}"
+        for row in np.flatnonzero(weight <= 0)
+    ]
     if faults:
-        more = [f"{table.path}: … and {len(faults) - MOST_TOLD} more"] if len(faults) > MOST_TOLD else []
+        more = (
+            [f"{table.path}: … and {len(faults) - MOST_TOLD} more"]
+            if len(faults) > MOST_TOLD
+            else []
+        )
         raise InputError(faults[:MOST_TOLD] + more)
     values = np.stack([each for _, each in sorted(columns, key=lambda pair: pair[0])], axis=1)
     labels = tuple(table.columns.get(_SUBJECT, [str(line) for line in table.lines]))
@@ -140,12 +161,17 @@ def _numbers(table: _Table, column: str, faults: list[str]) -> Floats:
         if math.isfinite(number):
             values[row] = number
         else:
-            faults.append(f"{table.path}:{table.lines[row]}: {column}: a number is needed (got {cell[:40]!r})")
+            faults.append(
+                f"{table.path}:{table.lines[row]}: {column}: a number is needed (got {cell[:40]!r})"
+            )
     return values
 
 
-def _absurd(table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Floats, Bools], faults: list[str]) -> Bools:
-    """(P,) where a measure, made of these columns, is not that of a person; told unless the fault is known already."""
+def _absurd(
+    table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Floats, Bools], faults: list[str]
+) -> Bools:
+    """(P,) where a measure, made of these columns, is not that of a person; told unless the fault
+    is known already."""
     (measure, parts), (values, known) = what, found
     low, high = MEASURES[measure]
     absurd = ~((values >= low) & (values <= high))
@@ -153,16 +179,24 @@ def _absurd(table: _Table, what: tuple[str, tuple[str, ...]], found: tuple[Float
     for row in np.flatnonzero(absurd & ~known):
         column = parts[0] if len(parts) == 1 else f"{parts[-1]} ({measure})"
         got = f"{values[row] * scale:g} {unit}"
-        faults.append(f"{table.path}:{table.lines[row]}: {column}: {got} is absurd for a person; "
-                      f"{low * scale:g} to {high * scale:g} {unit} is plausible")  # fmt: skip
+        faults.append(
+            f"{table.path}:{table.lines[row]}: {column}: {got} is absurd for a person; "
+            f"{low * scale:g} to {high * scale:g} {unit} is plausible"
+        )
     return absurd
 
 
 def _table(path: Path) -> _Table:
     data = read_whole(path, "a CSV file", most=MOST_BYTES)
-    text = printable(data.removeprefix(BYTE_ORDER_MARK).decode("latin-1").replace("\r\n", "\n").replace("\r", "\n"))
+    text = printable(
+        data.removeprefix(BYTE_ORDER_MARK)
+        .decode("latin-1")
+        .replace("\r\n", "\n")
+        .replace("\r", "\n")
+    )
     reader = csv.reader(io.StringIO(text, newline=""), strict=True)
-    rows, lines = [], []
+    rows = []
+    lines = []
     try:
         header = [cell.strip().lower().replace("_", "") for cell in next(reader, [])]
         for row in reader:
@@ -171,11 +205,22 @@ def _table(path: Path) -> _Table:
                 lines.append(reader.line_num)
     except csv.Error as error:
         raise InputError(f"{path}:{reader.line_num}: not a CSV file: {error}") from None
-    faults = [f"{path}:1: column {name!r} stands twice" for name in dict.fromkeys(header) if header.count(name) > 1]
-    faults += [f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
-               for line, row in zip(lines, rows, strict=True) if len(row) != len(header)]  # fmt: skip
+    faults = [
+        f"{path}:1: column {name!r} stands twice"
+        for name in dict.fromkeys(header)
+        if header.count(name) > 1
+    ]
+    faults += [
+        f"{path}:{line}: {len(header)} cells are needed, one a column (got {len(row)})"
+        for line, row in zip(lines, rows, strict=True)
+        if len(row) != len(header)
+    ]
     if not rows:
         faults.append(f"{path}: holds no people")
     if faults:
         raise InputError(faults[:MOST_TOLD])
-    return _Table(path, dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True)), lines)
+    return _Table(
+        path,
+        dict(zip(header, (list(column) for column in zip(*rows, strict=True)), strict=True)),
+        lines,
+    )

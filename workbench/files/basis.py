@@ -1,4 +1,5 @@
-"""Shape bases: a NumPy archive without pickles, every array's name, kind and shape checked before it is used."""
+"""Shape bases: a NumPy archive without pickles, every array's name, kind and shape checked before
+it is used."""
 
 from __future__ import annotations
 
@@ -23,9 +24,21 @@ __all__ = ["LEVELS", "load_basis"]
 
 LEVELS = ("coarse", "medium", "fine")
 FORMAT = 1
-_DAMAGED = (zipfile.BadZipFile, zlib.error, ValueError, EOFError, KeyError, NotImplementedError, MemoryError,
-            OverflowError, TypeError, SyntaxError, tokenize.TokenError)  # fmt: skip
-"""What NumPy and the archive under it raise on damaged arrays; their headers are written in Python's own words."""
+_DAMAGED = (
+    zipfile.BadZipFile,
+    zlib.error,
+    ValueError,
+    EOFError,
+    KeyError,
+    NotImplementedError,
+    MemoryError,
+    OverflowError,
+    TypeError,
+    SyntaxError,
+    tokenize.TokenError,
+)
+"""What NumPy and the archive under it raise on damaged arrays; their headers are written in
+Python's own words."""
 MOST_BYTES = 256 * 2**20
 MOST_NAMES = 100_000
 LONGEST_NAME = 200
@@ -34,7 +47,8 @@ Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 def load_basis(path: Path) -> ShapeBasis:
-    """The basis in a file `NAME.npz`; the same noun for the same file. InputError says which array is wrong and how."""
+    """The basis in a file `NAME.npz`; the same noun for the same file. InputError says which array
+    is wrong and how."""
     note_input(path)  # also where it was read before
     return _loaded(path.resolve(), path.stat().st_mtime_ns)
 
@@ -46,11 +60,14 @@ def _loaded(path: Path, changed: int) -> ShapeBasis:
     read = _Reader(path, arrays)
     if (given := read.number("format")) != FORMAT:
         raise InputError(f"{path}: format {given} is unknown; {FORMAT} is what can be read")
-    segments, joints = read.names("segments"), read.names("joints")
+    segments = read.names("segments")
+    joints = read.names("joints")
     count = read.array("joint_basis", (None, len(joints), 3)).shape[0]
     levels = [level for level in LEVELS if f"{level}_segment" in arrays]
     if not levels:
-        raise InputError(f"{path}: no level of detail; arrays of {', '.join(LEVELS)} are needed, as coarse_segment...")
+        raise InputError(
+            f"{path}: no level of detail; arrays of {', '.join(LEVELS)} are needed, as coarse_segment..."
+        )
     anchors = read.names("anchor_names")
     return ShapeBasis(
         name=path.name,
@@ -60,7 +77,9 @@ def _loaded(path: Path, changed: int) -> ShapeBasis:
         joint_basis=read.array("joint_basis", (count, len(joints), 3)),
         origin_mean=read.array("origin_mean", (len(segments), 3)),
         origin_basis=read.array("origin_basis", (count, len(segments), 3)),
-        details={level: _detail(read, level, (count, len(segments), len(joints))) for level in levels},
+        details={
+            level: _detail(read, level, (count, len(segments), len(joints))) for level in levels
+        },
         density=read.array("density", (len(segments),)),
         anchor_names=anchors,
         anchors=read.array("anchors", (len(anchors), count)),
@@ -74,7 +93,9 @@ def _arrays(path: Path) -> Arrays:
         with zipfile.ZipFile(data) as archive:
             size = sum(entry.file_size for entry in archive.infolist())
         if size > MOST_BYTES:
-            raise InputError(f"{path}: unpacks to {size} bytes, too large for a shape basis (most: {MOST_BYTES})")
+            raise InputError(
+                f"{path}: unpacks to {size} bytes, too large for a shape basis (most: {MOST_BYTES})"
+            )
         with np.load(data, allow_pickle=False) as found:
             arrays = {name: found[name] for name in found.files}
     except OSError as error:
@@ -88,10 +109,12 @@ def _arrays(path: Path) -> Arrays:
 
 
 class _Reader:
-    """Arrays by name, checked; every fault names file, array, and what was found and what is needed."""
+    """Arrays by name, checked; every fault names file, array, and what was found and what is
+    needed."""
 
     def __init__(self, path: Path, arrays: Arrays) -> None:
-        self.path, self.arrays = path, arrays
+        self.path = path
+        self.arrays = arrays
 
     def _found(self, name: str) -> np.ndarray[Any, Any]:
         if name not in self.arrays:
@@ -101,7 +124,9 @@ class _Reader:
     def number(self, name: str) -> int:
         found = self._found(name)
         if found.shape != () or found.dtype.kind not in "iu":
-            raise InputError(f"{self.path}: {name}: one whole number is needed, got {found.dtype} {found.shape}")
+            raise InputError(
+                f"{self.path}: {name}: one whole number is needed, got {found.dtype} {found.shape}"
+            )
         return int(found)
 
     def names(self, name: str, count: int | None = None) -> tuple[str, ...]:
@@ -109,7 +134,9 @@ class _Reader:
         if found.ndim != 1 or found.dtype.kind != "U" or count not in (None, len(found)):
             what = f"{count or 'some'} texts are needed, got {found.dtype} {found.shape}"
             raise InputError(f"{self.path}: {name}: {what}")
-        if len(found) > MOST_NAMES or found.dtype.itemsize > 4 * LONGEST_NAME:  # texts of no letters take no bytes
+        if (
+            len(found) > MOST_NAMES or found.dtype.itemsize > 4 * LONGEST_NAME
+        ):  # texts of no letters take no bytes
             what = f"at most {MOST_NAMES} texts of at most {LONGEST_NAME} letters are possible"
             raise InputError(f"{self.path}: {name}: {what}, got {found.dtype} {found.shape}")
         try:
@@ -119,18 +146,30 @@ class _Reader:
 
     def array(self, name: str, shape: tuple[int | None, ...], kind: str = "iuf") -> Floats:
         found = self._found(name)
-        fits = found.ndim == len(shape) and all(w in (None, h) for w, h in zip(shape, found.shape, strict=True))
+        fits = found.ndim == len(shape) and all(
+            w in (None, h) for w, h in zip(shape, found.shape, strict=True)
+        )
         if not fits or found.dtype.kind not in kind:
-            what = f"numbers of shape {shape} are needed (None: any), got {found.dtype} {found.shape}"
+            what = (
+                f"numbers of shape {shape} are needed (None: any), got {found.dtype} {found.shape}"
+            )
             raise InputError(f"{self.path}: {name}: {what}")
-        if found.dtype.kind == "f" and not np.all(np.isfinite(found)) and not name.endswith("fit_error"):
+        if (
+            found.dtype.kind == "f"
+            and not np.all(np.isfinite(found))
+            and not name.endswith("fit_error")
+        ):
             raise InputError(f"{self.path}: {name}: finite numbers are needed")
         return np.asarray(found, dtype=np.float64)
 
-    def indices(self, name: str, count: int, limit: tuple[int, int]) -> np.ndarray[Any, np.dtype[np.int64]]:
+    def indices(
+        self, name: str, count: int, limit: tuple[int, int]
+    ) -> np.ndarray[Any, np.dtype[np.int64]]:
         found = self.array(name, (count,), "iu").astype(np.int64)
         if not np.all((found >= limit[0]) & (found < limit[1])):
-            raise InputError(f"{self.path}: {name}: numbers from {limit[0]} to {limit[1] - 1} are needed")
+            raise InputError(
+                f"{self.path}: {name}: numbers from {limit[0]} to {limit[1] - 1} are needed"
+            )
         return found
 
 
@@ -139,11 +178,15 @@ def _detail(read: _Reader, level: str, counts: tuple[int, int, int]) -> Detail:
     s = len(read.array(f"{level}_segment", (None,), "iu"))
     segment = read.indices(f"{level}_segment", s, (0, n))
     if np.any(np.diff(segment) < 0):
-        raise InputError(f"{read.path}: {level}_segment: spheres must be grouped by segment, in body order")
+        raise InputError(
+            f"{read.path}: {level}_segment: spheres must be grouped by segment, in body order"
+        )
     named = ("", *DIRECTIONS)
     directions = read.names(f"{level}_direction", s)
     if unknown := sorted(set(directions) - set(named)):
-        raise InputError(f"{read.path}: {level}_direction: no direction {unknown[0]!r}; valid: {', '.join(DIRECTIONS)}")
+        raise InputError(
+            f"{read.path}: {level}_direction: no direction {unknown[0]!r}; valid: {', '.join(DIRECTIONS)}"
+        )
     share = read.array(f"{level}_blend_share", (s,))
     if not np.all((share >= 0) & (share <= 1)):
         raise InputError(f"{read.path}: {level}_blend_share: numbers from 0 to 1 are needed")

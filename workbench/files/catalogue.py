@@ -1,8 +1,8 @@
 """Where bodies, environments and studies are found by name.
 
-A name with a slash or an ending is a path, first from the folder of the file that names it, then from the current
-folder. A bare name is looked for beside the naming file's catalogue, in the current folder, and in what came with
-the workbench.
+A name with a slash or an ending is a path, first from the folder of the file that names it, then
+from the current folder. A bare name is looked for beside the naming file's catalogue, in the
+current folder, and in what came with the workbench.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ __all__ = ["find", "find_beside", "is_file", "is_there", "names", "roots"]
 
 
 def roots() -> list[Path]:
-    """Folders that may hold `bodies/`, `environments/`, `studies/`: the current one, then what is installed."""
+    """Folders that may hold `bodies/`, `environments/`, `studies/`: the current one, then what is
+    installed."""
     package = Path(__file__).resolve().parents[1]
     return [Path.cwd(), package / "data", package.parent]
 
@@ -24,9 +25,9 @@ def roots() -> list[Path]:
 def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> Path:
     """The file of a catalogue entry.
 
-    kind: "bodies", "environments" or "studies"; inner: the file inside an entry's folder ("environment.yaml"), or ""
-    where entries are single files NAME.yaml; near: the folder of the file that names it. InputError lists what there
-    is.
+    kind: "bodies", "environments" or "studies"; inner: the file inside an entry's folder
+    ("environment.yaml"), or "" where entries are single files NAME.yaml; near: the folder of the
+    file that names it. InputError lists what there is.
     """
     is_path = "/" in name or "\\" in name or name.endswith((".yaml", ".yml")) or name in (".", "..")
     folders = ([near] if near else []) + [Path.cwd()]
@@ -36,25 +37,33 @@ def find(kind: str, name: str, inner: str = "", *, near: Path | None = None) -> 
             for candidate in (path, path / inner) if inner else (path,):
                 if is_file(candidate):
                     return candidate
-        raise InputError(f"{name}: no such file (looked from {', '.join(str(f) for f in dict.fromkeys(folders))})")
+        raise InputError(
+            f"{name}: no such file (looked from {', '.join(str(f) for f in dict.fromkeys(folders))})"
+        )
     for root in ([near.parent] if near else []) + roots():
         path = root / kind / name / inner if inner else root / kind / f"{name}.yaml"
         if is_file(path):
             return path
-    raise InputError(f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner, near=near))}")
+    raise InputError(
+        f"no {kind} entry named {name!r}; {one_of(name, names(kind, inner, near=near))}"
+    )
 
 
 def find_beside(document: Document, key: tuple[str | int, ...], name: str) -> Path:
-    """A file that a body file names: beside it, or in the catalogue of bodies. InputError where it is in neither."""
+    """A file that a body file names: beside it, or in the catalogue of bodies. InputError where it
+    is in neither."""
     here = Path(document.file).parent
     for folder in (here, *(root / "bodies" for root in roots())):
         if is_file(folder / name):
             return folder / name
-    raise InputError(f"{document.where(key)}: {key[-1]}: no such file {name!r} in {here} or among the bodies")
+    raise InputError(
+        f"{document.where(key)}: {key[-1]}: no such file {name!r} in {here} or among the bodies"
+    )
 
 
 def is_file(path: Path) -> bool:
-    """True for a file; False too where the name cannot be one (too long) or its folder may not be entered."""
+    """True for a file; False too where the name cannot be one (too long) or its folder may not be
+    entered."""
     try:
         return path.is_file()
     except OSError:
@@ -80,7 +89,8 @@ def names(kind: str, inner: str = "", *, near: Path | None = None) -> list[str]:
 
 
 def _is_entry(kind: str, path: Path) -> bool:
-    """True where a YAML file beside others is an entry by itself and not something that entries refer to."""
+    """True where a YAML file beside others is an entry by itself and not something that entries
+    refer to."""
     key = {"bodies": "body:", "studies": "study:"}.get(kind)
     text = path.read_text(encoding="utf-8", errors="replace")
     return key is None or any(line.startswith(key) for line in text.splitlines())

@@ -14,10 +14,12 @@ class _Row(BaseModel):
 
 
 class PairRow(_Row):
-    """Two shares of the same people, 0 to 1: of a group that meets everything, or of all who meet one requirement.
+    """Two shares of the same people, 0 to 1: of a group that meets everything, or of all who meet
+    one requirement.
 
-    gained and lost are people; difference is after - before with its interval (Newcombe 1998, method 10); chance is
-    the two-sided probability of so uneven a count if nothing had changed (McNemar's exact test).
+    gained and lost are people; difference is after - before with its interval (Newcombe 1998,
+    method 10); chance is the two-sided probability of so uneven a count if nothing had changed
+    (McNemar's exact test).
     """
 
     name: str
@@ -33,7 +35,8 @@ class PairRow(_Row):
 
 
 class ChangedPersonRow(_Row):
-    """Somebody who fits only in one of the designs: what decides it there and here, in mm, and in words."""
+    """Somebody who fits only in one of the designs: what decides it there and here, in mm, and in
+    words."""
 
     person: str
     row: int

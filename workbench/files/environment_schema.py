@@ -1,4 +1,5 @@
-"""The shape of `environment.yaml`: strict models, lengths in metres and angles in radians once validated."""
+"""The shape of `environment.yaml`: strict models, lengths in metres and angles in radians once
+validated."""
 
 from __future__ import annotations
 
@@ -7,9 +8,26 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from workbench.files.schema import Degrees, FileModel, Length, LengthUnit, Vector, metres_in, to_metres
+from workbench.files.schema import (
+    Degrees,
+    FileModel,
+    Length,
+    LengthUnit,
+    Vector,
+    metres_in,
+    to_metres,
+)
 
-__all__ = ["AllowFile", "ControlFile", "EnvironmentFile", "MeshFile", "PartFile", "RestFile", "SeatFile", "unit_metres"]
+__all__ = [
+    "AllowFile",
+    "ControlFile",
+    "EnvironmentFile",
+    "MeshFile",
+    "PartFile",
+    "RestFile",
+    "SeatFile",
+    "unit_metres",
+]
 
 Axis = Literal["x", "y", "z", "-x", "-y", "-z"]
 SeatAngle = Annotated[float, Field(ge=-45, le=90), AfterValidator(math.radians)]
@@ -19,7 +37,8 @@ Name = Annotated[str, Field(min_length=1)]
 
 
 def unit_metres(text: str) -> float:
-    """Metres in one unit of a mesh: a unit's name, or a length such as "150 mm" for a file to an odd scale."""
+    """Metres in one unit of a mesh: a unit's name, or a length such as "150 mm" for a file to an
+    odd scale."""
     if text in metres_in:
         return metres_in[text]
     metres = to_metres(text)
@@ -35,7 +54,9 @@ def _unit(text: str) -> str:
 
 def _rising(pair: tuple[float, float]) -> tuple[float, float]:
     if not pair[0] <= 0 <= pair[1]:
-        raise ValueError("two lengths are needed, the least (zero or below) and the greatest (zero or above)")
+        raise ValueError(
+            "two lengths are needed, the least (zero or below) and the greatest (zero or above)"
+        )
     return pair
 
 
@@ -48,7 +69,8 @@ class TurnFile(FileModel):
 
 
 class MeshFile(FileModel):
-    """A mesh: its file beside the environment; its unit and axes where the file does not say them or is wrong."""
+    """A mesh: its file beside the environment; its unit and axes where the file does not say them
+    or is wrong."""
 
     file: Name
     length: Annotated[str, AfterValidator(_unit)] | None = None

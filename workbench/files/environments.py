@@ -12,11 +12,26 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
-from workbench.files.environment_schema import EnvironmentFile, MeshFile, PartFile, RestFile, SeatFile, unit_metres
+from workbench.files.environment_schema import (
+    EnvironmentFile,
+    MeshFile,
+    PartFile,
+    RestFile,
+    SeatFile,
+    unit_metres,
+)
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawPart
-from workbench.files.meshes.reading import SMALLEST, axes, extent, implausible, read_mesh, stated_axes, to_world
+from workbench.files.meshes.reading import (
+    SMALLEST,
+    axes,
+    extent,
+    implausible,
+    read_mesh,
+    stated_axes,
+    to_world,
+)
 from workbench.files.meshes.scene import mesh_of_scene
 from workbench.files.meshes.sizes import doubtful_sizes
 from workbench.files.schema import fail, metres_in, validate
@@ -31,8 +46,8 @@ _INNER = "environment.yaml"
 _UNEVEN = 0.001
 """Slack [m] on the depth a sitter sinks in: no cushion in a mesh is quite flat."""
 _SEAT_AWAY = 0.3
-"""A seat reference point farther [m] than this from the box of its cushion is not that seat's: cushions are 0.1 m thick
-and their backs stand up to 0.2 m behind them."""
+"""A seat reference point farther [m] than this from the box of its cushion is not that seat's:
+cushions are 0.1 m thick and their backs stand up to 0.2 m behind them."""
 _SEAT_NEAR = 0.1
 """A unit explains it where the reference point would be this near [m]."""
 _SMALL = 0.005
@@ -40,10 +55,11 @@ _SMALL = 0.005
 
 
 def load_environment(source: str | Path, *, near: Path | None = None) -> Environment:
-    """Load an environment: a folder with `environment.yaml`, a YAML file, or a name in the catalogue.
+    """Load an environment: a folder with `environment.yaml`, a YAML file, or a name in the
+    catalogue.
 
-    near: the folder of the file that names it. InputError carries a line for every fault found, with file, line and
-    column in the YAML.
+    near: the folder of the file that names it. InputError carries a line for every fault found,
+    with file, line and column in the YAML.
     """
     path = _path(source, near)
     document = read_yaml(path)
@@ -56,7 +72,9 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
         raise InputError(faults)
     environment, open_parts = built(file.environment, parts, solid=[rule.solid for rule in rules])
     if open_parts:
-        raise InputError([fail(document, _rule_path(file, names[k]), what) for k, what in open_parts])
+        raise InputError(
+            [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
+        )
     return _complete(environment, file, (rules, notes))
 
 
@@ -80,19 +98,19 @@ def environment_from_mesh(
     Parameters
     ----------
     source
-        A mesh file, or what trimesh has loaded or made: a scene, whose geometries are the parts, or one mesh.
-    up, forward
+        A mesh file, or what trimesh has loaded or made: a scene, whose geometries are the parts, or
+    one mesh. up, forward
         Axes of the mesh (x, y, z, -x, -y, -z) that point up and forward.
     length
-        Its unit (mm, cm, m, in, ft, or one unit's length such as "150 mm") where the mesh does not say it, or is wrong.
-    solid
+        Its unit (mm, cm, m, in, ft, or one unit's length such as "150 mm") where the mesh does not
+    say it, or is wrong. solid
         "auto" (closed parts are), True or False for every part.
 
     Raises
     ------
     InputError
-        If the mesh cannot be read, holds no surface, has a size that no vehicle has, or a part cannot be solid.
-    UsageError
+        If the mesh cannot be read, holds no surface, has a size that no vehicle has, or a part
+    cannot be solid. UsageError
         If `source` is something else, or the axes are no axes.
     """
     if isinstance(source, str | Path):
@@ -127,8 +145,11 @@ def _stated(source: str, length: str) -> float:
         raise InputError(f"{source}: length {length!r}: {error}") from None
 
 
-def _meshes(document: Document, file: EnvironmentFile, folder: Path) -> tuple[list[RawPart], list[str]]:
-    """All parts of all meshes in the world's frame, and notes about them; every fault of every mesh at once."""
+def _meshes(
+    document: Document, file: EnvironmentFile, folder: Path
+) -> tuple[list[RawPart], list[str]]:
+    """All parts of all meshes in the world's frame, and notes about them; every fault of every mesh
+    at once."""
     parts: list[RawPart] = []
     notes: list[str] = []
     faults: list[str] = []
@@ -136,11 +157,16 @@ def _meshes(document: Document, file: EnvironmentFile, folder: Path) -> tuple[li
         try:
             found, said = _mesh(folder, mesh, alone=len(file.meshes) == 1)
         except InputError as error:
-            faults += [fail(document, ("meshes", row, "file"), problem) for problem in error.problems]
+            faults += [
+                fail(document, ("meshes", row, "file"), problem) for problem in error.problems
+            ]
             continue
         taken = {part.name for part in parts}
         twice = [part.name for part in found if part.name in taken]
-        faults += [fail(document, ("meshes", row, "file"), f"part {name!r} is in another mesh too") for name in twice]
+        faults += [
+            fail(document, ("meshes", row, "file"), f"part {name!r} is in another mesh too")
+            for name in twice
+        ]
         parts += found
         notes += [f"{mesh.file}: {note}" for note in said]
     if not faults and (wrong := implausible(float(extent(tuple(parts)).max()), 1.0)):
@@ -150,12 +176,18 @@ def _meshes(document: Document, file: EnvironmentFile, folder: Path) -> tuple[li
     return parts, notes
 
 
-def _mesh(folder: Path, mesh: MeshFile, *, alone: bool) -> tuple[tuple[RawPart, ...], tuple[str, ...]]:
+def _mesh(
+    folder: Path, mesh: MeshFile, *, alone: bool
+) -> tuple[tuple[RawPart, ...], tuple[str, ...]]:
     if outside_folder(mesh.file):
-        raise InputError(f"{mesh.file}: a mesh lies in the folder of its environment file, or below it")
+        raise InputError(
+            f"{mesh.file}: a mesh lies in the folder of its environment file, or below it"
+        )
     raw = read_mesh(folder / mesh.file)
     metres = raw.metres if mesh.length is None else unit_metres(mesh.length)
-    wrong = implausible(float(extent(raw.parts).max()), metres, smallest=SMALLEST if alone else _SMALL)
+    wrong = implausible(
+        float(extent(raw.parts).max()), metres, smallest=SMALLEST if alone else _SMALL
+    )
     if wrong or metres is None:
         raise InputError(f"{mesh.file}: {wrong}")
     turn = attitude_matrix(yaw=mesh.turn.yaw, pitch=mesh.turn.pitch, roll=mesh.turn.roll)
@@ -171,18 +203,27 @@ def _matching(key: str, names: Iterable[str]) -> list[str]:
 
 
 def _rule_path(file: EnvironmentFile, name: str) -> tuple[str, ...]:
-    keys = [key for key in file.parts if file.parts[key].solid is True and name in _matching(key, [name])]
+    keys = [
+        key
+        for key in file.parts
+        if file.parts[key].solid is True and name in _matching(key, [name])
+    ]
     return ("parts", keys[-1], "solid") if keys else ("parts",)
 
 
-def _rules(document: Document, file: EnvironmentFile, names: list[str]) -> tuple[list[PartFile], list[str]]:
-    """The rule of each part: a rule for its own name goes before any pattern, a later pattern before an earlier."""
+def _rules(
+    document: Document, file: EnvironmentFile, names: list[str]
+) -> tuple[list[PartFile], list[str]]:
+    """The rule of each part: a rule for its own name goes before any pattern, a later pattern
+    before an earlier."""
     chosen = {name: PartFile() for name in names}
     faults = []
     for key in sorted(file.parts, key=lambda key: key in chosen):
         matched = _matching(key, names)
         if not matched:
-            faults.append(fail(document, ("parts", key), f"no part of this name; {one_of(key, names)}"))
+            faults.append(
+                fail(document, ("parts", key), f"no part of this name; {one_of(key, names)}")
+            )
         chosen |= dict.fromkeys(matched, file.parts[key])
     return list(chosen.values()), faults
 
@@ -194,13 +235,22 @@ def _unknown_names(document: Document, file: EnvironmentFile, names: list[str]) 
         wanted += [(("seats", seat, "cushion", "part"), rest.cushion.part)]
         wanted += [(("seats", seat, "back", "part"), rest.back.part)]
         wanted += [(("seats", seat, "moves", k), key) for k, key in enumerate(rest.moves)]
-    wanted += [(("controls", key, "part"), control.part) for key, control in file.controls.items() if control.part]
+    wanted += [
+        (("controls", key, "part"), control.part)
+        for key, control in file.controls.items()
+        if control.part
+    ]
     known = set(names)
-    return [fail(document, path, f"no part {name!r}; {one_of(name, names)}") for path, name in wanted
-            if name not in known and not (path[2] == "moves" and _matching(name, names))]  # fmt: skip
+    return [
+        fail(document, path, f"no part {name!r}; {one_of(name, names)}")
+        for path, name in wanted
+        if name not in known and not (path[2] == "moves" and _matching(name, names))
+    ]
 
 
-def _complete(environment: Environment, file: EnvironmentFile, found: tuple[list[PartFile], list[str]]) -> Environment:
+def _complete(
+    environment: Environment, file: EnvironmentFile, found: tuple[list[PartFile], list[str]]
+) -> Environment:
     rules, notes = found
     return replace(
         environment,
@@ -210,13 +260,16 @@ def _complete(environment: Environment, file: EnvironmentFile, found: tuple[list
         allowances=(*_allowances(rules), *_resting(file, environment.parts)),
         seats=tuple(_seat(name, seat, environment.parts) for name, seat in file.seats.items()),
         points=dict(file.points),
-        controls=tuple(Control(name, c.at, c.grip, c.zone, c.part) for name, c in file.controls.items()),
+        controls=tuple(
+            Control(name, c.at, c.grip, c.zone, c.part) for name, c in file.controls.items()
+        ),
         warnings=(*notes, *_seats_away(environment, file), *environment.warnings),
     )
 
 
 def _seats_away(environment: Environment, file: EnvironmentFile) -> Iterator[str]:
-    """A sentence for each seat whose reference point is not at its cushion, with the mistaken unit that explains it.
+    """A sentence for each seat whose reference point is not at its cushion, with the mistaken unit
+    that explains it.
 
     A person is seated by the numbers of the YAML file, and must meet the mesh there.
     """
@@ -229,8 +282,11 @@ def _seats_away(environment: Environment, file: EnvironmentFile) -> Iterator[str
         if (gap := _gap(box, seat.srp)) <= _SEAT_AWAY:
             continue
         units = [(used, right) for used in metres_in for right in metres_in if used != right]
-        fits = [(used, right) for used, right in units
-                if still and _gap(box * metres_in[right] / metres_in[used], seat.srp) <= _SEAT_NEAR]  # fmt: skip
+        fits = [
+            (used, right)
+            for used, right in units
+            if still and _gap(box * metres_in[right] / metres_in[used], seat.srp) <= _SEAT_NEAR
+        ]
         hint = ": a wrong unit of length, or a wrong place?"
         if fits:
             hint = f": the mesh would be there if its unit were {fits[0][1]} where {fits[0][0]} is taken"
@@ -250,7 +306,8 @@ def _allowances(rules: list[PartFile]) -> Iterator[Allowance]:
 
 
 def _resting(file: EnvironmentFile, parts: tuple[str, ...]) -> Iterator[Allowance]:
-    """Who sits in a seat sinks in as deep as the seat says: that much contact is allowed without another rule."""
+    """Who sits in a seat sinks in as deep as the seat says: that much contact is allowed without
+    another rule."""
     for seat in file.seats.values():
         for rest in (seat.cushion, seat.back):
             yield Allowance(parts.index(rest.part), _segments(rest.segments), rest.depth + _UNEVEN)
@@ -265,5 +322,15 @@ def _seat(name: str, seat: SeatFile, parts: Iterable[str]) -> Seat:
         return Rest(given.part, _segments(given.segments), given.depth)
 
     moves = tuple(dict.fromkeys(part for key in seat.moves for part in _matching(key, parts)))
-    return Seat(name, seat.srp, seat.back_angle, seat.cushion_angle, seat.yaw, rest(seat.cushion), rest(seat.back),
-                seat.travel.forward, seat.travel.up, moves)  # fmt: skip
+    return Seat(
+        name,
+        seat.srp,
+        seat.back_angle,
+        seat.cushion_angle,
+        seat.yaw,
+        rest(seat.cushion),
+        rest(seat.back),
+        seat.travel.forward,
+        seat.travel.up,
+        moves,
+    )

@@ -17,7 +17,8 @@ _UNSUPPORTED = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP}
 
 
 def exchange(first: Path, second: Path) -> bool:
-    """Exchange two paths of one file system. False, and nothing is done, where the system cannot exchange.
+    """Exchange two paths of one file system. False, and nothing is done, where the system cannot
+    exchange.
 
     Raises
     ------
@@ -30,8 +31,13 @@ def exchange(first: Path, second: Path) -> bool:
         if sys.platform == "darwin":
             result = system.renamex_np(paths[0], paths[1], ctypes.c_uint(_RENAME_EXCHANGE))
         else:
-            result = system.renameat2(_AT_FDCWD, paths[0], _AT_FDCWD, paths[1], ctypes.c_uint(_RENAME_EXCHANGE))
-    except (AttributeError, TypeError):  # no such function in the system's library; Windows has no library by this name
+            result = system.renameat2(
+                _AT_FDCWD, paths[0], _AT_FDCWD, paths[1], ctypes.c_uint(_RENAME_EXCHANGE)
+            )
+    except (
+        AttributeError,
+        TypeError,
+    ):  # no such function in the system's library; Windows has no library by this name
         return False
     if result == 0:
         return True

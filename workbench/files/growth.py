@@ -43,26 +43,47 @@ class GrowthFile(FileModel):
 
 
 def load_growth(source: str | Path = "cdc_growth") -> Growth:
-    """Read a growth file, by path or by its name in bodies/populations; InputError lists all its faults."""
+    """Read a growth file, by path or by its name in bodies/populations; InputError lists all its
+    faults."""
     document = read_yaml(find("bodies/populations", str(source)))
     file = validate(document, GrowthFile)
     names = tuple(CurvesFile.model_fields)
     tables = {(sex, name): getattr(getattr(file, sex), name) for sex in SEXES for name in names}
     ages = [row[0] for row in tables[SEXES[0], names[0]]]
-    faults = [line for where, rows in tables.items() for line in _faults(document, where, rows, ages)]
+    faults = [
+        line for where, rows in tables.items() for line in _faults(document, where, rows, ages)
+    ]
     if faults:
         raise InputError(faults)
     units = {name: 1.0 if name == MASS else metres_in[file.length] for name in names}
-    lms = np.array([[[[power, median * units[name], spread] for _, power, median, spread in tables[sex, name]]
-                     for name in names] for sex in SEXES])  # fmt: skip
+    lms = np.array(
+        [
+            [
+                [
+                    [power, median * units[name], spread]
+                    for _, power, median, spread in tables[sex, name]
+                ]
+                for name in names
+            ]
+            for sex in SEXES
+        ]
+    )
     return Growth(file.growth, file.source, names, np.array(ages), lms)
 
 
-def _faults(document: Document, where: tuple[str, str], rows: list[tuple[float, ...]], ages: list[float]) -> list[str]:
-    faults = [fail(document, (*where, k), f"L is any number, M and S are positive (got {list(row)})")
-              for k, row in enumerate(rows) if row[2] <= 0 or row[3] <= 0]  # fmt: skip
-    faults += [fail(document, (*where, k + 1), f"ages must rise (got {b[0]:g} after {a[0]:g})")
-               for k, (a, b) in enumerate(pairwise(rows)) if b[0] <= a[0]]  # fmt: skip
+def _faults(
+    document: Document, where: tuple[str, str], rows: list[tuple[float, ...]], ages: list[float]
+) -> list[str]:
+    faults = [
+        fail(document, (*where, k), f"L is any number, M and S are positive (got {list(row)})")
+        for k, row in enumerate(rows)
+        if row[2] <= 0 or row[3] <= 0
+    ]
+    faults += [
+        fail(document, (*where, k + 1), f"ages must rise (got {b[0]:g} after {a[0]:g})")
+        for k, (a, b) in enumerate(pairwise(rows))
+        if b[0] <= a[0]
+    ]
     if [row[0] for row in rows] != ages:
         faults.append(fail(document, where, "all four tables need the same ages"))
     return faults

@@ -1,7 +1,7 @@
 """The files that a command has read, so that no output is written over one of them.
 
-Every reader opens its files within `opening.opened`, which notes them here. Files are known by device and inode, so
-that another name of the same file, or a link to it, is recognised.
+Every reader opens its files within `opening.opened`, which notes them here. Files are known by
+device and inode, so that another name of the same file, or a link to it, is recognised.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""What a mesh or an environment holds, as data: sizes, units, counts of faults. Nothing is refused for its size here,
-since finding the unit is what one looks for."""
+"""What a mesh or an environment holds, as data: sizes, units, counts of faults. Nothing is refused
+for its size here, since finding the unit is what one looks for."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ Size = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class PartSize:
-    """One part: its faults, whether it counts as a solid, and its box (least and greatest corner) [m, or file units
-    where no unit is known]."""
+    """One part: its faults, whether it counts as a solid, and its box (least and greatest corner)
+    [m, or file units where no unit is known]."""
 
     name: str
     faces: int
@@ -52,9 +52,10 @@ class PartSize:
 
 @dataclass(frozen=True)
 class Inspection:
-    """A file as found. metres_told: one file unit in metres as the file says, None where it does not; metres: what was
-    used, None where none is known (lengths are then file units); size along x, y, z; largest_if: the largest extent
-    [m] in each unit it could be in; problem: why it would be refused as an environment, None where it would not."""
+    """A file as found. metres_told: one file unit in metres as the file says, None where it does
+    not; metres: what was used, None where none is known (lengths are then file units); size along
+    x, y, z; largest_if: the largest extent [m] in each unit it could be in; problem: why it would
+    be refused as an environment, None where it would not."""
 
     file: str
     format: str
@@ -69,10 +70,15 @@ class Inspection:
     problem: str | None
 
 
-def inspect_mesh(path: str | Path, *, length: str | None = None, up: str | None = None,
-                 forward: str | None = None) -> Inspection:  # fmt: skip
-    """Look through a mesh file. length: its unit, where it does not say it or is wrong; up, forward: its
-    axes, where None those the file or its format says, else z and x.
+def inspect_mesh(
+    path: str | Path,
+    *,
+    length: str | None = None,
+    up: str | None = None,
+    forward: str | None = None,
+) -> Inspection:
+    """Look through a mesh file. length: its unit, where it does not say it or is wrong; up,
+    forward: its axes, where None those the file or its format says, else z and x.
 
     InputError where it cannot be read at all, UsageError for wrong axes.
     """
@@ -86,13 +92,24 @@ def inspect_mesh(path: str | Path, *, length: str | None = None, up: str | None 
         raise InputError(f"{path}: length {length!r}: {error}") from None
     parts = to_world(raw, rotation, metres=metres or 1.0)
     doubts = () if metres is None else doubtful_sizes(parts, metres, file=Path(path).stem)
-    environment, _ = built(Path(path).stem, parts, solid=["auto"] * len(parts), notes=(*doubts, *raw.notes))
+    environment, _ = built(
+        Path(path).stem, parts, solid=["auto"] * len(parts), notes=(*doubts, *raw.notes)
+    )
     size = _three(environment.bounds[1] - environment.bounds[0])
     units = max(size) / (metres or 1.0)
     return Inspection(
-        str(path), raw.format, raw.metres, metres, up, forward, _parts(environment), size,
-        {unit: units * one for unit, one in metres_in.items()}, environment.warnings, implausible(units, metres),
-    )  # fmt: skip
+        str(path),
+        raw.format,
+        raw.metres,
+        metres,
+        up,
+        forward,
+        _parts(environment),
+        size,
+        {unit: units * one for unit, one in metres_in.items()},
+        environment.warnings,
+        implausible(units, metres),
+    )
 
 
 def inspect_environment(source: str | Path, *, near: Path | None = None) -> Inspection:
@@ -100,9 +117,18 @@ def inspect_environment(source: str | Path, *, near: Path | None = None) -> Insp
     environment = load_environment(source, near=near)
     size = _three(environment.bounds[1] - environment.bounds[0])
     return Inspection(
-        str(source), "environment", 1.0, 1.0, "z", "x", _parts(environment), size,
-        {"m": max(size)}, environment.warnings, None,
-    )  # fmt: skip
+        str(source),
+        "environment",
+        1.0,
+        1.0,
+        "z",
+        "x",
+        _parts(environment),
+        size,
+        {"m": max(size)},
+        environment.warnings,
+        None,
+    )
 
 
 def _parts(environment: Environment) -> tuple[PartSize, ...]:

@@ -33,7 +33,17 @@ from workbench.files.yaml_text import read_yaml
 
 __all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
 
-KINDS = ("study", "body", "environment", "postures", "population", "growth", "encumbrance", "rules", "simulation")
+KINDS = (
+    "study",
+    "body",
+    "environment",
+    "postures",
+    "population",
+    "growth",
+    "encumbrance",
+    "rules",
+    "simulation",
+)
 _MODELS: dict[str, type[BaseModel]] = {
     "body": BodyFile,
     "postures": PosturesFile,
@@ -54,8 +64,8 @@ _MODELS: dict[str, type[BaseModel]] = {
 
 
 def kind_of(path: Path) -> str:
-    """study, body, environment, postures, population, growth, encumbrance, rules or simulation, by the keys of the
-    file; "mesh" where it is not YAML.
+    """study, body, environment, postures, population, growth, encumbrance, rules or simulation, by
+    the keys of the file; "mesh" where it is not YAML.
 
     InputError where a YAML file has no key that names its kind.
     """
@@ -65,13 +75,15 @@ def kind_of(path: Path) -> str:
         return "mesh"
     kind = named_kind(path)
     if kind is None:
-        raise InputError(f"{path}:1:1: one of the keys {', '.join(KINDS)} must say what this file is")
+        raise InputError(
+            f"{path}:1:1: one of the keys {', '.join(KINDS)} must say what this file is"
+        )
     return kind
 
 
 def named_kind(path: Path) -> str | None:
-    """The kind of a YAML file whose keys fit best, so that one misspelt key does not make it another kind; None where
-    none of the keys that name a kind is there."""
+    """The kind of a YAML file whose keys fit best, so that one misspelt key does not make it
+    another kind; None where none of the keys that name a kind is there."""
     value = read_yaml(path).value
     keys = set(value) if isinstance(value, dict) else set()
     if not keys & set(KINDS):
@@ -86,7 +98,8 @@ def _known_keys(kind: str) -> set[str]:
 
 
 def is_mesh(source: str) -> bool:
-    """True where a source is a mesh file by its ending, False for environment folders, YAML files and bare names."""
+    """True where a source is a mesh file by its ending, False for environment folders, YAML files
+    and bare names."""
     path = Path(source)
     return not path.is_dir() and path.suffix.lower() not in ("", ".yaml", ".yml")
 
@@ -128,7 +141,9 @@ def check_file(path: Path) -> list[str]:
     if kind == "encumbrance":
         load_encumbrance(path)
         return []
-    raise InputError(f"{path}: a YAML file is needed; meshes are looked at with 'workbench inspect'")
+    raise InputError(
+        f"{path}: a YAML file is needed; meshes are looked at with 'workbench inspect'"
+    )
 
 
 def json_schemas() -> dict[str, dict[str, Any]]:

@@ -1,4 +1,5 @@
-"""A lock file: held by one process at a time, and free again once that process has ended, however it ended."""
+"""A lock file: held by one process at a time, and free again once that process has ended, however
+it ended."""
 
 from __future__ import annotations
 
@@ -22,9 +23,11 @@ _TRIES = 1000
 
 @contextmanager
 def locked(path: Path, output: Path, *, wait: bool = False) -> Iterator[None]:
-    """Hold the lock file `path` for the writing of `output`. The file and its folder are made if they are missing.
+    """Hold the lock file `path` for the writing of `output`. The file and its folder are made if
+    they are missing.
 
-    Where the system or the file system has no locks (Windows, some network drives), nothing is locked.
+    Where the system or the file system has no locks (Windows, some network drives), nothing is
+    locked.
 
     Parameters
     ----------
@@ -61,7 +64,9 @@ def _acquired(path: Path, output: Path, wait: bool) -> int | None:
         file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
     except FileNotFoundError:  # its folder was removed
         return None
-    except FileExistsError:  # its folder was there when it was to be made, and was removed before it was looked at
+    except (
+        FileExistsError
+    ):  # its folder was there when it was to be made, and was removed before it was looked at
         if os.path.lexists(path.parent) and not path.parent.is_dir():
             raise
         return None
@@ -80,7 +85,9 @@ def _lock(file: int, output: Path, wait: bool) -> None:
     try:
         fcntl.flock(file, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
     except BlockingIOError:
-        raise InputError(f"{output}: cannot be written (another command is writing it now)") from None
+        raise InputError(
+            f"{output}: cannot be written (another command is writing it now)"
+        ) from None
     except OSError:  # a file system without locks
         return
 

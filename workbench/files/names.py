@@ -12,8 +12,9 @@ __all__ = ["unique_names"]
 def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
     """Number repeated names, the one rule for parts of meshes and markers of motions.
 
-    The first of several equal names stays, the others become `seat_2`, `seat_3`; a number that another name has already
-    is passed over. White space is evened out, control characters are escaped, an empty name becomes `otherwise`.
+    The first of several equal names stays, the others become `seat_2`, `seat_3`; a number that
+    another name has already is passed over. White space is evened out, control characters are
+    escaped, an empty name becomes `otherwise`.
     """
     wanted = [printable(" ".join(name.split())) or otherwise for name in names]
     taken = set(wanted)

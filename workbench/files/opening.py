@@ -1,7 +1,8 @@
-"""The one way in which files are opened for reading: regular files only, of a size that is known before they are read.
+"""The one way in which files are opened for reading: regular files only, of a size that is known
+before they are read.
 
-A pipe would wait for a writer and a device never ends, so both are refused once they are open and before any byte is
-asked for.
+A pipe would wait for a writer and a device never ends, so both are refused once they are open and
+before any byte is asked for.
 """
 
 from __future__ import annotations
@@ -19,8 +20,11 @@ from workbench.files.inputs import note_input
 __all__ = ["BYTE_ORDER_MARK", "opened", "read_whole"]
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-"""Byte order mark that some editors write at the start of a text file; it is no part of the text."""
-_FLAGS = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY"))
+"""Byte order mark that some editors write at the start of a text file; it is no part of the
+text."""
+_FLAGS = os.O_RDONLY | sum(
+    getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NOCTTY", "O_CLOEXEC", "O_BINARY")
+)
 """Flags of `os.open`: without O_NONBLOCK, opening a pipe that nobody writes to never returns."""
 
 
@@ -28,7 +32,8 @@ _FLAGS = os.O_RDONLY | sum(getattr(os, name, 0) for name in ("O_NONBLOCK", "O_NO
 def opened(path: Path, kind: str) -> Iterator[BinaryIO]:
     """Open a regular file as bytes; errors of the system while it is read are reported too.
 
-    The file is noted as an input, so that no output of the same command is written over it (see `inputs`).
+    The file is noted as an input, so that no output of the same command is written over it (see
+    `inputs`).
 
     Parameters
     ----------

@@ -1,9 +1,10 @@
 """Write one file, in one step: a reader finds the old file or the new one, never a part of it.
 
-The content goes into a hidden file beside the output, which then replaces the output by one rename. A process that is
-killed leaves this hidden file behind; the next write of the same output uses it again. What must not be written over is
-refused, before the work by `check_file` and again when the file is written: a folder, a link, a device, a file that may
-not be written, and an input of the same command.
+The content goes into a hidden file beside the output, which then replaces the output by one rename.
+A process that is killed leaves this hidden file behind; the next write of the same output uses it
+again. What must not be written over is refused, before the work by `check_file` and again when the
+file is written: a folder, a link, a device, a file that may not be written, and an input of the
+same command.
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ def check_file(path: Path) -> None:
     Raises
     ------
     InputError
-        If the output is a folder, a link, a device, not writable or an input of this command, or if its folder cannot
-        be made or written to.
+        If the output is a folder, a link, a device, not writable or an input of this command, or if
+        its folder cannot be made or written to.
     """
     with write_errors(path):
         _refuse(path)
@@ -44,7 +45,8 @@ def check_file(path: Path) -> None:
 
 @contextmanager
 def staged(path: Path) -> Iterator[Path]:
-    """Yield the path of a hidden file to write. On leaving, it replaces `path`; after an error it is removed.
+    """Yield the path of a hidden file to write. On leaving, it replaces `path`; after an error it
+    is removed.
 
     Raises
     ------
@@ -84,7 +86,8 @@ def write_errors(path: Path) -> Iterator[None]:
 
 
 def probe(folder: Path) -> None:
-    """Try whether something can be made in a folder, or in its nearest ancestor that is there. OSError if not.
+    """Try whether something can be made in a folder, or in its nearest ancestor that is there.
+    OSError if not.
 
     To try is the only sure way: rights, read-only disks and quotas are all told by it.
     """
@@ -117,7 +120,9 @@ def _refuse(path: Path) -> None:
     if not stat.S_ISREG(mode):
         raise InputError(f"{path}: cannot be written (is no regular file)")
     if is_input(path):
-        raise InputError(f"{path}: cannot be written (is an input of this command; name another file)")
+        raise InputError(
+            f"{path}: cannot be written (is an input of this command; name another file)"
+        )
     if not writable(path):
         raise InputError(f"{path}: cannot be written (is read-only)")
 

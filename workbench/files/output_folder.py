@@ -1,21 +1,25 @@
 """Write a folder of results in one step, and keep whatever else its user keeps in it.
 
-A folder that was written lists its own files in `manifest.json`, with their SHA-256. When the folder is written again,
-the files that the manifest lists are replaced or removed. All other files and subfolders are the user's and stay. A
-listed file that was edited since, and a user's file in the way of a new one, is kept under another name and reported.
-A folder with files but without a manifest is refused.
+A folder that was written lists its own files in `manifest.json`, with their SHA-256. When the
+folder is written again, the files that the manifest lists are replaced or removed. All other files
+and subfolders are the user's and stay. A listed file that was edited since, and a user's file in
+the way of a new one, is kept under another name and reported. A folder with files but without a
+manifest is refused.
 
 The new folder is made in a hidden work folder beside the output:
 
-1. The new files are written. The user's files are added as hard links, so that they are the same files.
-2. The new folder and the old one are exchanged in one step. A process that is killed leaves the old result whole or
-   the new one, with the user's files in either. Where the system has no such step (Windows, some network drives), the
-   old folder is first renamed aside, and the next command on the same output puts it back.
-3. The old folder is emptied. What the new one lacks is moved there: files that appeared during step 1, and all of the
-   user's where the file system has no hard links.
+1. The new files are written. The user's files are added as hard links, so that they are the same
+   files.
+2. The new folder and the old one are exchanged in one step. A process that is killed leaves the old
+   result whole or the new one, with the user's files in either. Where the system has no such step
+   (Windows, some network drives), the old folder is first renamed aside, and the next command on
+   the same output puts it back.
+3. The old folder is emptied. What the new one lacks is moved there: files that appeared during step
+   1, and all of the user's where the file system has no hard links.
 
-The name of the new folder says its inode, `new-INODE`. So what a killed process left is told apart: a folder with
-its own inode was not in place yet, and is removed; one with another inode is the old folder, and is emptied.
+The name of the new folder says its inode, `new-INODE`. So what a killed process left is told apart:
+a folder with its own inode was not in place yet, and is removed; one with another inode is the old
+folder, and is emptied.
 """
 
 from __future__ import annotations
@@ -42,7 +46,9 @@ __all__ = ["MANIFEST", "Holding", "Manifest", "check_folder", "write_folder"]
 MANIFEST = "manifest.json"
 Holding = Literal["result", "comparison", "people"]
 Tell = Callable[[str], None]
-_LOCK, _OLD, _NEW = "lock", "old", "new"
+_LOCK = "lock"
+_OLD = "old"
+_NEW = "new"
 _WORDS = {"result": "a result", "comparison": "a comparison", "people": "bodies of people"}
 
 
@@ -57,7 +63,8 @@ class Manifest(BaseModel):
 
 
 def check_folder(folder: Path, *, holds: Holding) -> Path:
-    """Check, before any work, that a result can be written into a folder; finish what a killed process left there.
+    """Check, before any work, that a result can be written into a folder; finish what a killed
+    process left there.
 
     Returns
     -------
@@ -79,7 +86,9 @@ def check_folder(folder: Path, *, holds: Holding) -> Path:
         return place
 
 
-def write_folder(folder: Path, files: Mapping[str, Content], *, holds: Holding, tell: Tell = lambda line: None) -> None:
+def write_folder(
+    folder: Path, files: Mapping[str, Content], *, holds: Holding, tell: Tell = lambda line: None
+) -> None:
     """Write files into a folder, with their manifest, in place of the earlier result in it.
 
     Parameters
@@ -92,7 +101,8 @@ def write_folder(folder: Path, files: Mapping[str, Content], *, holds: Holding, 
     Raises
     ------
     InputError
-        As of `check_folder`; or if the disk is full, or another command writes into the same folder.
+        As of `check_folder`; or if the disk is full, or another command writes into the same
+        folder.
     """
     with write_errors(folder):
         place = _resolved(folder)
@@ -121,7 +131,8 @@ def _resolved(folder: Path) -> Path:
 
 
 def _check(folder: Path, place: Path, holds: Holding) -> None:
-    """InputError where the folder is not empty and not an earlier result of the same kind, or cannot be replaced."""
+    """InputError where the folder is not empty and not an earlier result of the same kind, or
+    cannot be replaced."""
     _work_folder(place).exists()  # the longest name that is needed
     if not place.exists():
         return
@@ -134,10 +145,14 @@ def _check(folder: Path, place: Path, holds: Holding) -> None:
     if found is None:
         return
     if found.holds != holds:
-        raise InputError(f"{folder}: holds {_WORDS[found.holds]}, not {_WORDS[holds]}; choose another folder")
+        raise InputError(
+            f"{folder}: holds {_WORDS[found.holds]}, not {_WORDS[holds]}; choose another folder"
+        )
     for name in found.files:
         if is_input(place / name):
-            raise InputError(f"{folder}: cannot be written ({name} in it is an input of this command)")
+            raise InputError(
+                f"{folder}: cannot be written ({name} in it is an input of this command)"
+            )
 
 
 def _foreign(folder: Path, place: Path) -> str:
@@ -152,7 +167,9 @@ def _check_subfolders(folder: Path, device: int) -> None:
     info = folder.stat()
     mine = not hasattr(os, "geteuid") or os.geteuid() in (0, info.st_uid)
     if info.st_dev != device or not mine or not writable(folder):
-        raise InputError(f"{folder}: cannot be written (is read-only, another user's, or on another disk)")
+        raise InputError(
+            f"{folder}: cannot be written (is read-only, another user's, or on another disk)"
+        )
     for path in folder.iterdir():
         if _is_folder(path):
             _check_subfolders(path, device)
@@ -166,7 +183,9 @@ def _manifest(folder: Path) -> Manifest | None:
     except FileNotFoundError:
         return None
     except ValidationError:
-        raise InputError(f"{file}: is damaged; move the folder away or choose another --out") from None
+        raise InputError(
+            f"{file}: is damaged; move the folder away or choose another --out"
+        ) from None
 
 
 def _work_folder(place: Path) -> Path:
@@ -175,7 +194,8 @@ def _work_folder(place: Path) -> Path:
 
 @contextmanager
 def _working(place: Path, tell: Tell = lambda line: None) -> Iterator[Path]:
-    """The work folder of an output, for this process alone. Before and after, what is left in it is put right."""
+    """The work folder of an output, for this process alone. Before and after, what is left in it is
+    put right."""
     work = _work_folder(place)
     with locked(work / _LOCK, place, wait=True):
         _put_right(work, place, tell)
@@ -189,7 +209,8 @@ def _working(place: Path, tell: Tell = lambda line: None) -> Iterator[Path]:
 
 
 def _put_right(work: Path, place: Path, tell: Tell) -> None:
-    """Bring an interrupted write to its end: the old result is in place, or the new one, and nothing is left of it."""
+    """Bring an interrupted write to its end: the old result is in place, or the new one, and
+    nothing is left of it."""
     for folder in sorted(path for path in work.iterdir() if path.name != _LOCK):
         if folder.name in (_NEW, f"{_NEW}-{folder.stat().st_ino}"):
             shutil.rmtree(folder)
@@ -226,7 +247,8 @@ def _put(path: Path, content: Content) -> str:
 
 
 class _Own:
-    """Which files of a folder are the result's own: listed in its manifest, and not edited since."""
+    """Which files of a folder are the result's own: listed in its manifest, and not edited
+    since."""
 
     def __init__(self, folder: Path) -> None:
         found = _manifest(folder)
@@ -244,10 +266,13 @@ class _Own:
 
 
 class _Names:
-    """Where a user's file of the old folder goes in the new one: to its own name, or to a free one."""
+    """Where a user's file of the old folder goes in the new one: to its own name, or to a free
+    one."""
 
     def __init__(self, old: Path, new: Path, tell: Tell) -> None:
-        self.old, self.new, self.tell = old, new, tell
+        self.old = old
+        self.new = new
+        self.tell = tell
         self.listed = _Own(old).listed
 
     def free(self, path: Path, at: Path) -> Path:
@@ -265,13 +290,19 @@ class _Names:
         """Tell of a path that has another name now."""
         name = _name(path, self.old)
         if at.name != path.name:
-            why = "was edited since it was written" if name in self.listed else "is not a file of the result"
+            why = (
+                "was edited since it was written"
+                if name in self.listed
+                else "is not a file of the result"
+            )
             self.tell(f"{name}: {why}; it is kept as {_name(at, self.new)}")
 
 
 def _link_users(old: Path, new: Path, tell: Tell) -> None:
-    """Make the user's folders in the new folder as they are in the old one, and hard links to the user's files."""
-    own, names = _Own(old), _Names(old, new, tell)
+    """Make the user's folders in the new folder as they are in the old one, and hard links to the
+    user's files."""
+    own = _Own(old)
+    names = _Names(old, new, tell)
 
     def link(source: Path, target: Path) -> None:
         for path in sorted(source.iterdir()):
@@ -294,26 +325,34 @@ def _link_users(old: Path, new: Path, tell: Tell) -> None:
 
 
 def _only_own(folder: Path, own: _Own) -> bool:
-    """Whether a subfolder holds the result's own files and nothing else; one that is empty is the user's."""
+    """Whether a subfolder holds the result's own files and nothing else; one that is empty is the
+    user's."""
     paths = list(folder.iterdir())
-    return bool(paths) and all(_only_own(path, own) if _is_folder(path) else own.holds(path) for path in paths)
+    return bool(paths) and all(
+        _only_own(path, own) if _is_folder(path) else own.holds(path) for path in paths
+    )
 
 
 def _copy_rights(source: Path, target: Path) -> None:
     """Give a folder the rights, times and owner of another."""
     shutil.copystat(source, target)
-    before, now = source.stat(), target.stat()
+    before = source.stat()
+    now = target.stat()
     if hasattr(os, "chown") and (before.st_uid, before.st_gid) != (now.st_uid, now.st_gid):
         os.chown(target, before.st_uid, before.st_gid)
 
 
 def _empty(old: Path, new: Path, tell: Tell) -> None:
-    """Remove an old folder: its own files, and links to files of the new one. All else is moved to the new one."""
-    own, names = _Own(old), _Names(old, new, tell)
+    """Remove an old folder: its own files, and links to files of the new one. All else is moved to
+    the new one."""
+    own = _Own(old)
+    names = _Names(old, new, tell)
     there = {_inode(path) for path in new.rglob("*") if not _is_folder(path)}
 
     def empty(source: Path, target: Path) -> None:
-        for path in sorted(source.iterdir(), key=lambda path: path.name == MANIFEST):  # it says to the end what is own
+        for path in sorted(
+            source.iterdir(), key=lambda path: path.name == MANIFEST
+        ):  # it says to the end what is own
             if _is_folder(path):
                 empty(path, target / path.name)
             elif own.holds(path) or _inode(path) in there:
@@ -330,7 +369,8 @@ def _empty(old: Path, new: Path, tell: Tell) -> None:
 
 
 def _is_folder(path: Path) -> bool:
-    """Whether a path is a folder and no link to one. A path that another command removes meanwhile is none."""
+    """Whether a path is a folder and no link to one. A path that another command removes meanwhile
+    is none."""
     try:
         return stat.S_ISDIR(path.lstat().st_mode)
     except OSError:

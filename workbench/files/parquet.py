@@ -15,17 +15,24 @@ def has_parquet() -> bool:
 
 
 def parquet_bytes(table: str | bytes) -> bytes:
-    """A CSV table with a header as a Parquet file; columns of numbers become numbers. The same bytes for the same
-    table."""
+    """A CSV table with a header as a Parquet file; columns of numbers become numbers. The same
+    bytes for the same table."""
     import duckdb
 
     with tempfile.TemporaryDirectory() as folder:
-        source, sink = Path(folder) / "table.csv", Path(folder) / "table.parquet"
+        source = Path(folder) / "table.csv"
+        sink = Path(folder) / "table.parquet"
         source.write_bytes(table.encode() if isinstance(table, str) else table)
         with duckdb.connect() as connection:
             connection.execute("SET threads = 1")
             rows = connection.read_csv(
-                str(source), header=True, sep=",", quotechar='"', escapechar='"', skiprows=0, sample_size=-1
+                str(source),
+                header=True,
+                sep=",",
+                quotechar='"',
+                escapechar='"',
+                skiprows=0,
+                sample_size=-1,
             )
             rows.write_parquet(str(sink), compression="zstd")
         return sink.read_bytes()

@@ -24,7 +24,8 @@ Rows = Annotated[dict[str, list[float]], Field(min_length=1)]
 
 
 class SexFile(FileModel):
-    """One sex: a row of quantiles for each measure, and the lower triangle of the correlation of normal scores."""
+    """One sex: a row of quantiles for each measure, and the lower triangle of the correlation of
+    normal scores."""
 
     count: Annotated[int, Field(ge=2, le=10**9)]
     quantiles: Rows
@@ -32,7 +33,8 @@ class SexFile(FileModel):
 
 
 class PopulationFile(FileModel):
-    """A population as figures: the measures of each sex at `percentiles`, in the file's unit of length, and kg."""
+    """A population as figures: the measures of each sex at `percentiles`, in the file's unit of
+    length, and kg."""
 
     population: str
     description: str = ""
@@ -45,11 +47,16 @@ class PopulationFile(FileModel):
 
     def sexes(self) -> dict[str, SexFile]:
         """Those of the two sexes that the file has."""
-        return {sex: part for sex, part in zip(SEXES, (self.male, self.female), strict=True) if part is not None}
+        return {
+            sex: part
+            for sex, part in zip(SEXES, (self.male, self.female), strict=True)
+            if part is not None
+        }
 
 
 def load_population_model(source: str | Path) -> PopulationModel:
-    """Read a population file, by path or by its name in bodies/populations; InputError lists all its faults."""
+    """Read a population file, by path or by its name in bodies/populations; InputError lists all
+    its faults."""
     document = read_yaml(find("bodies/populations", str(source)))
     file = validate(document, PopulationFile)
     faults = list(_level_faults(document, file))
@@ -70,7 +77,9 @@ def load_population_model(source: str | Path) -> PopulationModel:
         sexes=tuple(parts),
         count=np.array([part.count for part in parts.values()]),
         levels=np.array(file.percentiles) / 100,
-        quantiles=np.stack([np.array([part.quantiles[n] for n in names]) * units for part in parts.values()]),
+        quantiles=np.stack(
+            [np.array([part.quantiles[n] for n in names]) * units for part in parts.values()]
+        ),
         correlation=np.stack([_square(part) for part in parts.values()]),
     )
 
@@ -90,10 +99,18 @@ def _square(part: SexFile) -> Floats:
 def _level_faults(document: Document, file: PopulationFile) -> Iterator[str]:
     levels = file.percentiles
     if levels[0] != 0 or levels[-1] != 100:
-        yield fail(document, ("percentiles",), f"must go from 0 to 100 (got {levels[0]:g} to {levels[-1]:g})")
+        yield fail(
+            document,
+            ("percentiles",),
+            f"must go from 0 to 100 (got {levels[0]:g} to {levels[-1]:g})",
+        )
     for k, (low, high) in enumerate(pairwise(levels)):
         if high <= low:
-            yield fail(document, ("percentiles", k + 1), f"percentiles must rise (got {high:g} after {low:g})")
+            yield fail(
+                document,
+                ("percentiles", k + 1),
+                f"percentiles must rise (got {high:g} after {low:g})",
+            )
     edge = min(levels[1], 100 - levels[-2])
     for sex, part in file.sexes().items():
         if edge <= 50 / part.count:
@@ -108,7 +125,9 @@ def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]
     for name, row in part.quantiles.items():
         where = (sex, "quantiles", name)
         if name not in MEASURES:
-            faults.append(fail(document, where, f"no such measure; {one_of(name, MEASURES, words=WORDS)}"))
+            faults.append(
+                fail(document, where, f"no such measure; {one_of(name, MEASURES, words=WORDS)}")
+            )
         elif len(row) != len(file.percentiles):
             what = f"{len(file.percentiles)} values are needed, one a percentile (got {len(row)})"
             faults.append(fail(document, where, what))
@@ -123,13 +142,21 @@ def _sex_faults(document: Document, file: PopulationFile, sex: str) -> list[str]
     return faults or _correlation_faults(document, sex, part)
 
 
-def _row_faults(document: Document, where: tuple[str, str, str], row: list[float], unit: float) -> Iterator[str]:
+def _row_faults(
+    document: Document, where: tuple[str, str, str], row: list[float], unit: float
+) -> Iterator[str]:
     low, high = (limit / unit for limit in MEASURES[where[2]])
     for k, value in enumerate(row):
         if not low <= value <= high:
-            yield fail(document, (*where, k), f"{value:g} is absurd for a person; {low:g} to {high:g} is plausible")
+            yield fail(
+                document,
+                (*where, k),
+                f"{value:g} is absurd for a person; {low:g} to {high:g} is plausible",
+            )
         elif k and value <= row[k - 1]:
-            yield fail(document, (*where, k), f"quantiles must rise (got {value:g} after {row[k - 1]:g})")
+            yield fail(
+                document, (*where, k), f"quantiles must rise (got {value:g} after {row[k - 1]:g})"
+            )
 
 
 def _correlation_faults(document: Document, sex: str, part: SexFile) -> list[str]:
@@ -142,7 +169,13 @@ def _correlation_faults(document: Document, sex: str, part: SexFile) -> list[str
             faults.append(fail(document, where, what))
         for k, value in enumerate(row[:-1]):
             if not -1 < value < 1:
-                faults.append(fail(document, (*where, k), f"a correlation lies between -1 and 1 (got {value:g})"))
+                faults.append(
+                    fail(
+                        document,
+                        (*where, k),
+                        f"a correlation lies between -1 and 1 (got {value:g})",
+                    )
+                )
     if not faults and (least := float(np.linalg.eigvalsh(_square(part)).min())) <= 0:
         what = f"they contradict one another: an eigenvalue of their matrix is {least:.3g}, all must be positive"
         faults.append(fail(document, (sex, "correlation"), what))

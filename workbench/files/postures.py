@@ -28,7 +28,7 @@ __all__ = [
     "load_postures",
     "posture_path",
     "posture_pose",
-]  # fmt: skip
+]
 
 Angle = Annotated[float, Field(ge=-720, le=720)]
 AnglesFile = dict[str, dict[str, Angle]]
@@ -50,7 +50,8 @@ class AttitudeFile(FileModel):
 
 
 class PostureFile(FileModel):
-    """A named posture: attitude of the reference segment, joint angles, quaternions for what angles cannot say."""
+    """A named posture: attitude of the reference segment, joint angles, quaternions for what angles
+    cannot say."""
 
     description: str = ""
     attitude: AttitudeFile = AttitudeFile()
@@ -59,7 +60,8 @@ class PostureFile(FileModel):
 
 
 class PosturesFile(FileModel):
-    """A file of postures for bodies with the same joints; `reference` is the segment they are placed by."""
+    """A file of postures for bodies with the same joints; `reference` is the segment they are
+    placed by."""
 
     reference: str
     postures: Annotated[dict[str, PostureFile], Field(min_length=1)]
@@ -79,7 +81,8 @@ def posture_path(body: str | Path, *, near: Path | None = None) -> Path | None:
 
 
 def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
-    """Read a posture file and check every joint and motion in it against a body; InputError lists all faults."""
+    """Read a posture file and check every joint and motion in it against a body; InputError lists
+    all faults."""
     document = read_yaml(path)
     file = validate(document, PosturesFile)
     faults = []
@@ -89,7 +92,9 @@ def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
     for name, posture in file.postures.items():
         turns, problems = flat_angles(body, posture.angles)
         del turns
-        faults += [fail(document, ("postures", name, "angles", *key), what) for key, what in problems]
+        faults += [
+            fail(document, ("postures", name, "angles", *key), what) for key, what in problems
+        ]
         for joint, quaternion in posture.rotations.items():
             where = ("postures", name, "rotations", joint)
             if joint not in body.joints:
@@ -104,7 +109,8 @@ def load_postures(path: Path, body: Body) -> tuple[PosturesFile, Document]:
 
 
 def flat_angles(body: Body, angles: AnglesFile) -> tuple[Turns, list[tuple[tuple[str, ...], str]]]:
-    """Degrees by joint and motion from keys that may name several joints ("LH RH"); and what is wrong, with its key."""
+    """Degrees by joint and motion from keys that may name several joints ("LH RH"); and what is
+    wrong, with its key."""
     turns: Turns = {}
     faults: list[tuple[tuple[str, ...], str]] = []
     for key, motions in angles.items():
@@ -112,7 +118,12 @@ def flat_angles(body: Body, angles: AnglesFile) -> tuple[Turns, list[tuple[tuple
             faults.append(((key,), f"no joint is named here; {one_of(key, body.joints)}"))
         for joint in key.replace(",", " ").split():
             if joint not in body.joints:
-                faults.append(((key,), f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}"))
+                faults.append(
+                    (
+                        (key,),
+                        f"body {body.name} has no joint {joint!r}; {one_of(joint, body.joints)}",
+                    )
+                )
                 continue
             for motion, degrees in motions.items():
                 try:
@@ -128,11 +139,18 @@ def flat_angles(body: Body, angles: AnglesFile) -> tuple[Turns, list[tuple[tuple
     return turns, faults
 
 
-def posture_pose(body: Body, file: PosturesFile, name: str, *, more: AnglesFile | None = None,
-                 attitude: AttitudeFile | None = None) -> Poses:  # fmt: skip
+def posture_pose(
+    body: Body,
+    file: PosturesFile,
+    name: str,
+    *,
+    more: AnglesFile | None = None,
+    attitude: AttitudeFile | None = None,
+) -> Poses:
     """One pose of a body in a named posture, the reference segment at the world's origin.
 
-    more: angles that replace the posture's, axis by axis. InputError for an unknown posture or joint.
+    more: angles that replace the posture's, axis by axis. InputError for an unknown posture or
+    joint.
     """
     if name not in file.postures:
         raise InputError(f"no posture {name!r}; {one_of(name, file.postures)}")
@@ -142,9 +160,12 @@ def posture_pose(body: Body, file: PosturesFile, name: str, *, more: AnglesFile 
     if faults or more_faults:
         raise InputError([what for _, what in faults + more_faults])
     for joint, motions in extra.items():
-        kept = {m: d for m, d in turns.get(joint, {}).items()
-                if motion_of(body, body.joint(joint), m)[0] not in
-                {motion_of(body, body.joint(joint), new)[0] for new in motions}}  # fmt: skip
+        kept = {
+            m: d
+            for m, d in turns.get(joint, {}).items()
+            if motion_of(body, body.joint(joint), m)[0]
+            not in {motion_of(body, body.joint(joint), new)[0] for new in motions}
+        }
         turns[joint] = kept | motions
     rotations = {joint: q for joint, q in posture.rotations.items() if joint not in extra}
     matrix = (attitude or posture.attitude).matrix()

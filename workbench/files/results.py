@@ -23,8 +23,8 @@ class _Row(BaseModel):
 class FindingRow(_Row):
     """One measured value: lengths in mm, angles in degrees; `sentence` says it in words.
 
-    surface_known_to: how far the true surface may lie from the spheres toward turning the outcome, in mm; null where
-    the body does not say.
+    surface_known_to: how far the true surface may lie from the spheres toward turning the outcome,
+    in mm; null where the body does not say.
     """
 
     case: str
@@ -121,11 +121,12 @@ class ReachRow(_Row):
 
 
 class EnvelopeRayRow(_Row):
-    """One ray of an envelope: its azimuth, and its elevation about the seat reference point or its height above it.
+    """One ray of an envelope: its azimuth, and its elevation about the seat reference point or its
+    height above it.
 
-    outer, inner: its outermost and innermost reached point, null where none is; clear_*: the same clear of obstacles;
-    easy_*, moderate_*: within these grades of discomfort. lost: stretches that obstacles take, from and to, and the
-    obstacle.
+    outer, inner: its outermost and innermost reached point, null where none is; clear_*: the same
+    clear of obstacles; easy_*, moderate_*: within these grades of discomfort. lost: stretches that
+    obstacles take, from and to, and the obstacle.
     """
 
     azimuth_deg: float
@@ -143,9 +144,11 @@ class EnvelopeRayRow(_Row):
 
 
 class EnvelopeRow(_Row):
-    """One reach envelope: rays about the seat reference point, and level rays about the upright axis through it.
+    """One reach envelope: rays about the seat reference point, and level rays about the upright
+    axis through it.
 
-    lost_litres_to: what each obstacle takes, by the part that the limb would enter deepest, the most first.
+    lost_litres_to: what each obstacle takes, by the part that the limb would enter deepest, the
+    most first.
     """
 
     person: str
@@ -183,11 +186,15 @@ class ResultFile(_Row):
 
 def dump_json(result: BaseModel) -> str:
     """The text of result.json: the same bytes for the same result."""
-    return json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return (
+        json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False)
+        + "\n"
+    )
 
 
 def load_result(path: Path) -> ResultFile | CrashResultFile:
-    """Read a result.json, or the one in a result's folder. InputError where it is none of this version."""
+    """Read a result.json, or the one in a result's folder. InputError where it is none of this
+    version."""
     file = path / MARK if path.is_dir() else path
     try:
         text = read_whole(file, "a result")
@@ -197,4 +204,6 @@ def load_result(path: Path) -> ResultFile | CrashResultFile:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(key) for key in first["loc"])
         said = f"{where}: {first['msg']}" if where else first["msg"]
-        raise InputError(f"{file}: is no result of this version of the workbench ({said})") from None
+        raise InputError(
+            f"{file}: is no result of this version of the workbench ({said})"
+        ) from None

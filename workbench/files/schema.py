@@ -1,7 +1,8 @@
-"""What every file model shares: strict pydantic models, quantities with units, errors with positions.
+"""What every file model shares: strict pydantic models, quantities with units, errors with
+positions.
 
-Lengths come out in metres and angles in radians: a number counts in the file's own `length` unit, a string carries
-its unit ("17.7 in").
+Lengths come out in metres and angles in radians: a number counts in the file's own `length` unit, a
+string carries its unit ("17.7 in").
 """
 
 from __future__ import annotations
@@ -28,7 +29,17 @@ from pydantic_core import ErrorDetails
 from workbench.errors import InputError, one_of
 from workbench.files.yaml_text import Document
 
-__all__ = ["Degrees", "FileModel", "Length", "LengthUnit", "Vector", "fail", "metres_in", "to_metres", "validate"]
+__all__ = [
+    "Degrees",
+    "FileModel",
+    "Length",
+    "LengthUnit",
+    "Vector",
+    "fail",
+    "metres_in",
+    "to_metres",
+    "validate",
+]
 
 metres_in: dict[str, float] = {"mm": 0.001, "cm": 0.01, "m": 1.0, "in": 0.0254, "ft": 0.3048}
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Z]+)\s*\Z")
@@ -45,7 +56,9 @@ def to_metres(text: str) -> float:
     """Metres from a quantity such as "450 mm" or "17.7 in"; ValueError says what is valid."""
     match = _QUANTITY.match(text)
     if not match or match[2] not in metres_in:
-        raise ValueError(f"a length such as '450 mm' or '17.7 in' is needed; units: {', '.join(metres_in)}")
+        raise ValueError(
+            f"a length such as '450 mm' or '17.7 in' is needed; units: {', '.join(metres_in)}"
+        )
     return float(match[1]) * metres_in[match[2]]
 
 
@@ -65,10 +78,15 @@ def _plausible(value: float) -> float:
 
 
 _LENGTH_SCHEMA = {
-    "anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*(mm|cm|m|in|ft)\s*$"}],
+    "anyOf": [
+        {"type": "number"},
+        {"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*(mm|cm|m|in|ft)\s*$"},
+    ],
     "description": "a number in the file's unit of length, or a string with its unit",
 }
-Length = Annotated[float, BeforeValidator(_length), AfterValidator(_plausible), WithJsonSchema(_LENGTH_SCHEMA)]
+Length = Annotated[
+    float, BeforeValidator(_length), AfterValidator(_plausible), WithJsonSchema(_LENGTH_SCHEMA)
+]
 Degrees = Annotated[float, Field(ge=-720, le=720), AfterValidator(math.radians)]
 Vector = Annotated[tuple[Length, Length, Length], Field(strict=False)]
 LengthUnit = Annotated[str, Field(pattern=r"^(mm|cm|m|in|ft)$", description="mm, cm, m, in or ft")]
@@ -86,7 +104,9 @@ _SAID = {
     "too_short": "at least {min_length} are needed",
 }
 _shown_short = Repr()
-_shown_short.maxlevel, _shown_short.maxlist, _shown_short.maxdict = 3, 8, 8
+_shown_short.maxlevel = 3
+_shown_short.maxlist = 8
+_shown_short.maxdict = 8
 _shown_short.maxstring = _shown_short.maxother = _shown_short.maxlong = 60
 
 Model = TypeVar("Model", bound=FileModel)
@@ -95,7 +115,9 @@ Model = TypeVar("Model", bound=FileModel)
 def validate(document: Document, model: type[Model]) -> Model:
     """Check a document against a model; InputError carries a line for every fault in the file."""
     if not isinstance(document.value, dict):
-        raise InputError(f"{document.where(())}: a mapping of keys is needed, got {_shown(document.value)}")
+        raise InputError(
+            f"{document.where(())}: a mapping of keys is needed, got {_shown(document.value)}"
+        )
     if document.controls:
         what = "a text with control characters is not accepted: remove them"
         raise InputError([fail(document, path, what) for path in document.controls])
@@ -104,11 +126,16 @@ def validate(document: Document, model: type[Model]) -> Model:
     faults = []
     if "length" in model.model_fields and math.isnan(scale):
         given = "it is missing" if "length" not in document.value else f"got {_shown(unit)}"
-        faults.append(f"{document.where(('length',))}: length: the unit of length is needed ({given}), "
-                      f"one of {', '.join(metres_in)}")  # fmt: skip
+        faults.append(
+            f"{document.where(('length',))}: length: the unit of length is needed ({given}), "
+            f"one of {', '.join(metres_in)}"
+        )
     try:
-        # without a unit the rest is still checked, in the smallest one, in which nothing is too far away
-        valid = model.model_validate(document.value, context={"metres": 0.001 if math.isnan(scale) else scale})
+        # without a unit the rest is still checked, in the smallest one, in which nothing is too far
+        # away
+        valid = model.model_validate(
+            document.value, context={"metres": 0.001 if math.isnan(scale) else scale}
+        )
     except ValidationError as error:
         raise InputError(faults + _lines(document, model, error)) from None
     if faults:
@@ -119,7 +146,11 @@ def validate(document: Document, model: type[Model]) -> Model:
 def fail(document: Document, path: Iterable[str | int], what: str) -> str:
     """One line of an InputError: where the value at `path` stands, its key, and what is wrong."""
     keys = tuple(path)
-    return f"{document.where(keys)}: {_dotted(keys)}: {what}" if keys else f"{document.where(keys)}: {what}"
+    return (
+        f"{document.where(keys)}: {_dotted(keys)}: {what}"
+        if keys
+        else f"{document.where(keys)}: {what}"
+    )
 
 
 def _lines(document: Document, model: type[FileModel], error: ValidationError) -> list[str]:
@@ -149,10 +180,17 @@ def _said(fault: ErrorDetails) -> str:
 
 
 def _real_path(value: Any, loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
-    """The part of pydantic's location that exists in the file: tags of unions and validators drop out."""
+    """The part of pydantic's location that exists in the file: tags of unions and validators drop
+    out."""
     path: list[str | int] = []
     for step in loc:
-        known = value if isinstance(value, dict) else dict(enumerate(value)) if isinstance(value, list) else {}
+        known = (
+            value
+            if isinstance(value, dict)
+            else dict(enumerate(value))
+            if isinstance(value, list)
+            else {}
+        )
         if step in known:
             value = known[step]
             path.append(step)
@@ -179,10 +217,15 @@ def _inside(kind: Any, step: str | int) -> list[Any]:
     if _is_model(kind):
         named = {info.alias or name: info.annotation for name, info in kind.model_fields.items()}
         return _flat(named[str(step)]) if step in named else []
-    origin, arguments = get_origin(kind), get_args(kind)
+    origin = get_origin(kind)
+    arguments = get_args(kind)
     if origin is dict:
         return _flat(arguments[1])
-    return [inner for argument in arguments for inner in _flat(argument)] if origin in (list, tuple) else []
+    return (
+        [inner for argument in arguments for inner in _flat(argument)]
+        if origin in (list, tuple)
+        else []
+    )
 
 
 def _flat(kind: Any) -> list[Any]:
@@ -196,7 +239,9 @@ def _flat(kind: Any) -> list[Any]:
 
 
 def _dotted(path: Iterable[str | int]) -> str:
-    return "".join(f"[{step}]" if isinstance(step, int) else f".{_one_line(step)}" for step in path).removeprefix(".")
+    return "".join(
+        f"[{step}]" if isinstance(step, int) else f".{_one_line(step)}" for step in path
+    ).removeprefix(".")
 
 
 def _one_line(key: str) -> str:

@@ -16,7 +16,13 @@ from workbench.files.catalogue import find
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
-from workbench.files.postures import PosturesFile, flat_angles, load_postures, posture_path, posture_pose
+from workbench.files.postures import (
+    PosturesFile,
+    flat_angles,
+    load_postures,
+    posture_path,
+    posture_pose,
+)
 from workbench.files.schema import fail, validate
 from workbench.files.study_aims import aim_faults, aims_of, envelopes_of
 from workbench.files.study_schema import (
@@ -49,7 +55,8 @@ Inputs = dict[str, Path]
 def load_study(source: str | Path) -> Study:
     """Load a study by catalogue name or path, with all it names.
 
-    InputError lists every fault of the study file with its line, and the faults of the files it names.
+    InputError lists every fault of the study file with its line, and the faults of the files it
+    names.
     """
     path = find("studies", str(source))
     document = read_yaml(path)
@@ -68,7 +75,9 @@ def load_study(source: str | Path) -> Study:
         inputs |= files
         faults += problems
     faults += _people_faults(document, file, environment) + _case_faults(document, file, bodies)
-    faults += aim_faults(document, file, environment) + _criteria_faults(document, file, (environment, bodies))
+    faults += aim_faults(document, file, environment) + _criteria_faults(
+        document, file, (environment, bodies)
+    )
     if faults or environment is None:
         raise InputError(faults)
     return Study(
@@ -86,22 +95,32 @@ def load_study(source: str | Path) -> Study:
     )
 
 
-def _environment(document: Document, file: StudyFile, path: Path) -> tuple[Environment | None, Inputs, list[str]]:
+def _environment(
+    document: Document, file: StudyFile, path: Path
+) -> tuple[Environment | None, Inputs, list[str]]:
     """The environment and the files it and the study are made of, or what is wrong."""
     inputs = {"study": path}
     try:
         source = find("environments", file.environment, "environment.yaml", near=path.parent)
     except InputError as error:
-        return None, inputs, [fail(document, ("environment",), problem) for problem in error.problems]
+        return (
+            None,
+            inputs,
+            [fail(document, ("environment",), problem) for problem in error.problems],
+        )
     try:
         environment = load_environment(source)
-        files = {f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)}
+        files = {
+            f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)
+        }
         return environment, inputs | files, []
     except InputError as error:
         return None, inputs, list(error.problems)
 
 
-def _body(document: Document, file: StudyFile, who: tuple[str, Path]) -> tuple[Loaded | None, Inputs, list[str]]:
+def _body(
+    document: Document, file: StudyFile, who: tuple[str, Path]
+) -> tuple[Loaded | None, Inputs, list[str]]:
     """One person's body and postures and their files, or what is wrong."""
     name, path = who
     key = ("people", name, "body")
@@ -143,10 +162,20 @@ def _dressed(
     name, body, path = who
     wanted = file.people[name].encumbrance
     try:
-        files = {f"{item} of {name}": find("bodies/encumbrance", item, near=path.parent) for item in wanted}
+        files = {
+            f"{item} of {name}": find("bodies/encumbrance", item, near=path.parent)
+            for item in wanted
+        }
         return worn(wanted, body, near=path.parent), files, []
     except InputError as error:
-        return (), {}, [fail(document, ("people", name, "encumbrance"), problem) for problem in error.problems]
+        return (
+            (),
+            {},
+            [
+                fail(document, ("people", name, "encumbrance"), problem)
+                for problem in error.problems
+            ],
+        )
 
 
 def _size_faults(document: Document, file: StudyFile, name: str) -> list[str]:
@@ -156,17 +185,33 @@ def _size_faults(document: Document, file: StudyFile, name: str) -> list[str]:
     for measure, value in (size.measures if size else {}).items():
         where = ("people", name, "size", "measures", measure)
         if measure == "mass":
-            faults.append(fail(document, where, "a mass is no length; give it beside the measures, as mass_kg: 60"))
+            faults.append(
+                fail(
+                    document,
+                    where,
+                    "a mass is no length; give it beside the measures, as mass_kg: 60",
+                )
+            )
         elif measure not in ON_THE_BODY:
-            faults.append(fail(document, where, f"no measure {measure!r}; {one_of(measure, ON_THE_BODY, words=WORDS)}"))
+            faults.append(
+                fail(
+                    document,
+                    where,
+                    f"no measure {measure!r}; {one_of(measure, ON_THE_BODY, words=WORDS)}",
+                )
+            )
         elif measure in MEASURES and not MEASURES[measure][0] <= value <= MEASURES[measure][1]:
             low, high = (1000 * limit for limit in MEASURES[measure])
-            what = f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
+            what = (
+                f"{1000 * value:g} mm is not a person's ({low:g} to {high:g} mm is): a wrong unit?"
+            )
             faults.append(fail(document, where, what))
     return faults
 
 
-def _people_faults(document: Document, file: StudyFile, environment: Environment | None) -> list[str]:
+def _people_faults(
+    document: Document, file: StudyFile, environment: Environment | None
+) -> list[str]:
     faults = []
     taken: dict[str, str] = {}
     for name, person in file.people.items():
@@ -174,21 +219,30 @@ def _people_faults(document: Document, file: StudyFile, environment: Environment
         if person.seat is None:
             continue
         if person.seat in taken:
-            faults.append(fail(document, (*key, "seat"), f"{taken[person.seat]!r} sits in {person.seat!r} already"))
+            faults.append(
+                fail(
+                    document,
+                    (*key, "seat"),
+                    f"{taken[person.seat]!r} sits in {person.seat!r} already",
+                )
+            )
         taken.setdefault(person.seat, name)
         if environment is not None:
             faults += _seat_faults(document, (name, person), environment)
     return faults
 
 
-def _seat_faults(document: Document, entry: tuple[str, PersonFile], environment: Environment) -> list[str]:
+def _seat_faults(
+    document: Document, entry: tuple[str, PersonFile], environment: Environment
+) -> list[str]:
     """The seat is there, and adjusted within its travel."""
     name, person = entry
     seats = {seat.name: seat for seat in environment.seats}
     if person.seat not in seats:
         what = f"environment {environment.name} has no seat {person.seat!r}; {one_of(str(person.seat), seats)}"
         return [fail(document, ("people", name, "seat"), what)]
-    faults, seat = [], seats[person.seat]
+    faults = []
+    seat = seats[person.seat]
     for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
         value = getattr(person.adjust, way, 0.0)
         if not low - 1e-9 <= value <= high + 1e-9:
@@ -199,7 +253,8 @@ def _seat_faults(document: Document, entry: tuple[str, PersonFile], environment:
 
 
 def _case_faults(document: Document, file: StudyFile, bodies: dict[str, Loaded]) -> list[str]:
-    faults, seen = [], set()
+    faults = []
+    seen = set()
     for row, case in enumerate(file.cases):
         key = ("cases", row)
         if case.name in seen:
@@ -207,17 +262,27 @@ def _case_faults(document: Document, file: StudyFile, bodies: dict[str, Loaded])
         seen.add(case.name)
         for name in file.people:
             if name not in case.people:
-                faults.append(fail(document, (*key, "people"), f"the posture of {name!r} is missing"))
+                faults.append(
+                    fail(document, (*key, "people"), f"the posture of {name!r} is missing")
+                )
         for name, entry in case.people.items():
             where = (*key, "people", name)
             if name not in file.people:
-                faults.append(fail(document, where, f"nobody is called {name!r}; {one_of(name, file.people)}"))
+                faults.append(
+                    fail(document, where, f"nobody is called {name!r}; {one_of(name, file.people)}")
+                )
             if name not in bodies:
                 continue
             body, postures = bodies[name]
             if entry.named not in postures.postures:
                 what = f"no posture {entry.named!r}; {one_of(entry.named, [PREDICTED, DRIVING, *postures.postures])}"
-                faults.append(fail(document, (*where, "posture" if entry.named == entry.posture else "like"), what))
+                faults.append(
+                    fail(
+                        document,
+                        (*where, "posture" if entry.named == entry.posture else "like"),
+                        what,
+                    )
+                )
             problems = flat_angles(body, entry.angles)[1]
             faults += [fail(document, (*where, "angles", *path), what) for path, what in problems]
     for name, (body, _) in bodies.items():
@@ -234,35 +299,53 @@ def _criteria_faults(document: Document, file: StudyFile, loaded: Found) -> list
     hidden = set(environment.parts) - set(_visible(environment)) if environment else set()
     valid: dict[str, list[str]] = {"people": list(file.people)}
     if len(bodies) == len(file.people):
-        valid["segments"] = list(dict.fromkeys(name for body, _ in bodies.values() for name in body.segments))
-    words = {word: name for body, _ in bodies.values() for word, name in segment_words(body).items()}
+        valid["segments"] = list(
+            dict.fromkeys(name for body, _ in bodies.values() for name in body.segments)
+        )
+    words = {
+        word: name for body, _ in bodies.values() for word, name in segment_words(body).items()
+    }
     if environment is not None:
         valid["parts"] = _visible(environment)
         valid["controls"] = [control.name for control in environment.controls]
-    faults, seen = [], set()
+    faults = []
+    seen = set()
     for row, criterion in enumerate(file.criteria):
         key = ("criteria", row)
         if criterion.name in seen:
-            faults.append(fail(document, (*key, "name"), f"two criteria are named {criterion.name!r}"))
+            faults.append(
+                fail(document, (*key, "name"), f"two criteria are named {criterion.name!r}")
+            )
         seen.add(criterion.name)
         for field, names in valid.items():
             for place, name in enumerate(getattr(criterion, field) or ()):
                 if not any(fnmatchcase(known, name) for known in names):
-                    what = f"part {name!r} is hidden, so it is not checked" if name in hidden else \
-                           f"nothing is called {name!r}"  # fmt: skip
+                    what = (
+                        f"part {name!r} is hidden, so it is not checked"
+                        if name in hidden
+                        else f"nothing is called {name!r}"
+                    )
                     hint = one_of(name, names, words=words if field == "segments" else {})
                     faults.append(fail(document, (*key, field, place), f"{what}; {hint}"))
         if criterion.check == "between_people" and len(file.people) < 2:
-            faults.append(fail(document, (*key, "check"), "between_people needs two people or more"))
+            faults.append(
+                fail(document, (*key, "check"), "between_people needs two people or more")
+            )
     return faults
 
 
 def _visible(environment: Environment) -> list[str]:
     """The parts that are checked: a hidden one is neither drawn nor measured."""
-    return [name for name, hidden in zip(environment.parts, environment.hidden, strict=True) if not hidden]
+    return [
+        name
+        for name, hidden in zip(environment.parts, environment.hidden, strict=True)
+        if not hidden
+    ]
 
 
-def _criterion(file: StudyFile, row: CriterionFile, loaded: tuple[Environment, dict[str, Loaded]]) -> Criterion:
+def _criterion(
+    file: StudyFile, row: CriterionFile, loaded: tuple[Environment, dict[str, Loaded]]
+) -> Criterion:
     environment, bodies = loaded
     segments = list(dict.fromkeys(name for body, _ in bodies.values() for name in body.segments))
     at_least = math.radians(row.degrees or 0.0) if row.check == "stops" else row.at_least or 0.0
@@ -281,17 +364,29 @@ def _criterion(file: StudyFile, row: CriterionFile, loaded: tuple[Environment, d
 def _matching(patterns: list[str] | None, known: Iterable[str]) -> tuple[str, ...]:
     """The known names that match any pattern; all of them where none is given."""
     names = list(known)
-    return tuple(n for n in names if patterns is None or any(fnmatchcase(n, pattern) for pattern in patterns))
+    return tuple(
+        n for n in names if patterns is None or any(fnmatchcase(n, pattern) for pattern in patterns)
+    )
 
 
-def _person(file: StudyFile, name: str, loaded: tuple[Body, PosturesFile, tuple[Encumbrance, ...]]) -> Person:
+def _person(
+    file: StudyFile, name: str, loaded: tuple[Body, PosturesFile, tuple[Encumbrance, ...]]
+) -> Person:
     body, postures, wears = loaded
     person = file.people[name]
     rows = [case.people[name] for case in file.cases]
-    poses = join_poses([
-        posture_pose(body, postures, row.named, more=row.angles, attitude=person.at.attitude if person.at else None)
-        for row in rows
-    ])  # fmt: skip
+    poses = join_poses(
+        [
+            posture_pose(
+                body,
+                postures,
+                row.named,
+                more=row.angles,
+                attitude=person.at.attitude if person.at else None,
+            )
+            for row in rows
+        ]
+    )
     return Person(
         name=name,
         body=body,
@@ -316,7 +411,9 @@ def _put(body: Body, poses: Poses, person: PersonFile) -> Poses:
         world[:, :, 3] = person.at.position
         return Poses(poses.rotations, body.segment(person.at.segment), world)
     if person.stand:
-        world[:, :, :3] = np.einsum("ij,pjk->pik", attitude_matrix(yaw=math.radians(person.stand.yaw)), world[:, :, :3])
+        world[:, :, :3] = np.einsum(
+            "ij,pjk->pik", attitude_matrix(yaw=math.radians(person.stand.yaw)), world[:, :, :3]
+        )
     return Poses(poses.rotations, poses.reference, world)
 
 

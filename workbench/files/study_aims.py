@@ -1,4 +1,5 @@
-"""What a study says about reaching: the aims of predicted postures, and the envelopes it asks for."""
+"""What a study says about reaching: the aims of predicted postures, and the envelopes it asks
+for."""
 
 from __future__ import annotations
 
@@ -19,7 +20,12 @@ def aims_of(case: CasePersonFile) -> Aims | None:
     """What the posture of a person in a case is predicted from; None where it is given."""
     if case.posture not in (PREDICTED, DRIVING):
         return None
-    return Aims({limb: control for limb, control, _ in _held(case)}, case.eyes, case.heels, driving_aims(case.driver))
+    return Aims(
+        {limb: control for limb, control, _ in _held(case)},
+        case.eyes,
+        case.heels,
+        driving_aims(case.driver),
+    )
 
 
 def driving_aims(driver: DriverFile | None) -> DrivingAims | None:
@@ -31,7 +37,9 @@ def driving_aims(driver: DriverFile | None) -> DrivingAims | None:
 
 def envelopes_of(file: StudyFile) -> tuple[ReachTask, ...]:
     """The reach envelopes a study asks for."""
-    return tuple(ReachTask(e.person, f"{e.hand} hand", e.grip, e.zone, e.obstacles) for e in file.envelopes)
+    return tuple(
+        ReachTask(e.person, f"{e.hand} hand", e.grip, e.zone, e.obstacles) for e in file.envelopes
+    )
 
 
 def aim_faults(document: Document, file: StudyFile, environment: Environment | None) -> list[str]:
@@ -40,7 +48,9 @@ def aim_faults(document: Document, file: StudyFile, environment: Environment | N
     for row, envelope in enumerate(file.envelopes):
         if envelope.person not in file.people or file.people[envelope.person].seat is None:
             seated = [name for name, person in file.people.items() if person.seat is not None]
-            what = f"nobody called {envelope.person!r} is in a seat; {one_of(envelope.person, seated)}"
+            what = (
+                f"nobody called {envelope.person!r} is in a seat; {one_of(envelope.person, seated)}"
+            )
             faults.append(fail(document, ("envelopes", row, "person"), what))
     if environment is None:
         return faults
@@ -49,15 +59,28 @@ def aim_faults(document: Document, file: StudyFile, environment: Environment | N
             key = ("cases", row, "people", name)
             person = file.people.get(name)
             if entry.posture in (PREDICTED, DRIVING) and person is not None and person.seat is None:
-                faults.append(fail(document, (*key, "posture"), "only the posture of somebody in a seat is predicted"))
-            if entry.driver is not None and entry.driver.sex is None and person is not None and person.size is None:
+                faults.append(
+                    fail(
+                        document,
+                        (*key, "posture"),
+                        "only the posture of somebody in a seat is predicted",
+                    )
+                )
+            if (
+                entry.driver is not None
+                and entry.driver.sex is None
+                and person is not None
+                and person.size is None
+            ):
                 what = "whether a man or a woman drives is not told: give 'sex', or the person a 'size'"
                 faults.append(fail(document, (*key, "driver"), what))
             faults += _aim_faults(document, (entry, environment), key)
     return faults
 
 
-def _aim_faults(document: Document, aims: tuple[CasePersonFile, Environment], key: tuple[str | int, ...]) -> list[str]:
+def _aim_faults(
+    document: Document, aims: tuple[CasePersonFile, Environment], key: tuple[str | int, ...]
+) -> list[str]:
     case, environment = aims
     controls = {control.name: control for control in environment.controls}
     faults = []

@@ -24,7 +24,8 @@ __all__ = [
 
 Name = Annotated[str, Field(min_length=1, max_length=200)]
 Names = Annotated[list[str], Field(min_length=1)]
-PREDICTED, DRIVING = "predicted", "driving_statistical"
+PREDICTED = "predicted"
+DRIVING = "driving_statistical"
 
 
 class AdjustFile(FileModel):
@@ -104,8 +105,8 @@ class SidesFile(FileModel):
 class DriverFile(FileModel):
     """A driver's posture as people's is: the mean of such people, or drawn with a seed.
 
-    wheel: the point at the steering wheel's centre; h_point: where the hip point of the seat is (SgRP) with the seat in
-    its reference position; sex: as the size says where not given.
+    wheel: the point at the steering wheel's centre; h_point: where the hip point of the seat is
+    (SgRP) with the seat in its reference position; sex: as the size says where not given.
     """
 
     wheel: str
@@ -118,9 +119,10 @@ class DriverFile(FileModel):
 class CasePersonFile(FileModel):
     """The posture of one person in one case: a named one, and angles that replace the posture's.
 
-    With posture: predicted, trunk and head are those of the posture `like`, and the limbs go to the controls they
-    hold; the eyes come to the height of the point `eyes` as far as the seat goes, the heels stand at that of `heels`.
-    With posture: driving_statistical, trunk, head and legs are a driver's by Park et al. (2016); `driver` says whose.
+    With posture: predicted, trunk and head are those of the posture `like`, and the limbs go to the
+    controls they hold; the eyes come to the height of the point `eyes` as far as the seat goes, the
+    heels stand at that of `heels`. With posture: driving_statistical, trunk, head and legs are a
+    driver's by Park et al. (2016); `driver` says whose.
     """
 
     posture: str
@@ -140,8 +142,10 @@ class CasePersonFile(FileModel):
         if (self.driver is not None) != (self.posture == DRIVING):
             raise ValueError(f"'driver' and posture: {DRIVING} go together")
         if self.driver is not None and (self.feet.right is None or self.heels is None):
-            raise ValueError("a driver's right foot is on the accelerator and the heel on the floor: give both 'feet: "
-                             "{right: ...}' and 'heels'")  # fmt: skip
+            raise ValueError(
+                "a driver's right foot is on the accelerator and the heel on the floor: give both 'feet: "
+                "{right: ...}' and 'heels'"
+            )
         return self
 
     @property
@@ -174,9 +178,14 @@ class CriterionFile(FileModel):
     def _fits_the_check(self) -> CriterionFile:
         if (self.check == "clearance") and self.at_least is None:
             raise ValueError("a clearance needs 'at_least'")
-        if self.check in ("contact", "self_contact", "stops", "reach") and self.at_least is not None:
-            raise ValueError(f"'at_least' is a length; {self.check} takes none" +
-                             (", use 'degrees'" if self.check == "stops" else ""))  # fmt: skip
+        if (
+            self.check in ("contact", "self_contact", "stops", "reach")
+            and self.at_least is not None
+        ):
+            raise ValueError(
+                f"'at_least' is a length; {self.check} takes none"
+                + (", use 'degrees'" if self.check == "stops" else "")
+            )
         if self.degrees is not None and self.check != "stops":
             raise ValueError("'degrees' belongs to check: stops")
         if self.parts is not None and self.check not in ("contact", "clearance"):

@@ -1,8 +1,10 @@
-"""YAML 1.2 with positions: `no` is a string, `010` is ten, `1e3` a number, and every value knows its line.
+"""YAML 1.2 with positions: `no` is a string, `010` is ten, `1e3` a number, and every value knows
+its line.
 
-Built from the parser's events with a loop of our own, not PyYAML's constructors: those speak YAML 1.1, forget where a
-value stood, keep the last of two equal keys, and recurse as deep as the file says. Anchors are allowed but what they
-expand to is counted, so a small file cannot grow into a large one.
+Built from the parser's events with a loop of our own, not PyYAML's constructors: those speak YAML
+1.1, forget where a value stood, keep the last of two equal keys, and recurse as deep as the file
+says. Anchors are allowed but what they expand to is counted, so a small file cannot grow into a
+large one.
 """
 
 from __future__ import annotations
@@ -44,7 +46,8 @@ Path_ = tuple[str | int, ...]
 
 @dataclass(frozen=True)
 class Document:
-    """A parsed file: its plain value, and the position (line, column; from 1) of each value by its path of keys."""
+    """A parsed file: its plain value, and the position (line, column; from 1) of each value by its
+    path of keys."""
 
     file: str
     value: Any
@@ -53,7 +56,8 @@ class Document:
     """Paths of the texts and keys that hold control characters (YAML can write them as escapes)."""
 
     def where(self, path: Path_) -> str:
-        """`file:line:column` of the value at this path, or of its nearest ancestor that is there."""
+        """`file:line:column` of the value at this path, or of its nearest ancestor that is
+        there."""
         while path not in self.positions and path:
             path = path[:-1]
         line, column = self.positions.get(path, (1, 1))
@@ -86,14 +90,17 @@ def parse_yaml(text: str, file: str) -> Document:
         spot = f"{file}:{mark.line + 1}:{mark.column + 1}" if mark else file
         raise InputError(f"{spot}: not YAML: {error.problem or error.context}") from None
     except yaml.YAMLError as error:
-        raise InputError(f"{_forbidden(text, file)}: not YAML: {str(error).splitlines()[0]}") from None
+        raise InputError(
+            f"{_forbidden(text, file)}: not YAML: {str(error).splitlines()[0]}"
+        ) from None
     if not builder.done:
         raise InputError(f"{file}:1:1: holds no value")
     return Document(file, builder.value, builder.positions, tuple(builder.controls))
 
 
 def _forbidden(text: str, file: str) -> str:
-    """`file:line:column` of the first character that YAML forbids: the parser itself counts only bytes there."""
+    """`file:line:column` of the first character that YAML forbids: the parser itself counts only
+    bytes there."""
     found = _FORBIDDEN.search(text)
     if not found:
         return file
@@ -106,7 +113,8 @@ def _end(before: str) -> str:
 
 
 def _integer(digits: str, base: int) -> int | float:
-    """A whole number; what is too large for any use becomes a float, so that it cannot overflow later."""
+    """A whole number; what is too large for any use becomes a float, so that it cannot overflow
+    later."""
     if len(digits) < LONGEST_INTEGER:
         return int(digits, base)
     if base == 10:
@@ -185,7 +193,9 @@ class _Builder:
     def _node(self, event: yaml.NodeEvent) -> None:
         if isinstance(event, yaml.AliasEvent):
             if event.anchor not in self._anchors:
-                raise self._wrong(event, f"alias *{event.anchor} has no finished anchor &{event.anchor} before it")
+                raise self._wrong(
+                    event, f"alias *{event.anchor} has no finished anchor &{event.anchor} before it"
+                )
             self._count(event, self._sizes[event.anchor])
             self._deep(event, self._heights[event.anchor])
             self._raise(self._heights[event.anchor])
@@ -196,7 +206,9 @@ class _Builder:
             plain = event.implicit[0]
             value = _scalar(event.value) if plain and not event.tag else event.value
             if event.anchor:
-                self._anchors[event.anchor], self._sizes[event.anchor], self._heights[event.anchor] = value, 1, 0
+                self._anchors[event.anchor] = value
+                self._sizes[event.anchor] = 1
+                self._heights[event.anchor] = 0
             path = self._put(event, value)
             if has_controls(event.value):
                 self.controls.append(path)
@@ -215,7 +227,9 @@ class _Builder:
         """Store a finished or opened value where it belongs; returns its path."""
         spot = _spot(event)
         if not self._open:
-            self.value, self.done, self.positions[()] = value, True, spot
+            self.value = value
+            self.done = True
+            self.positions[()] = spot
             return ()
         top = self._open[-1]
         if isinstance(top.value, list):
@@ -227,7 +241,8 @@ class _Builder:
             key = value if isinstance(value, str) else self._raw(event)
             if key in top.value:
                 raise self._wrong(event, f"key {key!r} stands twice in one mapping")
-            top.key, top.has_key = key, True
+            top.key = key
+            top.has_key = True
             self.positions[(*top.path, key)] = spot
             return (*top.path, key)
         else:
@@ -245,7 +260,9 @@ class _Builder:
     def _count(self, event: yaml.NodeEvent, values: int) -> None:
         self._values += values
         if self._values > MOST_VALUES:
-            raise self._wrong(event, f"the file grows past {MOST_VALUES} values; aliases may be nested too far")
+            raise self._wrong(
+                event, f"the file grows past {MOST_VALUES} values; aliases may be nested too far"
+            )
 
     def _deep(self, event: yaml.NodeEvent, levels: int) -> None:
         if len(self._open) + levels > MOST_DEPTH:

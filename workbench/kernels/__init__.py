@@ -1,1 +1,2 @@
-"""The compiled code: scalar inline functions, and one batch loop for each query. Nothing else knows the compiler."""
+"""The compiled code: scalar inline functions, and one batch loop for each query. Nothing else knows
+the compiler."""

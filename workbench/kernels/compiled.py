@@ -1,10 +1,11 @@
 """How kernels are compiled, and how compiled code is kept between runs.
 
-Numba keeps the machine code of a function on disk and believes what it finds there: a damaged file ends in an error of
-the reader or in a crash. It also keeps the code until the function's own file changes, though the code holds what the
-functions of other files were when they were drawn into it. Here each file begins with a hash of its contents, of all
-kernels' sources and of the compiler's version. A file whose hash does not fit is not read: the function is compiled and
-kept again. Where nothing can be written, nothing is kept.
+Numba keeps the machine code of a function on disk and believes what it finds there: a damaged file
+ends in an error of the reader or in a crash. It also keeps the code until the function's own file
+changes, though the code holds what the functions of other files were when they were drawn into it.
+Here each file begins with a hash of its contents, of all kernels' sources and of the compiler's
+version. A file whose hash does not fit is not read: the function is compiled and kept again. Where
+nothing can be written, nothing is kept.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ _DIGEST = hashlib.sha256().digest_size
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function as `numba.njit` does; cache: keep the code, in files that are checked when they are read."""
+    """Compile a function as `numba.njit` does; cache: keep the code, in files that are checked when
+    they are read."""
 
     def compiled(function: Callable[..., Any]) -> Any:
         made = numba.njit(**options)(function)
@@ -67,7 +69,8 @@ class _Cache(FunctionCache):  # type: ignore[misc]
 
 
 class _Files(IndexDataCacheFile):  # type: ignore[misc]
-    """An index of one function's compiled code, and a file for each code in it, all of them checked."""
+    """An index of one function's compiled code, and a file for each code in it, all of them
+    checked."""
 
     def load(self, key: object) -> Any:
         """The code for a key; None where there is none that can be believed."""

@@ -15,10 +15,11 @@ __all__ = ["Chain", "Skin", "chain_transforms", "place_spheres"]
 
 
 class Chain(NamedTuple):
-    """The tree walked from the reference segment: step m reaches segment `to` from `came` over `joint`.
+    """The tree walked from the reference segment: step m reaches segment `to` from `came` over
+    `joint`.
 
-    `upward` is 1 where the step goes from a distal segment to the proximal one. at_came, at_to: the joint's
-    coordinates in both frames. The reference itself is not a step.
+    `upward` is 1 where the step goes from a distal segment to the proximal one. at_came, at_to: the
+    joint's coordinates in both frames. The reference itself is not a step.
     """
 
     to: NDArray[np.int64]
@@ -30,13 +31,15 @@ class Chain(NamedTuple):
 
 
 class Skin(NamedTuple):
-    """The spheres of a body and how they share the twist of a joint; `shown` (N,) is 1 in the window.
+    """The spheres of a body and how they share the twist of a joint; `shown` (N,) is 1 in the
+    window.
 
-    centre (3, S): one coordinate after the other, so that the loops run on several spheres at once. out, across
-    (3, S): each centre's arm from the line that its segment twists about, and that arm a quarter turn on. blend_joint
-    (S,): -1 where rigid; blend_share (S,), blend_point (S, 3): the joint in the frame of the sphere's own segment;
-    blended: the spheres that are, those of segment n being blended[blend_start[n]:blend_start[n + 1]]; distal (S,): 1
-    where that segment is the joint's distal one; twist_shared (J,): 1 where the proximal one shares the twist.
+    centre (3, S): one coordinate after the other, so that the loops run on several spheres at once.
+    out, across (3, S): each centre's arm from the line that its segment twists about, and that arm
+    a quarter turn on. blend_joint (S,): -1 where rigid; blend_share (S,), blend_point (S, 3): the
+    joint in the frame of the sphere's own segment; blended: the spheres that are, those of segment
+    n being blended[blend_start[n]:blend_start[n + 1]]; distal (S,): 1 where that segment is the
+    joint's distal one; twist_shared (J,): 1 where the proximal one shares the twist.
     """
 
     centre: NDArray[np.float64]
@@ -59,14 +62,19 @@ class Skin(NamedTuple):
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
 def chain_transforms(rotations, chain, first, world):  # type: ignore[no-untyped-def]
-    """Fill world (P, N, 3, 4) for the steps `first` onward; what earlier steps reached must be filled already."""
+    """Fill world (P, N, 3, 4) for the steps `first` onward; what earlier steps reached must be
+    filled already."""
     for p in range(world.shape[0]):
         for m in range(first, chain.to.shape[0]):
-            to, came, j = chain.to[m], chain.came[m], chain.joint[m]
+            to = chain.to[m]
+            came = chain.came[m]
+            j = chain.joint[m]
             q = rotations[p, j]
             r = quaternion_matrix(q[0], q[1], q[2], q[3])
             for i in range(3):
-                u, v, w = world[p, came, i, 0], world[p, came, i, 1], world[p, came, i, 2]
+                u = world[p, came, i, 0]
+                v = world[p, came, i, 1]
+                w = world[p, came, i, 2]
                 if chain.upward[m]:
                     a = u * r[0] + v * r[1] + w * r[2]
                     b = u * r[3] + v * r[4] + w * r[5]
@@ -77,22 +85,29 @@ def chain_transforms(rotations, chain, first, world):  # type: ignore[no-untyped
                     c = u * r[2] + v * r[5] + w * r[8]
                 joint = u * chain.at_came[m, 0] + v * chain.at_came[m, 1] + w * chain.at_came[m, 2]
                 back = a * chain.at_to[m, 0] + b * chain.at_to[m, 1] + c * chain.at_to[m, 2]
-                world[p, to, i, 0], world[p, to, i, 1], world[p, to, i, 2] = a, b, c
+                world[p, to, i, 0] = a
+                world[p, to, i, 1] = b
+                world[p, to, i, 2] = c
                 world[p, to, i, 3] = world[p, came, i, 3] + joint - back
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _across(q, axis, shared, distal):  # type: ignore[no-untyped-def]
-    """The rotation that carries a point of one segment of a joint along with the other segment, in the frame of the
-    first: Q, or for the distal one its inverse; without the twist T where the proximal segment shares it.
+    """The rotation that carries a point of one segment of a joint along with the other segment, in
+    the frame of the first: Q, or for the distal one its inverse; without the twist T where the
+    proximal segment shares it.
 
-    Q = S T: of the swing alone S for the proximal segment, and T' S' T for the distal one, which has the twist.
+    Q = S T: of the swing alone S for the proximal segment, and T' S' T for the distal one, which
+    has the twist.
     """
     r = quaternion_matrix(q[0], q[1], q[2], q[3])
     if shared == 0:
         return r if distal == 0 else (r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8])
     along = q[1] * axis[0] + q[2] * axis[1] + q[3] * axis[2]
-    w, x, y, z = q[0], along * axis[0], along * axis[1], along * axis[2]
+    w = q[0]
+    x = along * axis[0]
+    y = along * axis[1]
+    z = along * axis[2]
     if w * w + along * along < 1e-24:  # half a turn of swing: no twist can be told from it
         w = 1.0
     t = quaternion_matrix(w, x, y, z)
@@ -105,9 +120,10 @@ def _across(q, axis, shared, distal):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _turn(x):  # type: ignore[no-untyped-def]
-    """sin 4x and cos 4x - 1 for |x| <= pi / 4, of four numbers: Taylor's series of sin x and cos x, whose rest is less
-    than 1e-16, and the formulae for twice an angle."""
-    one, y = four(1.0), x * x
+    """sin 4x and cos 4x - 1 for |x| <= pi / 4, of four numbers: Taylor's series of sin x and cos x,
+    whose rest is less than 1e-16, and the formulae for twice an angle."""
+    one = four(1.0)
+    y = x * x
     s = four(-1 / 1307674368000) * y + four(1 / 6227020800)
     s = (s * y + four(-1 / 39916800)) * y + four(1 / 362880)
     s = (s * y + four(-1 / 5040)) * y + four(1 / 120)
@@ -116,17 +132,20 @@ def _turn(x):  # type: ignore[no-untyped-def]
     c = (c * y + four(1 / 479001600)) * y + four(-1 / 3628800)
     c = (c * y + four(1 / 40320)) * y + four(-1 / 720)
     c = ((c * y + four(1 / 24)) * y + four(-1 / 2)) * y + one
-    twice, less = four(2.0) * s * c, four(-2.0) * s * s
+    twice = four(2.0) * s * c
+    less = four(-2.0) * s * s
     return four(2.0) * twice * (one + less), four(-2.0) * twice * twice
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _quarter(rotations, p, skin, n):  # type: ignore[no-untyped-def]
-    """A quarter of the twist [rad] that segment n shares in pose p, about its own line; zero where it shares none."""
+    """A quarter of the twist [rad] that segment n shares in pose p, about its own line; zero where
+    it shares none."""
     j = skin.twist_joint[n]
     if j < 0:
         return 0.0
-    axis, line = skin.joint_axis[j], skin.twist_axis[n]
+    axis = skin.joint_axis[j]
+    line = skin.twist_axis[n]
     q = rotations[p, j]
     angle = 0.25 * twist_angle(q[0], q[1], q[2], q[3], axis[0], axis[1], axis[2])
     return -angle if axis[0] * line[0] + axis[1] * line[1] + axis[2] * line[2] < 0.0 else angle
@@ -136,9 +155,20 @@ def _quarter(rotations, p, skin, n):  # type: ignore[no-untyped-def]
 def _frame(world, p, n):  # type: ignore[no-untyped-def]
     """The twelve entries of a segment's transform, each four times."""
     w = world[p, n]
-    return (four(w[0, 0]), four(w[0, 1]), four(w[0, 2]), four(w[0, 3]),
-            four(w[1, 0]), four(w[1, 1]), four(w[1, 2]), four(w[1, 3]),
-            four(w[2, 0]), four(w[2, 1]), four(w[2, 2]), four(w[2, 3]))  # fmt: skip
+    return (
+        four(w[0, 0]),
+        four(w[0, 1]),
+        four(w[0, 2]),
+        four(w[0, 3]),
+        four(w[1, 0]),
+        four(w[1, 1]),
+        four(w[1, 2]),
+        four(w[1, 3]),
+        four(w[2, 0]),
+        four(w[2, 1]),
+        four(w[2, 2]),
+        four(w[2, 3]),
+    )
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -159,9 +189,13 @@ def _turned(c, out, across, turn, less):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _four_spheres(skin, s, quarter, f, centres, at):  # type: ignore[no-untyped-def]
-    """Place the spheres s..s + 3, which stand at place `at` of all numbers of centres, turned by their shares."""
-    u, v = s + np.uint64(skin.centre.shape[1]), s + np.uint64(2 * skin.centre.shape[1])
-    x, y, z = load_four(skin.centre, s), load_four(skin.centre, u), load_four(skin.centre, v)
+    """Place the spheres s..s + 3, which stand at place `at` of all numbers of centres, turned by
+    their shares."""
+    u = s + np.uint64(skin.centre.shape[1])
+    v = s + np.uint64(2 * skin.centre.shape[1])
+    x = load_four(skin.centre, s)
+    y = load_four(skin.centre, u)
+    z = load_four(skin.centre, v)
     if quarter != 0.0:
         turn, less = _turn(load_four(skin.twist_share, s) * four(quarter))
         x = _turned(x, load_four(skin.out, s), load_four(skin.across, s), turn, less)
@@ -173,8 +207,11 @@ def _four_spheres(skin, s, quarter, f, centres, at):  # type: ignore[no-untyped-
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _one_sphere(skin, s, quarter, f, share, m):  # type: ignore[no-untyped-def]
-    """One sphere's place, as `_four_spheres` would have it four times; moved by its share of the rotation m first."""
-    x, y, z = four(skin.centre[0, s]), four(skin.centre[1, s]), four(skin.centre[2, s])
+    """One sphere's place, as `_four_spheres` would have it four times; moved by its share of the
+    rotation m first."""
+    x = four(skin.centre[0, s])
+    y = four(skin.centre[1, s])
+    z = four(skin.centre[2, s])
     if quarter != 0.0:
         turn, less = _turn(four(skin.twist_share[s] * quarter))
         x = _turned(x, four(skin.out[0, s]), four(skin.across[0, s]), turn, less)
@@ -182,7 +219,9 @@ def _one_sphere(skin, s, quarter, f, share, m):  # type: ignore[no-untyped-def]
         z = _turned(z, four(skin.out[2, s]), four(skin.across[2, s]), turn, less)
     if share != 0.0:
         b = skin.blend_point[s]
-        u, v, w = first_of(x) - b[0], first_of(y) - b[1], first_of(z) - b[2]
+        u = first_of(x) - b[0]
+        v = first_of(y) - b[1]
+        w = first_of(z) - b[2]
         x = x + four(share * (m[0] * u + m[1] * v + m[2] * w - u))
         y = y + four(share * (m[3] * u + m[4] * v + m[5] * w - v))
         z = z + four(share * (m[6] * u + m[7] * v + m[8] * w - w))
@@ -192,7 +231,8 @@ def _one_sphere(skin, s, quarter, f, share, m):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def _blended_spheres(rotations, p, skin, n, quarter, f, centres):  # type: ignore[no-untyped-def]
-    """Place the blended spheres of segment n, moved by their shares of the rotations of their joints."""
+    """Place the blended spheres of segment n, moved by their shares of the rotations of their
+    joints."""
     last = -1
     m = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for i in range(skin.blend_start[n], skin.blend_start[n + 1]):
@@ -202,27 +242,36 @@ def _blended_spheres(rotations, p, skin, n, quarter, f, centres):  # type: ignor
             m = _across(rotations[p, b], skin.joint_axis[b], skin.twist_shared[b], skin.distal[s])
             last = b
         x, y, z = _one_sphere(skin, s, quarter, f, skin.blend_share[s], m)
-        centres[p, s, 0], centres[p, s, 1], centres[p, s, 2] = x, y, z
+        centres[p, s, 0] = x
+        centres[p, s, 1] = y
+        centres[p, s, 2] = z
 
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
 def place_spheres(rotations, world, skin, centres):  # type: ignore[no-untyped-def]
-    """Fill centres (P, S, 3) for the shown segments: local centres, twisted by their share and blended, into the
-    world.
+    """Fill centres (P, S, 3) for the shown segments: local centres, twisted by their share and
+    blended, into the world.
 
     Four spheres go at a time; those left over go with some that are done again, to the same digits.
     """
-    spheres, still = centres.shape[1], (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    spheres = centres.shape[1]
+    still = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for p in range(world.shape[0]):
         for n in range(world.shape[1]):
-            first, last = skin.start[n], skin.start[n + 1]
+            first = skin.start[n]
+            last = skin.start[n + 1]
             if skin.shown[n] == 0 or first == last:
                 continue
-            quarter, f = _quarter(rotations, p, skin, n), _frame(world, p, n)
+            quarter = _quarter(rotations, p, skin, n)
+            f = _frame(world, p, n)
             for s in range(first, last if last - first < FOUR else first):
                 x, y, z = _one_sphere(skin, s, quarter, f, 0.0, still)
-                centres[p, s, 0], centres[p, s, 1], centres[p, s, 2] = x, y, z
+                centres[p, s, 0] = x
+                centres[p, s, 1] = y
+                centres[p, s, 2] = z
             for s in range(first, last if last - first >= FOUR else first, FOUR):
                 s = min(s, last - FOUR)
-                _four_spheres(skin, np.uint64(s), quarter, f, centres, np.uint64(3 * (p * spheres + s)))
+                _four_spheres(
+                    skin, np.uint64(s), quarter, f, centres, np.uint64(3 * (p * spheres + s))
+                )
             _blended_spheres(rotations, p, skin, n, quarter, f, centres)

@@ -1,7 +1,9 @@
-"""The batch loops of forward kinematics and clearance on a CUDA device: a thread a pose, the same functions.
+"""The batch loops of forward kinematics and clearance on a CUDA device: a thread a pose, the same
+functions.
 
-numba-cuda compiles a function that was compiled for the processor anew for the device where a kernel calls it, so
-there is no second copy of the mathematics. Importing this module needs numba-cuda (or its simulator).
+numba-cuda compiles a function that was compiled for the processor anew for the device where a
+kernel calls it, so there is no second copy of the mathematics. Importing this module needs
+numba-cuda (or its simulator).
 """
 
 from __future__ import annotations
@@ -13,10 +15,19 @@ from workbench.kernels.contact.groups import group_clearance, group_collides
 from workbench.kernels.contact.wide import DEEP, EIGHT
 from workbench.kernels.forward import chain_transforms, place_spheres
 
-__all__ = ["THREADS", "clearance_kernel", "collide_kernel", "device_count", "place_kernel", "to_device", "to_host"]
+__all__ = [
+    "THREADS",
+    "clearance_kernel",
+    "collide_kernel",
+    "device_count",
+    "place_kernel",
+    "to_device",
+    "to_host",
+]
 
 THREADS = 64
-"""Threads of a block; a pose is a long walk with many branches, so larger blocks only wait for their last one."""
+"""Threads of a block; a pose is a long walk with many branches, so larger blocks only wait for
+their last one."""
 
 ROOM = DEEP + EIGHT
 """Numbers a search keeps of the boxes it has still to visit."""
@@ -28,7 +39,8 @@ def device_count() -> int:
 
 
 def to_device(values):  # type: ignore[no-untyped-def]
-    """An array, or a tuple of arrays (named or not), in the device's memory; numbers stay what they are."""
+    """An array, or a tuple of arrays (named or not), in the device's memory; numbers stay what they
+    are."""
     if isinstance(values, tuple):
         moved = [to_device(item) for item in values]
         return type(values)(*moved) if hasattr(values, "_fields") else tuple(moved)
@@ -47,8 +59,8 @@ def to_host(values):  # type: ignore[no-untyped-def]
 def place_kernel(placed, walk):  # type: ignore[no-untyped-def]
     """Forward kinematics of every pose.
 
-    placed: rotations (P, J, 4), centres (P, S, 3), world (P, N, 3, 4), where the reference segment's transform stands
-    already; walk: Chain, Skin.
+    placed: rotations (P, J, 4), centres (P, S, 3), world (P, N, 3, 4), where the reference
+    segment's transform stands already; walk: Chain, Skin.
     """
     rotations, centres, world = placed
     chain, skin = walk
@@ -61,14 +73,16 @@ def place_kernel(placed, walk):  # type: ignore[no-untyped-def]
 def collide_kernel(placed, index, answer, space):  # type: ignore[no-untyped-def]
     """`group_collides` for every pose.
 
-    placed: centres (P, S, 3), world (P, N, 3, 4); index: Crowd, Faces, Shells, Field; answer: allowed (N, G), hit
-    (P,); space: key (N G, T), pair (N G, T), a column for each of the T threads.
+    placed: centres (P, S, 3), world (P, N, 3, 4); index: Crowd, Faces, Shells, Field; answer:
+    allowed (N, G), hit (P,); space: key (N G, T), pair (N G, T), a column for each of the T
+    threads.
     """
     centres, world = placed
     crowd, faces, shells, field = index
     allowed, hit = answer
     thread = cuda.grid(1)
-    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float32)
+    stack = cuda.local.array(DEEP, int64)
+    gaps = cuda.local.array(ROOM, float32)
     mine = (stack, gaps, space[0][:, thread], space[1][:, thread])
     for p in range(thread, hit.shape[0], cuda.gridsize(1)):
         group_collides(centres, world, crowd, faces, shells, field, allowed, hit, mine, p, p + 1)
@@ -78,12 +92,14 @@ def collide_kernel(placed, index, answer, space):  # type: ignore[no-untyped-def
 def clearance_kernel(placed, index, answer, space):  # type: ignore[no-untyped-def]
     """`group_clearance` for every pose.
 
-    placed, index as above; answer: distance, sphere, polygon (P, N, G); space: lows (clusters, T), low (S, T).
+    placed, index as above; answer: distance, sphere, polygon (P, N, G); space: lows (clusters, T),
+    low (S, T).
     """
     centres, world = placed
     crowd, faces, shells, field = index
     thread = cuda.grid(1)
-    stack, gaps = cuda.local.array(DEEP, int64), cuda.local.array(ROOM, float32)
+    stack = cuda.local.array(DEEP, int64)
+    gaps = cuda.local.array(ROOM, float32)
     mine = (stack, gaps, space[0][:, thread], space[1][:, thread])
     for p in range(thread, answer[0].shape[0], cuda.gridsize(1)):
         group_clearance(centres, world, crowd, faces, shells, field, answer, mine, p, p + 1)

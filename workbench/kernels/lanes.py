@@ -1,7 +1,8 @@
-"""Eight numbers of single precision at a time, for loops that the compiler does not take several at once by itself.
+"""Eight numbers of single precision at a time, for loops that the compiler does not take several at
+once by itself.
 
-Compiled, eight lanes are one register (or two of four, where the machine has those), and +, - and * work lane by lane.
-Not compiled they are an array (8,), and the functions below say what is meant.
+Compiled, eight lanes are one register (or two of four, where the machine has those), and +, - and *
+work lane by lane. Not compiled they are an array (8,), and the functions below say what is meant.
 """
 
 from __future__ import annotations
@@ -20,9 +21,29 @@ from numpy.typing import NDArray
 
 from workbench.kernels.compiled import njit
 
-__all__ = ["LANES", "LaneType", "codes", "compiles", "corners", "eight", "equal", "first_bit", "greatest", "how_many",
-           "larger", "least", "load", "not_above", "pack", "root", "smaller", "store", "total", "where_below",
-           "whole"]  # fmt: skip
+__all__ = [
+    "LANES",
+    "LaneType",
+    "codes",
+    "compiles",
+    "corners",
+    "eight",
+    "equal",
+    "first_bit",
+    "greatest",
+    "how_many",
+    "larger",
+    "least",
+    "load",
+    "not_above",
+    "pack",
+    "root",
+    "smaller",
+    "store",
+    "total",
+    "where_below",
+    "whole",
+]
 
 LANES = 8
 
@@ -33,15 +54,23 @@ def load(array, at):  # type: ignore[no-untyped-def]
 
 
 def codes(array, at):  # type: ignore[no-untyped-def]
-    """The eight numbers of 16 bits that begin at place `at`, each as the single-precision number whose exponent is its
-    upper 5 bits, less 127, and whose mantissa begins with its lower 11."""
-    return (array.reshape(-1)[int(at) : int(at) + LANES].astype(np.uint32) << np.uint32(12)).view(np.float32)
+    """The eight numbers of 16 bits that begin at place `at`, each as the single-precision number
+    whose exponent is its upper 5 bits, less 127, and whose mantissa begins with its lower 11."""
+    return (array.reshape(-1)[int(at) : int(at) + LANES].astype(np.uint32) << np.uint32(12)).view(
+        np.float32
+    )
 
 
 def corners(r, s, t):  # type: ignore[no-untyped-def]
-    """The weights of the eight corners of a unit cube for a point (r, s, t) in it, t changing first."""
-    return np.array([(r if k & 4 else 1 - r) * (s if k & 2 else 1 - s) * (t if k & 1 else 1 - t) for k in range(LANES)],
-                    dtype=np.float32)  # fmt: skip
+    """The weights of the eight corners of a unit cube for a point (r, s, t) in it, t changing
+    first."""
+    return np.array(
+        [
+            (r if k & 4 else 1 - r) * (s if k & 2 else 1 - s) * (t if k & 1 else 1 - t)
+            for k in range(LANES)
+        ],
+        dtype=np.float32,
+    )
 
 
 def total(a):  # type: ignore[no-untyped-def]
@@ -125,8 +154,9 @@ _PLACES = _places()
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def pack(array, at, bits, base):  # type: ignore[no-untyped-def]
-    """Write base + k for every bit k < 8 that is set, in order, into a flat array from place `at` on; returns the place
-    behind the last. What stands in the seven places behind that is spoilt: there is no branch to go wrong."""
+    """Write base + k for every bit k < 8 that is set, in order, into a flat array from place `at`
+    on; returns the place behind the last. What stands in the seven places behind that is spoilt:
+    there is no branch to go wrong."""
     store(array, at, load(_PLACES, bits * np.uint64(LANES)) + eight(base))
     return at + how_many(bits)
 
@@ -154,21 +184,28 @@ class _EightModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def compiles(function: Any, given: tuple[Any, ...], result: Any, build: Build) -> None:
-    """Have calls of a function with arguments of the types `given` compiled by build(builder, *arguments)."""
+    """Have calls of a function with arguments of the types `given` compiled by build(builder,
+    *arguments)."""
 
     def generic(_: Any, args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
         del kws
         lanes = [[t if isinstance(t, LaneType) else None for t in some] for some in (args, given)]
         if len(args) != len(given) or lanes[0] != lanes[1]:
             return None
-        return signature(result, *(a if g is types.Array else g for a, g in zip(args, given, strict=True)))
+        return signature(
+            result, *(a if g is types.Array else g for a, g in zip(args, given, strict=True))
+        )
 
     def lower(context: Any, builder: Any, sig: Any, args: tuple[Any, ...]) -> Any:
-        values = [make_array(kind)(context, builder, value) if isinstance(kind, types.Array) else value
-                  for kind, value in zip(sig.args, args, strict=True)]  # fmt: skip
+        values = [
+            make_array(kind)(context, builder, value) if isinstance(kind, types.Array) else value
+            for kind, value in zip(sig.args, args, strict=True)
+        ]
         return build(builder, *values)
 
-    template = type(f"Lanes_{function.__name__}", (AbstractTemplate,), {"key": function, "generic": generic})
+    template = type(
+        f"Lanes_{function.__name__}", (AbstractTemplate,), {"key": function, "generic": generic}
+    )
     infer_global(function, types.Function(template))
     lower_builtin(function, *given)(lower)
 
@@ -178,7 +215,9 @@ def _at(builder: Any, array: Any, at: Any) -> Any:
 
 
 def _spread(builder: Any, value: Any) -> Any:
-    one = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
+    one = builder.insert_element(
+        ir.Constant(_VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
+    )
     zeros = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
     return builder.shuffle_vector(one, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
@@ -204,15 +243,22 @@ def _larger(builder: Any, x: Any, y: Any) -> Any:
 
 def _codes(builder: Any, array: Any, at: Any) -> Any:
     short = ir.VectorType(ir.IntType(16), LANES)
-    found = builder.load(builder.bitcast(builder.gep(array.data, [at]), short.as_pointer()), align=2)
-    return builder.bitcast(builder.shl(builder.zext(found, _WHOLE), ir.Constant(_WHOLE, [12] * LANES)), _VECTOR)
+    found = builder.load(
+        builder.bitcast(builder.gep(array.data, [at]), short.as_pointer()), align=2
+    )
+    return builder.bitcast(
+        builder.shl(builder.zext(found, _WHOLE), ir.Constant(_WHOLE, [12] * LANES)), _VECTOR
+    )
 
 
 def _corners(builder: Any, r: Any, s: Any, t: Any) -> Any:
-    one, weights = ir.Constant(_VECTOR, [1.0] * LANES), None
+    one = ir.Constant(_VECTOR, [1.0] * LANES)
+    weights = None
     for value, bit in ((r, 4), (s, 2), (t, 1)):
         far = _spread(builder, value)
-        turn = ir.Constant(ir.VectorType(ir.IntType(1), LANES), [int(k & bit > 0) for k in range(LANES)])
+        turn = ir.Constant(
+            ir.VectorType(ir.IntType(1), LANES), [int(k & bit > 0) for k in range(LANES)]
+        )
         mine = builder.select(turn, far, builder.fsub(one, far))
         weights = mine if weights is None else builder.fmul(weights, mine)
     return weights
@@ -223,8 +269,12 @@ def _folded(join: Callable[[Any, Any, Any], Any]) -> Build:
 
     def build(builder: Any, a: Any) -> Any:
         for step in (4, 2, 1):
-            order = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [(k + step) % LANES for k in range(LANES)])
-            a = join(builder, a, builder.shuffle_vector(a, ir.Constant(_VECTOR, ir.Undefined), order))
+            order = ir.Constant(
+                ir.VectorType(ir.IntType(32), LANES), [(k + step) % LANES for k in range(LANES)]
+            )
+            a = join(
+                builder, a, builder.shuffle_vector(a, ir.Constant(_VECTOR, ir.Undefined), order)
+            )
         return builder.extract_element(a, ir.Constant(ir.IntType(32), 0))
 
     return build
@@ -248,7 +298,12 @@ def _stored(builder: Any, array: Any, at: Any, value: Any) -> Any:
 
 
 _TWO = (_EIGHT, _EIGHT)
-compiles(load, (types.Array, types.uint64), _EIGHT, lambda b, array, at: b.load(_at(b, array, at), align=4))
+compiles(
+    load,
+    (types.Array, types.uint64),
+    _EIGHT,
+    lambda b, array, at: b.load(_at(b, array, at), align=4),
+)
 compiles(whole, (_EIGHT,), _EIGHT, lambda b, a: b.sitofp(b.fptosi(a, _WHOLE), _VECTOR))
 compiles(codes, (types.Array, types.uint64), _EIGHT, _codes)
 compiles(corners, (types.float32,) * 3, _EIGHT, _corners)
@@ -261,7 +316,9 @@ compiles(operator.mul, _TWO, _EIGHT, lambda b, x, y: b.fmul(x, y))
 compiles(smaller, _TWO, _EIGHT, _smaller)
 compiles(larger, _TWO, _EIGHT, _larger)
 compiles(root, (_EIGHT,), _EIGHT, _call("llvm.sqrt.v8f32", _VECTOR))
-compiles(where_below, _TWO * 2, _EIGHT, lambda b, x, y, u, v: b.select(b.fcmp_ordered("<", x, y), u, v))
+compiles(
+    where_below, _TWO * 2, _EIGHT, lambda b, x, y, u, v: b.select(b.fcmp_ordered("<", x, y), u, v)
+)
 compiles(not_above, _TWO, types.uint64, _bits("<="))
 compiles(equal, _TWO, types.uint64, _bits("=="))
 compiles(least, (_EIGHT,), types.float32, _folded(_smaller))

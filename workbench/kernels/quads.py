@@ -1,8 +1,8 @@
 """Four numbers of double precision at a time, as `lanes` takes eight of single precision.
 
-Compiled, four numbers are one register, and +, - and * work on all of them. Not compiled they are an array (4,), and
-the functions below say what is meant. Products and sums are rounded one by one, as everywhere: so the digits are those
-of a loop by ones, on every machine.
+Compiled, four numbers are one register, and +, - and * work on all of them. Not compiled they are
+an array (4,), and the functions below say what is meant. Products and sums are rounded one by one,
+as everywhere: so the digits are those of a loop by ones, on every machine.
 """
 
 from __future__ import annotations
@@ -17,8 +17,18 @@ from numba.extending import models, register_model
 
 from workbench.kernels.lanes import LaneType, compiles
 
-__all__ = ["FOUR", "first_of", "four", "greatest_of", "load_four", "load_triples", "lower", "store_single",
-           "store_triples", "upper"]  # fmt: skip
+__all__ = [
+    "FOUR",
+    "first_of",
+    "four",
+    "greatest_of",
+    "load_four",
+    "load_triples",
+    "lower",
+    "store_single",
+    "store_triples",
+    "upper",
+]
 
 FOUR = 4
 
@@ -29,13 +39,15 @@ def load_four(array, at):  # type: ignore[no-untyped-def]
 
 
 def load_triples(array, at):  # type: ignore[no-untyped-def]
-    """x, y and z of four points that stand one after the other from place `at` on: twelve numbers."""
+    """x, y and z of four points that stand one after the other from place `at` on: twelve
+    numbers."""
     x, y, z = array.reshape(-1)[at : at + 3 * FOUR].reshape(FOUR, 3).T.copy()
     return x, y, z
 
 
 def store_single(array, at, values):  # type: ignore[no-untyped-def]
-    """Write four numbers, rounded to single precision, into a flat array of such from place `at` on."""
+    """Write four numbers, rounded to single precision, into a flat array of such from place `at`
+    on."""
     array[at : at + FOUR] = values
 
 
@@ -55,8 +67,8 @@ def upper(a, b):  # type: ignore[no-untyped-def]
 
 
 def store_triples(array, at, x, y, z):  # type: ignore[no-untyped-def]
-    """Write x, y, z of the first, then of the second and so on into an array, all its numbers in order, from place
-    `at` on: twelve numbers."""
+    """Write x, y, z of the first, then of the second and so on into an array, all its numbers in
+    order, from place `at` on: twelve numbers."""
     array.reshape(-1)[at : at + 3 * FOUR] = np.stack([x, y, z], axis=1).reshape(-1)
 
 
@@ -87,11 +99,15 @@ class _FourModel(models.PrimitiveModel):  # type: ignore[misc]
 
 
 def _at(builder: Any, array: Any, at: Any, many: int) -> Any:
-    return builder.bitcast(builder.gep(array.data, [at]), ir.VectorType(ir.DoubleType(), many).as_pointer())
+    return builder.bitcast(
+        builder.gep(array.data, [at]), ir.VectorType(ir.DoubleType(), many).as_pointer()
+    )
 
 
 def _mixed(builder: Any, one: Any, other: Any, places: list[int]) -> Any:
-    return builder.shuffle_vector(one, other, ir.Constant(ir.VectorType(_INDEX, len(places)), places))
+    return builder.shuffle_vector(
+        one, other, ir.Constant(ir.VectorType(_INDEX, len(places)), places)
+    )
 
 
 def _spread(builder: Any, value: Any) -> Any:
@@ -137,10 +153,17 @@ compiles(load_triples, (types.Array, types.uint64), types.UniTuple(_KIND, 3), _p
 compiles(store_single, (types.Array, types.uint64, _KIND), types.none, _rounded)
 compiles(lower, _TWO, _KIND, lambda b, x, y: b.select(b.fcmp_ordered("<", x, y), x, y))
 compiles(upper, _TWO, _KIND, lambda b, x, y: b.select(b.fcmp_ordered(">", x, y), x, y))
-compiles(load_four, (types.Array, types.uint64), _KIND, lambda b, a, at: b.load(_at(b, a, at, FOUR), align=8))
+compiles(
+    load_four,
+    (types.Array, types.uint64),
+    _KIND,
+    lambda b, a, at: b.load(_at(b, a, at, FOUR), align=8),
+)
 compiles(store_triples, (types.Array, types.uint64, _KIND, _KIND, _KIND), types.none, _triples)
 compiles(four, (types.float64,), _KIND, _spread)
-compiles(first_of, (_KIND,), types.float64, lambda b, x: b.extract_element(x, ir.Constant(_INDEX, 0)))
+compiles(
+    first_of, (_KIND,), types.float64, lambda b, x: b.extract_element(x, ir.Constant(_INDEX, 0))
+)
 compiles(operator.add, _TWO, _KIND, lambda b, x, y: b.fadd(x, y))
 compiles(operator.sub, _TWO, _KIND, lambda b, x, y: b.fsub(x, y))
 compiles(operator.mul, _TWO, _KIND, lambda b, x, y: b.fmul(x, y))

@@ -1,7 +1,9 @@
-"""A tree of boxes split where the surface area heuristic says, for batches that search it very often.
+"""A tree of boxes split where the surface area heuristic says, for batches that search it very
+often.
 
-Against halving at the middle of the longest side a search visits half as many nodes; building takes thrice as long.
-Source of the heuristic with bins: Wald, IEEE Symp. Interactive Ray Tracing 2007, DOI 10.1109/RT.2007.4342588.
+Against halving at the middle of the longest side a search visits half as many nodes; building takes
+thrice as long. Source of the heuristic with bins: Wald, IEEE Symp. Interactive Ray Tracing 2007,
+DOI 10.1109/RT.2007.4342588.
 """
 
 from __future__ import annotations
@@ -13,12 +15,16 @@ from workbench.kernels.compiled import njit
 
 __all__ = ["split_tree"]
 
-LEAF, BINS, DEEPEST = 1, 12, 40
+LEAF = 1
+BINS = 12
+DEEPEST = 40
 
 
 @njit(cache=True, error_model="numpy")
 def _area(box, m):  # type: ignore[no-untyped-def]
-    u, v, w = box[m, 3] - box[m, 0], box[m, 4] - box[m, 1], box[m, 5] - box[m, 2]
+    u = box[m, 3] - box[m, 0]
+    v = box[m, 4] - box[m, 1]
+    w = box[m, 5] - box[m, 2]
     return u * v + v * w + w * u
 
 
@@ -38,20 +44,28 @@ def _clear(box):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _cut(boxes, item, a, b, scratch):  # type: ignore[no-untyped-def]
-    """Best axis and place to cut the boxes item[a:b] by their middles (doubled); axis -1 where none separates."""
+    """Best axis and place to cut the boxes item[a:b] by their middles (doubled); axis -1 where none
+    separates."""
     bins, left, right, count = scratch
-    best, axis, place = np.inf, -1, 0.0
+    best = np.inf
+    axis = -1
+    place = 0.0
     for i in range(3):
-        low, high = np.inf, -np.inf
+        low = np.inf
+        high = -np.inf
         for s in range(a, b):
             middle = boxes[item[s], i] + boxes[item[s], i + 3]
-            low, high = min(low, middle), max(high, middle)
+            low = min(low, middle)
+            high = max(high, middle)
         if not high > low:
             continue
         _clear(bins)
         count[:] = 0
         for s in range(a, b):
-            k = min(int((boxes[item[s], i] + boxes[item[s], i + 3] - low) / (high - low) * BINS), BINS - 1)
+            k = min(
+                int((boxes[item[s], i] + boxes[item[s], i + 3] - low) / (high - low) * BINS),
+                BINS - 1,
+            )
             count[k] += 1
             _join(bins, k, boxes, item[s])
         _clear(left)
@@ -68,55 +82,78 @@ def _cut(boxes, item, a, b, scratch):  # type: ignore[no-untyped-def]
                 continue
             cost = below * _area(left, k) + (b - a - below) * _area(right, k)
             if cost < best:
-                best, axis, place = cost, i, low + (high - low) * k / BINS
+                best = cost
+                axis = i
+                place = low + (high - low) * k / BINS
     return axis, place
 
 
 @njit(cache=True, error_model="numpy")
 def _parted(boxes, item, a, b, axis, place):  # type: ignore[no-untyped-def]
     """Part item[a:b] in place; where the second piece begins."""
-    i, j = a, b
+    i = a
+    j = b
     while i < j:
         f = item[i]
         if axis >= 0 and boxes[f, axis] + boxes[f, axis + 3] < place:
             i += 1
         else:
             j -= 1
-            item[i], item[j] = item[j], f
+            item[i] = item[j]
+            item[j] = f
     return i if a < i < b else (a + b) // 2
 
 
 @njit(cache=True, error_model="numpy")
 def _grow(boxes, groups):  # type: ignore[no-untyped-def]
-    count, parts = boxes.shape[0], groups.shape[0] - 1
+    count = boxes.shape[0]
+    parts = groups.shape[0] - 1
     room = 2 * count + parts
-    box, link, item = np.empty((room, 6)), np.full((room, 3), -1, np.int64), np.arange(count)
-    root, used = np.full(parts, -1, np.int64), 0
-    depth, todo = np.zeros(room, np.int64), np.empty(room, np.int64)
-    scratch = (np.empty((BINS, 6)), np.empty((BINS + 1, 6)), np.empty((BINS + 1, 6)), np.empty(BINS, np.int64))
+    box = np.empty((room, 6))
+    link = np.full((room, 3), -1, np.int64)
+    item = np.arange(count)
+    root = np.full(parts, -1, np.int64)
+    used = 0
+    depth = np.zeros(room, np.int64)
+    todo = np.empty(room, np.int64)
+    scratch = (
+        np.empty((BINS, 6)),
+        np.empty((BINS + 1, 6)),
+        np.empty((BINS + 1, 6)),
+        np.empty(BINS, np.int64),
+    )
     _clear(box)
     for g in range(parts):
         if groups[g] == groups[g + 1]:
             continue
-        root[g], link[used, 1], link[used, 2] = used, groups[g], groups[g + 1]
-        todo[0], waiting = used, 1
+        root[g] = used
+        link[used, 1] = groups[g]
+        link[used, 2] = groups[g + 1]
+        todo[0] = used
+        waiting = 1
         used += 1
         while waiting > 0:
             waiting -= 1
             m = todo[waiting]
-            a, b = link[m, 1], link[m, 2]
+            a = link[m, 1]
+            b = link[m, 2]
             for s in range(a, b):
                 _join(box, m, boxes, item[s])
             if b - a <= LEAF:
                 continue
-            axis, place = -1, 0.0
+            axis = -1
+            place = 0.0
             if depth[m] < DEEPEST:
                 axis, place = _cut(boxes, item, a, b, scratch)
             half = _parted(boxes, item, a, b, axis, place)
             link[m, 0] = used
-            link[used, 1], link[used, 2], link[used + 1, 1], link[used + 1, 2] = a, half, half, b
+            link[used, 1] = a
+            link[used, 2] = half
+            link[used + 1, 1] = half
+            link[used + 1, 2] = b
             depth[used], depth[used + 1] = depth[m] + 1, depth[m] + 1
-            todo[waiting], todo[waiting + 1] = used, used + 1
+            todo[waiting] = used
+            todo[waiting + 1] = used + 1
             waiting += 2
             used += 2
     return box[:used], link[:used], item, root
@@ -125,9 +162,11 @@ def _grow(boxes, groups):  # type: ignore[no-untyped-def]
 def split_tree(
     boxes: NDArray[np.float64], groups: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Trees over boxes (F, 6: low, high), one for each group groups[g]:groups[g + 1] of consecutive boxes.
+    """Trees over boxes (F, 6: low, high), one for each group groups[g]:groups[g + 1] of consecutive
+    boxes.
 
-    Returns box (M, 6); link (M, 3): first child (-1: a leaf; the second follows it), first and last of its items;
-    item (F,); root (G,), -1 where empty. No leaf is deeper than DEEPEST plus the bits of F.
+    Returns box (M, 6); link (M, 3): first child (-1: a leaf; the second follows it), first and last
+    of its items; item (F,); root (G,), -1 where empty. No leaf is deeper than DEEPEST plus the bits
+    of F.
     """
     return _grow(boxes, groups)

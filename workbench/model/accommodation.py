@@ -1,4 +1,5 @@
-"""Accommodation: everybody of a population in one workplace, what is asked of each, and who is left out by what."""
+"""Accommodation: everybody of a population in one workplace, what is asked of each, and who is left
+out by what."""
 
 from __future__ import annotations
 
@@ -35,13 +36,14 @@ __all__ = [
 MAP_POINTS = 3, 20_000
 """The fewest and the most points that a population reach map may have."""
 MET = 1e-6
-"""A margin [m] down to which a requirement counts as met: below what any length here is known to."""
+"""A margin [m] down to which a requirement counts as met: below what any length here is known
+to."""
 
 
 @dataclass(frozen=True)
 class MapTask:
-    """A population reach map that a study asks for: a part's surface with so many points on it, by which hands, grip
-    and zone; hands: left, right or either."""
+    """A population reach map that a study asks for: a part's surface with so many points on it, by
+    which hands, grip and zone; hands: left, right or either."""
 
     part: str
     grip: str
@@ -52,8 +54,8 @@ class MapTask:
 
 @dataclass(frozen=True)
 class Change:
-    """A change of the design: a control (with the part it is on) or parts moved by `move` (3,) [m]; or the ends of the
-    seat's travel moved: lower and upper end of it, forward and up [m]."""
+    """A change of the design: a control (with the part it is on) or parts moved by `move` (3,) [m];
+    or the ends of the seat's travel moved: lower and upper end of it, forward and up [m]."""
 
     words: str
     control: str = ""
@@ -65,7 +67,8 @@ class Change:
 
 @dataclass(frozen=True)
 class IntervalRule:
-    """How a share's interval is found: method "wilson" or "bootstrap", with its seed and number of draws."""
+    """How a share's interval is found: method "wilson" or "bootstrap", with its seed and number of
+    draws."""
 
     method: str = "wilson"
     seed: int = 0
@@ -76,11 +79,12 @@ class IntervalRule:
 class AccommodationStudy:
     """An accommodation study ready to run: one seat, one population, many criteria.
 
-    body: the family's body that every person is made from, at the level of detail that is checked; people: one row a
-    person; aims: what a sitter's posture is predicted from; like: the named posture of trunk and head; mixes: by name,
-    the share of women that the people are weighted to; confidence (0 to 1) and interval: of the shares; changes: those
-    whose gain is asked for, looked for by the study itself where there are none; pose (P = 1): the posture `like` of
-    the body, None where the study is not to be run.
+    body: the family's body that every person is made from, at the level of detail that is checked;
+    people: one row a person; aims: what a sitter's posture is predicted from; like: the named
+    posture of trunk and head; mixes: by name, the share of women that the people are weighted to;
+    confidence (0 to 1) and interval: of the shares; changes: those whose gain is asked for, looked
+    for by the study itself where there are none; pose (P = 1): the posture `like` of the body, None
+    where the study is not to be run.
     """
 
     name: str
@@ -110,9 +114,9 @@ class AccommodationStudy:
 class Requirement:
     """The smallest thing that is asked of a person: one control, one clearance, the view, the seat.
 
-    name: "reach throttle", "right knee clear of the panel": unique in a result; criterion: the criterion of the study
-    that it belongs to; check: reach, clearance, contact, vision, seat or stops; target: the control or part; zone: of
-    a reach, 0 of others.
+    name: "reach throttle", "right knee clear of the panel": unique in a result; criterion: the
+    criterion of the study that it belongs to; check: reach, clearance, contact, vision, seat or
+    stops; target: the control or part; zone: of a reach, 0 of others.
     """
 
     name: str
@@ -124,7 +128,8 @@ class Requirement:
 
 @dataclass(frozen=True)
 class GroupShare:
-    """The share, 0 to 1, of a group ("everybody", "women", "75 % men") that is served, with its interval."""
+    """The share, 0 to 1, of a group ("everybody", "women", "75 % men") that is served, with its
+    interval."""
 
     group: str
     share: float
@@ -135,12 +140,14 @@ class GroupShare:
 
 @dataclass(frozen=True)
 class Gain:
-    """What a change of the design would gain, found from the margins and confirmed by a run with the change made.
+    """What a change of the design would gain, found from the margins and confirmed by a run with
+    the change made.
 
-    words: "moving flaps 32 mm aft"; requirement: the one it is for; move [m]; rate: share gained by a metre, and
-    margin_rate: metres by which the margin grows with a metre, mean of those who do not meet the requirement, both at
-    the design as it is; before, after: the share that meets the requirement without and with the change (run again);
-    joint_before, joint_after: the share that meets all.
+    words: "moving flaps 32 mm aft"; requirement: the one it is for; move [m]; rate: share gained by
+    a metre, and margin_rate: metres by which the margin grows with a metre, mean of those who do
+    not meet the requirement, both at the design as it is; before, after: the share that meets the
+    requirement without and with the change (run again); joint_before, joint_after: the share that
+    meets all.
     """
 
     words: str
@@ -156,8 +163,9 @@ class Gain:
 
 @dataclass(frozen=True, eq=False)
 class ReachMap:
-    """The share of people who reach each point of a part: points and normals (M, 3) [m], share (M,) 0 to 1; flat (M, 2)
-    [m]: the points in the part's main plane, first to the sitter's right, then up."""
+    """The share of people who reach each point of a part: points and normals (M, 3) [m], share (M,)
+    0 to 1; flat (M, 2) [m]: the points in the part's main plane, first to the sitter's right, then
+    up."""
 
     task: MapTask
     points: Floats
@@ -170,10 +178,11 @@ class ReachMap:
 class Shown:
     """One of the hardest people as found at the worst requirement, to be drawn.
 
-    row: of the person; requirement: index of the worst; placed: the body in one pose, in the attempt where it is a
-    reach; environment: with the seat where this person sits. limb: "right hand" of a reach, else what comes too near
-    ("right shin"), "" where nothing is to be named. target, tip (3,) [m] in the world: where the limb was to go and
-    where it got, or the two nearest points of a clearance; None where there is nothing to point at.
+    row: of the person; requirement: index of the worst; placed: the body in one pose, in the
+    attempt where it is a reach; environment: with the seat where this person sits. limb: "right
+    hand" of a reach, else what comes too near ("right shin"), "" where nothing is to be named.
+    target, tip (3,) [m] in the world: where the limb was to go and where it got, or the two nearest
+    points of a clearance; None where there is nothing to point at.
     """
 
     row: int
@@ -189,13 +198,15 @@ class Shown:
 class Accommodation:
     """The result: P people, R requirements.
 
-    margin (P, R) [m]: what is to spare, negative where the requirement is not met by so much; NaN where it does not
-    apply; reason (P, R): index into `reasons` (what limits, in words), -1 where nothing does. seat (P, 2) [m]: forward
-    and up. limiting (P,): the name of the measure that is oddest of the person and bears on the worst requirement,
-    "" for whom all is met. shares: joint, by group; single (R), without (R): the share that meets this requirement,
-    and that would meet all others if it were dropped; alone (R): the share left out by nothing but it. spread (R, 5)
-    [m]: margins at 1, 5, 50, 95 and 99 % of the (weighted) people. hardest: rows of the people farthest from being
-    served, worst first, at most five; shown: the same people in the same order, to be drawn, () where nobody is.
+    margin (P, R) [m]: what is to spare, negative where the requirement is not met by so much; NaN
+    where it does not apply; reason (P, R): index into `reasons` (what limits, in words), -1 where
+    nothing does. seat (P, 2) [m]: forward and up. limiting (P,): the name of the measure that is
+    oddest of the person and bears on the worst requirement, "" for whom all is met. shares: joint,
+    by group; single (R), without (R): the share that meets this requirement, and that would meet
+    all others if it were dropped; alone (R): the share left out by nothing but it. spread (R, 5)
+    [m]: margins at 1, 5, 50, 95 and 99 % of the (weighted) people. hardest: rows of the people
+    farthest from being served, worst first, at most five; shown: the same people in the same order,
+    to be drawn, () where nobody is.
     """
 
     study: AccommodationStudy

@@ -1,8 +1,10 @@
-"""The check of what public functions are called with: each argument against its annotation, before the call.
+"""The check of what public functions are called with: each argument against its annotation, before
+the call.
 
-`import workbench` hands out every public function inside `checked`. So a wrong type, a number that is not finite or a
-ragged array is refused in one place and in one way: the argument's name, what is expected, what was given. What only
-the function itself can know (a name that must exist, numbers of rows that must agree) it says itself.
+`import workbench` hands out every public function inside `checked`. So a wrong type, a number that
+is not finite or a ragged array is refused in one place and in one way: the argument's name, what is
+expected, what was given. What only the function itself can know (a name that must exist, numbers of
+rows that must agree) it says itself.
 """
 
 from __future__ import annotations
@@ -32,15 +34,16 @@ class _Finite:
 
 
 class _Numbers:
-    """Stands for the annotations of arrays that come out of other functions, with NaN and infinity where nothing is."""
+    """Stands for the annotations of arrays that come out of other functions, with NaN and infinity
+    where nothing is."""
 
 
 _ARRAYS = {"ArrayLike": _Finite, "Floats": _Numbers, "Ints": _Numbers, "Bools": _Numbers}
 
 
 def checked(function: F) -> F:
-    """The function, with its arguments checked against its annotations; it raises UsageError for the first that does
-    not fit."""
+    """The function, with its arguments checked against its annotations; it raises UsageError for
+    the first that does not fit."""
 
     @wraps(function)
     def call(*args: Any, **options: Any) -> Any:
@@ -49,8 +52,13 @@ def checked(function: F) -> F:
         for name, value in [*zip((*names, *rest), args, strict=False), *options.items()]:
             if name in kinds and (fault := argument_fault(name, value, kinds[name])):
                 raise UsageError(fault)
-        placed = [_plain(value, kinds.get(name)) for name, value in zip((*names, *rest), args, strict=False)]
-        return function(*placed, **{name: _plain(value, kinds.get(name)) for name, value in options.items()})
+        placed = [
+            _plain(value, kinds.get(name))
+            for name, value in zip((*names, *rest), args, strict=False)
+        ]
+        return function(
+            *placed, **{name: _plain(value, kinds.get(name)) for name, value in options.items()}
+        )
 
     return call  # type: ignore[return-value]
 
@@ -59,7 +67,9 @@ def checked(function: F) -> F:
 def _annotated(function: Callable[..., Any]) -> tuple[tuple[str, ...], dict[str, Any]]:
     """The names of what a function takes by place, and the annotations of all that it takes."""
     named = signature(function).parameters.values()
-    placed = tuple(p.name for p in named if p.kind not in (Parameter.KEYWORD_ONLY, Parameter.VAR_KEYWORD))
+    placed = tuple(
+        p.name for p in named if p.kind not in (Parameter.KEYWORD_ONLY, Parameter.VAR_KEYWORD)
+    )
     kinds = get_type_hints(function, localns=_ARRAYS)
     kinds.pop("return", None)
     return placed, kinds
@@ -84,14 +94,18 @@ def _annotated_fields(noun: type) -> dict[str, Any]:
 
 
 def _plain(value: Any, kind: Any) -> Any:
-    """A whole number as a number with a fraction where one is expected: compiled code tells them apart."""
-    wants = kind is float or (get_origin(kind) in (Union, types.UnionType) and float in get_args(kind))
+    """A whole number as a number with a fraction where one is expected: compiled code tells them
+    apart."""
+    wants = kind is float or (
+        get_origin(kind) in (Union, types.UnionType) and float in get_args(kind)
+    )
     return float(value) if wants and isinstance(value, Integral) else value
 
 
 def argument_fault(name: str, value: object, kind: Any) -> str:
     """What is wrong with an argument, in words; "" where nothing is."""
-    origin, inner = get_origin(kind), get_args(kind)
+    origin = get_origin(kind)
+    inner = get_args(kind)
     if kind is Any:
         return ""
     if origin in (Union, types.UnionType):
@@ -100,11 +114,15 @@ def argument_fault(name: str, value: object, kind: Any) -> str:
     if kind in (_Finite, _Numbers):
         return _numbers_fault(name, value, finite=kind is _Finite)
     if origin is Sequence and inner == (float,):
-        rows = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+        rows = isinstance(value, (list, tuple)) or (
+            isinstance(value, np.ndarray) and value.ndim > 0
+        )
         return _numbers_fault(name, value, finite=True) if rows else _words(name, value, kind)
     if origin is Literal:
         return "" if value in inner else _words(name, value, kind)
-    if isinstance(value, _LIKE.get(kind, ())) and not (isinstance(value, bool) and kind in (int, float)):
+    if isinstance(value, _LIKE.get(kind, ())) and not (
+        isinstance(value, bool) and kind in (int, float)
+    ):
         return _number_fault(name, value, kind)
     if origin is None:
         same = kind in (None, type(None)) and value is None
@@ -114,7 +132,8 @@ def argument_fault(name: str, value: object, kind: Any) -> str:
 
 
 def _number_fault(name: str, value: Any, kind: Any) -> str:
-    """What is wrong with a value of a right type: a number that is not finite, or too large to count with."""
+    """What is wrong with a value of a right type: a number that is not finite, or too large to
+    count with."""
     if kind is int and not -(2**63) <= value < 2**63:
         return f"{name}: expected a whole number of 64 bits, got {given_words(value)}"
     if kind is not float:
@@ -137,7 +156,8 @@ _LIKE: dict[Any, tuple[type, ...]] = {
 
 
 def _container_fault(name: str, value: object, kind: Any) -> str:
-    origin, inner = get_origin(kind), get_args(kind)
+    origin = get_origin(kind)
+    inner = get_args(kind)
     if origin is Callable:
         return "" if callable(value) else _words(name, value, kind)
     if not isinstance(value, Iterable) or isinstance(value, (str, bytes)):
@@ -152,9 +172,16 @@ def _container_fault(name: str, value: object, kind: Any) -> str:
     elif origin is tuple and inner[-1] is not Ellipsis:
         if not isinstance(value, (tuple, list)) or len(value) != len(inner):
             return _words(name, value, kind)
-        pairs = [(f"{name}[{n}]", item, one) for n, (item, one) in enumerate(zip(value, inner, strict=True))]
+        pairs = [
+            (f"{name}[{n}]", item, one)
+            for n, (item, one) in enumerate(zip(value, inner, strict=True))
+        ]
     elif isinstance(value, Collection):
-        if isinstance(inner[0], type) and inner[0] not in (float, int) and all(isinstance(v, inner[0]) for v in value):
+        if (
+            isinstance(inner[0], type)
+            and inner[0] not in (float, int)
+            and all(isinstance(v, inner[0]) for v in value)
+        ):
             return ""  # the usual case, told fast
         pairs = [(f"{name}[{n}]", item, inner[0]) for n, item in enumerate(value)]
     else:  # a stream is read once, by the function itself
@@ -177,7 +204,8 @@ def _numbers_fault(name: str, value: object, *, finite: bool) -> str:
 
 
 def _nearest(name: str, value: object, kind: Any, faults: Sequence[str]) -> str:
-    """The fault of the one alternative that the value comes near to; else all alternatives in words."""
+    """The fault of the one alternative that the value comes near to; else all alternatives in
+    words."""
     plain = [_words(name, value, one) for one in get_args(kind)]
     inside = [fault for fault in faults if fault not in plain]
     return inside[0] if inside else _words(name, value, kind)
@@ -187,12 +215,22 @@ def _words(name: str, value: object, kind: Any) -> str:
     return f"{name}: expected {_kind_words(kind)}, got {given_words(value)}"
 
 
-_PLAIN = {float: "a number", int: "a whole number", bool: "True or False", str: "a text", Path: "a path",
-          None: "None", type(None): "None", _Numbers: "numbers", _Finite: "numbers"}  # fmt: skip
+_PLAIN = {
+    float: "a number",
+    int: "a whole number",
+    bool: "True or False",
+    str: "a text",
+    Path: "a path",
+    None: "None",
+    type(None): "None",
+    _Numbers: "numbers",
+    _Finite: "numbers",
+}
 
 
 def _kind_words(kind: Any) -> str:
-    origin, inner = get_origin(kind), get_args(kind)
+    origin = get_origin(kind)
+    inner = get_args(kind)
     if origin in (Union, types.UnionType):
         return " or ".join(_kind_words(one) for one in inner)
     if origin is Literal:

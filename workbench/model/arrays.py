@@ -17,15 +17,19 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
-def frozen(values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: str) -> NDArray[Any]:
-    """Return a read-only C-ordered copy of `values` with this dtype, or `values` itself where nobody can write to it;
-    None in `shape` is any length.
+def frozen(
+    values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: str
+) -> NDArray[Any]:
+    """Return a read-only C-ordered copy of `values` with this dtype, or `values` itself where
+    nobody can write to it; None in `shape` is any length.
 
-    Raises InputError, naming `what`, where the shape is another, or the values are no numbers of this dtype (whole ones
-    for integers, truth values for booleans).
+    Raises InputError, naming `what`, where the shape is another, or the values are no numbers of
+    this dtype (whole ones for integers, truth values for booleans).
     """
     array = _converted(values, dtype, what)
-    fits = array.ndim == len(shape) and all(want in (None, have) for want, have in zip(shape, array.shape, strict=True))
+    fits = array.ndim == len(shape) and all(
+        want in (None, have) for want, have in zip(shape, array.shape, strict=True)
+    )
     if not fits:
         wanted = str(shape).replace("None", "any")
         raise InputError(f"{what}: expected an array of shape {wanted}, got {array.shape}")
@@ -34,8 +38,8 @@ def frozen(values: ArrayLike, dtype: type, shape: tuple[int | None, ...], what: 
 
 
 def _converted(values: ArrayLike, dtype: type, what: str) -> NDArray[Any]:
-    """A C-ordered array of this dtype, the values themselves where nobody can write to them; InputError where a value
-    would become another one."""
+    """A C-ordered array of this dtype, the values themselves where nobody can write to them;
+    InputError where a value would become another one."""
     try:
         given = np.asarray(values)
         if given.dtype != dtype and given.size:
@@ -44,13 +48,17 @@ def _converted(values: ArrayLike, dtype: type, what: str) -> NDArray[Any]:
             return np.asarray(values, dtype=dtype, order="C")
         return np.array(given, dtype=dtype, order="C")
     except (ValueError, TypeError, OverflowError):
-        raise InputError(f"{what}: expected an array of {np.dtype(dtype)}, got {type(values).__name__}") from None
+        raise InputError(
+            f"{what}: expected an array of {np.dtype(dtype)}, got {type(values).__name__}"
+        ) from None
 
 
 def _same_numbers(given: NDArray[Any], dtype: type, what: str) -> None:
     kinds = {"f": "fiub", "i": "iufb", "b": "b"}[np.dtype(dtype).kind]
     if given.dtype.kind not in kinds:
-        raise InputError(f"{what}: expected an array of {np.dtype(dtype)}, got one of {given.dtype}")
+        raise InputError(
+            f"{what}: expected an array of {np.dtype(dtype)}, got one of {given.dtype}"
+        )
     if np.dtype(dtype).kind == "i" and given.dtype.kind == "f":
         odd = ~(np.abs(given) < 2.0**63) | (given != np.rint(given))
         if odd.any():
@@ -58,7 +66,8 @@ def _same_numbers(given: NDArray[Any], dtype: type, what: str) -> None:
 
 
 def _settled(array: NDArray[Any]) -> bool:
-    """True where an array and all that it is a view of are read-only, down to who owns the memory or a file."""
+    """True where an array and all that it is a view of are read-only, down to who owns the memory
+    or a file."""
     at: object = array
     while isinstance(at, np.ndarray):
         if at.flags.writeable:

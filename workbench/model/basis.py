@@ -1,4 +1,5 @@
-"""ShapeBasis: a family of human bodies as a mean and principal components of spheres, joints and segment origins."""
+"""ShapeBasis: a family of human bodies as a mean and principal components of spheres, joints and
+segment origins."""
 
 from __future__ import annotations
 
@@ -15,11 +16,13 @@ __all__ = ["Detail", "ShapeBasis", "in_order"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Detail:
-    """The S spheres of a family at one level of detail, standing in the zero pose, in the world [m].
+    """The S spheres of a family at one level of detail, standing in the zero pose, in the world
+    [m].
 
-    segment (S,): rising; centre_mean (S, 3), centre_basis (K, S, 3), radius_mean (S,), radius_basis (K, S): linear in
-    the coefficients. blend_joint (S,), blend_share (S,), names and direction (S,) as a Body has them. fit_error (N, 2):
-    how far the true surface may lie outside and inside, NaN where not known.
+    segment (S,): rising; centre_mean (S, 3), centre_basis (K, S, 3), radius_mean (S,), radius_basis
+    (K, S): linear in the coefficients. blend_joint (S,), blend_share (S,), names and direction (S,)
+    as a Body has them. fit_error (N, 2): how far the true surface may lie outside and inside, NaN
+    where not known.
     """
 
     segment: Ints
@@ -37,7 +40,8 @@ class Detail:
         return f"Detail({len(self.names)} spheres)"
 
     def __post_init__(self) -> None:
-        s, k = len(self.names), len(self.centre_basis)
+        s = len(self.names)
+        k = len(self.centre_basis)
         shapes: dict[str, tuple[type, tuple[int | None, ...]]] = {
             "segment": (np.int64, (s,)),
             "centre_mean": (np.float64, (s, 3)),
@@ -50,17 +54,21 @@ class Detail:
             "fit_error": (np.float64, (None, 2)),
         }
         for field, (dtype, shape) in shapes.items():
-            object.__setattr__(self, field, frozen(getattr(self, field), dtype, shape, f"basis.{field}"))
+            object.__setattr__(
+                self, field, frozen(getattr(self, field), dtype, shape, f"basis.{field}")
+            )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ShapeBasis:
-    """A family of bodies with N segments and J joints, spanned by K coefficients of unit variance in the family.
+    """A family of bodies with N segments and J joints, spanned by K coefficients of unit variance
+    in the family.
 
-    name: of the file; segments, joints: mnemonics in body order; joint_mean (J, 3), joint_basis (K, J, 3) and
-    origin_mean (N, 3), origin_basis (K, N, 3): joints and segment origins in the world of the zero pose [m]; details:
-    the spheres by level of detail; density (N,) [kg/m3]; anchor_names, anchors (A, K): the coefficients of known
-    bodies of the family; anchor_spread (A, K, K): the covariance of the coefficients among people like each anchor.
+    name: of the file; segments, joints: mnemonics in body order; joint_mean (J, 3), joint_basis (K,
+    J, 3) and origin_mean (N, 3), origin_basis (K, N, 3): joints and segment origins in the world of
+    the zero pose [m]; details: the spheres by level of detail; density (N,) [kg/m3]; anchor_names,
+    anchors (A, K): the coefficients of known bodies of the family; anchor_spread (A, K, K): the
+    covariance of the coefficients among people like each anchor.
     """
 
     name: str
@@ -83,7 +91,10 @@ class ShapeBasis:
         return f"ShapeBasis({self.name}: {len(self)} coefficients, {', '.join(self.details)})"
 
     def __post_init__(self) -> None:
-        n, j, k, a = len(self.segments), len(self.joints), len(self.joint_basis), len(self.anchor_names)
+        n = len(self.segments)
+        j = len(self.joints)
+        k = len(self.joint_basis)
+        a = len(self.anchor_names)
         shapes = {
             "joint_mean": (j, 3),
             "joint_basis": (k, j, 3),
@@ -94,15 +105,21 @@ class ShapeBasis:
             "anchor_spread": (a, k, k),
         }
         for field, shape in shapes.items():
-            object.__setattr__(self, field, frozen(getattr(self, field), np.float64, shape, f"basis.{field}"))
+            object.__setattr__(
+                self, field, frozen(getattr(self, field), np.float64, shape, f"basis.{field}")
+            )
         for level, detail in self.details.items():
             if len(detail.centre_basis) != k:
-                raise InputError(f"basis {self.name}: {level} has {len(detail.centre_basis)} components, not {k}")
+                raise InputError(
+                    f"basis {self.name}: {level} has {len(detail.centre_basis)} components, not {k}"
+                )
 
     def detail(self, level: str) -> Detail:
         """The spheres of a level; InputError lists the valid ones."""
         if level not in self.details:
-            raise InputError(f"basis {self.name}: no detail {level!r}; {one_of(level, self.details)}")
+            raise InputError(
+                f"basis {self.name}: no detail {level!r}; {one_of(level, self.details)}"
+            )
         return self.details[level]
 
     def level(self, counts: Ints) -> str:
@@ -119,7 +136,8 @@ class ShapeBasis:
 
 @lru_cache(maxsize=16)
 def in_order(basis: ShapeBasis, segments: tuple[str, ...], joints: tuple[str, ...]) -> ShapeBasis:
-    """The same basis with its segments and joints in the order of a body; the same noun for the same body order.
+    """The same basis with its segments and joints in the order of a body; the same noun for the
+    same body order.
 
     InputError where the names are not those of the basis.
     """
@@ -138,7 +156,9 @@ def in_order(basis: ShapeBasis, segments: tuple[str, ...], joints: tuple[str, ..
         origin_mean=basis.origin_mean[seg],
         origin_basis=basis.origin_basis[:, seg],
         density=basis.density[seg],
-        details={level: _detail_in_order(detail, seg, joint) for level, detail in basis.details.items()},
+        details={
+            level: _detail_in_order(detail, seg, joint) for level, detail in basis.details.items()
+        },
     )
 
 
@@ -146,7 +166,9 @@ def _detail_in_order(detail: Detail, seg: Ints, joint: Ints) -> Detail:
     """seg, joint: the old index of each new segment and joint."""
     segment = np.argsort(seg)[detail.segment]
     order = np.argsort(segment, kind="stable")
-    blend = np.where(detail.blend_joint >= 0, np.argsort(joint)[np.maximum(detail.blend_joint, 0)], -1)
+    blend = np.where(
+        detail.blend_joint >= 0, np.argsort(joint)[np.maximum(detail.blend_joint, 0)], -1
+    )
     return Detail(
         segment=segment[order],
         centre_mean=detail.centre_mean[order],

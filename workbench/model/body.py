@@ -20,22 +20,24 @@ __all__ = ["Body", "segment_words"]
 class Body:
     """A body of N segments, J = N - 1 joints and S spheres; lengths [m], angles [rad], masses [kg].
 
-    Segments stand in depth-first order from the stage (the root, segment 0), so a subtree is a slice. Joint j joins
-    segment j + 1 to its parent. Every segment frame has its origin at the segment's centre of gravity and is
-    parallel to the world's in the zero pose.
+    Segments stand in depth-first order from the stage (the root, segment 0), so a subtree is a
+    slice. Joint j joins segment j + 1 to its parent. Every segment frame has its origin at the
+    segment's centre of gravity and is parallel to the world's in the zero pose.
 
-    segments, joints: mnemonics; segment_names, joint_names: words; segment_numbers, joint_numbers: the paper's.
-    parent (N,): -1 for the stage. joint_in_parent, joint_in_child (J, 3): the joint's coordinates in both frames.
-    centre (S, 3), radius (S,): spheres in their segment's frame, grouped by segment: those of segment n are
-    start[n]:start[n + 1]. enclosing_centre (N, 3), enclosing_radius (N,): a sphere around all spheres of the segment
-    at every twist (radius 0 where there are none). sphere_names: "" where unnamed; sphere_direction (S,): index into
-    DIRECTIONS or -1. directions (N, 6, 3): the six-direction table. twist_joint (N,): the distal joint whose twist
-    the segment's spheres share, or -1; twist_point, twist_axis (N, 3): the line they turn about; twist_share (S,):
-    0 at the proximal joint to 1 at the distal one. allowance (N, N) [m]: overlap of soft flesh that is no contact.
-    fit_error (N, 2) [m]: how far the true surface may lie outside and inside the spheres; NaN where not known.
-    blend_joint (S,): a joint of the sphere's segment that the sphere is blended across, -1 where it is rigid, and
-    blend_share (S,): how much of the other segment's motion it takes (see model.blend); empty: all rigid.
-    basis: the family of bodies this one belongs to, None where there is none; basis_at (K,): its own coefficients.
+    segments, joints: mnemonics; segment_names, joint_names: words; segment_numbers, joint_numbers:
+    the paper's. parent (N,): -1 for the stage. joint_in_parent, joint_in_child (J, 3): the joint's
+    coordinates in both frames. centre (S, 3), radius (S,): spheres in their segment's frame,
+    grouped by segment: those of segment n are start[n]:start[n + 1]. enclosing_centre (N, 3),
+    enclosing_radius (N,): a sphere around all spheres of the segment at every twist (radius 0 where
+    there are none). sphere_names: "" where unnamed; sphere_direction (S,): index into DIRECTIONS or
+    -1. directions (N, 6, 3): the six-direction table. twist_joint (N,): the distal joint whose
+    twist the segment's spheres share, or -1; twist_point, twist_axis (N, 3): the line they turn
+    about; twist_share (S,): 0 at the proximal joint to 1 at the distal one. allowance (N, N) [m]:
+    overlap of soft flesh that is no contact. fit_error (N, 2) [m]: how far the true surface may lie
+    outside and inside the spheres; NaN where not known. blend_joint (S,): a joint of the sphere's
+    segment that the sphere is blended across, -1 where it is rigid, and blend_share (S,): how much
+    of the other segment's motion it takes (see model.blend); empty: all rigid. basis: the family of
+    bodies this one belongs to, None where there is none; basis_at (K,): its own coefficients.
     """
 
     name: str
@@ -75,7 +77,8 @@ class Body:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        n, s = len(self.segments), len(self.sphere_names)
+        n = len(self.segments)
+        s = len(self.sphere_names)
         shapes: dict[str, tuple[type, tuple[int, ...]]] = {
             "parent": (np.int64, (n,)),
             "joint_in_parent": (np.float64, (n - 1, 3)),
@@ -102,23 +105,48 @@ class Body:
             object.__setattr__(self, "blend_joint", np.full(s, -1))
             object.__setattr__(self, "blend_share", np.zeros(s))
         for name, (dtype, shape) in shapes.items():
-            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape, f"body.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), dtype, shape, f"body.{name}")
+            )
         self._check()
 
     def _check(self) -> None:
         order = np.arange(len(self.segments))
-        if self.parent[0] != -1 or np.any(self.parent[1:] < 0) or np.any(self.parent[1:] >= order[1:]):
-            raise InputError(f"body {self.name}: segments must stand in depth-first order, each after its parent")
+        if (
+            self.parent[0] != -1
+            or np.any(self.parent[1:] < 0)
+            or np.any(self.parent[1:] >= order[1:])
+        ):
+            raise InputError(
+                f"body {self.name}: segments must stand in depth-first order, each after its parent"
+            )
         if len(self.joints) != len(self.segments) - 1:
-            raise InputError(f"body {self.name}: {len(self.segments)} segments need {len(self.segments) - 1} joints")
-        if not np.all(np.isfinite(self.centre)) or not np.all(self.radius > 0) or not np.all(np.isfinite(self.radius)):
-            raise InputError(f"body {self.name}: spheres need finite centres and positive finite radii")
-        if self.start[0] != 0 or self.start[-1] != len(self.sphere_names) or np.any(np.diff(self.start) < 0):
+            raise InputError(
+                f"body {self.name}: {len(self.segments)} segments need {len(self.segments) - 1} joints"
+            )
+        if (
+            not np.all(np.isfinite(self.centre))
+            or not np.all(self.radius > 0)
+            or not np.all(np.isfinite(self.radius))
+        ):
+            raise InputError(
+                f"body {self.name}: spheres need finite centres and positive finite radii"
+            )
+        if (
+            self.start[0] != 0
+            or self.start[-1] != len(self.sphere_names)
+            or np.any(np.diff(self.start) < 0)
+        ):
             raise InputError(f"body {self.name}: start must rise from 0 to the number of spheres")
-        joint, segment = self.blend_joint, self.sphere_segment
-        near = (joint == segment - 1) | (self.parent[np.minimum(joint + 1, len(self.segments) - 1)] == segment)
+        joint = self.blend_joint
+        segment = self.sphere_segment
+        near = (joint == segment - 1) | (
+            self.parent[np.minimum(joint + 1, len(self.segments) - 1)] == segment
+        )
         if not np.all((joint == -1) | ((joint >= 0) & (joint < len(self.joints)) & near)):
-            raise InputError(f"body {self.name}: a sphere can be blended across a joint of its own segment only")
+            raise InputError(
+                f"body {self.name}: a sphere can be blended across a joint of its own segment only"
+            )
         if not np.all((self.blend_share >= 0) & (self.blend_share <= 1)):
             raise InputError(f"body {self.name}: the shares of blended spheres lie between 0 and 1")
 
@@ -132,7 +160,9 @@ class Body:
     def joint(self, mnemonic: str) -> int:
         """Index of a joint by its mnemonic; InputError lists the valid ones."""
         if mnemonic not in self.joints:
-            raise InputError(f"body {self.name}: no joint {mnemonic!r}; {one_of(mnemonic, self.joints)}")
+            raise InputError(
+                f"body {self.name}: no joint {mnemonic!r}; {one_of(mnemonic, self.joints)}"
+            )
         return self.joints.index(mnemonic)
 
     def spheres(self, segment: int) -> slice:
@@ -146,7 +176,8 @@ class Body:
 
     @property
     def detail(self) -> str:
-        """The level of detail at which its family has these spheres; "" without a family, or with worn things on."""
+        """The level of detail at which its family has these spheres; "" without a family, or with
+        worn things on."""
         return self.basis.level(np.diff(self.start)) if self.basis is not None else ""
 
     @property

@@ -17,8 +17,9 @@ __all__ = ["Comparison", "Judged", "PairedShare"]
 class Judged:
     """People judged in one design: P people, R requirements, as a comparison needs them.
 
-    labels (P): what each is called; sex (P,): index into SEXES; weight (P,); stature (P,) [m], NaN where not known;
-    margin (P, R) [m]: NaN where a requirement does not apply. who: a hash of the people and their measures.
+    labels (P): what each is called; sex (P,): index into SEXES; weight (P,); stature (P,) [m], NaN
+    where not known; margin (P, R) [m]: NaN where a requirement does not apply. who: a hash of the
+    people and their measures.
     """
 
     name: str
@@ -33,14 +34,21 @@ class Judged:
     confidence: float = 0.95
 
     def __repr__(self) -> str:
-        return f"Judged({self.name}: {len(self.labels)} people, {len(self.requirements)} requirements)"
+        return (
+            f"Judged({self.name}: {len(self.labels)} people, {len(self.requirements)} requirements)"
+        )
 
     def __post_init__(self) -> None:
-        people, count = len(self.labels), len(self.requirements)
+        people = len(self.labels)
+        count = len(self.requirements)
         object.__setattr__(self, "sex", frozen(self.sex, np.int64, (people,), "judged.sex"))
         for name in ("weight", "stature"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, (people,), f"judged.{name}"))
-        object.__setattr__(self, "margin", frozen(self.margin, np.float64, (people, count), "judged.margin"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), np.float64, (people,), f"judged.{name}")
+            )
+        object.__setattr__(
+            self, "margin", frozen(self.margin, np.float64, (people, count), "judged.margin")
+        )
         if len(set(self.requirements)) < count:
             raise InputError(f"{self.name}: a requirement stands twice")
 
@@ -59,9 +67,10 @@ class Judged:
 class PairedShare:
     """The shares, 0 to 1, of the same people served before and after a change.
 
-    both, gained, lost, neither: the shares served in both, only after, only before, in none; gainers, losers: how many
-    people those are. difference: after - before, low to high its interval at this confidence. chance: the two-sided
-    probability of so uneven a count of gainers and losers if the change made no difference (McNemar's exact test).
+    both, gained, lost, neither: the shares served in both, only after, only before, in none;
+    gainers, losers: how many people those are. difference: after - before, low to high its interval
+    at this confidence. chance: the two-sided probability of so uneven a count of gainers and losers
+    if the change made no difference (McNemar's exact test).
     """
 
     name: str
@@ -85,9 +94,9 @@ class PairedShare:
 class Comparison:
     """Two designs and the same people in both.
 
-    groups: all requirements together, of everybody and of each sex; pairs: each requirement that both have, in the
-    order of the first; gained, lost: rows of the people who fit only after, only before; only_before, only_after: the
-    requirements that but one of them has.
+    groups: all requirements together, of everybody and of each sex; pairs: each requirement that
+    both have, in the order of the first; gained, lost: rows of the people who fit only after, only
+    before; only_before, only_after: the requirements that but one of them has.
     """
 
     before: Judged

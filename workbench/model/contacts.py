@@ -1,4 +1,5 @@
-"""Contacts: one row for each touching or near pair, named on both sides. Clearance: the nearest pairs."""
+"""Contacts: one row for each touching or near pair, named on both sides. Clearance: the nearest
+pairs."""
 
 from __future__ import annotations
 
@@ -17,7 +18,8 @@ TANGENT_TOLERANCE = 1e-9
 
 
 def relation(distance: Floats, *, tolerance: float = TANGENT_TOLERANCE) -> Ints:
-    """Tell signed distances [m] apart: 1 disjoint, 0 tangent (within `tolerance` [m] of zero), -1 overlapping.
+    """Tell signed distances [m] apart: 1 disjoint, 0 tangent (within `tolerance` [m] of zero), -1
+    overlapping.
 
     The signed distance is the paper's I(Si, Sj) = |ci - cj| - (ri + rj).
     """
@@ -29,10 +31,11 @@ def relation(distance: Floats, *, tolerance: float = TANGENT_TOLERANCE) -> Ints:
 class Contacts:
     """C contacts of a body with an environment or with a body (perhaps itself).
 
-    pose, sphere (C,): the body's; part, polygon (C,): the environment's, -1 against a body; other_sphere (C,): -1
-    against an environment; distance (C,) [m]: signed, negative overlapping; point (C, 3) [m]: on the other's surface;
-    normal (C, 3): unit, the way the body would be pushed out; facing, other_facing (C,): index into DIRECTIONS of the
-    side that is touched (-1: none); allowed (C,) [m]: overlap that is no fault here.
+    pose, sphere (C,): the body's; part, polygon (C,): the environment's, -1 against a body;
+    other_sphere (C,): -1 against an environment; distance (C,) [m]: signed, negative overlapping;
+    point (C, 3) [m]: on the other's surface; normal (C, 3): unit, the way the body would be pushed
+    out; facing, other_facing (C,): index into DIRECTIONS of the side that is touched (-1: none);
+    allowed (C,) [m]: overlap that is no fault here.
     """
 
     body: Body
@@ -55,12 +58,18 @@ class Contacts:
     def __post_init__(self) -> None:
         count = len(self.distance)
         for name in ("pose", "sphere", "part", "polygon", "other_sphere", "facing", "other_facing"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.int64, (count,), f"contacts.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), np.int64, (count,), f"contacts.{name}")
+            )
         for name in ("distance", "allowed"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, (count,), f"contacts.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), np.float64, (count,), f"contacts.{name}")
+            )
         for name in ("point", "normal"):
             shape = (count, 3)
-            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, shape, f"contacts.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), np.float64, shape, f"contacts.{name}")
+            )
 
     def __len__(self) -> int:
         return len(self.distance)
@@ -84,14 +93,38 @@ class Contacts:
 
     def rows(self, keep: Bools | Ints) -> Contacts:
         """The contacts at a mask or at indices."""
-        names = ("pose", "sphere", "part", "polygon", "other_sphere", "distance", "point", "normal", "facing",
-                 "other_facing", "allowed")  # fmt: skip
-        return Contacts(self.body, self.other, **{name: getattr(self, name)[keep] for name in names})
+        names = (
+            "pose",
+            "sphere",
+            "part",
+            "polygon",
+            "other_sphere",
+            "distance",
+            "point",
+            "normal",
+            "facing",
+            "other_facing",
+            "allowed",
+        )
+        return Contacts(
+            self.body, self.other, **{name: getattr(self, name)[keep] for name in names}
+        )
 
     def deepest(self) -> Contacts:
-        """One contact for each pose, segment and part (or other segment): the one with the greatest excess."""
+        """One contact for each pose, segment and part (or other segment): the one with the greatest
+        excess."""
         other = self.part if isinstance(self.other, Environment) else self.other_segment
-        order = np.lexsort((self.other_sphere, self.polygon, self.sphere, -self.excess, other, self.segment, self.pose))
+        order = np.lexsort(
+            (
+                self.other_sphere,
+                self.polygon,
+                self.sphere,
+                -self.excess,
+                other,
+                self.segment,
+                self.pose,
+            )
+        )
         key = np.stack([self.pose, self.segment, other], axis=1)[order]
         first = np.ones(len(self), dtype=np.bool_)
         first[1:] = np.any(key[1:] != key[:-1], axis=1)
@@ -118,12 +151,13 @@ def _side(body: Body, sphere: int, facing: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Clearance:
-    """The nearest pair of every pose, segment and other (K parts of an environment, or segments of a body).
+    """The nearest pair of every pose, segment and other (K parts of an environment, or segments of
+    a body).
 
-    distance (P, N, K) [m]: signed; infinite where there is nothing to measure, NaN outside the logical window.
-    sphere (P, N, K): the body's sphere, -1 where none; target (P, N, K): polygon, or the other body's sphere;
-    point (P, N, K, 3) [m]: nearest point of the other's surface; facing (P, N, K): the side of the body's sphere
-    that is nearest, index into DIRECTIONS.
+    distance (P, N, K) [m]: signed; infinite where there is nothing to measure, NaN outside the
+    logical window. sphere (P, N, K): the body's sphere, -1 where none; target (P, N, K): polygon,
+    or the other body's sphere; point (P, N, K, 3) [m]: nearest point of the other's surface; facing
+    (P, N, K): the side of the body's sphere that is nearest, index into DIRECTIONS.
     """
 
     body: Body

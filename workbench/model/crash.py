@@ -33,7 +33,8 @@ __all__ = [
 
 @dataclass(frozen=True)
 class SignalPoint:
-    """A point whose motion is wanted: at `at` (3,) [m] of a segment's frame (0: its centre of gravity)."""
+    """A point whose motion is wanted: at `at` (3,) [m] of a segment's frame (0: its centre of
+    gravity)."""
 
     name: str
     segment: int
@@ -42,7 +43,8 @@ class SignalPoint:
 
 @dataclass(frozen=True)
 class Limit:
-    """A limit of a rule set. figure: hic, held or chest-like level; window or hold [s]; value in the figure's unit."""
+    """A limit of a rule set. figure: hic, held or chest-like level; window or hold [s]; value in
+    the figure's unit."""
 
     figure: str
     segment: str
@@ -55,8 +57,8 @@ class Limit:
 class CrashCriterion:
     """Something that must hold. check: contact, excursion, stops or rules.
 
-    segments, parts: those it is about. at_most [m]: depth of a contact, or how far an excursion goes along `direction`
-    (3,) from `origin` (3,) [m]; for stops [rad] past the stop.
+    segments, parts: those it is about. at_most [m]: depth of a contact, or how far an excursion
+    goes along `direction` (3,) from `origin` (3,) [m]; for stops [rad] past the stop.
     """
 
     name: str
@@ -70,11 +72,13 @@ class CrashCriterion:
 
 @dataclass(frozen=True, eq=False)
 class CrashStudy:
-    """A crash study ready to run. `against`: a second motion to compare with, None where there is none.
+    """A crash study ready to run. `against`: a second motion to compare with, None where there is
+    none.
 
-    cabin: the environment without belts, which move; belts: those of the motion. pulse: the vehicle's own, None where
-    it is not stated. forces: laws of contact; bears (K,): parts whose depth counts from their surface. held: the same
-    of `against`: its environment, cabin, belts and pulse are those of that study.
+    cabin: the environment without belts, which move; belts: those of the motion. pulse: the
+    vehicle's own, None where it is not stated. forces: laws of contact; bears (K,): parts whose
+    depth counts from their surface. held: the same of `against`: its environment, cabin, belts and
+    pulse are those of that study.
     """
 
     name: str
@@ -106,11 +110,13 @@ class CrashStudy:
 
 @dataclass(frozen=True)
 class Meeting:
-    """One contact of the motion. who, side: in words ("forehead" of the head, "front"); other: the part or segment.
+    """One contact of the motion. who, side: in words ("forehead" of the head, "front"); other: the
+    part or segment.
 
-    enter, deepest, leave [s]; began, lasts: in contact already at the first, still at the last frame. depth, allowed
-    [m]; speed, normal, tangential [m/s]: of the sphere as it meets the part, normal toward it. point (3,) [m] where
-    they meet. force [N]: at the deepest, by the law of the pair; None where there is no law.
+    enter, deepest, leave [s]; began, lasts: in contact already at the first, still at the last
+    frame. depth, allowed [m]; speed, normal, tangential [m/s]: of the sphere as it meets the part,
+    normal toward it. point (3,) [m] where they meet. force [N]: at the deepest, by the law of the
+    pair; None where there is no law.
     """
 
     segment: str
@@ -133,7 +139,8 @@ class Meeting:
 
 @dataclass(frozen=True)
 class StopBreach:
-    """A joint past its stop from `begin` to `end` [s], by at most `worst` [rad] at `at` [s] in a motion's direction."""
+    """A joint past its stop from `begin` to `end` [s], by at most `worst` [rad] at `at` [s] in a
+    motion's direction."""
 
     joint: str
     motion: str
@@ -145,8 +152,8 @@ class StopBreach:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A point's motion at even times: time (n,) [s], position, velocity, acceleration (n, 3) in SI units, filtered by
-    class `cfc` (None: not), figures: name -> (value, begin [s], end [s])."""
+    """A point's motion at even times: time (n,) [s], position, velocity, acceleration (n, 3) in SI
+    units, filtered by class `cfc` (None: not), figures: name -> (value, begin [s], end [s])."""
 
     point: SignalPoint
     time: Floats
@@ -159,8 +166,8 @@ class Signal:
 
 @dataclass(frozen=True, eq=False)
 class Agreement:
-    """How near a joint or segment of one motion is to that of the other, on one time axis: root mean square and peak
-    [m], and when the peak is [s]."""
+    """How near a joint or segment of one motion is to that of the other, on one time axis: root
+    mean square and peak [m], and when the peak is [s]."""
 
     name: str
     rms: float
@@ -170,7 +177,8 @@ class Agreement:
 
 @dataclass(frozen=True, eq=False)
 class CrashVerdict:
-    """How one criterion came out: value against limit in `unit` (mm, degrees, g or 1), at a time [s], in words."""
+    """How one criterion came out: value against limit in `unit` (mm, degrees, g or 1), at a time
+    [s], in words."""
 
     criterion: CrashCriterion
     passed: bool
@@ -183,7 +191,8 @@ class CrashVerdict:
 
 @dataclass(frozen=True, eq=False)
 class ForceCurve:
-    """The force of a part on a segment at each frame, by its law: force (P,) [N]. segment "": the tension of a belt."""
+    """The force of a part on a segment at each frame, by its law: force (P,) [N]. segment "": the
+    tension of a belt."""
 
     segment: str
     part: str
@@ -192,8 +201,9 @@ class ForceCurve:
 
 @dataclass(frozen=True, eq=False)
 class CrashResult:
-    """What was found. clearance (P, N) [m]: of each segment from everything it may not touch, at each frame. forces:
-    of the pairs that have a law and touch; other: what was found of the motion it is compared with."""
+    """What was found. clearance (P, N) [m]: of each segment from everything it may not touch, at
+    each frame. forces: of the pairs that have a law and touch; other: what was found of the motion
+    it is compared with."""
 
     study: CrashStudy
     episodes: Episodes

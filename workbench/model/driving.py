@@ -1,4 +1,5 @@
-"""Driving: who drives, what a driver's posture is predicted for, and the side-view angles it is told in."""
+"""Driving: who drives, what a driver's posture is predicted for, and the side-view angles it is
+told in."""
 
 from __future__ import annotations
 
@@ -13,10 +14,11 @@ from workbench.model.arrays import Floats, frozen
 __all__ = ["ANGLES", "Driver", "DrivingAims", "DrivingAngles", "Package"]
 
 ANGLES = ("hip to eye", "head", "neck", "thorax", "abdomen", "pelvis", "thigh", "knee")
-"""The side-view angles of a driving posture, in the order of every array of them. From vertical, aft positive: from
-the middle of the hips to the middle of the eyes, from the seventh neck vertebra to the ear (neck), from the twelfth
-chest vertebra to the seventh neck vertebra (thorax), from the sacrum to the twelfth chest vertebra (abdomen), from the
-hips to the sacrum (pelvis). Above the horizontal: from ear to eye (head), from hip to knee (thigh). Knee: included."""
+"""The side-view angles of a driving posture, in the order of every array of them. From vertical,
+aft positive: from the middle of the hips to the middle of the eyes, from the seventh neck vertebra
+to the ear (neck), from the twelfth chest vertebra to the seventh neck vertebra (thorax), from the
+sacrum to the twelfth chest vertebra (abdomen), from the hips to the sacrum (pelvis). Above the
+horizontal: from ear to eye (head), from hip to knee (thigh). Knee: included."""
 
 ADULT = (16.0, 100.0)
 
@@ -39,20 +41,25 @@ class Driver:
         if self.sex not in ("male", "female"):
             raise InputError(f"the sex of a driver is male or female, got {self.sex!r}")
         if not ADULT[0] <= self.age <= ADULT[1]:
-            raise InputError(f"drivers are {ADULT[0]:g} to {ADULT[1]:g} years old, got {self.age:g}")
+            raise InputError(
+                f"drivers are {ADULT[0]:g} to {ADULT[1]:g} years old, got {self.age:g}"
+            )
         if not 1.2 <= self.stature <= 2.3 or not 0.4 <= self.sitting_height / self.stature <= 0.65:
-            tall, sitting = 1e3 * self.stature, 1e3 * self.sitting_height
-            raise InputError(f"nobody who drives is {tall:.0f} mm tall and {sitting:.0f} mm sitting (1200 to 2300 mm, "
-                             f"of which 40 to 65 %)")  # fmt: skip
+            tall = 1e3 * self.stature
+            sitting = 1e3 * self.sitting_height
+            raise InputError(
+                f"nobody who drives is {tall:.0f} mm tall and {sitting:.0f} mm sitting (1200 to 2300 mm, "
+                f"of which 40 to 65 %)"
+            )
         if not 12 <= self.mass_index <= 70:
             raise InputError(f"a body mass index is 12 to 70 kg/m^2, got {self.mass_index:.1f}")
 
 
 @dataclass(frozen=True)
 class Package:
-    """What a driver sits before, all (3,) [m]: heel, where the accelerator's heel stands (AHP); ball, the ball of foot
-    reference point on the accelerator; wheel, the steering wheel's centre; h_point, the seat's hip point where the
-    seat stands in its reference position (SgRP)."""
+    """What a driver sits before, all (3,) [m]: heel, where the accelerator's heel stands (AHP);
+    ball, the ball of foot reference point on the accelerator; wheel, the steering wheel's centre;
+    h_point, the seat's hip point where the seat stands in its reference position (SgRP)."""
 
     heel: tuple[float, float, float]
     ball: tuple[float, float, float]
@@ -65,8 +72,9 @@ class Package:
 
 @dataclass(frozen=True)
 class DrivingAims:
-    """What a study says of a driver: sex ("" as the person's size says), age [years], the seed that the posture is
-    drawn with (None: the mean posture), and the environment's points of the wheel's centre and the seat's hip point."""
+    """What a study says of a driver: sex ("" as the person's size says), age [years], the seed that
+    the posture is drawn with (None: the mean posture), and the environment's points of the wheel's
+    centre and the seat's hip point."""
 
     sex: str
     age: float
@@ -77,11 +85,16 @@ class DrivingAims:
 
 @dataclass(frozen=True, eq=False)
 class DrivingAngles:
-    """The angles of ANGLES (8,) [rad] of a posture, and the standard deviation of people about them (8,) [rad]."""
+    """The angles of ANGLES (8,) [rad] of a posture, and the standard deviation of people about them
+    (8,) [rad]."""
 
     mean: Floats
     spread: Floats
 
     def __post_init__(self) -> None:
         for name in ("mean", "spread"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, (len(ANGLES),), f"angles.{name}"))
+            object.__setattr__(
+                self,
+                name,
+                frozen(getattr(self, name), np.float64, (len(ANGLES),), f"angles.{name}"),
+            )

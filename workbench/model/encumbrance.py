@@ -11,9 +11,10 @@ __all__ = ["Encumbrance", "Layer"]
 class Layer:
     """Copies of some spheres of a body, grown and shifted.
 
-    segments: mnemonics; subparts: only spheres of these names, all where empty; beyond: only spheres whose middles lie
-    at least so far [m] along a direction of the segment from a landmark (direction, subpart, distance), all that
-    hold; thickness [m]: added to the radii; shift (3,) [m]: in the segment's frame (x front, y left, z top).
+    segments: mnemonics; subparts: only spheres of these names, all where empty; beyond: only
+    spheres whose middles lie at least so far [m] along a direction of the segment from a landmark
+    (direction, subpart, distance), all that hold; thickness [m]: added to the radii; shift (3,)
+    [m]: in the segment's frame (x front, y left, z top).
     """
 
     segments: tuple[str, ...]

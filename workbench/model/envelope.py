@@ -14,13 +14,15 @@ __all__ = ["Envelope"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Envelope:
-    """The reach of one limb about an origin (3,) [m], the seat reference point: of a person, or of a share of people.
+    """The reach of one limb about an origin (3,) [m], the seat reference point: of a person, or of
+    a share of people.
 
-    about: along D rays of a grid of azimuth and elevation, `step` [rad] wide, level by level from below and the two
-    poles last; triangles (T, 3) between neighbouring rays; cell (D,) [sr]: the solid angle that each ray stands for.
-    levels: along level rays from the upright axis through the origin, `step` apart, at heights (H,) [m] above it,
-    height by height; both empty where they were not asked for. obstacles: whether they were heeded; parts: their names.
-    people: 1, or of how many people each boundary is a percentile.
+    about: along D rays of a grid of azimuth and elevation, `step` [rad] wide, level by level from
+    below and the two poles last; triangles (T, 3) between neighbouring rays; cell (D,) [sr]: the
+    solid angle that each ray stands for. levels: along level rays from the upright axis through the
+    origin, `step` apart, at heights (H,) [m] above it, height by height; both empty where they were
+    not asked for. obstacles: whether they were heeded; parts: their names. people: 1, or of how
+    many people each boundary is a percentile.
     """
 
     person: str
@@ -41,15 +43,21 @@ class Envelope:
         return f"Envelope({self.person}, {self.limb}, zone {self.zone}: {1000 * self.volume:.0f} litres)"
 
     def __post_init__(self) -> None:
-        put, rays = object.__setattr__, len(self.about)
+        put = object.__setattr__
+        rays = len(self.about)
         put(self, "origin", frozen(self.origin, np.float64, (3,), "envelope.origin"))
         put(self, "cell", frozen(self.cell, np.float64, (rays,), "envelope.cell"))
-        put(self, "heights", frozen(self.heights, np.float64, (len(self.heights),), "envelope.heights"))
+        put(
+            self,
+            "heights",
+            frozen(self.heights, np.float64, (len(self.heights),), "envelope.heights"),
+        )
         put(self, "triangles", frozen(self.triangles, np.int64, (None, 3), "envelope.triangles"))
 
     @property
     def volume(self) -> float:
-        """[m3] between the inner and the outer boundary, obstacles aside: each ray for its solid angle."""
+        """[m3] between the inner and the outer boundary, obstacles aside: each ray for its solid
+        angle."""
         shell = self.about.outer**3 - self.about.inner**3
         return float(np.sum(self.cell * np.where(self.about.reached, shell, 0.0)) / 3.0)
 
@@ -60,19 +68,27 @@ class Envelope:
 
     @property
     def lost_to(self) -> dict[str, float]:
-        """[m3] that each obstacle takes, the most first; by the part that a free limb would enter deepest."""
+        """[m3] that each obstacle takes, the most first; by the part that a free limb would enter
+        deepest."""
         lost = self.about.lost
         each = self.cell[lost.ray] * (lost.end**3 - lost.begin**3) / 3.0
-        taken = {self.parts[k] if k >= 0 else "": float(each[lost.part == k].sum()) for k in np.unique(lost.part)}
+        taken = {
+            self.parts[k] if k >= 0 else "": float(each[lost.part == k].sum())
+            for k in np.unique(lost.part)
+        }
         return dict(sorted(taken.items(), key=lambda row: (-row[1], row[0])))
 
     def surface(self, *, clear: bool = False) -> tuple[Floats, Ints]:
-        """Vertices (V, 3) [m] and triangles (T, 3) of the outer and the inner boundary as one closed surface, obstacles
-        aside or clear of them, facing out of what is reached; it tapers to where rays that meet nothing come nearest.
+        """Vertices (V, 3) [m] and triangles (T, 3) of the outer and the inner boundary as one
+        closed surface, obstacles aside or clear of them, facing out of what is reached; it tapers
+        to where rays that meet nothing come nearest.
         """
         outer, inner, reached = self.about.bounds(clear=clear)
         rays = len(outer)
-        points = np.concatenate([outer, inner])[:, None] * np.tile(self.about.direction, (2, 1)) + self.origin
+        points = (
+            np.concatenate([outer, inner])[:, None] * np.tile(self.about.direction, (2, 1))
+            + self.origin
+        )
         open_: Bools = reached & (outer - inner > 1e-9)
         own = np.where(open_, np.arange(rays) + rays, np.arange(rays))
         kept = self.triangles[open_[self.triangles].any(axis=1)]
@@ -84,6 +100,10 @@ def _tidy(points: Floats, faces: Ints) -> Ints:
     """Faces with corners at one place made one corner, those without an area gone."""
     _, first, same = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
     joined = first[same.ravel()][faces]
-    whole = (joined[:, 0] != joined[:, 1]) & (joined[:, 1] != joined[:, 2]) & (joined[:, 2] != joined[:, 0])
+    whole = (
+        (joined[:, 0] != joined[:, 1])
+        & (joined[:, 1] != joined[:, 2])
+        & (joined[:, 2] != joined[:, 0])
+    )
     result: Ints = joined[whole]
     return result

@@ -1,4 +1,5 @@
-"""Environment: named parts made of planar polygons, with their rules, seats, points and controls."""
+"""Environment: named parts made of planar polygons, with their rules, seats, points and
+controls."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ class Allowance:
 
 @dataclass(frozen=True)
 class Control:
-    """A control: where it is reached [m], the grip (push, pinch, grasp, foot), the harness zone (1-3), its part."""
+    """A control: where it is reached [m], the grip (push, pinch, grasp, foot), the harness zone
+    (1-3), its part."""
 
     name: str
     at: tuple[float, float, float]
@@ -44,10 +46,11 @@ class Rest:
 
 @dataclass(frozen=True)
 class Seat:
-    """A seat: back and cushion planes meet in the seat reference point `srp` [m] on the centre line.
+    """A seat: back and cushion planes meet in the seat reference point `srp` [m] on the centre
+    line.
 
-    back_angle: aft of vertical; cushion_angle: front edge up; yaw: heading about +z; all [rad]. travel_forward,
-    travel_up: (least, greatest) [m]; moves: the parts that go along with the seat.
+    back_angle: aft of vertical; cushion_angle: front edge up; yaw: heading about +z; all [rad].
+    travel_forward, travel_up: (least, greatest) [m]; moves: the parts that go along with the seat.
     """
 
     name: str
@@ -64,7 +67,8 @@ class Seat:
 
 @dataclass(frozen=True)
 class Quality:
-    """What was found in the mesh of one part: counts of faces and of faults, reported and never silently mended."""
+    """What was found in the mesh of one part: counts of faces and of faults, reported and never
+    silently mended."""
 
     part: str
     faces: int
@@ -92,11 +96,12 @@ class Quality:
 class Environment:
     """K parts made of F planar polygons with E edges over V vertices; lengths [m].
 
-    part_start (K + 1,): polygons of part k are part_start[k]:part_start[k + 1]. A polygon may be concave and have
-    holes: edge_start (F + 1,), edges (E, 2) are the edges of all its loops, outer loop counter-clockwise about the
-    normal, holes clockwise. normal (F, 3) unit, offset (F,): normal . x = offset on the plane. circle_centre (F, 3),
-    circle_radius (F,): the minimum enclosing circle. triangles (T, 3), triangle_start (F + 1,): the triangles each
-    polygon was made from, wound like the normal. solid, hidden, see_through (K,).
+    part_start (K + 1,): polygons of part k are part_start[k]:part_start[k + 1]. A polygon may be
+    concave and have holes: edge_start (F + 1,), edges (E, 2) are the edges of all its loops, outer
+    loop counter-clockwise about the normal, holes clockwise. normal (F, 3) unit, offset (F,):
+    normal . x = offset on the plane. circle_centre (F, 3), circle_radius (F,): the minimum
+    enclosing circle. triangles (T, 3), triangle_start (F + 1,): the triangles each polygon was made
+    from, wound like the normal. solid, hidden, see_through (K,).
     """
 
     name: str
@@ -127,7 +132,8 @@ class Environment:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        k, f = len(self.parts), len(self.normal)
+        k = len(self.parts)
+        f = len(self.normal)
         shapes: dict[str, tuple[type, tuple[int | None, ...]]] = {
             "part_start": (np.int64, (k + 1,)),
             "vertices": (np.float64, (None, 3)),
@@ -144,14 +150,18 @@ class Environment:
             "see_through": (np.bool_, (k,)),
         }
         for name, (dtype, shape) in shapes.items():
-            object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape, f"environment.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), dtype, shape, f"environment.{name}")
+            )
         if not np.all(np.isfinite(self.vertices)):
             raise InputError(f"environment {self.name}: vertices must be finite")
 
     def part(self, name: str) -> int:
         """Index of a part by name; InputError lists the valid ones."""
         if name not in self.parts:
-            raise InputError(f"environment {self.name}: no part {name!r}; {one_of(name, self.parts)}")
+            raise InputError(
+                f"environment {self.name}: no part {name!r}; {one_of(name, self.parts)}"
+            )
         return self.parts.index(name)
 
     def seat(self, name: str) -> Seat:
@@ -159,7 +169,9 @@ class Environment:
         for seat in self.seats:
             if seat.name == name:
                 return seat
-        raise InputError(f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}")
+        raise InputError(
+            f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}"
+        )
 
     def polygons(self, part: int) -> slice:
         """The polygons of one part."""
@@ -167,7 +179,8 @@ class Environment:
 
     @property
     def undecided(self) -> tuple[int, ...]:
-        """The parts that are surfaces only because their mesh is not closed: nobody says that they are no solids."""
+        """The parts that are surfaces only because their mesh is not closed: nobody says that they
+        are no solids."""
         loose = {found.part for found in self.quality if not (found.watertight or found.declared)}
         return tuple(k for k, name in enumerate(self.parts) if name in loose and not self.solid[k])
 

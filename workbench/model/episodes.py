@@ -13,13 +13,14 @@ __all__ = ["Episodes"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Episodes:
-    """E episodes of contact of a moving body with an environment or with a body (perhaps itself), sorted by sphere or
-    segment, by part or the other's sphere or segment, and by time.
+    """E episodes of contact of a moving body with an environment or with a body (perhaps itself),
+    sorted by sphere or segment, by part or the other's sphere or segment, and by time.
 
-    enter, deepest, leave (E,) [s]: when it began, was deepest and ended; distance (E,) [m]: the signed distance when
-    deepest, negative overlapping; allowed (E,) [m]: overlap that is no fault here. segment (E,); sphere (E,): the one
-    that was deepest; part (E,): the environment's, -1 against a body; other_segment, other_sphere (E,): -1 against an
-    environment. frame (E,): the motion's last frame at or before the deepest. span: first and last time [s].
+    enter, deepest, leave (E,) [s]: when it began, was deepest and ended; distance (E,) [m]: the
+    signed distance when deepest, negative overlapping; allowed (E,) [m]: overlap that is no fault
+    here. segment (E,); sphere (E,): the one that was deepest; part (E,): the environment's, -1
+    against a body; other_segment, other_sphere (E,): -1 against an environment. frame (E,): the
+    motion's last frame at or before the deepest. span: first and last time [s].
     """
 
     body: Body
@@ -43,9 +44,13 @@ class Episodes:
     def __post_init__(self) -> None:
         count = len(self.enter)
         for name in ("enter", "deepest", "leave", "distance", "allowed"):
-            object.__setattr__(self, name, frozen(getattr(self, name), float, (count,), f"episodes.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), float, (count,), f"episodes.{name}")
+            )
         for name in ("segment", "sphere", "part", "other_segment", "other_sphere", "frame"):
-            object.__setattr__(self, name, frozen(getattr(self, name), int, (count,), f"episodes.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), int, (count,), f"episodes.{name}")
+            )
 
     def __len__(self) -> int:
         return len(self.enter)
@@ -57,6 +62,19 @@ class Episodes:
 
     def rows(self, keep: Bools | Ints) -> Episodes:
         """The episodes at a mask or at indices."""
-        names = ("enter", "deepest", "leave", "distance", "allowed", "segment", "sphere", "part", "other_segment",
-                 "other_sphere", "frame")  # fmt: skip
-        return Episodes(self.body, self.other, self.span, **{name: getattr(self, name)[keep] for name in names})
+        names = (
+            "enter",
+            "deepest",
+            "leave",
+            "distance",
+            "allowed",
+            "segment",
+            "sphere",
+            "part",
+            "other_segment",
+            "other_sphere",
+            "frame",
+        )
+        return Episodes(
+            self.body, self.other, self.span, **{name: getattr(self, name)[keep] for name in names}
+        )

@@ -18,8 +18,9 @@ __all__ = ["Growth"]
 class Growth:
     """LMS curves of M measures at A ages, for both SEXES.
 
-    names (M): the measures; age (A,) [months]: rising; lms (2, M, A, 3): power L, median M [m; kg for mass] and
-    coefficient of variation S of Cole & Green 1992: value = M (1 + L S z)^(1/L) at the standard normal score z.
+    names (M): the measures; age (A,) [months]: rising; lms (2, M, A, 3): power L, median M [m; kg
+    for mass] and coefficient of variation S of Cole & Green 1992: value = M (1 + L S z)^(1/L) at
+    the standard normal score z.
     """
 
     name: str

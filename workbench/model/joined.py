@@ -15,21 +15,34 @@ __all__ = ["joined"]
 
 
 def joined(environment: Environment, more: Environment) -> Environment:
-    """The environment with the parts of another behind its own; seats, points and controls are its own.
+    """The environment with the parts of another behind its own; seats, points and controls are its
+    own.
 
     InputError where a part's name is in both.
     """
     twice = sorted(set(environment.parts) & set(more.parts))
     if twice:
         raise InputError(f"a part {twice[0]!r} is in environment {environment.name} already")
-    first, behind = len(environment.vertices), len(environment.parts)
+    first = len(environment.vertices)
+    behind = len(environment.parts)
     allowances = tuple(replace(rule, part=rule.part + behind) for rule in more.allowances)
     stacked: dict[str, Any] = {
         name: np.concatenate([getattr(environment, name), getattr(more, name)])
-        for name in ("vertices", "normal", "offset", "circle_centre", "circle_radius", "solid", "hidden", "see_through")
+        for name in (
+            "vertices",
+            "normal",
+            "offset",
+            "circle_centre",
+            "circle_radius",
+            "solid",
+            "hidden",
+            "see_through",
+        )
     }
-    shifted: dict[str, Any] = {name: np.concatenate([getattr(environment, name), getattr(more, name) + first])
-               for name in ("edges", "triangles")}  # fmt: skip
+    shifted: dict[str, Any] = {
+        name: np.concatenate([getattr(environment, name), getattr(more, name) + first])
+        for name in ("edges", "triangles")
+    }
     starts: dict[str, Any] = {
         name: _continued(getattr(environment, name), getattr(more, name))
         for name in ("part_start", "edge_start", "triangle_start")

@@ -1,10 +1,12 @@
-"""Labanotation, a first step: movements of parts of the body by direction, level and time, and what the names mean.
+"""Labanotation, a first step: movements of parts of the body by direction, level and time, and what
+the names mean.
 
-Eight horizontal directions and `place`, each high, middle or low: the 27 direction signs of Laban (A. Hutchinson,
-Labanotation, 1954). Middle is level, high is half way to straight up, low half way to straight down; `place high` is
-straight up and `place low` straight down. `place middle` is no direction but a place: a limb drawn in to its joint, or
-a support that stays where it is. Directions are those of the body's own cross of axes: of the lower torso for legs,
-trunk and support, of the upper torso for arms and head.
+Eight horizontal directions and `place`, each high, middle or low: the 27 direction signs of Laban
+(A. Hutchinson, Labanotation, 1954). Middle is level, high is half way to straight up, low half way
+to straight down; `place high` is straight up and `place low` straight down. `place middle` is no
+direction but a place: a limb drawn in to its joint, or a support that stays where it is. Directions
+are those of the body's own cross of axes: of the lower torso for legs, trunk and support, of the
+upper torso for arms and head.
 """
 
 from __future__ import annotations
@@ -15,8 +17,18 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 
-__all__ = ["DIRECTIONS", "LEVELS", "PARTS", "SUBPARTS", "Movement", "Score", "Sign", "nearest_sign", "sign_vector",
-           "sign_words"]  # fmt: skip
+__all__ = [
+    "DIRECTIONS",
+    "LEVELS",
+    "PARTS",
+    "SUBPARTS",
+    "Movement",
+    "Score",
+    "Sign",
+    "nearest_sign",
+    "sign_vector",
+    "sign_words",
+]
 
 DIRECTIONS: dict[str, tuple[int, int]] = {
     "place": (0, 0),
@@ -33,13 +45,17 @@ DIRECTIONS: dict[str, tuple[int, int]] = {
 LEVELS: dict[str, int] = {"high": 1, "middle": 0, "low": -1}
 _LIMBS = {"arm": ("upper arm", "lower arm", "hand"), "leg": ("upper leg", "lower leg")}
 SUBPARTS: dict[str, tuple[str, ...]] = {
-    f"{side} {limb}": tuple(f"{side} {part}" for part in parts) for limb, parts in _LIMBS.items()
+    f"{side} {limb}": tuple(f"{side} {part}" for part in parts)
+    for limb, parts in _LIMBS.items()
     for side in ("left", "right")
-}  # fmt: skip
+}
 """A whole limb to the parts that it takes along."""
 PARTS: tuple[str, ...] = (
-    "support", "trunk", "head", *(part for whole, parts in SUBPARTS.items() for part in (whole, *parts)),
-)  # fmt: skip
+    "support",
+    "trunk",
+    "head",
+    *(part for whole, parts in SUBPARTS.items() for part in (whole, *parts)),
+)
 
 
 @dataclass(frozen=True)
@@ -55,7 +71,8 @@ class Sign:
 
 @dataclass(frozen=True)
 class Movement:
-    """A part of the body that moves to a sign, or holds (None), from a beat on for some beats; the first beat is 1.
+    """A part of the body that moves to a sign, or holds (None), from a beat on for some beats; the
+    first beat is 1.
 
     line: where it stands in its file, 0 where it stands in none.
     """
@@ -69,7 +86,8 @@ class Movement:
 
 @dataclass(frozen=True)
 class Score:
-    """Movements in the order of time. tempo [beats a minute]; step [m]: how far a support goes; file: its name."""
+    """Movements in the order of time. tempo [beats a minute]; step [m]: how far a support goes;
+    file: its name."""
 
     movements: tuple[Movement, ...]
     tempo: float
@@ -83,14 +101,16 @@ _SIGNS = tuple(Sign(d, h) for h in LEVELS for d in DIRECTIONS if (d, h) != ("pla
 
 def sign_vector(sign: Sign) -> Floats:
     """(3,) unit vector of a sign, x forward, y left, z up; zero for `place middle`."""
-    flat, rise = np.array(DIRECTIONS[sign.direction], dtype=np.float64), float(LEVELS[sign.level])
+    flat = np.array(DIRECTIONS[sign.direction], dtype=np.float64)
+    rise = float(LEVELS[sign.level])
     flat = flat / max(float(np.linalg.norm(flat)), 1.0)
     vector = np.array([*flat, rise])
     return np.asarray(vector / max(float(np.linalg.norm(vector)), 1.0))
 
 
 def nearest_sign(vector: Floats) -> Sign:
-    """The sign whose direction is nearest to a vector (3,) other than zero, of any length; never `place middle`."""
+    """The sign whose direction is nearest to a vector (3,) other than zero, of any length; never
+    `place middle`."""
     along = np.array([sign_vector(sign) for sign in _SIGNS]) @ vector
     return _SIGNS[int(np.argmax(np.round(along / np.linalg.norm(vector), 12)))]
 
@@ -98,7 +118,10 @@ def nearest_sign(vector: Floats) -> Sign:
 def sign_words(sign: Sign) -> str:
     """ "forward and up", "to the left and back", "down": a sign in words."""
     x, y = DIRECTIONS[sign.direction]
-    ways = [("forward", "", "back")[1 - x], ("to the left", "", "to the right")[1 - y],
-            ("up", "", "down")[1 - LEVELS[sign.level]]]  # fmt: skip
+    ways = [
+        ("forward", "", "back")[1 - x],
+        ("to the left", "", "to the right")[1 - y],
+        ("up", "", "down")[1 - LEVELS[sign.level]],
+    ]
     said = [way for way in ways if way]
     return ", ".join(said[:-1]) + (" and " if said[:-1] else "") + said[-1] if said else "in"

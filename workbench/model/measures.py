@@ -1,8 +1,9 @@
 """Measures: the anthropometric dimensions the workbench knows, named as ANSUR II names them.
 
-Definitions and landmarks: Hotzman et al. 2011, NATICK/TR-11/017 (the measurer's handbook of ANSUR II). A name is the
-column of the public ANSUR II files with its words set apart. Three differ: `mass` is `weightkg`, and
-`acromial_height_sitting` and `cervicale_height_sitting` are derived: sitting height - (stature - standing height).
+Definitions and landmarks: Hotzman et al. 2011, NATICK/TR-11/017 (the measurer's handbook of ANSUR
+II). A name is the column of the public ANSUR II files with its words set apart. Three differ:
+`mass` is `weightkg`, and `acromial_height_sitting` and `cervicale_height_sitting` are derived:
+sitting height - (stature - standing height).
 """
 
 from __future__ import annotations
@@ -12,7 +13,15 @@ from collections.abc import Iterable, Mapping
 
 from workbench.errors import InputError, one_of
 
-__all__ = ["COCKPIT", "MASS", "MEASURES", "ON_THE_BODY", "WORDS", "check_measures", "check_plausible"]
+__all__ = [
+    "COCKPIT",
+    "MASS",
+    "MEASURES",
+    "ON_THE_BODY",
+    "WORDS",
+    "check_measures",
+    "check_plausible",
+]
 
 MASS = "mass"
 # The six of the boundary manikins of cockpits: Zehner, Meindl & Hudson 1993, AL-TR-1992-0164.
@@ -26,18 +35,52 @@ COCKPIT = (
 )
 # Those that the virtual anthropometer takes, and that a body can be scaled to.
 ON_THE_BODY = (
-    "stature", "acromial_height", "cervicale_height", "trochanterion_height", "lateral_femoral_epicondyle_height",
-    "lateral_malleolus_height", "sitting_height", "eye_height_sitting", "acromial_height_sitting",
-    "cervicale_height_sitting", "elbow_rest_height", "thigh_clearance", "knee_height_sitting", "popliteal_height",
-    "buttock_knee_length", "buttock_popliteal_length", "functional_leg_length", "abdominal_extension_depth_sitting",
-    "hip_breadth_sitting", "hip_breadth", "bideltoid_breadth", "biacromial_breadth", "forearm_forearm_breadth",
-    "shoulder_elbow_length", "acromion_radiale_length", "radiale_stylion_length", "forearm_hand_length",
-    "forearm_center_of_grip_length", "hand_length", "hand_breadth", "thumb_tip_reach",
-    "overhead_fingertip_reach_sitting", "foot_length", "foot_breadth_horizontal", "head_length", "head_breadth",
-    "tragion_top_of_head", "interpupillary_breadth", "chest_depth", "waist_depth", "waist_breadth", "buttock_depth",
-)  # fmt: skip
-# (least, greatest) that a person may measure [m; kg for mass]: 0.45 times the least and 1.4 times the greatest of the
-# 6068 people of ANSUR II (mass by hand), so that a child and a giant pass and a wrong unit does not.
+    "stature",
+    "acromial_height",
+    "cervicale_height",
+    "trochanterion_height",
+    "lateral_femoral_epicondyle_height",
+    "lateral_malleolus_height",
+    "sitting_height",
+    "eye_height_sitting",
+    "acromial_height_sitting",
+    "cervicale_height_sitting",
+    "elbow_rest_height",
+    "thigh_clearance",
+    "knee_height_sitting",
+    "popliteal_height",
+    "buttock_knee_length",
+    "buttock_popliteal_length",
+    "functional_leg_length",
+    "abdominal_extension_depth_sitting",
+    "hip_breadth_sitting",
+    "hip_breadth",
+    "bideltoid_breadth",
+    "biacromial_breadth",
+    "forearm_forearm_breadth",
+    "shoulder_elbow_length",
+    "acromion_radiale_length",
+    "radiale_stylion_length",
+    "forearm_hand_length",
+    "forearm_center_of_grip_length",
+    "hand_length",
+    "hand_breadth",
+    "thumb_tip_reach",
+    "overhead_fingertip_reach_sitting",
+    "foot_length",
+    "foot_breadth_horizontal",
+    "head_length",
+    "head_breadth",
+    "tragion_top_of_head",
+    "interpupillary_breadth",
+    "chest_depth",
+    "waist_depth",
+    "waist_breadth",
+    "buttock_depth",
+)
+# (least, greatest) that a person may measure [m; kg for mass]: 0.45 times the least and 1.4 times
+# the greatest of the 6068 people of ANSUR II (mass by hand), so that a child and a giant pass and a
+# wrong unit does not.
 MEASURES: dict[str, tuple[float, float]] = {
     "stature": (0.63, 2.8),
     "mass": (8, 250),
@@ -134,9 +177,18 @@ WORDS: dict[str, str] = {
 
 def check_measures(names: Iterable[str], known: Iterable[str] = MEASURES) -> tuple[str, ...]:
     """The names as a tuple; InputError for one that is not known or stands twice."""
-    chosen, valid = tuple(names), tuple(known)
-    faults = [f"no measure {name!r}; {one_of(name, valid, words=WORDS)}" for name in chosen if name not in valid]
-    faults += [f"measure {name!r} is named twice" for name in dict.fromkeys(chosen) if chosen.count(name) > 1]
+    chosen = tuple(names)
+    valid = tuple(known)
+    faults = [
+        f"no measure {name!r}; {one_of(name, valid, words=WORDS)}"
+        for name in chosen
+        if name not in valid
+    ]
+    faults += [
+        f"measure {name!r} is named twice"
+        for name in dict.fromkeys(chosen)
+        if chosen.count(name) > 1
+    ]
     if faults:
         raise InputError(faults)
     return chosen
@@ -149,7 +201,9 @@ def check_plausible(measures: Mapping[str, float]) -> None:
         low, high = MEASURES.get(name, (0.0, math.inf))
         if not (math.isfinite(value) and value > 0 and low <= value <= high):
             unit, factor = ("kg", 1.0) if name == MASS else ("mm", 1000.0)
-            faults.append(f"{name} {factor * value:g} {unit} is not a person's ({factor * low:g} to {factor * high:g} "
-                          f"{unit} is): a wrong unit?")  # fmt: skip
+            faults.append(
+                f"{name} {factor * value:g} {unit} is not a person's ({factor * low:g} to {factor * high:g} "
+                f"{unit} is): a wrong unit?"
+            )
     if faults:
         raise InputError(faults)

@@ -14,10 +14,12 @@ __all__ = ["Outlines", "crossing"]
 
 @dataclass(frozen=True, eq=False)
 class Outlines:
-    """K closed curves: curve k lies across the axis at station[k] [m] and runs through points[k] (n, 2) [m].
+    """K closed curves: curve k lies across the axis at station[k] [m] and runs through points[k]
+    (n, 2) [m].
 
-    axis: 0, 1, 2 for x, y, z; the two coordinates of a point are the next two axes in turn (axis z: x and y; axis x: y
-    and z; axis y: z and x). Several curves may lie at one station: side by side, or one in another as its hole.
+    axis: 0, 1, 2 for x, y, z; the two coordinates of a point are the next two axes in turn (axis z:
+    x and y; axis x: y and z; axis y: z and x). Several curves may lie at one station: side by side,
+    or one in another as its hole.
     """
 
     name: str
@@ -27,7 +29,9 @@ class Outlines:
 
     def __post_init__(self) -> None:
         object.__setattr__(
-            self, "station", frozen(self.station, np.float64, (len(self.points),), f"{self.name}: station")
+            self,
+            "station",
+            frozen(self.station, np.float64, (len(self.points),), f"{self.name}: station"),
         )
         loops = tuple(frozen(p, np.float64, (None, 2), f"{self.name}: points") for p in self.points)
         object.__setattr__(self, "points", loops)
@@ -37,29 +41,38 @@ class Outlines:
             raise InputError(f"{self.name}: outlines at two stations or more are needed")
         for k, loop in enumerate(loops):
             if len(loop) < 3 or not np.all(np.isfinite(loop)):
-                raise InputError(f"{self.name}: outline {k + 1}: three finite points or more are needed")
+                raise InputError(
+                    f"{self.name}: outline {k + 1}: three finite points or more are needed"
+                )
             same = [j for j in range(k + 1) if self.station[j] == self.station[k]]
             for j in same:
                 if (found := crossing(loops[j], loop)) is not None:
                     other = "itself" if j == k else f"outline {j + 1}"
                     at = f"{self.station[k] * 1e3:g} mm"
-                    raise InputError(f"{self.name}: outline {k + 1} at {at} crosses {other} near point {found[1] + 1}")
+                    raise InputError(
+                        f"{self.name}: outline {k + 1} at {at} crosses {other} near point {found[1] + 1}"
+                    )
 
 
 def crossing(first: Floats, second: Floats) -> tuple[int, int] | None:
-    """The first two sides, of each closed curve one, that cross; None where none do. The same curve twice: itself.
+    """The first two sides, of each closed curve one, that cross; None where none do. The same curve
+    twice: itself.
 
     Sides run from each point (n, 2) to the next, the last one back to the first.
     """
-    a, b = first, np.roll(first, -1, axis=0)
-    c, d = second, np.roll(second, -1, axis=0)
-    one, two = _turn(a, b, c) * _turn(a, b, d) < 0, (_turn(c, d, a) * _turn(c, d, b) < 0).T
+    a = first
+    b = np.roll(first, -1, axis=0)
+    c = second
+    d = np.roll(second, -1, axis=0)
+    one = _turn(a, b, c) * _turn(a, b, d) < 0
+    two = (_turn(c, d, a) * _turn(c, d, b) < 0).T
     hits = np.argwhere(one & two)
     return (int(hits[0, 0]), int(hits[0, 1])) if len(hits) else None
 
 
 def _turn(a: Floats, b: Floats, p: Floats) -> Floats:
     """(n, m) twice the area of the triangles of sides a-b (n, 2) and points p (m, 2)."""
-    side, way = (b - a)[:, None], p[None] - a[:, None]
+    side = (b - a)[:, None]
+    way = p[None] - a[:, None]
     turn: Floats = side[..., 0] * way[..., 1] - side[..., 1] * way[..., 0]
     return turn

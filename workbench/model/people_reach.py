@@ -1,4 +1,5 @@
-"""PeopleReach: what became of the reaches of many people to many targets, one row a person, one column a target."""
+"""PeopleReach: what became of the reaches of many people to many targets, one row a person, one
+column a target."""
 
 from __future__ import annotations
 
@@ -15,13 +16,15 @@ __all__ = ["PeopleReach"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PeopleReach:
-    """Reaches of one limb of B people of a family to T targets each; rows and columns as in `Reach`.
+    """Reaches of one limb of B people of a family to T targets each; rows and columns as in
+    `Reach`.
 
-    body: any of them, for the names; limb: its name with the grip; target (B, T, 3) [m]. reached (B, T); miss, overlap
-    (B, T) [m]; discomfort (B, T); joint, axis, side, part (B, T): what limits a reach that missed, -1 where it is not
-    that. spare (B, T) [m]: how much farther out on the ray from the shoulder (of a foot: from the hip) through the
-    target the limb still reaches, found no farther than asked for, obstacles aside; 0 where the target is not reached.
-    rotations (B, T, J, 4): the postures found, None where they were not asked for.
+    body: any of them, for the names; limb: its name with the grip; target (B, T, 3) [m]. reached
+    (B, T); miss, overlap (B, T) [m]; discomfort (B, T); joint, axis, side, part (B, T): what limits
+    a reach that missed, -1 where it is not that. spare (B, T) [m]: how much farther out on the ray
+    from the shoulder (of a foot: from the hip) through the target the limb still reaches, found no
+    farther than asked for, obstacles aside; 0 where the target is not reached. rotations (B, T, J,
+    4): the postures found, None where they were not asked for.
     """
 
     body: Body
@@ -43,7 +46,8 @@ class PeopleReach:
         return f"PeopleReach({self.reached.shape[0]} people, {self.reached.shape[1]} targets, {self.limb})"
 
     def __post_init__(self) -> None:
-        put, shape = object.__setattr__, np.shape(self.reached)
+        put = object.__setattr__
+        shape = np.shape(self.reached)
         put(self, "target", frozen(self.target, np.float64, (*shape, 3), "people_reach.target"))
         for name in ("miss", "overlap", "discomfort", "spare"):
             put(self, name, frozen(getattr(self, name), np.float64, shape, f"people_reach.{name}"))
@@ -52,7 +56,11 @@ class PeopleReach:
         put(self, "reached", frozen(self.reached, np.bool_, shape, "people_reach.reached"))
         if self.rotations is not None:
             whole = (*shape, len(self.body.joints), 4)
-            put(self, "rotations", frozen(self.rotations, np.float64, whole, "people_reach.rotations"))
+            put(
+                self,
+                "rotations",
+                frozen(self.rotations, np.float64, whole, "people_reach.rotations"),
+            )
 
     def __len__(self) -> int:
         return len(self.reached)
@@ -63,4 +71,6 @@ class PeopleReach:
             return ""
         if self.part[person, target] >= 0:
             return self.parts[int(self.part[person, target])]
-        return limit_words(self.body, (int(a[person, target]) for a in (self.joint, self.axis, self.side)))
+        return limit_words(
+            self.body, (int(a[person, target]) for a in (self.joint, self.axis, self.side))
+        )

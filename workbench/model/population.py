@@ -1,4 +1,5 @@
-"""Population: people as rows of measures. PopulationModel: what is needed to draw people like them."""
+"""Population: people as rows of measures. PopulationModel: what is needed to draw people like
+them."""
 
 from __future__ import annotations
 
@@ -27,8 +28,9 @@ def sex_index(sex: str, sexes: tuple[str, ...] = SEXES) -> int:
 class Population:
     """P people and M measures of each.
 
-    names (M): the measures; sex (P,): index into SEXES; weight (P,): in the sample, positive; measures (P, M) [m; kg
-    for mass]: positive; source: where they come from; labels (P): what each person is called, or () where nobody is.
+    names (M): the measures; sex (P,): index into SEXES; weight (P,): in the sample, positive;
+    measures (P, M) [m; kg for mass]: positive; source: where they come from; labels (P): what each
+    person is called, or () where nobody is.
     """
 
     names: tuple[str, ...]
@@ -43,10 +45,17 @@ class Population:
         return f"Population({self.source}: {men} men, {len(self) - men} women, {len(self.names)} measures)"
 
     def __post_init__(self) -> None:
-        people, count = len(self.sex), len(self.names)
+        people = len(self.sex)
+        count = len(self.names)
         object.__setattr__(self, "sex", frozen(self.sex, np.int64, (people,), "population.sex"))
-        object.__setattr__(self, "weight", frozen(self.weight, np.float64, (people,), "population.weight"))
-        object.__setattr__(self, "measures", frozen(self.measures, np.float64, (people, count), "population.measures"))
+        object.__setattr__(
+            self, "weight", frozen(self.weight, np.float64, (people,), "population.weight")
+        )
+        object.__setattr__(
+            self,
+            "measures",
+            frozen(self.measures, np.float64, (people, count), "population.measures"),
+        )
         check_measures(self.names)
         if not np.all(np.isin(self.sex, range(len(SEXES)))):
             raise InputError(f"population {self.source}: a sex is an index into {', '.join(SEXES)}")
@@ -58,7 +67,9 @@ class Population:
             got = f"{self.names[column]}: must be positive, got {self.measures[row, column]}"
             raise InputError(f"population {self.source}: person {row}: {got}")
         if len(self.labels) not in (0, people):
-            raise InputError(f"population {self.source}: {len(self.labels)} labels for {people} people")
+            raise InputError(
+                f"population {self.source}: {len(self.labels)} labels for {people} people"
+            )
 
     def __len__(self) -> int:
         return len(self.sex)
@@ -71,14 +82,20 @@ class Population:
     def of(self, names: Iterable[str]) -> Population:
         """The same people with these measures only, in this order."""
         chosen = check_measures(names, self.names)
-        return replace(self, names=chosen, measures=self.measures[:, [self.names.index(name) for name in chosen]])
+        return replace(
+            self,
+            names=chosen,
+            measures=self.measures[:, [self.names.index(name) for name in chosen]],
+        )
 
     def rows(self, keep: Bools | Ints) -> Population:
         """The people at a mask or at indices."""
         index = np.arange(len(self))[keep]
         labels = tuple(self.labels[i] for i in index) if self.labels else ()
         measures = self.measures[index]
-        return replace(self, sex=self.sex[index], weight=self.weight[index], measures=measures, labels=labels)
+        return replace(
+            self, sex=self.sex[index], weight=self.weight[index], measures=measures, labels=labels
+        )
 
     def of_sex(self, sex: str) -> Population:
         """The people of one sex; InputError where there is none."""
@@ -92,9 +109,9 @@ class Population:
 class PopulationModel:
     """X sexes, M measures: a quantile table each, and how they go together (a Gaussian copula).
 
-    sexes (X): of SEXES; count (X,): people measured; levels (Q,): shares of the people, 0 to 1; quantiles (X, M, Q)
-    [m; kg for mass]: rising; at the levels 0 and 1 stand the least and the greatest person; correlation (X, M, M): of
-    the normal scores, symmetric and positive definite.
+    sexes (X): of SEXES; count (X,): people measured; levels (Q,): shares of the people, 0 to 1;
+    quantiles (X, M, Q) [m; kg for mass]: rising; at the levels 0 and 1 stand the least and the
+    greatest person; correlation (X, M, M): of the normal scores, symmetric and positive definite.
     """
 
     name: str
@@ -108,11 +125,15 @@ class PopulationModel:
     correlation: Floats
 
     def __repr__(self) -> str:
-        people = ", ".join(f"{n} {sex}" for sex, n in zip(self.sexes, self.count.tolist(), strict=True))
+        people = ", ".join(
+            f"{n} {sex}" for sex, n in zip(self.sexes, self.count.tolist(), strict=True)
+        )
         return f"PopulationModel({self.name}: {people}, {len(self.names)} measures)"
 
     def __post_init__(self) -> None:
-        x, m, q = len(self.sexes), len(self.names), len(self.levels)
+        x = len(self.sexes)
+        m = len(self.names)
+        q = len(self.levels)
         shapes: dict[str, tuple[type, tuple[int, ...]]] = {
             "count": (np.int64, (x,)),
             "levels": (np.float64, (q,)),
@@ -120,26 +141,42 @@ class PopulationModel:
             "correlation": (np.float64, (x, m, m)),
         }
         for field, (dtype, shape) in shapes.items():
-            object.__setattr__(self, field, frozen(getattr(self, field), dtype, shape, f"model.{field}"))
+            object.__setattr__(
+                self, field, frozen(getattr(self, field), dtype, shape, f"model.{field}")
+            )
         check_measures(self.names)
         self._check()
 
     def _check(self) -> None:
-        if not self.sexes or len(set(self.sexes)) < len(self.sexes) or not set(self.sexes) <= set(SEXES):
-            raise InputError(f"population {self.name}: one or both of {', '.join(SEXES)} are needed, got {self.sexes}")
+        if (
+            not self.sexes
+            or len(set(self.sexes)) < len(self.sexes)
+            or not set(self.sexes) <= set(SEXES)
+        ):
+            raise InputError(
+                f"population {self.name}: one or both of {', '.join(SEXES)} are needed, got {self.sexes}"
+            )
         ends = len(self.levels) > 2 and self.levels[0] == 0 and self.levels[-1] == 1
         if not ends or not np.all(np.diff(self.levels) > 0):
-            raise InputError(f"population {self.name}: levels must rise from 0 to 1 over three or more")
+            raise InputError(
+                f"population {self.name}: levels must rise from 0 to 1 over three or more"
+            )
         inner = min(self.levels[1], 1 - self.levels[-2])
         if not np.all(0.5 / self.count < inner):
             least = int(0.5 / inner) + 1
-            raise InputError(f"population {self.name}: {self.count.min()} people are too few for the level {inner:g}; "
-                             f"{least} are needed")  # fmt: skip
+            raise InputError(
+                f"population {self.name}: {self.count.min()} people are too few for the level {inner:g}; "
+                f"{least} are needed"
+            )
         if not np.all(np.isfinite(self.quantiles)) or not np.all(np.diff(self.quantiles) > 0):
             raise InputError(f"population {self.name}: quantiles must be finite and rise")
         turned = np.swapaxes(self.correlation, 1, 2)
         unit = np.diagonal(self.correlation, axis1=1, axis2=2)
         if not np.array_equal(self.correlation, turned) or not np.all(unit == 1):
-            raise InputError(f"population {self.name}: a correlation matrix is symmetric, with ones on its diagonal")
+            raise InputError(
+                f"population {self.name}: a correlation matrix is symmetric, with ones on its diagonal"
+            )
         if not np.all(np.linalg.eigvalsh(self.correlation) > 0):
-            raise InputError(f"population {self.name}: a correlation matrix has positive eigenvalues only")
+            raise InputError(
+                f"population {self.name}: a correlation matrix has positive eigenvalues only"
+            )

@@ -22,8 +22,9 @@ _CHECKED = 65_536
 class Poses:
     """P poses of a body with J joints.
 
-    rotations (P, J, 4): unit quaternions w, x, y, z; distal segment relative to the proximal one. reference: index
-    of the segment that is placed; world_from_reference (P, 3, 4) [m]. time (P,) [s] where it is a motion.
+    rotations (P, J, 4): unit quaternions w, x, y, z; distal segment relative to the proximal one.
+    reference: index of the segment that is placed; world_from_reference (P, 3, 4) [m]. time (P,)
+    [s] where it is a motion.
     """
 
     rotations: Floats
@@ -38,11 +39,15 @@ class Poses:
         rotations = frozen(self.rotations, np.float64, (None, None, 4), "poses.rotations")
         poses, joints = rotations.shape[:2]
         if not isinstance(self.reference, (int, np.integer)) or isinstance(self.reference, bool):
-            raise InputError(f"poses.reference: expected the index of a segment, got {self.reference!r}")
+            raise InputError(
+                f"poses.reference: expected the index of a segment, got {self.reference!r}"
+            )
         if not 0 <= self.reference <= joints:
             words = f"expected 0 to {joints}, the segments of a body of {joints} joints"
             raise InputError(f"poses.reference: {words}, got {self.reference}")
-        place = frozen(self.world_from_reference, np.float64, (poses, 3, 4), "poses.world_from_reference")
+        place = frozen(
+            self.world_from_reference, np.float64, (poses, 3, 4), "poses.world_from_reference"
+        )
         for rows in pieces(poses, size=_CHECKED):
             _check(rotations[rows], place[rows], rows.start)
         object.__setattr__(self, "rotations", rotations)
@@ -84,8 +89,11 @@ class Placed:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        n, s = len(self.body.segments), len(self.body.sphere_names)
-        world = frozen(self.world_from_segment, np.float64, (None, n, 3, 4), "placed.world_from_segment")
+        n = len(self.body.segments)
+        s = len(self.body.sphere_names)
+        world = frozen(
+            self.world_from_segment, np.float64, (None, n, 3, 4), "placed.world_from_segment"
+        )
         object.__setattr__(self, "world_from_segment", world)
         centres = frozen(self.centres, np.float64, (len(world), s, 3), "placed.centres")
         object.__setattr__(self, "centres", centres)
@@ -96,8 +104,9 @@ class Placed:
 
 
 def stacked(parts: Iterable[Poses]) -> Poses:
-    """One motion of parts that follow each other, all with times and the same reference segment; a long one is kept in
-    a file (`workbench.model.spool`). InputError where there is none, or they name different reference segments."""
+    """One motion of parts that follow each other, all with times and the same reference segment; a
+    long one is kept in a file (`workbench.model.spool`). InputError where there is none, or they
+    name different reference segments."""
     kept: tuple[Spool, Spool, Spool] | None = None
     reference = -1
     for part in parts:
@@ -106,7 +115,9 @@ def stacked(parts: Iterable[Poses]) -> Poses:
             kept = Spool(part.rotations.shape[1], 4), Spool(3, 4), Spool()
         if part.reference != reference:
             raise InputError("poses with different reference segments cannot be one motion")
-        for spool, rows in zip(kept, (part.rotations, part.world_from_reference, part.clock), strict=True):
+        for spool, rows in zip(
+            kept, (part.rotations, part.world_from_reference, part.clock), strict=True
+        ):
             spool.add(rows)
     if kept is None:
         raise InputError("no poses to stack")
@@ -120,7 +131,9 @@ def _check(rotations: Floats, place: Floats, first: int) -> None:
     if rotations.size and not np.all(np.abs(norm - 1.0) < 1e-6):
         row, joint = np.argwhere(~(np.abs(norm - 1.0) < 1e-6))[0].tolist()
         got = f"one of length {norm[row, joint]:g} in row {first + row}, joint {joint}"
-        raise InputError(f"poses.rotations: expected quaternions (w, x, y, z) of length 1, got {got}")
+        raise InputError(
+            f"poses.rotations: expected quaternions (w, x, y, z) of length 1, got {got}"
+        )
     fault = rotation_fault(place[:, :, :3])
     if fault:
         raise InputError(f"poses.world_from_reference: {fault}")
@@ -132,11 +145,14 @@ def check_joints(body: Body, poses: Poses) -> None:
     """InputError where poses are of another body: not of as many joints."""
     given = poses.rotations.shape[1]
     if given != len(body.joints):
-        raise InputError(f"poses: expected {len(body.joints)} joints, those of body {body.name}, got {given}")
+        raise InputError(
+            f"poses: expected {len(body.joints)} joints, those of body {body.name}, got {given}"
+        )
 
 
 def check_rows(poses: Poses, count: int, what: str) -> None:
-    """UsageError where there is not a row of poses for each of so many things (at least one), in words `what`."""
+    """UsageError where there is not a row of poses for each of so many things (at least one), in
+    words `what`."""
     if not count:
         raise UsageError(f"{what}: expected one at least, got none")
     if len(poses) != count:
@@ -144,7 +160,8 @@ def check_rows(poses: Poses, count: int, what: str) -> None:
 
 
 def rotation_fault(matrices: Floats) -> str:
-    """What is wrong with rotations (P, 3, 3), in words; "" where nothing is. A mirror image is no rotation."""
+    """What is wrong with rotations (P, 3, 3), in words; "" where nothing is. A mirror image is no
+    rotation."""
     gram = matrices @ matrices.transpose(0, 2, 1)
     off = ~np.all(np.abs(gram - np.eye(3)) <= 1e-6, axis=(1, 2))
     if off.any():

@@ -1,4 +1,5 @@
-"""Joint angles by name to rotations, and back: swing is one rotation vector, twist a turn about the limb."""
+"""Joint angles by name to rotations, and back: swing is one rotation vector, twist a turn about the
+limb."""
 
 from __future__ import annotations
 
@@ -29,18 +30,20 @@ def pose(
 ) -> Poses:
     """One pose (P = 1) of a body.
 
-    angles: anatomical angles in degrees by joint and motion name ({"LH": {"flexion": 90}}); what is not named is 0.
-    rotations: quaternions w, x, y, z by joint, instead of angles. reference: the placed segment (default: the
-    stage); position [m] of its origin; attitude (3, 3): world from reference rotation, identity where None.
-    rotation = exp(swing vector) exp(twist), the angles of an axis being its component of the swing vector. InputError
-    for unknown joints and motions.
+    angles: anatomical angles in degrees by joint and motion name ({"LH": {"flexion": 90}}); what is
+    not named is 0. rotations: quaternions w, x, y, z by joint, instead of angles. reference: the
+    placed segment (default: the stage); position [m] of its origin; attitude (3, 3): world from
+    reference rotation, identity where None. rotation = exp(swing vector) exp(twist), the angles of
+    an axis being its component of the swing vector. InputError for unknown joints and motions.
     """
     swing = np.zeros((len(body.joints), 3))
     for name, motions in angles.items():
         j = body.joint(name)
         for motion, degrees in motions.items():
             if not np.isfinite(degrees):
-                raise InputError(f"angles: joint {name}: {motion}: expected a finite angle, got {degrees}")
+                raise InputError(
+                    f"angles: joint {name}: {motion}: expected a finite angle, got {degrees}"
+                )
             axis, sign = motion_of(body, j, motion)
             swing[j, axis] += sign * np.radians(degrees)
     quaternion = compose(body, swing)
@@ -48,7 +51,9 @@ def pose(
         value = np.asarray(given, dtype=np.float64)
         length = float(np.linalg.norm(value))
         if value.shape != (4,) or not np.isfinite(length) or length < 1e-9:
-            raise InputError(f"rotations: joint {name}: expected a quaternion w, x, y, z, got {list(given)}")
+            raise InputError(
+                f"rotations: joint {name}: expected a quaternion w, x, y, z, got {list(given)}"
+            )
         quaternion[body.joint(name)] = value / length
     place = np.zeros((1, 3, 4))
     place[0, :, :3] = np.eye(3) if attitude is None else _attitude(attitude)
@@ -79,11 +84,14 @@ def join_poses(rows: Sequence[Poses]) -> Poses:
     if len({row.reference for row in rows}) > 1:
         raise InputError("poses with different reference segments cannot be one batch")
     rotations = np.concatenate([row.rotations for row in rows])
-    return Poses(rotations, rows[0].reference, np.concatenate([row.world_from_reference for row in rows]))
+    return Poses(
+        rotations, rows[0].reference, np.concatenate([row.world_from_reference for row in rows])
+    )
 
 
 def motion_of(body: Body, joint: int, motion: str) -> tuple[int, float]:
-    """Axis (0, 1 swing, 2 twist) and sense (1 or -1) of a named motion; InputError lists the valid names."""
+    """Axis (0, 1 swing, 2 twist) and sense (1 or -1) of a named motion; InputError lists the valid
+    names."""
     pairs = body.stops.motions[joint]
     for axis, (first, second) in enumerate(pairs):
         if motion in (first, second):
@@ -93,7 +101,8 @@ def motion_of(body: Body, joint: int, motion: str) -> tuple[int, float]:
 
 
 def attitude_matrix(*, pitch: float = 0.0, roll: float = 0.0, yaw: float = 0.0) -> Floats:
-    """(3, 3) rotation from attitude angles [rad]: Rz(yaw) Ry(pitch) Rx(roll); pitch + is nose down."""
+    """(3, 3) rotation from attitude angles [rad]: Rz(yaw) Ry(pitch) Rx(roll); pitch + is nose
+    down."""
     (sp, sr, sy), (cp, cr, cy) = np.sin([pitch, roll, yaw]), np.cos([pitch, roll, yaw])
     about_x = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     about_y = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
@@ -110,7 +119,8 @@ def compose(body: Body, angles: Floats) -> Floats:
 
 
 def angles_of(body: Body, poses: Poses) -> Floats:
-    """(P, J, 3) [rad] the angle of each joint about its two swing axes and its twist axis, in the first sense."""
+    """(P, J, 3) [rad] the angle of each joint about its two swing axes and its twist axis, in the
+    first sense."""
     check_joints(body, poses)
     axes = body.stops.axes
     swing, twist = swing_twist(poses.rotations, axes[None, :, 2])

@@ -9,7 +9,15 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, frozen
 
-__all__ = ["STANDARD_GRAVITY", "Pulse", "gained", "half_sine", "level_at", "table_pulse", "trapezoid"]
+__all__ = [
+    "STANDARD_GRAVITY",
+    "Pulse",
+    "gained",
+    "half_sine",
+    "level_at",
+    "table_pulse",
+    "trapezoid",
+]
 
 STANDARD_GRAVITY = 9.80665
 """[m/s2] One g."""
@@ -17,10 +25,12 @@ STANDARD_GRAVITY = 9.80665
 
 @dataclass(frozen=True, eq=False)
 class Pulse:
-    """A deceleration of a vehicle along `toward`, the unit way (3,) in which its occupants are thrown.
+    """A deceleration of a vehicle along `toward`, the unit way (3,) in which its occupants are
+    thrown.
 
-    A half-sine of height `peak` [m/s2] and length `duration` [s] where `time` is empty; else straight lines through
-    level (n,) [m/s2] at time (n,) [s]. 0 before `start` [s] and after the end. shape: its name.
+    A half-sine of height `peak` [m/s2] and length `duration` [s] where `time` is empty; else
+    straight lines through level (n,) [m/s2] at time (n,) [s]. 0 before `start` [s] and after the
+    end. shape: its name.
     """
 
     shape: str
@@ -34,10 +44,14 @@ class Pulse:
     def __post_init__(self) -> None:
         time = frozen(self.time, np.float64, (None,), "pulse.time")
         level = frozen(self.level, np.float64, (len(time),), "pulse.level")
-        if not (np.isfinite(time).all() and np.isfinite(level).all() and np.all(np.diff(time) >= 0)):
+        if not (
+            np.isfinite(time).all() and np.isfinite(level).all() and np.all(np.diff(time) >= 0)
+        ):
             raise InputError("a pulse needs finite levels at times that do not go back")
         if not (np.isfinite([self.start, self.peak]).all() and 0 < self.duration < np.inf):
-            raise InputError(f"a pulse needs a finite peak and a positive duration, got {self.peak}, {self.duration}")
+            raise InputError(
+                f"a pulse needs a finite peak and a positive duration, got {self.peak}, {self.duration}"
+            )
         if len(level) and max(abs(level[0]), abs(level[-1])) > 1e-9 + 0.01 * np.abs(level).max():
             raise InputError("a pulse begins and ends at 0")
         object.__setattr__(self, "time", time)
@@ -45,12 +59,14 @@ class Pulse:
 
 
 def half_sine(peak: float, duration: float, *, start: float = 0.0) -> Pulse:
-    """A half-sine pulse of peak [m/s2] and duration [s]; it changes the speed by 2 peak duration / pi."""
+    """A half-sine pulse of peak [m/s2] and duration [s]; it changes the speed by 2 peak duration /
+    pi."""
     return Pulse("half-sine", start, duration, peak)
 
 
 def trapezoid(peak: float, times: tuple[float, float, float], *, start: float = 0.0) -> Pulse:
-    """A trapezoid pulse of peak [m/s2]: times [s] of its rise, its plateau and its fall, any of which may be 0."""
+    """A trapezoid pulse of peak [m/s2]: times [s] of its rise, its plateau and its fall, any of
+    which may be 0."""
     rise, hold, fall = times
     if min(times) < 0:
         raise InputError(f"the times of a trapezoid are not negative, got {times}")
@@ -60,7 +76,8 @@ def trapezoid(peak: float, times: tuple[float, float, float], *, start: float = 
 
 
 def table_pulse(time: Floats, level: Floats, *, start: float = 0.0) -> Pulse:
-    """A pulse through level (n,) [m/s2] at time (n,) [s] since its start; InputError where it does not end at 0."""
+    """A pulse through level (n,) [m/s2] at time (n,) [s] since its start; InputError where it does
+    not end at 0."""
     if len(time) < 3:
         raise InputError(f"a pulse needs 3 samples or more, got {len(time)}")
     since = time - time[0]
@@ -78,7 +95,8 @@ def level_at(pulse: Pulse, time: Floats) -> Floats:
 
 
 def gained(pulse: Pulse, time: Floats) -> Floats:
-    """(n,) [m/s] the speed a free occupant has gained against the vehicle by times (n,) [s]: the exact integral."""
+    """(n,) [m/s] the speed a free occupant has gained against the vehicle by times (n,) [s]: the
+    exact integral."""
     since = np.asarray(time, dtype=np.float64) - pulse.start
     if not len(pulse.time):
         share = np.clip(since / pulse.duration, 0, 1)
@@ -88,4 +106,6 @@ def gained(pulse: Pulse, time: Floats) -> Floats:
     at = np.clip(since, 0.0, pulse.duration)
     k = np.clip(np.searchsorted(pulse.time, at, side="right") - 1, 0, len(step) - 1)
     into = at - pulse.time[k]
-    return np.asarray(total[k] + 0.5 * into * (pulse.level[k] + np.interp(at, pulse.time, pulse.level)))
+    return np.asarray(
+        total[k] + 0.5 * into * (pulse.level[k] + np.interp(at, pulse.time, pulse.level))
+    )

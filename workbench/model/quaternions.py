@@ -38,8 +38,10 @@ def matrices(q: Floats) -> Floats:
 
 
 def shortest(a: Floats, b: Floats) -> Floats:
-    """The smallest rotations (..., 4) that take unit vectors a to b; a half turn where they are opposite."""
-    cross, dot = np.cross(a, b), np.sum(a * b, axis=-1, keepdims=True)
+    """The smallest rotations (..., 4) that take unit vectors a to b; a half turn where they are
+    opposite."""
+    cross = np.cross(a, b)
+    dot = np.sum(a * b, axis=-1, keepdims=True)
     q = np.concatenate([1.0 + dot, cross], axis=-1)
     length = np.linalg.norm(q, axis=-1, keepdims=True)
     spare = np.cross(a, np.eye(3)[np.argmin(np.abs(a), axis=-1)])
@@ -57,13 +59,16 @@ def exponential(vector: Floats) -> Floats:
 def from_matrices(matrices: Floats) -> Floats:
     """Quaternions (..., 4), w not negative, of rotation matrices (..., 3, 3).
 
-    The largest of the four components comes from the diagonal, the others from it (Shepperd 1978): none is lost.
+    The largest of the four components comes from the diagonal, the others from it (Shepperd 1978):
+    none is lost.
     """
     m = np.asarray(matrices, dtype=np.float64)
     trace = np.trace(m, axis1=-2, axis2=-1)
     size = np.stack([trace, m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]], axis=-1)
-    up, down = m[..., [1, 0, 0], [2, 2, 1]], m[..., [2, 2, 1], [1, 0, 0]]  # pairs yz, xz, xy: upper and lower
-    plus, minus = up + down, (down - up) * np.array([1.0, -1.0, 1.0])
+    up = m[..., [1, 0, 0], [2, 2, 1]]
+    down = m[..., [2, 2, 1], [1, 0, 0]]  # pairs yz, xz, xy: upper and lower
+    plus = up + down
+    minus = (down - up) * np.array([1.0, -1.0, 1.0])
     table = np.empty((*m.shape[:-2], 4, 4))
     table[..., 0, 0] = 1.0 + trace
     table[..., 0, 1:] = table[..., 1:, 0] = minus
@@ -77,7 +82,8 @@ def from_matrices(matrices: Floats) -> Floats:
 
 
 def slerp(a: Floats, b: Floats, share: Floats) -> Floats:
-    """Rotations (..., 4) on the shorter way from a to b at a constant rate; share (...,) 0 at a, 1 at b.
+    """Rotations (..., 4) on the shorter way from a to b at a constant rate; share (...,) 0 at a, 1
+    at b.
 
     Half a turn goes the way the sign of b says, so that rounding does not turn it round.
     """
@@ -97,14 +103,18 @@ def multiply(a: Floats, b: Floats) -> Floats:
 
 
 def swing_twist(rotations: Floats, axis: Floats) -> tuple[Floats, Floats]:
-    """Swing vector (..., 3) [rad] and twist angle (...) [rad] of quaternions (..., 4) about unit axes (..., 3).
+    """Swing vector (..., 3) [rad] and twist angle (...) [rad] of quaternions (..., 4) about unit
+    axes (..., 3).
 
-    q = swing twist; the twist lies in (-pi, pi], the swing's angle in [0, pi] (Baerlocher & Boulic 2000).
+    q = swing twist; the twist lies in (-pi, pi], the swing's angle in [0, pi] (Baerlocher & Boulic
+    2000).
     """
     along = np.sum(rotations[..., 1:] * axis, axis=-1)
     twist = 2.0 * np.arctan2(along, rotations[..., 0])
     twist = twist - 2 * np.pi * np.round(twist / (2 * np.pi))
-    half = np.concatenate([np.cos(0.5 * twist)[..., None], -np.sin(0.5 * twist)[..., None] * axis], axis=-1)
+    half = np.concatenate(
+        [np.cos(0.5 * twist)[..., None], -np.sin(0.5 * twist)[..., None] * axis], axis=-1
+    )
     swing = multiply(rotations, half)
     swing = np.where(swing[..., :1] < 0, -swing, swing)
     sine = np.linalg.norm(swing[..., 1:], axis=-1)

@@ -1,4 +1,5 @@
-"""RayReach: how far a limb reaches along rays, obstacles aside and clear of them, and how far with ease."""
+"""RayReach: how far a limb reaches along rays, obstacles aside and clear of them, and how far with
+ease."""
 
 from __future__ import annotations
 
@@ -16,8 +17,9 @@ GRADES = ("easy", "moderate")
 
 @dataclass(frozen=True, eq=False)
 class Losses:
-    """L stretches of rays that obstacles take: ray (L,), begin, end (L,) [m] of radius, part (L,): the obstacle that a
-    free limb would enter deepest on most of the stretch, -1 where none is known."""
+    """L stretches of rays that obstacles take: ray (L,), begin, end (L,) [m] of radius, part (L,):
+    the obstacle that a free limb would enter deepest on most of the stretch, -1 where none is
+    known."""
 
     ray: Ints
     begin: Floats
@@ -27,9 +29,13 @@ class Losses:
     def __post_init__(self) -> None:
         count = len(self.ray)
         for name in ("ray", "part"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.int64, (count,), f"losses.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), np.int64, (count,), f"losses.{name}")
+            )
         for name in ("begin", "end"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.float64, (count,), f"losses.{name}"))
+            object.__setattr__(
+                self, name, frozen(getattr(self, name), np.float64, (count,), f"losses.{name}")
+            )
 
     def __len__(self) -> int:
         return len(self.ray)
@@ -37,13 +43,14 @@ class Losses:
 
 @dataclass(frozen=True, eq=False)
 class RayReach:
-    """What is reached along R rays that begin at origin (R, 3) [m] and go along direction (R, 3), unit vectors.
+    """What is reached along R rays that begin at origin (R, 3) [m] and go along direction (R, 3),
+    unit vectors.
 
-    outer, inner (R,) [m]: the farthest and nearest reached radius, obstacles aside (where none is, that which comes
-    nearest: both the same); reached (R,): whether there is one. clear_outer, clear_inner, clear (R,): the same of what
-    is reached clear of obstacles, where these are heeded. easy_outer, easy_inner (G, R) [m]: the farthest and nearest
-    radius that is reached within each of the GRADES of discomfort, obstacles aside, nan where none is. lost: what
-    obstacles take.
+    outer, inner (R,) [m]: the farthest and nearest reached radius, obstacles aside (where none is,
+    that which comes nearest: both the same); reached (R,): whether there is one. clear_outer,
+    clear_inner, clear (R,): the same of what is reached clear of obstacles, where these are heeded.
+    easy_outer, easy_inner (G, R) [m]: the farthest and nearest radius that is reached within each
+    of the GRADES of discomfort, obstacles aside, nan where none is. lost: what obstacles take.
     """
 
     origin: Floats
@@ -59,7 +66,8 @@ class RayReach:
     lost: Losses
 
     def __post_init__(self) -> None:
-        put, rays = object.__setattr__, len(self.direction)
+        put = object.__setattr__
+        rays = len(self.direction)
         for name in ("origin", "direction"):
             put(self, name, frozen(getattr(self, name), np.float64, (rays, 3), f"ray_reach.{name}"))
         for name in ("outer", "inner", "clear_outer", "clear_inner"):
@@ -75,7 +83,8 @@ class RayReach:
         return len(self.direction)
 
     def bounds(self, *, clear: bool = False) -> tuple[Floats, Floats, Bools]:
-        """Outer and inner radius (R,) [m] and whether anything is reached (R,): obstacles aside, or clear of them."""
+        """Outer and inner radius (R,) [m] and whether anything is reached (R,): obstacles aside, or
+        clear of them."""
         if clear:
             return self.clear_outer, self.clear_inner, self.clear
         return self.outer, self.inner, self.reached

@@ -1,4 +1,5 @@
-"""Result: verdicts, tables and provenance of a study; data first, pictures and words are views of it."""
+"""Result: verdicts, tables and provenance of a study; data first, pictures and words are views of
+it."""
 
 from __future__ import annotations
 
@@ -20,10 +21,11 @@ __all__ = ["ControlReach", "Finding", "PersonResult", "Result", "Verdict"]
 class Finding:
     """One measured value of a criterion.
 
-    case: index; person, other_person: names ("" where there is none); subject, target: both sides in words; value:
-    [m] or [rad], to be compared with `limit`; point [m] in the world, None where there is none. surface_known_to [m]:
-    how far the true surface may lie outside the spheres where the value is within its limit, inside them where it is
-    beyond; of two bodies both together; NaN where not known.
+    case: index; person, other_person: names ("" where there is none); subject, target: both sides
+    in words; value: [m] or [rad], to be compared with `limit`; point [m] in the world, None where
+    there is none. surface_known_to [m]: how far the true surface may lie outside the spheres where
+    the value is within its limit, inside them where it is beyond; of two bodies both together; NaN
+    where not known.
     """
 
     case: int
@@ -38,17 +40,18 @@ class Finding:
 
     @property
     def doubt(self) -> float:
-        """How far the body's surface, where it truly is, may lie beyond the limit [m]; negative where it cannot, NaN
-        where it is not known."""
+        """How far the body's surface, where it truly is, may lie beyond the limit [m]; negative
+        where it cannot, NaN where it is not known."""
         return self.surface_known_to - abs(self.value - self.limit)
 
 
 @dataclass(frozen=True)
 class ControlReach:
-    """How one person reaches one control in one harness zone, by the hand (or foot) that does it best.
+    """How one person reaches one control in one harness zone, by the hand (or foot) that does it
+    best.
 
-    miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered there; limit: what
-    limits it, in words; discomfort as in `Reach`.
+    miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered
+    there; limit: what limits it, in words; discomfort as in `Reach`.
     """
 
     person: str
@@ -65,9 +68,10 @@ class ControlReach:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How one criterion came out: `worst` is the finding nearest to failing (None where nothing could be measured),
-    `breaches` are all that fail, worst first. doubtful: a finding by which the verdict could turn, the body's surface
-    not being known any better; None where nothing is in doubt."""
+    """How one criterion came out: `worst` is the finding nearest to failing (None where nothing
+    could be measured), `breaches` are all that fail, worst first. doubtful: a finding by which the
+    verdict could turn, the body's surface not being known any better; None where nothing is in
+    doubt."""
 
     criterion: Criterion
     passed: bool
@@ -80,7 +84,8 @@ class Verdict:
 class PersonResult:
     """What was found for one person, over all P cases.
 
-    margin (P, J) [rad]: joint-stop margins, infinite where free; margin_motion (P, J): the motion nearest its stop.
+    margin (P, J) [rad]: joint-stop margins, infinite where free; margin_motion (P, J): the motion
+    nearest its stop.
     """
 
     name: str
@@ -96,9 +101,9 @@ class PersonResult:
 class Result:
     """The result of a study.
 
-    environment: as it was checked, seats adjusted. between: contacts of each pair of people, by their names.
-    provenance: the input files' hashes and the versions of what computed. reaches: how people reach controls, of a
-    reach study; envelopes: how far they reach all around.
+    environment: as it was checked, seats adjusted. between: contacts of each pair of people, by
+    their names. provenance: the input files' hashes and the versions of what computed. reaches: how
+    people reach controls, of a reach study; envelopes: how far they reach all around.
     """
 
     study: Study

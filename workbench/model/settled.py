@@ -1,4 +1,5 @@
-"""What follows from a body's spheres and joints: lines that twist is shared along, shares, enclosing spheres."""
+"""What follows from a body's spheres and joints: lines that twist is shared along, shares,
+enclosing spheres."""
 
 from __future__ import annotations
 
@@ -14,12 +15,15 @@ __all__ = ["settled"]
 
 
 def settled(body: Body, *, steps: int = 100) -> Body:
-    """The body with twist_point, twist_axis, twist_share and its enclosing spheres as its joints and spheres say.
+    """The body with twist_point, twist_axis, twist_share and its enclosing spheres as its joints
+    and spheres say.
 
-    The line of a segment runs from its proximal joint (the origin, at the stage) to the distal joint whose twist it
-    shares; the share is 0 at the first and 1 at the second. steps: how long small enclosing spheres are sought.
+    The line of a segment runs from its proximal joint (the origin, at the stage) to the distal
+    joint whose twist it shares; the share is 0 at the first and 1 at the second. steps: how long
+    small enclosing spheres are sought.
     """
-    point, axis = np.zeros((len(body.segments), 3)), np.zeros((len(body.segments), 3))
+    point = np.zeros((len(body.segments), 3))
+    axis = np.zeros((len(body.segments), 3))
     share = np.zeros(len(body.sphere_names))
     for n in np.flatnonzero(body.twist_joint >= 0):
         point[n] = body.joint_in_child[n - 1] if n else 0.0

@@ -1,4 +1,5 @@
-"""A crash to be simulated: who sits where, how the vehicle is stopped, what holds the occupant; and what came of it."""
+"""A crash to be simulated: who sits where, how the vehicle is stopped, what holds the occupant; and
+what came of it."""
 
 from __future__ import annotations
 
@@ -30,7 +31,8 @@ __all__ = [
 
 @dataclass(frozen=True)
 class BeltPoint:
-    """Where a belt runs: at `at` (3,) [m] of the world, or of a segment's frame (segment -1: the world)."""
+    """Where a belt runs: at `at` (3,) [m] of the world, or of a segment's frame (segment -1: the
+    world)."""
 
     segment: int
     at: tuple[float, float, float]
@@ -39,8 +41,9 @@ class BeltPoint:
 
 @dataclass(frozen=True)
 class Belt:
-    """Webbing that slides freely through its points from end to end. law: tension over elongation [m] beyond `slack`
-    [m]; width [m]; allow [m]: how far the body may move into it where it is a part."""
+    """Webbing that slides freely through its points from end to end. law: tension over elongation
+    [m] beyond `slack` [m]; width [m]; allow [m]: how far the body may move into it where it is a
+    part."""
 
     name: str
     points: tuple[BeltPoint, ...]
@@ -61,8 +64,8 @@ class ContactRule:
 
 @dataclass(frozen=True)
 class JointRule:
-    """Passive stiffness [Nm/rad] toward the posture at the start and damping [Nm s/rad] of joints by index; None where
-    the body's own masses say it."""
+    """Passive stiffness [Nm/rad] toward the posture at the start and damping [Nm s/rad] of joints
+    by index; None where the body's own masses say it."""
 
     joints: tuple[int, ...]
     stiffness: float | None
@@ -73,11 +76,11 @@ class JointRule:
 class Simulation:
     """A crash ready to be simulated; times in s.
 
-    poses: one pose, where the occupant is put. bears (K,): parts that bear the sitter: contact counts from their
-    surface; elsewhere from the depth that is allowed or that the posture begins with. rules: the last that fits a pair
-    counts, `other` where none does; flesh: the law of segments against each other. tone: how stiff joints without a
-    rule are, in moments of the weight they carry; relaxed: joints that do not hold the posture while the occupant
-    settles.
+    poses: one pose, where the occupant is put. bears (K,): parts that bear the sitter: contact
+    counts from their surface; elsewhere from the depth that is allowed or that the posture begins
+    with. rules: the last that fits a pair counts, `other` where none does; flesh: the law of
+    segments against each other. tone: how stiff joints without a rule are, in moments of the weight
+    they carry; relaxed: joints that do not hold the posture while the occupant settles.
     """
 
     name: str
@@ -103,9 +106,10 @@ class Simulation:
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """What came of it: the motion in the vehicle's frame, from the settled posture on; tension (P, B) [N] of the belts
-    and payout (P, B) [m], how much longer than at the start they are; kinetic, work (P,) [J]: energy of motion against
-    the vehicle, and what pulse and weight have put in. settled [m/s]: the greatest speed left at the start."""
+    """What came of it: the motion in the vehicle's frame, from the settled posture on; tension (P,
+    B) [N] of the belts and payout (P, B) [m], how much longer than at the start they are; kinetic,
+    work (P,) [J]: energy of motion against the vehicle, and what pulse and weight have put in.
+    settled [m/s]: the greatest speed left at the start."""
 
     motion: Poses
     tension: Floats
@@ -117,7 +121,8 @@ class Simulated:
 
 
 def law_of(simulation: Simulation, segment: int, part: int) -> ForceLaw:
-    """The force law of a segment against a part: of the last rule that names both, else the one for all others."""
+    """The force law of a segment against a part: of the last rule that names both, else the one for
+    all others."""
     return ruled(simulation.rules, segment, part) or simulation.other
 
 
@@ -128,6 +133,6 @@ def ruled(rules: tuple[ContactRule, ...], segment: int, part: int) -> ForceLaw |
 
 
 def depth_offset(bears: Bools, allowed: Floats, start: Floats | float = 0.0) -> Floats:
-    """(N, K) [m] the depth from which on contact is pushed back, of allowed and starting depths (N, K) [m]: nothing
-    for parts (K,) that bear who sits in them."""
+    """(N, K) [m] the depth from which on contact is pushed back, of allowed and starting depths (N,
+    K) [m]: nothing for parts (K,) that bear who sits in them."""
     return np.where(bears, 0.0, np.maximum(allowed, np.maximum(start, 0.0)))

@@ -1,4 +1,5 @@
-"""Arrays that grow row by row, in memory while they are small, in a temporary file beyond: memory stays bounded."""
+"""Arrays that grow row by row, in memory while they are small, in a temporary file beyond: memory
+stays bounded."""
 
 from __future__ import annotations
 
@@ -29,12 +30,14 @@ def pieces(count: int, *, size: int = PIECE) -> Iterator[slice]:
 class Spool:
     """Rows of one shape that are added piece by piece and become one read-only array.
 
-    Beyond IN_MEMORY bytes they go to a file without a name in the folder for temporary files (TMPDIR), which is gone
-    with the array. InputError where that folder is full.
+    Beyond IN_MEMORY bytes they go to a file without a name in the folder for temporary files
+    (TMPDIR), which is gone with the array. InputError where that folder is full.
     """
 
     def __init__(self, *shape: int) -> None:
-        self._shape, self._count, self._bytes = shape, 0, 0
+        self._shape = shape
+        self._count = 0
+        self._bytes = 0
         self._held: list[Floats] = []
         self._file: IO[bytes] | None = None
 
@@ -55,8 +58,10 @@ class Spool:
                 self._held = []
             piece.tofile(self._file)
         except OSError as error:
-            raise InputError(f"{tempfile.gettempdir()}: no room for {self._bytes / 2**20:.0f} MiB of frames "
-                             f"({error.strerror})") from None  # fmt: skip
+            raise InputError(
+                f"{tempfile.gettempdir()}: no room for {self._bytes / 2**20:.0f} MiB of frames "
+                f"({error.strerror})"
+            ) from None
 
     def done(self) -> Floats:
         """All rows (n, *shape), read-only."""

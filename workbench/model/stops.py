@@ -15,8 +15,9 @@ __all__ = ["Coupling", "StopKind", "Stops"]
 class StopKind(IntEnum):
     """How a joint is limited.
 
-    FREE not at all; CONE a swing cone with four half-angles and two twist limits; HINGE one axis, with play on the
-    others; POLYGON a spherical polygon for the direction of the limb, with twist limits.
+    FREE not at all; CONE a swing cone with four half-angles and two twist limits; HINGE one axis,
+    with play on the others; POLYGON a spherical polygon for the direction of the limb, with twist
+    limits.
     """
 
     FREE = 0
@@ -27,10 +28,12 @@ class StopKind(IntEnum):
 
 @dataclass(frozen=True)
 class Coupling:
-    """A limit that depends on another motion, linear between two driver angles and constant beyond them.
+    """A limit that depends on another motion, linear between two driver angles and constant beyond
+    them.
 
-    The limit of motion `side` (0 first name, 1 second name) of `axis` (0, 1 swing, 2 twist) of `joint` becomes
-    `limit[0]` where the driver motion stands at `driver_angle[0]`, `limit[1]` at `driver_angle[1]`; all [rad].
+    The limit of motion `side` (0 first name, 1 second name) of `axis` (0, 1 swing, 2 twist) of
+    `joint` becomes `limit[0]` where the driver motion stands at `driver_angle[0]`, `limit[1]` at
+    `driver_angle[1]`; all [rad].
     """
 
     joint: int
@@ -46,12 +49,13 @@ class Coupling:
 class Stops:
     """The stops of J joints.
 
-    kind (J,); axes (J, 3, 3): unit axes of swing 1, swing 2 and twist, rows, in the frame both segments share in the
-    zero pose; limits (J, 3, 2) [rad]: how far along the first and the second motion of each axis, both positive;
-    play (J,) [rad]: how far the other axes of a hinge may stray; motions: for each joint three pairs of names;
-    polygon: for each joint the (V, 3) unit vertices of its spherical polygon, counter-clockwise seen from outside
-    about `polygon_centre` (J, 3), or an empty array; polygon_frame (J,): the segment in whose frame they stand;
-    limb (J, 3): the direction of the limb in the zero pose that the polygon holds for.
+    kind (J,); axes (J, 3, 3): unit axes of swing 1, swing 2 and twist, rows, in the frame both
+    segments share in the zero pose; limits (J, 3, 2) [rad]: how far along the first and the second
+    motion of each axis, both positive; play (J,) [rad]: how far the other axes of a hinge may
+    stray; motions: for each joint three pairs of names; polygon: for each joint the (V, 3) unit
+    vertices of its spherical polygon, counter-clockwise seen from outside about `polygon_centre`
+    (J, 3), or an empty array; polygon_frame (J,): the segment in whose frame they stand; limb (J,
+    3): the direction of the limb in the zero pose that the polygon holds for.
     """
 
     kind: Ints
@@ -72,7 +76,19 @@ class Stops:
         put(self, "axes", frozen(self.axes, np.float64, (joints, 3, 3), "stops.axes"))
         put(self, "limits", frozen(self.limits, np.float64, (joints, 3, 2), "stops.limits"))
         put(self, "play", frozen(self.play, np.float64, (joints,), "stops.play"))
-        put(self, "polygon", tuple(frozen(p, np.float64, (None, 3), "stops.polygon") for p in self.polygon))
-        put(self, "polygon_centre", frozen(self.polygon_centre, np.float64, (joints, 3), "stops.polygon_centre"))
-        put(self, "polygon_frame", frozen(self.polygon_frame, np.int64, (joints,), "stops.polygon_frame"))
+        put(
+            self,
+            "polygon",
+            tuple(frozen(p, np.float64, (None, 3), "stops.polygon") for p in self.polygon),
+        )
+        put(
+            self,
+            "polygon_centre",
+            frozen(self.polygon_centre, np.float64, (joints, 3), "stops.polygon_centre"),
+        )
+        put(
+            self,
+            "polygon_frame",
+            frozen(self.polygon_frame, np.int64, (joints,), "stops.polygon_frame"),
+        )
         put(self, "limb", frozen(self.limb, np.float64, (joints, 3), "stops.limb"))

@@ -1,8 +1,9 @@
-"""The paper's Tables 1 and 2: numbers, mnemonics and names of segments and joints, and the six directions.
+"""The paper's Tables 1 and 2: numbers, mnemonics and names of segments and joints, and the six
+directions.
 
-Source: Badler, O'Rourke & Toltzis, "A spherical representation of a human body for visualizing movement",
-Proc. IEEE 67(10), 1979. Nothing else in the code knows these tables: a body file names its own segments, and
-these are what a human body file is checked against.
+Source: Badler, O'Rourke & Toltzis, "A spherical representation of a human body for visualizing
+movement", Proc. IEEE 67(10), 1979. Nothing else in the code knows these tables: a body file names
+its own segments, and these are what a human body file is checked against.
 """
 
 from __future__ import annotations

@@ -13,10 +13,11 @@ __all__ = ["logical_window", "walk"]
 
 
 def walk(body: Body, reference: int) -> list[tuple[int, int, int, bool]]:
-    """The tree walked depth first from the reference segment: (to, came from, joint, upward) for each step.
+    """The tree walked depth first from the reference segment: (to, came from, joint, upward) for
+    each step.
 
-    Upward is True where the step goes from a joint's distal segment to its proximal one. What hangs behind a step is
-    the run of steps that follows it.
+    Upward is True where the step goes from a joint's distal segment to its proximal one. What hangs
+    behind a step is the run of steps that follows it.
     """
     children: list[list[int]] = [[] for _ in body.segments]
     for child, parent in enumerate(body.parent[1:].tolist(), start=1):
@@ -35,9 +36,11 @@ def walk(body: Body, reference: int) -> list[tuple[int, int, int, bool]]:
 
 
 def logical_window(body: Body, segments: Iterable[str] | None, reference: int) -> Bools:
-    """(N,) True for the named segments, the reference segment and all between them; None is the whole body.
+    """(N,) True for the named segments, the reference segment and all between them; None is the
+    whole body.
 
-    Source: Badler, O'Rourke & Toltzis 1979, the logical window (their Fig. 5). InputError for an unknown segment.
+    Source: Badler, O'Rourke & Toltzis 1979, the logical window (their Fig. 5). InputError for an
+    unknown segment.
     """
     if segments is None:
         return np.ones(len(body.segments), dtype=np.bool_)

@@ -1,1 +1,2 @@
-"""People: percentile persons, boundary cases, random draws, growing children, and how many of them are served."""
+"""People: percentile persons, boundary cases, random draws, growing children, and how many of them
+are served."""

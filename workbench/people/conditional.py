@@ -1,4 +1,5 @@
-"""Conditional people: what the other measures are, given some; and how improbable a mix of measures is."""
+"""Conditional people: what the other measures are, given some; and how improbable a mix of measures
+is."""
 
 from __future__ import annotations
 
@@ -22,9 +23,9 @@ __all__ = ["Conditional", "Improbability", "condition", "improbability"]
 class Conditional:
     """All M measures of P people of whom some measures are given.
 
-    mean (P, M): expected scores; covariance (M, M): of the scores, zero for what is given, the same for everybody;
-    values (P, M) [m; kg]: at the mean scores, the given ones as they were given; spread (P, M) [m; kg]: half of what
-    lies between one standard deviation below and above.
+    mean (P, M): expected scores; covariance (M, M): of the scores, zero for what is given, the same
+    for everybody; values (P, M) [m; kg]: at the mean scores, the given ones as they were given;
+    spread (P, M) [m; kg]: half of what lies between one standard deviation below and above.
     """
 
     names: tuple[str, ...]
@@ -38,8 +39,9 @@ class Conditional:
 class Improbability:
     """How far P people with K given measures are from the middle of their population.
 
-    z (P, K): score of each measure by itself; surprise (P, K): score of each given the others, large where it
-    contradicts them; distance (P,): Mahalanobis distance; rarer (P,): share of the population farther out.
+    z (P, K): score of each measure by itself; surprise (P, K): score of each given the others,
+    large where it contradicts them; distance (P,): Mahalanobis distance; rarer (P,): share of the
+    population farther out.
     """
 
     names: tuple[str, ...]
@@ -55,7 +57,8 @@ class Improbability:
 
 
 def condition(scores: Scores, given: Mapping[str, ArrayLike]) -> Conditional:
-    """Expect all measures from some: `given` maps a measure to its values (P,) or one value [m; kg].
+    """Expect all measures from some: `given` maps a measure to its values (P,) or one value [m;
+    kg].
 
     Of scores that are jointly normal: mean = R_ag R_gg^-1 z_g, covariance = R - R_ag R_gg^-1 R_ga.
     """
@@ -76,10 +79,11 @@ def condition(scores: Scores, given: Mapping[str, ArrayLike]) -> Conditional:
 
 
 def improbability(scores: Scores, given: Mapping[str, ArrayLike]) -> Improbability:
-    """Tell how improbable given measures [m; kg] are, each by itself, each given the others, and together.
+    """Tell how improbable given measures [m; kg] are, each by itself, each given the others, and
+    together.
 
-    With K = R_gg^-1: surprise_i = (K z)_i / sqrt(K_ii), distance^2 = z' K z, chi-squared with as many degrees of
-    freedom as measures are given.
+    With K = R_gg^-1: surprise_i = (K z)_i / sqrt(K_ii), distance^2 = z' K z, chi-squared with as
+    many degrees of freedom as measures are given.
     """
     columns, values = _given(scores, given)
     z = scores.to_scores(values, columns)
@@ -112,7 +116,11 @@ def _solve(scores: Scores, columns: list[int], right: Any) -> Floats:
     if not columns:
         return np.empty((0, np.shape(right)[1]))
     try:
-        return np.asarray(cho_solve(cho_factor(scores.correlation[np.ix_(columns, columns)]), right))
+        return np.asarray(
+            cho_solve(cho_factor(scores.correlation[np.ix_(columns, columns)]), right)
+        )
     except LinAlgError:
         names = ", ".join(scores.names[c] for c in columns)
-        raise InputError(f"{scores!r}: one of these follows exactly from the others: {names}") from None
+        raise InputError(
+            f"{scores!r}: one of these follows exactly from the others: {names}"
+        ) from None

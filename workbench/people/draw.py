@@ -15,10 +15,12 @@ MOST = 250_000
 
 
 def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0.5) -> Population:
-    """Draw `count` people, the share `men` of them (rounded to whole people) men; men first, then women.
+    """Draw `count` people, the share `men` of them (rounded to whole people) men; men first, then
+    women.
 
-    Scores are drawn by PCG64, one stream a sex, and given the model's correlation and quantiles; so the n-th man of a
-    seed is the same man however many are drawn. UsageError where a number makes no sense.
+    Scores are drawn by PCG64, one stream a sex, and given the model's correlation and quantiles; so
+    the n-th man of a seed is the same man however many are drawn. UsageError where a number makes
+    no sense.
     """
     if not 0 <= count <= MOST:
         raise UsageError(f"0 to {MOST} people can be drawn, got {count}")
@@ -28,17 +30,23 @@ def draw_people(model: PopulationModel, count: int, *, seed: int, men: float = 0
         raise UsageError(f"a seed is a whole number, 0 or more, got {seed}")
     wanted = {"male": round(count * men), "female": count - round(count * men)}
     streams = np.random.SeedSequence(seed).spawn(len(wanted))
-    drawn, codes = [np.empty((0, len(model.names)))], [np.empty(0, dtype=np.int64)]
+    drawn = [np.empty((0, len(model.names)))]
+    codes = [np.empty(0, dtype=np.int64)]
     for (sex, people), stream in zip(wanted.items(), streams, strict=True):
         if people:
             drawn.append(_drawn(model, sex, people, np.random.Generator(np.random.PCG64(stream))))
             codes.append(np.full(people, sex_index(sex)))
     labels = tuple(f"{sex} {n + 1}" for sex, people in wanted.items() for n in range(people))
     source = f"{model.name}, drawn with seed {seed}"
-    return Population(model.names, np.concatenate(codes), np.ones(count), np.concatenate(drawn), source, labels)
+    return Population(
+        model.names, np.concatenate(codes), np.ones(count), np.concatenate(drawn), source, labels
+    )
 
 
 def _drawn(model: PopulationModel, sex: str, people: int, chance: np.random.Generator) -> Floats:
     scores = scores_of(model, sex)
-    mixed = chance.standard_normal((people, len(model.names))) @ np.linalg.cholesky(scores.correlation).T
+    mixed = (
+        chance.standard_normal((people, len(model.names)))
+        @ np.linalg.cholesky(scores.correlation).T
+    )
     return scores.to_values(mixed, range(len(model.names)))

@@ -1,7 +1,8 @@
 """Scores: one sex's measures as standard normal scores and back, and how the scores go together.
 
-Both kinds of population come to the same thing here. Of real people, scores are z-scores: (value - mean) / sd, with
-Pearson's correlation. Of a model they are normal scores: a Gaussian copula, exact at every quantile of its tables.
+Both kinds of population come to the same thing here. Of real people, scores are z-scores: (value -
+mean) / sd, with Pearson's correlation. Of a model they are normal scores: a Gaussian copula, exact
+at every quantile of its tables.
 """
 
 from __future__ import annotations
@@ -23,10 +24,12 @@ __all__ = ["Scores", "scores_of"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Scores:
-    """M measures of one sex: knots (M, K) of rising values [m; kg] at rising scores, and the correlation (M, M).
+    """M measures of one sex: knots (M, K) of rising values [m; kg] at rising scores, and the
+    correlation (M, M).
 
-    Between knots both ways are straight lines. Beyond the last knot the line from the median through it is followed,
-    so that every value has a score, however rare, and every score its value.
+    Between knots both ways are straight lines. Beyond the last knot the line from the median
+    through it is followed, so that every value has a score, however rare, and every score its
+    value.
     """
 
     names: tuple[str, ...]
@@ -64,7 +67,11 @@ class Scores:
 
 def scores_of(source: Population | PopulationModel, sex: str) -> Scores:
     """The scores of one sex of real people or of a model; InputError where they cannot be told."""
-    return _model_scores(source, sex) if isinstance(source, PopulationModel) else _people_scores(source, sex)
+    return (
+        _model_scores(source, sex)
+        if isinstance(source, PopulationModel)
+        else _people_scores(source, sex)
+    )
 
 
 def _model_scores(model: PopulationModel, sex: str) -> Scores:
@@ -78,24 +85,38 @@ def _model_scores(model: PopulationModel, sex: str) -> Scores:
 def _people_scores(people: Population, sex: str) -> Scores:
     rows = people.of_sex(sex)
     if len(rows) < 3:
-        raise InputError(f"population {people.source}: three or more people are needed, {len(rows)} are {sex}")
+        raise InputError(
+            f"population {people.source}: three or more people are needed, {len(rows)} are {sex}"
+        )
     share = rows.weight / rows.weight.sum()
     mean = share @ rows.measures
     off = rows.measures - mean
     spread = np.sqrt(share @ off**2)
     for name, sd, middle in zip(rows.names, spread, mean, strict=True):
         if sd <= 1e-12 * middle:
-            raise InputError(f"population {people.source}: {name} is the same for every {sex} person")
+            raise InputError(
+                f"population {people.source}: {name} is the same for every {sex} person"
+            )
     z = off / spread
     correlation = (z * share[:, None]).T @ z
     correlation = (correlation + correlation.T) / 2
     np.fill_diagonal(correlation, 1.0)
     values = np.stack([mean - spread, mean + spread], axis=1)
-    return Scores(rows.names, sex, people.source, np.broadcast_to([-1.0, 1.0], values.shape), values, correlation)
+    return Scores(
+        rows.names,
+        sex,
+        people.source,
+        np.broadcast_to([-1.0, 1.0], values.shape),
+        values,
+        correlation,
+    )
 
 
 def _line(x: Floats, at: Floats, to: Floats, median: tuple[float, float]) -> Floats:
-    """Piecewise straight through the points (at, to); beyond the ends, straight from the median through the end."""
+    """Piecewise straight through the points (at, to); beyond the ends, straight from the median
+    through the end."""
     inside = np.interp(x, at, to)
     low, high = ((to[end] - median[1]) / (at[end] - median[0]) for end in (0, -1))
-    return np.asarray(inside + np.minimum(x - at[0], 0.0) * low + np.maximum(x - at[-1], 0.0) * high)
+    return np.asarray(
+        inside + np.minimum(x - at[0], 0.0) * low + np.maximum(x - at[-1], 0.0) * high
+    )

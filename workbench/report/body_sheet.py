@@ -17,7 +17,9 @@ __all__ = ["body_list", "body_sheet", "body_text"]
 
 def body_list() -> list[dict[str, Any]]:
     """One row for each body of the catalogue."""
-    bodies = [load_body(name) for name in names("bodies") if named_kind(find("bodies", name)) == "body"]
+    bodies = [
+        load_body(name) for name in names("bodies") if named_kind(find("bodies", name)) == "body"
+    ]
     return [_head(body) for body in bodies]
 
 
@@ -32,7 +34,8 @@ def _head(body: Body) -> dict[str, Any]:
 
 
 def body_sheet(source: str) -> dict[str, Any]:
-    """Segments with masses and subparts, joints with their limits in degrees, postures of a body."""
+    """Segments with masses and subparts, joints with their limits in degrees, postures of a
+    body."""
     body = load_body(source)
     path = posture_path(source)
     postures = {} if path is None else load_postures(path, body)[0].postures
@@ -59,7 +62,9 @@ def _joint(body: Body, j: int) -> dict[str, Any]:
     limits: dict[str, float] = {}
     if body.stops.kind[j] != StopKind.FREE:
         for pair, row in zip(body.stops.motions[j], body.stops.limits[j].tolist(), strict=True):
-            limits |= {name: round(math.degrees(limit), 3) for name, limit in zip(pair, row, strict=True)}
+            limits |= {
+                name: round(math.degrees(limit), 3) for name, limit in zip(pair, row, strict=True)
+            }
     return {
         "number": body.joint_numbers[j],
         "joint": body.joints[j],
@@ -76,13 +81,19 @@ def body_text(sheet: dict[str, Any]) -> str:
     lines = [f"{sheet['name']}: {sheet['description']}", size, "", "segments"]
     for s in sheet["segment_table"]:
         subparts = ": " + ", ".join(s["subparts"]) if s["subparts"] else ""
-        lines.append(f"  {s['number']:>3} {s['segment']:<4} {s['name']} ({s['mass_kg']} kg, "
-                     f"{s['spheres']} spheres){subparts}")  # fmt: skip
+        lines.append(
+            f"  {s['number']:>3} {s['segment']:<4} {s['name']} ({s['mass_kg']} kg, "
+            f"{s['spheres']} spheres){subparts}"
+        )
     lines += ["", "joints"]
     for j in sheet["joint_table"]:
-        limits = ", ".join(f"{name.replace('_', ' ')} {limit:g}" for name, limit in j["limits_deg"].items())
-        lines.append(f"  {j['number']:>3} {j['joint']:<4} {j['name']}, {'-'.join(j['between'])}, {j['stop']}: "
-                     f"{limits or 'no stop'}")  # fmt: skip
+        limits = ", ".join(
+            f"{name.replace('_', ' ')} {limit:g}" for name, limit in j["limits_deg"].items()
+        )
+        lines.append(
+            f"  {j['number']:>3} {j['joint']:<4} {j['name']}, {'-'.join(j['between'])}, {j['stop']}: "
+            f"{limits or 'no stop'}"
+        )
     lines += ["", "postures"]
     lines += [f"  {name}: {told}" for name, told in sheet["postures"].items()]
     return "\n".join(lines)

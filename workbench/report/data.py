@@ -6,14 +6,26 @@ import math
 
 import numpy as np
 
-from workbench.files.results import ContactRow, FindingRow, PersonRow, ResultFile, StopRow, VerdictRow
+from workbench.files.results import (
+    ContactRow,
+    FindingRow,
+    PersonRow,
+    ResultFile,
+    StopRow,
+    VerdictRow,
+)
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
 from workbench.model.result import Finding, PersonResult, Result, Verdict
 from workbench.model.vocabulary import DIRECTIONS
 from workbench.report.envelopes.rows import envelope_rows
 from workbench.report.reach_rows import reach_rows
-from workbench.report.words import contact_sentence, finding_sentence, person_words, verdict_sentence
+from workbench.report.words import (
+    contact_sentence,
+    finding_sentence,
+    person_words,
+    verdict_sentence,
+)
 
 __all__ = ["result_file"]
 
@@ -68,22 +80,31 @@ def _finding_row(check: str, finding: Finding, cases: tuple[str, ...]) -> Findin
         value=_micro(math.degrees(finding.value) if angle else finding.value * 1000),
         limit=_micro(math.degrees(finding.limit) if angle else finding.limit * 1000),
         unit="deg" if angle else "mm",
-        point_mm=_point(finding.point) if finding.point and all(map(math.isfinite, finding.point)) else None,
-        surface_known_to=_micro(1000 * finding.surface_known_to) if math.isfinite(finding.surface_known_to) else None,
+        point_mm=_point(finding.point)
+        if finding.point and all(map(math.isfinite, finding.point))
+        else None,
+        surface_known_to=_micro(1000 * finding.surface_known_to)
+        if math.isfinite(finding.surface_known_to)
+        else None,
         sentence=finding_sentence(check, finding, cases),
     )
 
 
 def _person_row(result: Result, index: int) -> PersonRow:
-    found, person = result.people[index], result.study.people[index]
+    found = result.people[index]
+    person = result.study.people[index]
     body = person.body
     return PersonRow(
         name=person.name,
         description=person_words(person, float(found.placed.body.mass.sum())),
         body=body.name,
         seat=person.seat,
-        size={name: _micro(value if name == "mass" else 1000 * value) for name, value in person.size.measures.items()}
-        if person.size else None,
+        size={
+            name: _micro(value if name == "mass" else 1000 * value)
+            for name, value in person.size.measures.items()
+        }
+        if person.size
+        else None,
         postures=list(person.postures),
         segments=list(body.segments),
         clearance_mm=[
@@ -91,12 +112,18 @@ def _person_row(result: Result, index: int) -> PersonRow:
             for case in found.clearance.distance.tolist()
         ],
         stops=[
-            StopRow(case=result.study.cases[p], joint=body.joints[j],
-                    margin_deg=_micro(math.degrees(found.margin[p, j])) if math.isfinite(found.margin[p, j]) else None,
-                    motion=found.margin_motion[p][j] if math.isfinite(found.margin[p, j]) else None)
-            for p in range(len(found.placed)) for j in range(len(body.joints))
+            StopRow(
+                case=result.study.cases[p],
+                joint=body.joints[j],
+                margin_deg=_micro(math.degrees(found.margin[p, j]))
+                if math.isfinite(found.margin[p, j])
+                else None,
+                motion=found.margin_motion[p][j] if math.isfinite(found.margin[p, j]) else None,
+            )
+            for p in range(len(found.placed))
+            for j in range(len(body.joints))
         ],
-    )  # fmt: skip
+    )
 
 
 def _contact_rows(result: Result, person: PersonResult) -> list[ContactRow]:
@@ -115,7 +142,8 @@ def _rows(result: Result, contacts: Contacts, who: tuple[str, str, str]) -> list
 def _contact_row(result: Result, contacts: Contacts, at: tuple[int, str, str, str]) -> ContactRow:
     row, person, other_person, kind = at
     polygons = isinstance(contacts.other, Environment)
-    sphere, part = int(contacts.sphere[row]), int(contacts.part[row])
+    sphere = int(contacts.sphere[row])
+    part = int(contacts.part[row])
     return ContactRow(
         case=result.study.cases[contacts.pose[row]],
         person=person,
@@ -127,18 +155,22 @@ def _contact_row(result: Result, contacts: Contacts, at: tuple[int, str, str, st
         direction=DIRECTIONS[contacts.facing[row]],
         part=contacts.other.parts[part] if isinstance(contacts.other, Environment) else None,
         polygon=int(contacts.polygon[row] - contacts.other.part_start[part])
-        if isinstance(contacts.other, Environment) else None,
-        other_segment=None if isinstance(contacts.other, Environment)
+        if isinstance(contacts.other, Environment)
+        else None,
+        other_segment=None
+        if isinstance(contacts.other, Environment)
         else contacts.other.segments[contacts.other_segment[row]],
-        other_sphere=None if isinstance(contacts.other, Environment)
+        other_sphere=None
+        if isinstance(contacts.other, Environment)
         else int(contacts.other_sphere[row] - contacts.other.start[contacts.other_segment[row]]),
         distance_mm=_micro(1000 * contacts.distance[row]),
         allowed_mm=_micro(1000 * contacts.allowed[row]),
         excess_mm=_micro(1000 * contacts.excess[row]),
         point_mm=_point(contacts.point[row]),
         normal=tuple(_micro(float(v)) for v in contacts.normal[row]),  # type: ignore[arg-type]
-        sentence=contact_sentence(contacts, row) + ("" if polygons else f" of {other_person or 'the same body'}"),
-    )  # fmt: skip
+        sentence=contact_sentence(contacts, row)
+        + ("" if polygons else f" of {other_person or 'the same body'}"),
+    )
 
 
 def _point(point: object) -> Point:
@@ -146,5 +178,6 @@ def _point(point: object) -> Point:
 
 
 def _micro(value: float) -> float:
-    """Six decimals: a nanometre or a microdegree, so that the last bits of a machine do not show."""
+    """Six decimals: a nanometre or a microdegree, so that the last bits of a machine do not
+    show."""
     return round(float(value), 6) + 0.0

@@ -1,4 +1,5 @@
-"""Everything a study leaves behind: result.json, CSV tables, report.html, and the manifest that lists them."""
+"""Everything a study leaves behind: result.json, CSV tables, report.html, and the manifest that
+lists them."""
 
 from __future__ import annotations
 
@@ -14,7 +15,11 @@ from workbench.files.results import ResultFile, dump_json
 from workbench.model.accommodation import Accommodation
 from workbench.model.crash import CrashResult
 from workbench.model.result import Result
-from workbench.report.accommodation.data import accommodation_file, accommodation_lines, accommodation_tables
+from workbench.report.accommodation.data import (
+    accommodation_file,
+    accommodation_lines,
+    accommodation_tables,
+)
 from workbench.report.accommodation.page import accommodation_page
 from workbench.report.accommodation.words import accommodation_headline
 from workbench.report.crash.data import crash_csv_tables, crash_result_file
@@ -40,14 +45,19 @@ def write_report(
 ) -> AnyFile:
     """Write a result into a folder, all of it or nothing; returns the rows of result.json.
 
-    The same inputs and versions give the same bytes. tell: called with a line for each of the user's files that is kept
-    under another name, see write_folder. InputError where the folder cannot be written.
+    The same inputs and versions give the same bytes. tell: called with a line for each of the
+    user's files that is kept under another name, see write_folder. InputError where the folder
+    cannot be written.
     """
     rows: AnyFile
     if isinstance(result, Accommodation):
         rows, files = _accommodation(result, progress)
     else:
-        rows, files = _crash(result, progress) if isinstance(result, CrashResult) else _clearance(result, progress)
+        rows, files = (
+            _crash(result, progress)
+            if isinstance(result, CrashResult)
+            else _clearance(result, progress)
+        )
     write_folder(folder, files, holds="result", tell=tell)
     return rows
 
@@ -60,26 +70,37 @@ def report_headline(result: AnyResult) -> str:
 
 
 def report_lines(result: AnyResult, rows: AnyFile) -> list[str]:
-    """What the command line says before that: a line for each verdict, or what leaves people out."""
+    """What the command line says before that: a line for each verdict, or what leaves people
+    out."""
     if isinstance(result, Accommodation) or isinstance(rows, AccommodationResultFile):
         return accommodation_lines(result) if isinstance(result, Accommodation) else []
-    return [f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}"
-            for verdict in rows.verdicts]  # fmt: skip
+    return [
+        f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}"
+        for verdict in rows.verdicts
+    ]
 
 
-def _accommodation(result: Accommodation, progress: Say | None) -> tuple[AccommodationResultFile, dict[str, Content]]:
+def _accommodation(
+    result: Accommodation, progress: Say | None
+) -> tuple[AccommodationResultFile, dict[str, Content]]:
     rows = accommodation_file(result)
     tables = accommodation_tables(result, rows)
     files: dict[str, Content] = {"result.json": dump_json(rows), **tables}
     if has_parquet():
         files["people.parquet"] = parquet_bytes(tables["people.csv"])
-    return rows, files | {"report.html": accommodation_page(result, downloads=[*files], progress=progress)}
+    return rows, files | {
+        "report.html": accommodation_page(result, downloads=[*files], progress=progress)
+    }
 
 
 def _clearance(result: Result, progress: Say | None) -> tuple[ResultFile, dict[str, Content]]:
     rows = result_file(result)
     tables = csv_tables(rows) | reach_tables(rows) | envelope_tables(rows)
-    files: dict[str, Content] = {"result.json": dump_json(rows), **tables, **envelope_solids(result)}
+    files: dict[str, Content] = {
+        "result.json": dump_json(rows),
+        **tables,
+        **envelope_solids(result),
+    }
     return rows, files | {"report.html": page(result, rows, progress=progress)}
 
 

@@ -1,4 +1,5 @@
-"""Movement in words: which limbs reached where, how far joints turned and when, where hands, feet and head went."""
+"""Movement in words: which limbs reached where, how far joints turned and when, where hands, feet
+and head went."""
 
 from __future__ import annotations
 
@@ -23,25 +24,43 @@ _STILL = 0.1
 _DRAWN_IN = 0.08
 """[m] A limb whose end comes so much nearer to its first joint does not reach but is drawn in."""
 _VERBS = {
-    "flexion": "flexes", "extension": "extends", "abduction": "moves outward", "adduction": "moves inward",
-    "bend_left": "bends left", "bend_right": "bends right", "turn_left": "turns left", "turn_right": "turns right",
-    "medial_rotation": "rotates inward", "lateral_rotation": "rotates outward", "pronation": "pronates",
-    "supination": "supinates", "elevation": "rises", "depression": "sinks", "protraction": "comes forward",
-    "retraction": "goes back", "dorsiflexion": "lifts the toes", "plantarflexion": "points the toes",
-    "radial_deviation": "bends toward the thumb", "ulnar_deviation": "bends toward the little finger",
-    "eversion": "turns the sole outward", "inversion": "turns the sole inward",
-}  # fmt: skip
+    "flexion": "flexes",
+    "extension": "extends",
+    "abduction": "moves outward",
+    "adduction": "moves inward",
+    "bend_left": "bends left",
+    "bend_right": "bends right",
+    "turn_left": "turns left",
+    "turn_right": "turns right",
+    "medial_rotation": "rotates inward",
+    "lateral_rotation": "rotates outward",
+    "pronation": "pronates",
+    "supination": "supinates",
+    "elevation": "rises",
+    "depression": "sinks",
+    "protraction": "comes forward",
+    "retraction": "goes back",
+    "dorsiflexion": "lifts the toes",
+    "plantarflexion": "points the toes",
+    "radial_deviation": "bends toward the thumb",
+    "ulnar_deviation": "bends toward the little finger",
+    "eversion": "turns the sole outward",
+    "inversion": "turns the sole inward",
+}
 _ENDS = ("H", "LHN", "RHN", "LF", "RF")
 _WAYS = (("forward", "back"), ("to the left", "to the right"), ("up", "down"))
 # joints of a limb, the segment that sees it, the segment at its end, its first joint, what it does
 _LIMBS = {"arm": ("CSEW", "UT", "HN", "S", "reaches"), "leg": ("HKA", "LT", "F", "H", "swings")}
-_FRAME = ("The ways of arms are told as the upper torso sees them, those of legs as the lower torso does; where head, "
-          "hands and feet end up is told in the axes of the world.")  # fmt: skip
+_FRAME = (
+    "The ways of arms are told as the upper torso sees them, those of legs as the lower torso does; where head, "
+    "hands and feet end up is told in the axes of the world."
+)
 
 
 @dataclass(frozen=True)
 class _Turn:
-    """A turn of a joint about an axis by a pair of motions, between two frames, from one angle to another [degrees]."""
+    """A turn of a joint about an axis by a pair of motions, between two frames, from one angle to
+    another [degrees]."""
 
     joint: int
     axis: int
@@ -53,20 +72,29 @@ class _Turn:
 
 
 def movement_sentences(body: Body, motion: Poses, *, most: int = 8) -> list[str]:
-    """The largest movements of a motion in the order of time, then where head, hands and feet end up.
+    """The largest movements of a motion in the order of time, then where head, hands and feet end
+    up.
 
-    "The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 0.4 s." Turns are those between
-    turning points of each joint's angle, of 15 degrees or more, the `most` largest of them. Turns of one limb at one
-    time are one sentence, with the way of its hand or foot as the torso sees it, by the 26 directions of the direction
-    signs, where that is 80 mm or more.
+    "The right arm reaches forward and up; the elbow extends from 95 to 20 degrees in 0.4 s." Turns
+    are those between turning points of each joint's angle, of 15 degrees or more, the `most`
+    largest of them. Turns of one limb at one time are one sentence, with the way of its hand or
+    foot as the torso sees it, by the 26 directions of the direction signs, where that is 80 mm or
+    more.
     """
-    largest = [_trimmed(body, motion, turn) for turn in sorted(_turns(body, motion), key=_size)[:most]]
+    largest = [
+        _trimmed(body, motion, turn) for turn in sorted(_turns(body, motion), key=_size)[:most]
+    ]
     chosen = sorted(largest, key=lambda t: (t.first, body.joint_names[t.joint]))
-    told, limbs = [], False
+    told = []
+    limbs = False
     for group in _together(body, chosen):
         reach = _reach(body, motion, group)
         limbs = limbs or bool(reach)
-        told += [_limb_sentence(body, motion, reach, group)] if reach else [_turn_sentence(body, motion, group[0])]
+        told += (
+            [_limb_sentence(body, motion, reach, group)]
+            if reach
+            else [_turn_sentence(body, motion, group[0])]
+        )
     ends = _ways(body, motion)
     return told + ends + ([_FRAME] if limbs else [])
 
@@ -94,10 +122,15 @@ def _turns(body: Body, motion: Poses) -> list[_Turn]:
 
 def _trimmed(body: Body, motion: Poses, turn: _Turn) -> _Turn:
     """A turn without the frames before and after in which the joint stands still."""
-    unwrapped, start, first, last = Unwrapped(), 0.0, turn.last, turn.first
+    unwrapped = Unwrapped()
+    start = 0.0
+    first = turn.last
+    last = turn.first
     for rows in pieces(turn.last + 1 - turn.first):
         begin = turn.first + rows.start
-        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))[:, turn.joint, turn.axis, None]
+        angles = angles_of(body, motion.rows(slice(begin, turn.first + rows.stop)))[
+            :, turn.joint, turn.axis, None
+        ]
         track = np.degrees(unwrapped.take(angles))[:, 0]
         start = track[0] if not rows.start else start
         left = np.flatnonzero(np.abs(track - start) > _STILL)
@@ -120,11 +153,15 @@ def _limb(body: Body, joint: int) -> str:
 
 
 def _together(body: Body, turns: list[_Turn]) -> list[list[_Turn]]:
-    """Turns of one limb that are at the same time for half of the shorter one, as groups; others alone."""
+    """Turns of one limb that are at the same time for half of the shorter one, as groups; others
+    alone."""
     groups: list[list[_Turn]] = []
     for turn in turns:
         limb = _limb(body, turn.joint)
-        same = next((g for g in groups if limb and _limb(body, g[0].joint) == limb and _shared(g[0], turn)), None)
+        same = next(
+            (g for g in groups if limb and _limb(body, g[0].joint) == limb and _shared(g[0], turn)),
+            None,
+        )
         if same is None:
             groups.append([turn])
         else:
@@ -138,18 +175,29 @@ def _shared(a: _Turn, b: _Turn) -> bool:
 
 
 def _reach(body: Body, motion: Poses, group: list[_Turn]) -> str:
-    """ "reaches forward and up": the way of a limb's end as the torso sees it; "" where there is none."""
+    """ "reaches forward and up": the way of a limb's end as the torso sees it; "" where there is
+    none."""
     limb = _limb(body, group[0].joint)
     if not limb:
         return ""
     side, (_, carrier, end, ball, verb) = body.joints[group[0].joint][0], _LIMBS[limb.split()[1]]
-    if carrier not in body.segments or side + end not in body.segments or side + ball not in body.joints:
+    if (
+        carrier not in body.segments
+        or side + end not in body.segments
+        or side + ball not in body.joints
+    ):
         return ""
-    first, last = min(t.first for t in group), max(t.last for t in group)
+    first = min(t.first for t in group)
+    last = max(t.last for t in group)
     world = _world(body, motion, first, last)
-    seen, tip, j = world[:, body.segment(carrier)], world[:, body.segment(side + end), :, 3], body.joint(side + ball)
+    seen = world[:, body.segment(carrier)]
+    tip = world[:, body.segment(side + end), :, 3]
+    j = body.joint(side + ball)
     own = np.einsum("pji,pj->pi", seen[:, :, :3], tip - seen[:, :, 3])
-    root = np.einsum("pij,j->pi", world[:, j + 1, :, :3], body.joint_in_child[j]) + world[:, j + 1, :, 3]
+    root = (
+        np.einsum("pij,j->pi", world[:, j + 1, :, :3], body.joint_in_child[j])
+        + world[:, j + 1, :, 3]
+    )
     length = np.linalg.norm(tip - root, axis=1)
     way = own[1] - own[0]
     if np.linalg.norm(way) < _LEAST_WAY:
@@ -159,10 +207,13 @@ def _reach(body: Body, motion: Poses, group: list[_Turn]) -> str:
 
 
 def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) -> str:
-    time, limb = motion.clock, _limb(body, group[0].joint)
+    time = motion.clock
+    limb = _limb(body, group[0].joint)
     side = limb.split()[0] + " "
-    parts = [f"the {body.joint_names[t.joint].removeprefix(side)} {_turned(t)} in {time[t.last] - time[t.first]:.3g} s"
-             for t in group]  # fmt: skip
+    parts = [
+        f"the {body.joint_names[t.joint].removeprefix(side)} {_turned(t)} in {time[t.last] - time[t.first]:.3g} s"
+        for t in group
+    ]
     first = min(t.first for t in group)
     when = f" (from {1000 * time[first]:.0f} ms)" if first else ""
     return f"The {limb} {reach}; {', '.join(parts)}{when}."
@@ -170,8 +221,10 @@ def _limb_sentence(body: Body, motion: Poses, reach: str, group: list[_Turn]) ->
 
 def _turn_sentence(body: Body, motion: Poses, turn: _Turn) -> str:
     time = motion.clock
-    return (f"The {body.joint_names[turn.joint]} {_turned(turn)} between {1000 * time[turn.first]:.0f} and "
-            f"{1000 * time[turn.last]:.0f} ms.")  # fmt: skip
+    return (
+        f"The {body.joint_names[turn.joint]} {_turned(turn)} between {1000 * time[turn.first]:.0f} and "
+        f"{1000 * time[turn.last]:.0f} ms."
+    )
 
 
 def _turned(turn: _Turn) -> str:
@@ -185,20 +238,27 @@ def _turned(turn: _Turn) -> str:
 def _world(body: Body, motion: Poses, first: int, last: int) -> Floats:
     """(2, N, 3, 4) world from segment in two frames."""
     keep = [first, last]
-    return place(body, Poses(motion.rotations[keep], motion.reference, motion.world_from_reference[keep])
-                 ).world_from_segment  # fmt: skip
+    return place(
+        body, Poses(motion.rotations[keep], motion.reference, motion.world_from_reference[keep])
+    ).world_from_segment
 
 
 def _ways(body: Body, motion: Poses) -> list[str]:
-    at, time = _world(body, motion, 0, len(motion) - 1)[..., 3], motion.clock
+    at = _world(body, motion, 0, len(motion) - 1)[..., 3]
+    time = motion.clock
     told = []
     for segment in _ENDS:
         if segment not in body.segments:
             continue
         way = at[-1, body.segment(segment)] - at[0, body.segment(segment)]
-        parts = [f"{1000 * abs(w):.0f} mm {words[0] if w > 0 else words[1]}"
-                 for w, words in zip(way, _WAYS, strict=True) if abs(w) >= _LEAST_WAY]  # fmt: skip
+        parts = [
+            f"{1000 * abs(w):.0f} mm {words[0] if w > 0 else words[1]}"
+            for w, words in zip(way, _WAYS, strict=True)
+            if abs(w) >= _LEAST_WAY
+        ]
         if parts:
-            told.append(f"The {body.segment_names[body.segment(segment)]} ends up {', '.join(parts)} "
-                        f"of where it was {1000 * (time[-1] - time[0]):.0f} ms before.")  # fmt: skip
+            told.append(
+                f"The {body.segment_names[body.segment(segment)]} ends up {', '.join(parts)} "
+                f"of where it was {1000 * (time[-1] - time[0]):.0f} ms before."
+            )
     return told

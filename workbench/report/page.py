@@ -50,7 +50,11 @@ def page(result: Result, rows: ResultFile, *, progress: Progress | None = None) 
         headline=headline(result),
         parts=part_count(result.environment),
         cases=cases,
-        matrices=[_matrix(result, person, case) for person in result.people for case in range(len(rows.cases))],
+        matrices=[
+            _matrix(result, person, case)
+            for person in result.people
+            for case in range(len(rows.cases))
+        ],
         stops=[_stops(result, index) for index in range(len(result.people))],
         reaches=_reaches(rows),
         envelopes=[envelope_pictures(result, e) for e in result.envelopes],
@@ -66,10 +70,17 @@ def _reaches(rows: ResultFile) -> list[dict[str, Any]]:
         lines = []
         for control in dict.fromkeys(row.control for row in mine):
             cells = [
-                {"text": row.limb if row.reached else f"{row.miss_mm:.0f} mm short: {row.limit}",
-                 "kind": "far" if row.reached else "hit" if row.zone >= row.own_zone else "close"}
-                for row in mine if row.control == control
-            ]  # fmt: skip
+                {
+                    "text": row.limb if row.reached else f"{row.miss_mm:.0f} mm short: {row.limit}",
+                    "kind": "far"
+                    if row.reached
+                    else "hit"
+                    if row.zone >= row.own_zone
+                    else "close",
+                }
+                for row in mine
+                if row.control == control
+            ]
             own = next(row.own_zone for row in mine if row.control == control)
             lines.append({"control": control, "zone": own, "cells": cells})
         people.append({"person": name, "lines": lines})
@@ -93,26 +104,42 @@ def template(name: str) -> jinja2.Template:
 
 def _case(result: Result, case: int) -> dict[str, Any]:
     """Pictures and numbered findings of one case."""
-    breaches = [(v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case]
-    marked = [(check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))]
+    breaches = [
+        (v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case
+    ]
+    marked = [
+        (check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))
+    ]
     shown = list(
-        {(f.person, f.other_person, f.subject, f.target): (check, f) for check, f in reversed(marked)}.values()
+        {
+            (f.person, f.other_person, f.subject, f.target): (check, f)
+            for check, f in reversed(marked)
+        }.values()
     )
     shown = sorted(shown, key=lambda row: marked.index(row))[:MOST_MARKS]
     rest = [(check, f) for check, f in breaches if (check, f) not in shown]
     scene = _scene(result, case, [finding for _, finding in shown])
     views = [
-        {"name": name.replace("_", " "), "png": _png(scene, camera), "svg": Markup(circles(scene, camera))}
+        {
+            "name": name.replace("_", " "),
+            "png": _png(scene, camera),
+            "svg": Markup(circles(scene, camera)),
+        }
         for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
     ]
-    say = [f"{finding_sentence(check, finding, result.study.cases)} {_place(finding)}" for check, finding in shown]
+    say = [
+        f"{finding_sentence(check, finding, result.study.cases)} {_place(finding)}"
+        for check, finding in shown
+    ]
     return {
         "name": result.study.cases[case],
         "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
         "views": views,
         "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
         "marked": say,
-        "unmarked": [finding_sentence(check, finding, result.study.cases) for check, finding in rest],
+        "unmarked": [
+            finding_sentence(check, finding, result.study.cases) for check, finding in rest
+        ],
     }
 
 
@@ -131,12 +158,18 @@ def _scene(result: Result, case: int, findings: list[Finding]) -> Scene:
     marks += tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
     name = result.study.cases[case]
     people = " and ".join(person.name for person in result.people)
-    return Scene(bodies, result.environment, marks, f"{people} in {result.environment.name}, {name}",
-                 f"{len(findings)} numbered findings, {len(marks) - len(findings)} allowed contacts")  # fmt: skip
+    return Scene(
+        bodies,
+        result.environment,
+        marks,
+        f"{people} in {result.environment.name}, {name}",
+        f"{len(findings)} numbered findings, {len(marks) - len(findings)} allowed contacts",
+    )
 
 
 def _resting(result: Result, case: int) -> tuple[Mark, ...]:
-    """A mark without a number for each contact that is allowed: the deepest of each segment and part."""
+    """A mark without a number for each contact that is allowed: the deepest of each segment and
+    part."""
     marks = []
     for person in result.people:
         deepest = person.contacts.deepest()
@@ -153,15 +186,21 @@ def _png(scene: Scene, camera: Any) -> str:
 
 
 def _matrix(result: Result, person: PersonResult, case: int) -> dict[str, Any]:
-    """Clearance of one person in one case: the parts that are near, nearest first; segments that have spheres."""
-    body, environment = person.placed.body, result.environment
+    """Clearance of one person in one case: the parts that are near, nearest first; segments that
+    have spheres."""
+    body = person.placed.body
+    environment = result.environment
     distance = person.clearance.distance[case]
     allowed = allowed_depth(body, environment)
     columns = [n for n in range(len(body.segments)) if body.start[n + 1] > body.start[n]]
     least = np.where(np.isfinite(distance), distance, np.inf).min(axis=0)
     parts = [int(k) for k in np.argsort(least, kind="stable") if least[k] < NEAR]
     lines = [
-        {"part": environment.parts[k], "cells": [_cell(distance[n, k], allowed[n, k]) for n in columns]} for k in parts
+        {
+            "part": environment.parts[k],
+            "cells": [_cell(distance[n, k], allowed[n, k]) for n in columns],
+        }
+        for k in parts
     ]
     return {
         "person": person.name,
@@ -184,8 +223,12 @@ def _cell(distance: float, allowed: float) -> dict[str, str]:
         kind = "close"
     elif distance < 0.1:
         kind = "near"
-    return {"text": f"{distance * 1000:.0f}".replace("-0", "0") if abs(distance) < 5e-4 else f"{distance * 1000:.0f}",
-            "kind": kind}  # fmt: skip
+    return {
+        "text": f"{distance * 1000:.0f}".replace("-0", "0")
+        if abs(distance) < 5e-4
+        else f"{distance * 1000:.0f}",
+        "kind": kind,
+    }
 
 
 def _stops(result: Result, index: int) -> dict[str, Any]:
@@ -197,10 +240,16 @@ def _stops(result: Result, index: int) -> dict[str, Any]:
         if not np.isfinite(person.margin[:, j]).any():
             continue
         cells = [
-            {"text": f"{math.degrees(person.margin[p, j]) + 0.0:.1f}",
-             "motion": person.margin_motion[p][j].replace("_", " "),
-             "kind": "hit" if person.margin[p, j] < -1e-9 else "close" if person.margin[p, j] < 0.0873 else "far"}
+            {
+                "text": f"{math.degrees(person.margin[p, j]) + 0.0:.1f}",
+                "motion": person.margin_motion[p][j].replace("_", " "),
+                "kind": "hit"
+                if person.margin[p, j] < -1e-9
+                else "close"
+                if person.margin[p, j] < 0.0873
+                else "far",
+            }
             for p in range(len(person.placed))
-        ]  # fmt: skip
+        ]
         lines.append({"joint": name, "cells": cells})
     return {"person": person.name, "lines": lines}

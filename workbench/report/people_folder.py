@@ -34,11 +34,12 @@ def write_people(
 ) -> list[str]:
     """Write the bodies of people and people.csv into a folder.
 
-    Returns a line for each thing that is improbable about them, and for each file that is kept, see write_folder.
+    Returns a line for each thing that is improbable about them, and for each file that is kept, see
+    write_folder.
 
-    sources: the body that men ("male") and women ("female") are made from; shown: the measures that each body shows
-    exactly; detail: of their family; wears: what they are dressed in. InputError, and nothing is written, where there
-    is no such person or the folder holds something else.
+    sources: the body that men ("male") and women ("female") are made from; shown: the measures that
+    each body shows exactly; detail: of their family; wears: what they are dressed in. InputError,
+    and nothing is written, where there is no such person or the folder holds something else.
     """
     check_folder(folder, holds="people")  # before the work, not after it
     loaded = {name: morph_to(load_body(name), detail) for name in dict.fromkeys(sources.values())}
@@ -55,9 +56,13 @@ def write_people(
         body = wear(made.body, dressing[source])
         words = f"{people.source}: {SEXES[int(code)]}, {label}; made from {source}"
         words += f", with {', '.join(wears)}" if wears else ""
-        files[name] = body_text(body, body_path(source), name=Path(name).stem, description=words, folder=folder)
+        files[name] = body_text(
+            body, body_path(source), name=Path(name).stem, description=words, folder=folder
+        )
         told += [f"{name}: {warning}" for warning in made.warnings]
-        rows.append([name, SEXES[int(code)], label, *(_told(m, made.measures[m]) for m in people.names)])
+        rows.append(
+            [name, SEXES[int(code)], label, *(_told(m, made.measures[m]) for m in people.names)]
+        )
     if not rows:
         raise InputError(f"{people.source}: there is nobody to make bodies of")
     units = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]

@@ -1,4 +1,5 @@
-"""The line drawing of a case: outlines with dimension lines of the nearest clearances, from where they show best."""
+"""The line drawing of a case: outlines with dimension lines of the nearest clearances, from where
+they show best."""
 
 from __future__ import annotations
 
@@ -22,10 +23,11 @@ _EACH = 3  # dimension lines of one person
 def clearance_drawing(
     scene: Scene, people: tuple[PersonResult, ...], case: int, *, within: float, size: int
 ) -> dict[str, object] | None:
-    """The drawing of a case and the name of its view; None where nothing lies within `within` [m] without touching.
+    """The drawing of a case and the name of its view; None where nothing lies within `within` [m]
+    without touching.
 
-    One dimension line for each of the three parts nearest to each person. Of the four views the one in which these
-    lines are longest together.
+    One dimension line for each of the three parts nearest to each person. Of the four views the one
+    in which these lines are longest together.
     """
     marks: tuple[Mark, ...] = ()
     for person in people:
@@ -35,7 +37,8 @@ def clearance_drawing(
     ends = np.array([(mark.point, mark.to) for mark in marks])
     views = four_views(scene, width=size, height=size)
     lengths = [
-        float(np.linalg.norm(np.diff(project(camera, ends)[..., :2], axis=1), axis=2).sum()) for _, camera in views
+        float(np.linalg.norm(np.diff(project(camera, ends)[..., :2], axis=1), axis=2).sum())
+        for _, camera in views
     ]
     name, camera = views[int(np.argmax(lengths))]
     told = f"line drawing with the {len(marks)} nearest clearances in millimetres"

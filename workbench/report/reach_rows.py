@@ -35,7 +35,9 @@ def _sentence(row: ControlReach) -> str:
     if row.reached:
         return f"{lead} reaches {row.control}."
     entered = f", {millimetres(row.overlap)} into it" if row.overlap > 0 else ""
-    return f"{lead} stays {millimetres(row.miss)} from {row.control}, limited by {row.limit}{entered}."
+    return (
+        f"{lead} stays {millimetres(row.miss)} from {row.control}, limited by {row.limit}{entered}."
+    )
 
 
 def reach_tables(result: ResultFile) -> dict[str, str]:
@@ -43,8 +45,32 @@ def reach_tables(result: ResultFile) -> dict[str, str]:
     tables = {}
     if result.reaches:
         tables["reaches.csv"] = csv_text(
-            ["person", "control", "zone", "own_zone", "limb", "reached", "miss_mm", "overlap_mm", "limit", "sentence"],
-            ([r.person, r.control, r.zone, r.own_zone, r.limb, "yes" if r.reached else "no", r.miss_mm, r.overlap_mm,
-              r.limit, r.sentence] for r in result.reaches),
-        )  # fmt: skip
+            [
+                "person",
+                "control",
+                "zone",
+                "own_zone",
+                "limb",
+                "reached",
+                "miss_mm",
+                "overlap_mm",
+                "limit",
+                "sentence",
+            ],
+            (
+                [
+                    r.person,
+                    r.control,
+                    r.zone,
+                    r.own_zone,
+                    r.limb,
+                    "yes" if r.reached else "no",
+                    r.miss_mm,
+                    r.overlap_mm,
+                    r.limit,
+                    r.sentence,
+                ]
+                for r in result.reaches
+            ),
+        )
     return tables

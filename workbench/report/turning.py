@@ -27,7 +27,8 @@ class Unwrapped:
         turns = np.zeros_like(last) if self._turns is None else self._turns
         jump = np.rint(np.diff(np.concatenate([last, angles]), axis=0) / (2 * np.pi))
         whole = turns - np.cumsum(jump, axis=0)
-        self._last, self._turns = np.array(angles[-1:]), whole[-1:]
+        self._last = np.array(angles[-1:])
+        self._turns = whole[-1:]
         return np.asarray(angles + 2 * np.pi * whole)
 
 
@@ -48,7 +49,9 @@ class Turning:
             return
         if not self._points:
             start = (0, float(track[0]))
-            self._points, self._high, self._low = [start], start, start
+            self._points = [start]
+            self._high = start
+            self._low = start
         if not self._turns(track):
             self._widen(track)
         else:
@@ -69,11 +72,14 @@ class Turning:
         """True where the track may turn in this piece: most pieces of most joints do not."""
         above = np.maximum(np.maximum.accumulate(track), self._high[1]) - track
         below = track - np.minimum(np.minimum.accumulate(track), self._low[1])
-        return bool((self._rising is not False and above.max() >= self._least)
-                    or (self._rising is not True and below.max() >= self._least))  # fmt: skip
+        return bool(
+            (self._rising is not False and above.max() >= self._least)
+            or (self._rising is not True and below.max() >= self._least)
+        )
 
     def _widen(self, track: Floats) -> None:
-        top, bottom = int(np.argmax(track)), int(np.argmin(track))
+        top = int(np.argmax(track))
+        bottom = int(np.argmin(track))
         if track[top] > self._high[1]:
             self._high = self._seen + top, float(track[top])
         if track[bottom] < self._low[1]:
@@ -91,4 +97,6 @@ class Turning:
     def _turn(self, at: Point, here: Point, *, rising: bool) -> None:
         if at[0] != self._points[-1][0]:
             self._points.append(at)
-        self._rising, self._high, self._low = rising, here, here
+        self._rising = rising
+        self._high = here
+        self._low = here

@@ -10,8 +10,15 @@ from workbench.model.environment import Environment
 from workbench.model.result import Finding, Result, Verdict
 from workbench.model.study import Person, Size
 
-__all__ = ["contact_sentence", "finding_sentence", "headline", "millimetres", "person_words",
-           "verdict_sentence", "without_polygons"]  # fmt: skip
+__all__ = [
+    "contact_sentence",
+    "finding_sentence",
+    "headline",
+    "millimetres",
+    "person_words",
+    "verdict_sentence",
+    "without_polygons",
+]
 
 
 def millimetres(metres: float) -> str:
@@ -30,12 +37,15 @@ def _tenths(value: float) -> str:
 
 
 def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> str:
-    """One finding in words, its case and person first: "cruise, pilot: right lower leg, knee cap (front) is ..."."""
+    """One finding in words, its case and person first: "cruise, pilot: right lower leg, knee cap
+    (front) is ..."."""
     lead = f"{cases[finding.case]}, {finding.person}: "
     if check == "stops":
         motion = finding.target.replace("_", " ")
         if finding.value < 0:
-            return f"{lead}{finding.subject} is {degrees(-finding.value)} past its stop in {motion}."
+            return (
+                f"{lead}{finding.subject} is {degrees(-finding.value)} past its stop in {motion}."
+            )
         return f"{lead}{finding.subject} is {degrees(finding.value)} from its stop in {motion}."
     if check == "seated":
         where = _apart(finding.value)
@@ -44,7 +54,9 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
         if finding.value >= 0:
             return f"{lead}{finding.subject} reaches {finding.target}."
         return f"{lead}{finding.subject} stays {millimetres(-finding.value)} from {finding.target}."
-    target = f"{finding.other_person}'s {finding.target}" if finding.other_person else finding.target
+    target = (
+        f"{finding.other_person}'s {finding.target}" if finding.other_person else finding.target
+    )
     need = ""
     if check in ("contact", "self_contact"):
         if finding.limit < 0:
@@ -65,8 +77,11 @@ def without_polygons(sentence: str) -> str:
 
 
 def contact_sentence(contacts: Contacts, row: int) -> str:
-    """A contact in words: "right hand, thumb tip (front): 12.4 mm into instrument_panel, polygon 117"."""
-    text = f"{contacts.name(row)}: {_apart(float(contacts.distance[row]))} {contacts.other_name(row)}"
+    """A contact in words: "right hand, thumb tip (front): 12.4 mm into instrument_panel, polygon
+    117"."""
+    text = (
+        f"{contacts.name(row)}: {_apart(float(contacts.distance[row]))} {contacts.other_name(row)}"
+    )
     allowed = float(contacts.allowed[row])
     return f"{text} ({millimetres(allowed)} allowed)" if allowed > 0 else text
 
@@ -84,31 +99,45 @@ def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
 
 
 def _doubt(verdict: Verdict, cases: tuple[str, ...]) -> str:
-    """ " It clears by 2.1 mm; the body's surface is known to 3.2 mm, so it may not." where the verdict could turn."""
+    """ " It clears by 2.1 mm; the body's surface is known to 3.2 mm, so it may not." where the
+    verdict could turn."""
     found = verdict.doubtful
     if found is None:
         return ""
-    who = "It" if found == verdict.worst else f"{found.subject[:1].upper()}{found.subject[1:]} ({cases[found.case]})"
+    who = (
+        "It"
+        if found == verdict.worst
+        else f"{found.subject[:1].upper()}{found.subject[1:]} ({cases[found.case]})"
+    )
     whose = "the bodies' surfaces are" if found.other_person else "the body's surface is"
     by = millimetres(abs(found.value - found.limit))
     outcome = f"clears by {by}" if verdict.passed else f"fails by {by}"
     known = f"{whose} known to {millimetres(found.surface_known_to)}"
-    return f" {who} {outcome}; {known}, so it {'may not hold' if verdict.passed else 'may yet hold'}."
+    return (
+        f" {who} {outcome}; {known}, so it {'may not hold' if verdict.passed else 'may yet hold'}."
+    )
 
 
 def person_words(person: Person, mass: float) -> str:
-    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, in seat left, 20 mm forward"."""
+    """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, in seat left,
+    20 mm forward"."""
     words = person.body.name
     if person.size is not None:
-        given = ", ".join(f"{name.replace('_', ' ')} {1000 * value:.0f} mm" for name, value in
-                          person.size.measures.items() if name != "mass")  # fmt: skip
+        given = ", ".join(
+            f"{name.replace('_', ' ')} {1000 * value:.0f} mm"
+            for name, value in person.size.measures.items()
+            if name != "mass"
+        )
         words += f" as a {_kind(person.size)}" + (f" of {given}" if given else "")
     if person.wears:
         words += f", with {', '.join(item.name for item in person.wears)}"
     words += f", {mass:.1f} kg"
     if person.seat is not None:
         words += f", in seat {person.seat.replace('_', ' ')}"
-        for value, ahead, behind in ((person.forward, "forward", "back"), (person.up, "up", "down")):
+        for value, ahead, behind in (
+            (person.forward, "forward", "back"),
+            (person.up, "up", "down"),
+        ):
             if value:
                 words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
     return words
@@ -124,12 +153,17 @@ def _kind(size: Size) -> str:
 def headline(result: Result) -> str:
     """The whole result in one sentence."""
     failed = [verdict for verdict in result.verdicts if not verdict.passed]
-    people, cases = len(result.people), len(result.study.cases)
-    scope = f"{people} {'people' if people > 1 else 'person'} in {cases} case{'s' if cases > 1 else ''}"
+    people = len(result.people)
+    cases = len(result.study.cases)
+    scope = (
+        f"{people} {'people' if people > 1 else 'person'} in {cases} case{'s' if cases > 1 else ''}"
+    )
     count = len(result.verdicts)
     criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
     if not failed:
-        hold = {1: "the criterion holds", 2: "both criteria hold"}.get(count, f"all {criteria} hold")
+        hold = {1: "the criterion holds", 2: "both criteria hold"}.get(
+            count, f"all {criteria} hold"
+        )
         return f"{scope}: {hold}{_warned(result)}."
     names = ", ".join(verdict.criterion.name for verdict in failed)
     return f"{scope}: {len(failed)} of {criteria} failed: {names}{_warned(result)}."

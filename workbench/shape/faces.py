@@ -1,4 +1,5 @@
-"""Flat faces from the lines round them: triangles of a region given by loops, holes and islands as they lie."""
+"""Flat faces from the lines round them: triangles of a region given by loops, holes and islands as
+they lie."""
 
 from __future__ import annotations
 
@@ -13,16 +14,19 @@ __all__ = ["filled_loops"]
 
 
 def filled_loops(loops: Sequence[Floats]) -> tuple[Floats, Ints]:
-    """Corners (V, 2) and anticlockwise triangles (T, 3) of what lies inside loops (K, 2), whichever way they run.
+    """Corners (V, 2) and anticlockwise triangles (T, 3) of what lies inside loops (K, 2), whichever
+    way they run.
 
-    Inside is what is inside an odd number of loops. Both are empty where nothing is. InputError for loops that are not
-    finite.
+    Inside is what is inside an odd number of loops. Both are empty where nothing is. InputError for
+    loops that are not finite.
     """
     import manifold3d
 
     if not all(np.isfinite(loop).all() for loop in loops):
         raise InputError("faces: loops must be finite")
-    region = manifold3d.CrossSection([np.asarray(loop) for loop in loops], manifold3d.FillRule.EvenOdd)
+    region = manifold3d.CrossSection(
+        [np.asarray(loop) for loop in loops], manifold3d.FillRule.EvenOdd
+    )
     outlines = region.to_polygons()
     if not outlines:
         return np.empty((0, 2)), np.empty((0, 3), dtype=np.int64)

@@ -1,7 +1,8 @@
-"""The surface where a field on a grid is zero, by marching tetrahedra: closed wherever the field is positive all round.
+"""The surface where a field on a grid is zero, by marching tetrahedra: closed wherever the field is
+positive all round.
 
-Each cube is cut into six tetrahedra about one diagonal, alike in every cube, so that neighbours fit. Source: Doi &
-Koide, IEICE Trans. E74(1), 1991.
+Each cube is cut into six tetrahedra about one diagonal, alike in every cube, so that neighbours
+fit. Source: Doi & Koide, IEICE Trans. E74(1), 1991.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ from workbench.model.arrays import Bools, Floats, Ints
 __all__ = ["level_surface"]
 
 # from corner 0 to corner 7 of a cube by way of two others; corner number = 4 x + 2 y + z
-_TETRAHEDRA = np.array([[0, 4, 6, 7], [0, 6, 2, 7], [0, 2, 3, 7], [0, 3, 1, 7], [0, 1, 5, 7], [0, 5, 4, 7]])
+_TETRAHEDRA = np.array(
+    [[0, 4, 6, 7], [0, 6, 2, 7], [0, 2, 3, 7], [0, 3, 1, 7], [0, 1, 5, 7], [0, 5, 4, 7]]
+)
 _LEAST = 0.02
 """Share of an edge that a crossing keeps from its ends, so that no triangle vanishes."""
 
@@ -21,10 +24,13 @@ _LEAST = 0.02
 def level_surface(field: Floats, origin: Floats, pitch: Floats) -> tuple[Floats, Ints]:
     """Vertices (V, 3) [m] and outward faces (T, 3) of the surface field = 0 (negative inside).
 
-    field (X, Y, Z) at origin (3,) + index * pitch (3,) [m]; it must be positive on the outer faces of the grid.
+    field (X, Y, Z) at origin (3,) + index * pitch (3,) [m]; it must be positive on the outer faces
+    of the grid.
     """
     shape = np.array(field.shape)
-    cube = np.stack(np.meshgrid(*[np.arange(n - 1) for n in shape], indexing="ij"), axis=-1).reshape(-1, 3)
+    cube = np.stack(
+        np.meshgrid(*[np.arange(n - 1) for n in shape], indexing="ij"), axis=-1
+    ).reshape(-1, 3)
     offset = np.array([[c >> 2, (c >> 1) & 1, c & 1] for c in range(8)])
     stride = np.array([shape[1] * shape[2], shape[2], 1])
     low = cube @ stride
@@ -47,7 +53,8 @@ def level_surface(field: Floats, origin: Floats, pitch: Floats) -> tuple[Floats,
 
 
 def _cut(corner: Ints, inside: Bools, count: int) -> Ints:
-    """(n, 3, 2) the crossed edges, three to a triangle, of the tetrahedra with `count` corners inside."""
+    """(n, 3, 2) the crossed edges, three to a triangle, of the tetrahedra with `count` corners
+    inside."""
     chosen = inside.sum(axis=1) == count
     order = np.argsort(~inside[chosen], axis=1, kind="stable")
     a, b, c, d = np.take_along_axis(corner[chosen], order, axis=1).T
@@ -57,7 +64,9 @@ def _cut(corner: Ints, inside: Bools, count: int) -> Ints:
         rings = [((a, d), (b, d), (c, d))]
     else:
         rings = [((a, c), (a, d), (b, d)), ((a, c), (b, d), (b, c))]
-    return np.concatenate([np.stack([np.stack(edge, axis=1) for edge in ring], axis=1) for ring in rings])
+    return np.concatenate(
+        [np.stack([np.stack(edge, axis=1) for edge in ring], axis=1) for ring in rings]
+    )
 
 
 def _outward(vertices: Floats, faces: Ints, inner: Floats) -> Ints:
@@ -65,5 +74,7 @@ def _outward(vertices: Floats, faces: Ints, inner: Floats) -> Ints:
     corner = vertices[faces]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     away = (corner - inner[faces]).sum(axis=1)
-    turned: Ints = np.where((np.einsum("tc,tc->t", normal, away) < 0)[:, None], faces[:, ::-1], faces)
+    turned: Ints = np.where(
+        (np.einsum("tc,tc->t", normal, away) < 0)[:, None], faces[:, ::-1], faces
+    )
     return turned

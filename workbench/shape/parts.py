@@ -15,10 +15,11 @@ __all__ = ["moved"]
 
 
 def moved(environment: Environment, parts: Iterable[str], shift: ArrayLike) -> Environment:
-    """The same environment with these parts shifted by `shift` (3,) [m]; planes and circles go along.
+    """The same environment with these parts shifted by `shift` (3,) [m]; planes and circles go
+    along.
 
-    Seats, points and controls stay where they are: they say where things are at rest. InputError where a part is
-    unknown, UsageError where the shift is not three finite numbers.
+    Seats, points and controls stay where they are: they say where things are at rest. InputError
+    where a part is unknown, UsageError where the shift is not three finite numbers.
     """
     by = np.asarray(shift, dtype=np.float64)
     if by.shape != (3,) or not np.all(np.isfinite(by)):
@@ -29,7 +30,9 @@ def moved(environment: Environment, parts: Iterable[str], shift: ArrayLike) -> E
         return environment
     polygon = chosen[environment.polygon_part]
     vertex = np.zeros(len(environment.vertices), dtype=np.bool_)
-    vertex[environment.triangles[np.repeat(polygon, np.diff(environment.triangle_start))].ravel()] = True
+    vertex[
+        environment.triangles[np.repeat(polygon, np.diff(environment.triangle_start))].ravel()
+    ] = True
     return replace(
         environment,
         vertices=environment.vertices + np.where(vertex[:, None], by, 0.0),

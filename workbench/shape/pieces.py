@@ -1,7 +1,8 @@
 """Find the connected pieces of a body's spheres in the zero pose.
 
-A body that is meant to be one solid may fall into pieces at a low level of detail, most of all in the hands. Something
-thin may then lie between two pieces without touching either, and a clearance comes out too large.
+A body that is meant to be one solid may fall into pieces at a low level of detail, most of all in
+the hands. Something thin may then lie between two pieces without touching either, and a clearance
+comes out too large.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ _NAMED = 4
 class Pieces:
     """The pieces of a body, the one of most spheres first.
 
-    piece (S,): the piece of each sphere, from 0; gap (count,) [m]: the distance from each piece to the nearest sphere
-    of another, 0 for a body that is whole.
+    piece (S,): the piece of each sphere, from 0; gap (count,) [m]: the distance from each piece to
+    the nearest sphere of another, 0 for a body that is whole.
     """
 
     count: int
@@ -73,8 +74,8 @@ def piece_warnings(bodies: Iterable[tuple[str, Body]]) -> list[str]:
     Returns
     -------
     list[str]
-        A sentence for each body in pieces, with all who have it, the widest gap, the segments, and the levels of
-        detail of its family whose bodies are whole.
+        A sentence for each body in pieces, with all who have it, the widest gap, the segments, and
+        the levels of detail of its family whose bodies are whole.
     """
     told: dict[str, list[str]] = {}
     for name, body in bodies:
@@ -91,7 +92,9 @@ def _flood(centres: Floats, radius: Floats, found: Ints, *, first: int, number: 
     while front:
         sphere = front.pop()
         left = np.flatnonzero(found < 0)
-        apart = np.linalg.norm(centres[left] - centres[sphere], axis=1) - radius[left] - radius[sphere]
+        apart = (
+            np.linalg.norm(centres[left] - centres[sphere], axis=1) - radius[left] - radius[sphere]
+        )
         touching = left[apart <= 0.0]
         found[touching] = number
         front.extend(touching.tolist())
@@ -99,7 +102,8 @@ def _flood(centres: Floats, radius: Floats, found: Ints, *, first: int, number: 
 
 def _gap(centres: Floats, radius: Floats, inside: np.ndarray) -> float:
     """The distance [m] from some spheres to the nearest of the others."""
-    others, other_radius = centres[~inside], radius[~inside]
+    others = centres[~inside]
+    other_radius = radius[~inside]
     return min(
         float(np.min(np.linalg.norm(others - centre, axis=1) - other_radius - own))
         for centre, own in zip(centres[inside], radius[inside], strict=True)
@@ -122,4 +126,8 @@ def _whole_levels(body: Body) -> list[str]:
     """The levels of detail of a body's family at which it is one piece."""
     if body.basis is None:
         return []
-    return [level for level in body.basis.details if body_pieces(morph(body, body.basis_at, level)).count == 1]
+    return [
+        level
+        for level in body.basis.details
+        if body_pieces(morph(body, body.basis_at, level)).count == 1
+    ]

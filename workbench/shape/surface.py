@@ -15,7 +15,8 @@ from workbench.model.arrays import Floats, Ints, frozen
 
 __all__ = ["Surface", "sealed"]
 
-SMALLEST, LARGEST = 0.005, 10.0
+SMALLEST = 0.005
+LARGEST = 10.0
 """Extents [m] that a body or a part of one may have, from a fingertip to a large animal."""
 
 _LOOKS = 256
@@ -36,10 +37,14 @@ class Surface:
     area: float = field(init=False)
 
     def __repr__(self) -> str:
-        return f"Surface({len(self.faces)} triangles, {self.area:.4g} m2, {self.volume * 1e3:.4g} l)"
+        return (
+            f"Surface({len(self.faces)} triangles, {self.area:.4g} m2, {self.volume * 1e3:.4g} l)"
+        )
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", frozen(self.vertices, np.float64, (None, 3), "surface.vertices"))
+        object.__setattr__(
+            self, "vertices", frozen(self.vertices, np.float64, (None, 3), "surface.vertices")
+        )
         object.__setattr__(self, "faces", frozen(self.faces, np.int64, (None, 3), "surface.faces"))
         corner = self.vertices[self.faces]
         cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -52,13 +57,16 @@ class Surface:
         return self.nearest(points)[0]
 
     def nearest(self, points: ArrayLike, *, ordered: bool = False) -> tuple[Floats, Ints, Floats]:
-        """Signed distance (n,) [m], face (n,) and nearest point (n, 3) of the surface for points (n, 3).
+        """Signed distance (n,) [m], face (n,) and nearest point (n, 3) of the surface for points
+        (n, 3).
 
         ordered: near points stand together already and need not be sorted.
         """
         at = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 3)
         count = len(at)
-        distance, face, foot = np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 3))
+        distance = np.empty(count)
+        face = np.empty(count, dtype=np.int64)
+        foot = np.empty((count, 3))
         if count:
             order = np.arange(count) if ordered else morton_order(at)
             found = np.empty(count), np.empty(count, dtype=np.int64), np.empty((count, 3))
@@ -68,18 +76,26 @@ class Surface:
 
 
 def sealed(vertices: ArrayLike, faces: ArrayLike, *, what: str = "mesh") -> Surface:
-    """One closed surface of a closed mesh: overlapping shells become one, enclosed cavities are filled.
+    """One closed surface of a closed mesh: overlapping shells become one, enclosed cavities are
+    filled.
 
-    vertices (V, 3) [m], faces (T, 3) wound outward; `what` names the mesh in messages. InputError where the mesh is
-    open, wound inward, crosses itself, or has the size of no body (a wrong unit?).
+    vertices (V, 3) [m], faces (T, 3) wound outward; `what` names the mesh in messages. InputError
+    where the mesh is open, wound inward, crosses itself, or has the size of no body (a wrong
+    unit?).
     """
     points, corners = _checked(vertices, faces, what)
     given = _manifold(points, corners, what)
     shells = given.decompose()
     outer = [shell for shell in shells if shell.volume() > 0]
     if not outer or given.volume() <= 0:
-        raise InputError(f"{what}: is inside out (its volume is {given.volume() * 1e3:.4g} l): turn its faces round")
-    whole = manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add) if len(outer) > 1 else outer[0]
+        raise InputError(
+            f"{what}: is inside out (its volume is {given.volume() * 1e3:.4g} l): turn its faces round"
+        )
+    whole = (
+        manifold3d.Manifold.batch_boolean(outer, manifold3d.OpType.Add)
+        if len(outer) > 1
+        else outer[0]
+    )
     shells_left = whole.decompose()
     kept = [shell for shell in shells_left if shell.volume() > 0]
     notes = []
@@ -103,39 +119,54 @@ def _checked(vertices: ArrayLike, faces: ArrayLike, what: str) -> tuple[Floats, 
     points: Floats = frozen(vertices, np.float64, (None, 3), f"{what}: vertices")
     corners: Ints = frozen(faces, np.int64, (None, 3), f"{what}: faces")
     if len(corners) < 4 or corners.min() < 0 or corners.max() >= len(points):
-        raise InputError(f"{what}: a closed mesh of at least 4 faces is needed, of vertices that are there")
+        raise InputError(
+            f"{what}: a closed mesh of at least 4 faces is needed, of vertices that are there"
+        )
     if not np.all(np.isfinite(points)):
         raise InputError(f"{what}: has vertices that are not finite numbers")
     size = float(np.ptp(points[corners.ravel()], axis=0).max())
     if not SMALLEST <= size <= LARGEST:
-        raise InputError(f"{what}: is {size:.4g} m large, and {SMALLEST:g} to {LARGEST:g} m is plausible for a body or "
-                         "a part of one: a wrong unit of length?")  # fmt: skip
-    tail, head = corners.ravel(), np.roll(corners, -1, axis=1).ravel()
+        raise InputError(
+            f"{what}: is {size:.4g} m large, and {SMALLEST:g} to {LARGEST:g} m is plausible for a body or "
+            "a part of one: a wrong unit of length?"
+        )
+    tail = corners.ravel()
+    head = np.roll(corners, -1, axis=1).ravel()
     way = np.sort(tail * len(points) + head)
     back = np.sort(head * len(points) + tail)
     if (way[1:] == way[:-1]).any():
         many = int((way[1:] == way[:-1]).sum())
-        raise InputError(f"{what}: {many} edges are shared by more than two faces, or faces are wound against each "
-                         "other: not the surface of a solid")  # fmt: skip
-    lone = way[~np.isin(way, back, assume_unique=True)] if not np.array_equal(way, back) else way[:0]
+        raise InputError(
+            f"{what}: {many} edges are shared by more than two faces, or faces are wound against each "
+            "other: not the surface of a solid"
+        )
+    lone = (
+        way[~np.isin(way, back, assume_unique=True)] if not np.array_equal(way, back) else way[:0]
+    )
     if len(lone):
         spot = ", ".join(f"{x:.3f}" for x in points[lone[0] // len(points)])
-        raise InputError(f"{what}: is open: {len(lone)} edges have a face on one side only, one at ({spot}) m; "
-                         "close the holes first")  # fmt: skip
+        raise InputError(
+            f"{what}: is open: {len(lone)} edges have a face on one side only, one at ({spot}) m; "
+            "close the holes first"
+        )
     return points, corners
 
 
 def _manifold(points: Floats, corners: Ints, what: str) -> manifold3d.Manifold:
     made = manifold3d.Manifold(manifold3d.Mesh64(points.copy(), corners.astype(np.uint64)))
     if made.status() != manifold3d.Error.NoError:
-        raise InputError(f"{what}: is not the surface of a solid ({str(made.status()).removeprefix('Error.')})")
+        raise InputError(
+            f"{what}: is not the surface of a solid ({str(made.status()).removeprefix('Error.')})"
+        )
     return made
 
 
 def _refuse_crossing(surface: Surface, what: str) -> None:
-    """Look a hair outside of places on the surface: none of it may lie inside, or the surface crosses itself.
+    """Look a hair outside of places on the surface: none of it may lie inside, or the surface
+    crosses itself.
 
-    Up to 256 places, spread over the area; a few such ones (a lip, an eyelid) do no harm to a fit, more than 2 % do.
+    Up to 256 places, spread over the area; a few such ones (a lip, an eyelid) do no harm to a fit,
+    more than 2 % do.
     """
     corner = np.ascontiguousarray(surface.vertices[surface.faces])
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -149,5 +180,7 @@ def _refuse_crossing(surface: Surface, what: str) -> None:
     wrong = np.abs(turns) > 0.5
     if wrong.mean() > 0.02:
         spot = ", ".join(f"{x:.3f}" for x in place[wrong][0])
-        raise InputError(f"{what}: crosses itself: about {wrong.mean():.0%} of its area lies inside itself, for "
-                         f"instance at ({spot}) m")  # fmt: skip
+        raise InputError(
+            f"{what}: crosses itself: about {wrong.mean():.0%} of its area lies inside itself, for "
+            f"instance at ({spot}) m"
+        )

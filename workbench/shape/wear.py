@@ -1,4 +1,5 @@
-"""Dressed bodies: helmets, boots, gloves and vests as copies of the body's own spheres, grown and shifted."""
+"""Dressed bodies: helmets, boots, gloves and vests as copies of the body's own spheres, grown and
+shifted."""
 
 from __future__ import annotations
 
@@ -19,10 +20,12 @@ __all__ = ["wear"]
 
 
 def wear(body: Body, items: Iterable[Encumbrance]) -> Body:
-    """The body with what it wears: it stands on its soles, and its measures are taken over what it wears.
+    """The body with what it wears: it stands on its soles, and its measures are taken over what it
+    wears.
 
-    A copy is called after its sphere and what it is of ("heel (boots)"). Allowances for soft flesh grow by what
-    standing and sitting overlap more. The dressed body belongs to no family. InputError where a layer finds no sphere.
+    A copy is called after its sphere and what it is of ("heel (boots)"). Allowances for soft flesh
+    grow by what standing and sitting overlap more. The dressed body belongs to no family.
+    InputError where a layer finds no sphere.
     """
     chosen = list(items)
     if not chosen:
@@ -39,7 +42,8 @@ def wear(body: Body, items: Iterable[Encumbrance]) -> Body:
 
 
 def _dressed(body: Body, item: Encumbrance) -> Body:
-    """The body with one thing more; its twist lines and enclosing spheres are still to be settled."""
+    """The body with one thing more; its twist lines and enclosing spheres are still to be
+    settled."""
     rows: list[int] = []
     centre: list[Floats] = []
     radius: list[float] = []
@@ -50,7 +54,10 @@ def _dressed(body: Body, item: Encumbrance) -> Body:
             radius.append(float(body.radius[s]) + layer.thickness)
     kept = _once(rows, centre, radius)
     rows, centre, radius = ([each[i] for i in kept] for each in (rows, centre, radius))  # type: ignore[assignment]
-    names = tuple(f"{body.sphere_names[s]} ({item.name})" if body.sphere_names[s] else f"({item.name})" for s in rows)
+    names = tuple(
+        f"{body.sphere_names[s]} ({item.name})" if body.sphere_names[s] else f"({item.name})"
+        for s in rows
+    )
     source = np.concatenate([np.arange(len(body.radius)), np.array(rows, dtype=np.int64)])
     order = np.argsort(body.sphere_segment[source], kind="stable")
     source = source[order]
@@ -83,7 +90,8 @@ def _once(rows: list[int], centre: list[Floats], radius: list[float]) -> list[in
 
 
 def _numbered(names: tuple[str, ...], segments: list[int]) -> list[str]:
-    """Nameless copies are numbered, and a sphere that two layers copy: names differ within a segment."""
+    """Nameless copies are numbered, and a sphere that two layers copy: names differ within a
+    segment."""
     taken: dict[tuple[int, str], int] = {}
     told = []
     for key in zip(segments, names, strict=True):
@@ -103,11 +111,17 @@ def _covered(body: Body, item: Encumbrance, layer: Layer) -> Ints:
         if layer.subparts:
             rows = rows[[body.sphere_names[s] in layer.subparts for s in rows]]
         for direction, subpart, by in layer.beyond:
-            named = [s for s in range(body.start[n], body.start[n + 1]) if body.sphere_names[s] == subpart]
+            named = [
+                s
+                for s in range(body.start[n], body.start[n + 1])
+                if body.sphere_names[s] == subpart
+            ]
             if not named:
                 have = [label for label in body.sphere_names[body.spheres(n)] if label]
-                raise InputError(f"{item.name}: body {body.name}: segment {name} has no sphere named {subpart!r}; "
-                                 f"{one_of(subpart, have)}")  # fmt: skip
+                raise InputError(
+                    f"{item.name}: body {body.name}: segment {name} has no sphere named {subpart!r}; "
+                    f"{one_of(subpart, have)}"
+                )
             along = body.directions[n, DIRECTIONS.index(direction)]
             rows = rows[(body.centre[rows] - body.centre[named[0]]) @ along >= by]
         found.append(rows)

@@ -1,11 +1,13 @@
-"""The key of kept work: a hash of everything that reaches the computation, and of the program that does it.
+"""The key of kept work: a hash of everything that reaches the computation, and of the program that
+does it.
 
-A kept file is believed only under its key. So nobody lists by hand what a key is made from: values are walked as they
-are built, a dataclass by all its fields and an array by its type, shape and bytes. A field that is added later belongs
-to the key without anybody thinking of it. What the walk does not know is an error, never skipped.
+A kept file is believed only under its key. So nobody lists by hand what a key is made from: values
+are walked as they are built, a dataclass by all its fields and an array by its type, shape and
+bytes. A field that is added later belongs to the key without anybody thinking of it. What the walk
+does not know is an error, never skipped.
 
-Where a computation needs only a part of a noun, it gets a noun that holds this part alone, and the key is made from the
-same noun (see `solve.contact.fields` and `study.accommodation.sitters`).
+Where a computation needs only a part of a noun, it gets a noun that holds this part alone, and the
+key is made from the same noun (see `solve.contact.fields` and `study.accommodation.sitters`).
 """
 
 from __future__ import annotations
@@ -44,15 +46,17 @@ def content_key(purpose: str, *values: object) -> bytes:
     Parameters
     ----------
     purpose
-        What is kept under the key ("fitted bodies"): equal values kept for two purposes have two keys.
-    values
-        None, bool, int, float, str, bytes, enums, NumPy scalars and arrays, and paths, which count by the bytes of
-        their files; tuples, lists, sets, mappings and dataclasses of these. The order of a mapping counts.
+        What is kept under the key ("fitted bodies"): equal values kept for two purposes have two
+    keys. values
+        None, bool, int, float, str, bytes, enums, NumPy scalars and arrays, and paths, which count
+        by the bytes of their files; tuples, lists, sets, mappings and dataclasses of these. The
+        order of a mapping counts.
 
     Returns
     -------
     bytes
-        32 bytes. Two values have the same key where types, names of fields and all bytes are the same.
+        32 bytes. Two values have the same key where types, names of fields and all bytes are the
+        same.
 
     Raises
     ------
@@ -68,12 +72,17 @@ def content_key(purpose: str, *values: object) -> bytes:
 
 @lru_cache(maxsize=4)
 def program_hash(package: Path) -> bytes:
-    """Hash all files of a package (code, and data that lie in it) and the versions of Python and of LIBRARIES.
+    """Hash all files of a package (code, and data that lie in it) and the versions of Python and of
+    LIBRARIES.
 
     The files are read once a process.
     """
     digest = hashlib.sha256()
-    files = [path for path in sorted(package.rglob("*")) if _COMPILED not in path.parts and path.is_file()]
+    files = [
+        path
+        for path in sorted(package.rglob("*"))
+        if _COMPILED not in path.parts and path.is_file()
+    ]
     versions = {name: _version(name) for name in LIBRARIES}
     names = [path.relative_to(package).as_posix() for path in files]
     _add(digest.update, (platform.python_version(), versions, names, files))
@@ -130,7 +139,9 @@ def _data(value: bytes | str | int | float | None) -> bytes:
 
 def _add_array(update: Update, array: NDArray[Any]) -> None:
     if array.dtype.hasobject:
-        raise TypeError("no key can be made from an array of Python objects: its bytes are addresses")
+        raise TypeError(
+            "no key can be made from an array of Python objects: its bytes are addresses"
+        )
     update(f"{array.dtype.str} {array.dtype.descr} {array.shape} ".encode())
     update(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)
 

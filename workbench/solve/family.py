@@ -1,4 +1,5 @@
-"""Bodies of one family packed for the kernels: what differs between them as arrays, a row a body."""
+"""Bodies of one family packed for the kernels: what differs between them as arrays, a row a
+body."""
 
 from __future__ import annotations
 
@@ -26,8 +27,9 @@ __all__ = ["Family", "family_of", "frames", "packed_limbs", "packed_links"]
 
 @dataclass(frozen=True, eq=False)
 class Family:
-    """B bodies with the same segments, joints and stops. in_parent, in_child (B, J, 3): joints in both frames; centre
-    (B, S, 3), radius (B, S): spheres; twist_point, twist_axis (B, N, 3), twist_share, blend_share (B, S)."""
+    """B bodies with the same segments, joints and stops. in_parent, in_child (B, J, 3): joints in
+    both frames; centre (B, S, 3), radius (B, S): spheres; twist_point, twist_axis (B, N, 3),
+    twist_share, blend_share (B, S)."""
 
     bodies: tuple[Body, ...]
     in_parent: Floats
@@ -46,33 +48,56 @@ class Family:
 @lru_cache(maxsize=4)
 def family_of(bodies: tuple[Body, ...]) -> Family:
     """Pack bodies; UsageError where they are not of one family."""
-    first, known = bodies[0], {id(bodies[0].stops)}
+    first = bodies[0]
+    known = {id(bodies[0].stops)}
     for body in bodies:
         same = body.joints == first.joints and len(body.centre) == len(first.centre)
         if same and id(body.stops) not in known:
-            ours, theirs = first.stops, body.stops
+            ours = first.stops
+            theirs = body.stops
             same = all(
-                np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in ("kind", "limits", "axes")
+                np.array_equal(getattr(ours, name), getattr(theirs, name))
+                for name in ("kind", "limits", "axes")
             )
             known.add(id(body.stops))
         if not same:
-            raise UsageError(f"bodies of one family have the same joints, stops and spheres: {first.name}, {body.name}")
-    return Family(bodies, *(_stacked(bodies, name) for name in ("joint_in_parent", "joint_in_child", "centre", "radius",
-                            "twist_point", "twist_axis", "twist_share", "blend_share")))  # fmt: skip
+            raise UsageError(
+                f"bodies of one family have the same joints, stops and spheres: {first.name}, {body.name}"
+            )
+    return Family(
+        bodies,
+        *(
+            _stacked(bodies, name)
+            for name in (
+                "joint_in_parent",
+                "joint_in_child",
+                "centre",
+                "radius",
+                "twist_point",
+                "twist_axis",
+                "twist_share",
+                "blend_share",
+            )
+        ),
+    )
 
 
 def _stacked(bodies: Sequence[Body], name: str) -> Floats:
-    """One array of all bodies (B, ...); those read back from disk are maps of a file, which are slow to stack."""
+    """One array of all bodies (B, ...); those read back from disk are maps of a file, which are
+    slow to stack."""
     return np.stack([np.asarray(getattr(body, name)) for body in bodies])
 
 
 def packed_links(family: Family, limb: Limb) -> Linkage:
     """The chain of a limb (that of the first body) with the lengths of all."""
-    one, joints = _link(family.bodies[0], limb), joints_between(family.bodies[0], limb.base, limb.end)
+    one = _link(family.bodies[0], limb)
+    joints = joints_between(family.bodies[0], limb.base, limb.end)
     if len(family) == 1:
         return one
     tip, pointing = landmarks(family.bodies, (family.centre, family.radius), limb)
-    parent, child = (np.ascontiguousarray(at[:, joints]) for at in (family.in_parent, family.in_child))
+    parent, child = (
+        np.ascontiguousarray(at[:, joints]) for at in (family.in_parent, family.in_child)
+    )
     return one._replace(at_parent=parent, at_child=child, tip=tip, pointing=pointing)
 
 
@@ -82,20 +107,29 @@ def _link(body: Body, limb: Limb) -> Linkage:
 
 
 def frames(family: Family, poses: Poses, segment: int, who: Ints | None = None) -> Floats:
-    """(P, 3, 4) where a segment stands in each row of the poses, row p being body who[p]'s, or that of body p."""
-    body, rows = family.bodies[0], np.arange(len(poses)) % len(family) if who is None else who
+    """(P, 3, 4) where a segment stands in each row of the poses, row p being body who[p]'s, or that
+    of body p."""
+    body = family.bodies[0]
+    rows = np.arange(len(poses)) % len(family) if who is None else who
     check_joints(body, poses)
     came = {to: (at, joint, upward) for to, at, joint, upward in walk(body, poses.reference)}
     path = []
     while segment != poses.reference:
         path.append(came[segment])
         segment = came[segment][0]
-    turn, at = poses.world_from_reference[:, :, :3], poses.world_from_reference[:, :, 3]
+    turn = poses.world_from_reference[:, :, :3]
+    at = poses.world_from_reference[:, :, 3]
     for _, joint, upward in path[::-1]:
-        one, other = (family.in_child, family.in_parent) if upward else (family.in_parent, family.in_child)
+        one, other = (
+            (family.in_child, family.in_parent) if upward else (family.in_parent, family.in_child)
+        )
         rotation = matrices(poses.rotations[:, joint])
         after = turn @ (rotation.transpose(0, 2, 1) if upward else rotation)
-        at = at + np.einsum("bij,bj->bi", turn, one[rows, joint]) - np.einsum("bij,bj->bi", after, other[rows, joint])
+        at = (
+            at
+            + np.einsum("bij,bj->bi", turn, one[rows, joint])
+            - np.einsum("bij,bj->bi", after, other[rows, joint])
+        )
         turn = after
     return np.ascontiguousarray(np.concatenate([turn, at[:, :, None]], axis=2))
 
@@ -105,7 +139,8 @@ def packed_limbs(family: Family, limb: Limb) -> Limbs:
     """The segments that go along with a limb and their spheres, of all bodies of a family."""
     body = family.bodies[0]
     shown = logical_window(body, [body.segments[n] for n in limb.moving], limb.base)
-    chain, moving = packed_chain(body, limb.base, shown), np.isin(np.arange(len(body.segments)), limb.moving)
+    chain = packed_chain(body, limb.base, shown)
+    moving = np.isin(np.arange(len(body.segments)), limb.moving)
     sphere = np.flatnonzero(moving[body.sphere_segment])
     segment = body.sphere_segment[sphere]
     joints = joints_between(body, limb.base, limb.end)
@@ -114,7 +149,8 @@ def packed_limbs(family: Family, limb: Limb) -> Limbs:
     line = family.twist_axis[:, segment]
     out = arm - np.einsum("bsi,bsi->bs", arm, line)[..., None] * line
     up = chain.upward[:, None] == 1
-    below, above = family.in_child[:, chain.joint], family.in_parent[:, chain.joint]
+    below = family.in_child[:, chain.joint]
+    above = family.in_parent[:, chain.joint]
     return Limbs(
         skin=_skin(body, sphere, moving),
         chain=chain,
@@ -128,7 +164,9 @@ def packed_limbs(family: Family, limb: Limb) -> Limbs:
         blend_point=_blend_points(family, sphere, segment),
         at_came=np.ascontiguousarray(np.where(up, below, above)),
         at_to=np.ascontiguousarray(np.where(up, above, below)),
-        solid=np.ascontiguousarray(solids(family.bodies, family.centre, limb)[:, sphere].astype(np.int64)),
+        solid=np.ascontiguousarray(
+            solids(family.bodies, family.centre, limb)[:, sphere].astype(np.int64)
+        ),
         segment=segment,
         link=link[segment],
         carrier=carrier[segment],
@@ -140,15 +178,18 @@ def packed_limbs(family: Family, limb: Limb) -> Limbs:
 
 
 def _carriers(body: Body, limb: Limb, joints: Sequence[int]) -> tuple[Ints, Ints]:
-    """(N,) the link of the chain that each moving segment goes along with, and that link's segment: what hangs on the
-    chain without being in it (the head) goes with the last link before it."""
-    link, carrier = np.zeros(len(body.segments), dtype=np.int64), np.full(len(body.segments), limb.base)
+    """(N,) the link of the chain that each moving segment goes along with, and that link's segment:
+    what hangs on the chain without being in it (the head) goes with the last link before it."""
+    link = np.zeros(len(body.segments), dtype=np.int64)
+    carrier = np.full(len(body.segments), limb.base)
     own = {joint + 1: k + 1 for k, joint in enumerate(joints)}
     for n in range(len(body.segments)):
         if n in own:
-            link[n], carrier[n] = own[n], n
+            link[n] = own[n]
+            carrier[n] = n
         elif body.parent[n] >= 0:
-            link[n], carrier[n] = link[body.parent[n]], carrier[body.parent[n]]
+            link[n] = link[body.parent[n]]
+            carrier[n] = carrier[body.parent[n]]
     return link, carrier
 
 
@@ -157,9 +198,12 @@ def _columns(values: Floats) -> Floats:
 
 
 def _blend_points(family: Family, sphere: Ints, segment: Ints) -> Floats:
-    """(B, S, 3) the joint that a sphere is blended across, in its own segment's frame; zero where it is rigid."""
+    """(B, S, 3) the joint that a sphere is blended across, in its own segment's frame; zero where
+    it is rigid."""
     joint = family.bodies[0].blend_joint[sphere]
-    own = np.where((joint == segment - 1)[:, None], family.in_child[:, joint], family.in_parent[:, joint])
+    own = np.where(
+        (joint == segment - 1)[:, None], family.in_child[:, joint], family.in_parent[:, joint]
+    )
     return np.ascontiguousarray(np.where((joint >= 0)[:, None], own, 0.0))
 
 
@@ -168,10 +212,13 @@ def _skin(body: Body, sphere: Ints, moving: Bools) -> Skin:
     whole = packed_skin(body, moving)
     place = np.full(len(body.sphere_names), -1)
     place[sphere] = np.arange(len(sphere))
-    start = np.concatenate([[0], np.cumsum(np.bincount(body.sphere_segment[sphere], minlength=len(body.segments)))])
+    start = np.concatenate(
+        [[0], np.cumsum(np.bincount(body.sphere_segment[sphere], minlength=len(body.segments)))]
+    )
     blended = whole.blended[place[whole.blended] >= 0]
     counts = np.bincount(body.sphere_segment[blended], minlength=len(body.segments))
-    # copies, so that kernels see arrays of one kind, however the body was made: each other kind is compiled anew
+    # copies, so that kernels see arrays of one kind, however the body was made: each other kind is
+    # compiled anew
     return whole._replace(
         twist_axis=np.array(whole.twist_axis),
         twist_share=np.array(whole.twist_share),

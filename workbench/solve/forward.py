@@ -22,12 +22,16 @@ PIECE = 256
 """Poses a thread takes at a time."""
 
 
-def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None) -> Placed:
-    """Place a body: chain the transforms from the reference segment and put all spheres into the world.
+def place(
+    body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None
+) -> Placed:
+    """Place a body: chain the transforms from the reference segment and put all spheres into the
+    world.
 
-    window: mnemonics of the segments wanted; they and those on their paths to the reference segment are placed, the
-    rest holds NaN and costs nothing. reference: the segment that stands at `poses.world_from_reference`; the poses'
-    own where None. Raises InputError where the poses are of another body or a name is unknown.
+    window: mnemonics of the segments wanted; they and those on their paths to the reference segment
+    are placed, the rest holds NaN and costs nothing. reference: the segment that stands at
+    `poses.world_from_reference`; the poses' own where None. Raises InputError where the poses are
+    of another body or a name is unknown.
     """
     check_joints(body, poses)
     root = poses.reference if reference is None else body.segment(reference)
@@ -38,10 +42,12 @@ def place(body: Body, poses: Poses, *, window: Iterable[str] | None = None, refe
 
 
 def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
-    """Place again after a change that begins at joint `first_changed` in the walk from the reference segment.
+    """Place again after a change that begins at joint `first_changed` in the walk from the
+    reference segment.
 
-    Only what lies at or behind that joint in the walk is computed; the numbers equal a full `place` to the last bit.
-    The placement of the reference segment and all joints before this one must be as they were.
+    Only what lies at or behind that joint in the walk is computed; the numbers equal a full `place`
+    to the last bit. The placement of the reference segment and all joints before this one must be
+    as they were.
     """
     body = placed.body
     check_joints(body, poses)
@@ -55,7 +61,8 @@ def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
 
 
 def rereference(placed: Placed, segment: str) -> Placed:
-    """The same placed bodies seen from a segment: one left-multiplication makes its frame the world's."""
+    """The same placed bodies seen from a segment: one left-multiplication makes its frame the
+    world's."""
     n = placed.body.segment(segment)
     if not placed.window[n]:
         raise InputError(f"segment {segment!r} is outside the logical window")
@@ -69,7 +76,8 @@ def rereference(placed: Placed, segment: str) -> Placed:
 
 
 def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:
-    """The steps of the walk from the reference segment to all that is shown (N,), for the kernels."""
+    """The steps of the walk from the reference segment to all that is shown (N,), for the
+    kernels."""
     return _chain(body, reference, shown.tobytes())
 
 
@@ -78,9 +86,13 @@ def _chain(body: Body, reference: int, window: bytes) -> Chain:
     """The steps, made once for a body, reference segment and window."""
     shown = np.frombuffer(window, dtype=np.bool_)
     steps = [step for step in walk(body, reference) if shown[step[0]]]
-    to, came, joint, upward = (np.array(column, dtype=np.int64) for column in zip(*steps, strict=True)) if steps else (
-        np.zeros(0, np.int64),) * 4  # fmt: skip
-    below, above = body.joint_in_child[joint].reshape(-1, 3), body.joint_in_parent[joint].reshape(-1, 3)
+    to, came, joint, upward = (
+        (np.array(column, dtype=np.int64) for column in zip(*steps, strict=True))
+        if steps
+        else (np.zeros(0, np.int64),) * 4
+    )
+    below = body.joint_in_child[joint].reshape(-1, 3)
+    above = body.joint_in_parent[joint].reshape(-1, 3)
     up = upward[:, None] == 1
     return Chain(to, came, joint, upward, np.where(up, below, above), np.where(up, above, below))
 
@@ -92,7 +104,8 @@ def packed_skin(body: Body, shown: Bools) -> Skin:
 
 @lru_cache(maxsize=64)
 def _skin(body: Body) -> Skin:
-    """The body's spheres as the kernel wants them, once a body (nouns are frozen and compare by identity)."""
+    """The body's spheres as the kernel wants them, once a body (nouns are frozen and compare by
+    identity)."""
     segment = body.sphere_segment
     line = body.twist_axis[segment]
     arm = body.centre - body.twist_point[segment]
@@ -124,7 +137,9 @@ def _empty(shape: tuple[int, ...], shown: Bools) -> Floats:
     return np.empty(shape) if shown.all() else np.full(shape, np.nan)
 
 
-def _followed(body: Body, poses: Poses, placed: tuple[Floats, Bools], walk: tuple[Chain, int]) -> Placed:
+def _followed(
+    body: Body, poses: Poses, placed: tuple[Floats, Bools], walk: tuple[Chain, int]
+) -> Placed:
     """The body placed: the transforms of a walk from one of its steps on, and all spheres."""
     world, shown = placed
     chain, step = walk

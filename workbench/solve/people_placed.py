@@ -23,30 +23,44 @@ PIECE = 64
 
 
 class PeoplePlaced(NamedTuple):
-    """B placed bodies: world_from_segment (B, N, 3, 4), sphere centres (B, S, 3) and radii (B, S) [m]."""
+    """B placed bodies: world_from_segment (B, N, 3, 4), sphere centres (B, S, 3) and radii (B, S)
+    [m]."""
 
     world_from_segment: Floats
     centres: Floats
     radius: Floats
 
 
-def place_people(bodies: Sequence[Body], poses: Poses, *, threads: int | None = None) -> PeoplePlaced:
-    """Place B bodies of a family, with the same segments, joints and spheres by number, a row of poses each: what
-    `place` gives for one after the other. UsageError where there are not as many poses as bodies."""
+def place_people(
+    bodies: Sequence[Body], poses: Poses, *, threads: int | None = None
+) -> PeoplePlaced:
+    """Place B bodies of a family, with the same segments, joints and spheres by number, a row of
+    poses each: what `place` gives for one after the other. UsageError where there are not as many
+    poses as bodies."""
     if len(poses) != len(bodies):
         raise UsageError(f"{len(bodies)} bodies need as many poses, got {len(poses)}")
     family = family_of(tuple(bodies))
     first = bodies[0]
     shown = np.ones(len(first.segments), dtype=np.bool_)
-    chain, skin = packed_chain(first, poses.reference, shown), packed_skin(first, shown)
+    chain = packed_chain(first, poses.reference, shown)
+    skin = packed_skin(first, shown)
     world = np.empty((len(bodies), len(first.segments), 3, 4))
     world[:, poses.reference] = poses.world_from_reference
     centres = np.empty(family.centre.shape)
-    fields = (family.in_parent, family.in_child, family.centre, family.twist_point, family.twist_axis,
-              family.twist_share, family.blend_share)  # fmt: skip
+    fields = (
+        family.in_parent,
+        family.in_child,
+        family.centre,
+        family.twist_point,
+        family.twist_axis,
+        family.twist_share,
+        family.blend_share,
+    )
 
     def work(begin: int, end: int) -> None:
-        place_crew(poses.rotations, chain, skin, first.sphere_segment, fields, world, centres, begin, end)
+        place_crew(
+            poses.rotations, chain, skin, first.sphere_segment, fields, world, centres, begin, end
+        )
 
     in_pieces(work, len(bodies), PIECE, threads=threads)
     return PeoplePlaced(world, centres, family.radius)

@@ -1,4 +1,5 @@
-"""Spherical polygons: how far a direction is from the boundary of the directions that are allowed."""
+"""Spherical polygons: how far a direction is from the boundary of the directions that are
+allowed."""
 
 from __future__ import annotations
 
@@ -12,8 +13,9 @@ __all__ = ["nearest_on_polygon"]
 def nearest_on_polygon(direction: Floats, polygon: Floats, centre: Floats) -> tuple[Floats, Floats]:
     """Nearest boundary point of a spherical polygon that is star-shaped about `centre`.
 
-    direction (P, 3), polygon (V, 3) counter-clockwise about centre, centre (3,): unit vectors. Edges are great
-    circles. Returns the point (P, 3) and the signed angle (P,) [rad], positive inside.
+    direction (P, 3), polygon (V, 3) counter-clockwise about centre, centre (3,): unit vectors.
+    Edges are great circles. Returns the point (P, 3) and the signed angle (P,) [rad], positive
+    inside.
     """
     following = np.roll(polygon, -1, axis=0)
     normal = np.cross(polygon, following)
@@ -34,7 +36,8 @@ def nearest_on_polygon(direction: Floats, polygon: Floats, centre: Floats) -> tu
 
 
 def _inside(direction: Floats, polygon: Floats, frame: tuple[Floats, Floats]) -> Bools:
-    """In the wedge between the centre and an edge, a direction is inside on the centre's side of the edge."""
+    """In the wedge between the centre and an edge, a direction is inside on the centre's side of
+    the edge."""
     normal, centre = frame
     to = np.cross(centre, polygon)
     left = direction @ to.T >= 0

@@ -1,9 +1,11 @@
-"""Joint stops: the margin of every joint in degrees, which motion limits it, and the nearest legal rotation.
+"""Joint stops: the margin of every joint in degrees, which motion limits it, and the nearest legal
+rotation.
 
-The swing cone with four half-angles and two twist limits follows Baerlocher & Boulic 2000 (elliptic swing cones with
-twist); the shoulder's limit is a spherical polygon for the direction of the arm, in the spirit of the sinus cones of
-Engin & Tumer 1989. A margin is the distance to the nearest stop in the plane of the swing vector, or the distance
-to the nearest twist limit if that is less; negative where a stop is breached.
+The swing cone with four half-angles and two twist limits follows Baerlocher & Boulic 2000 (elliptic
+swing cones with twist); the shoulder's limit is a spherical polygon for the direction of the arm,
+in the spirit of the sinus cones of Engin & Tumer 1989. A margin is the distance to the nearest stop
+in the plane of the swing vector, or the distance to the nearest twist limit if that is less;
+negative where a stop is breached.
 """
 
 from __future__ import annotations
@@ -26,9 +28,9 @@ __all__ = ["StopMargins", "nearest_legal", "stop_limits", "stops"]
 
 @dataclass(frozen=True, eq=False)
 class StopMargins:
-    """Margins of P poses: margin (P, J) [rad], positive inside, infinite for free joints; axis, side (P, J): the
-    motion whose stop is nearest (axis 0, 1, 2; side 0 first name, 1 second); nearest (P, J, 4): the nearest legal
-    rotation, the joint's own where it is legal."""
+    """Margins of P poses: margin (P, J) [rad], positive inside, infinite for free joints; axis,
+    side (P, J): the motion whose stop is nearest (axis 0, 1, 2; side 0 first name, 1 second);
+    nearest (P, J, 4): the nearest legal rotation, the joint's own where it is legal."""
 
     body: Body
     margin: Floats
@@ -38,7 +40,9 @@ class StopMargins:
 
     def motion(self, pose: int, joint: int) -> str:
         """Name of the motion whose stop is nearest."""
-        return self.body.stops.motions[joint][int(self.axis[pose, joint])][int(self.side[pose, joint])]
+        return self.body.stops.motions[joint][int(self.axis[pose, joint])][
+            int(self.side[pose, joint])
+        ]
 
 
 def stops(body: Body, poses: Poses) -> StopMargins:
@@ -46,28 +50,43 @@ def stops(body: Body, poses: Poses) -> StopMargins:
     angles = angles_of(body, poses)
     limits = stop_limits(body, angles)
     count = (len(poses), len(body.joints))
-    margin, axis, side = np.full(count, np.inf), np.zeros(count, np.int64), np.zeros(count, np.int64)
-    legal, nearest = angles.copy(), poses.rotations.copy()
+    margin = np.full(count, np.inf)
+    axis = np.zeros(count, np.int64)
+    side = np.zeros(count, np.int64)
+    legal = angles.copy()
+    nearest = poses.rotations.copy()
     kind = body.stops.kind
     for j in np.flatnonzero(kind == StopKind.CONE):
-        _cone(angles[:, j, :2], limits[:, j, :2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
+        _cone(
+            angles[:, j, :2], limits[:, j, :2], (margin[:, j], axis[:, j], side[:, j], legal[:, j])
+        )
     for j in np.flatnonzero(kind == StopKind.HINGE):
-        _hinge(angles[:, j], (limits[:, j], body.stops.play[j]), (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
+        _hinge(
+            angles[:, j],
+            (limits[:, j], body.stops.play[j]),
+            (margin[:, j], axis[:, j], side[:, j], legal[:, j]),
+        )
     for j in np.flatnonzero(kind == StopKind.CONE):
-        _twist(angles[:, j, 2], limits[:, j, 2], (margin[:, j], axis[:, j], side[:, j], legal[:, j]))
+        _twist(
+            angles[:, j, 2], limits[:, j, 2], (margin[:, j], axis[:, j], side[:, j], legal[:, j])
+        )
     composed = compose(body, legal)
     for j in np.flatnonzero(kind == StopKind.POLYGON):
-        composed[:, j] = _polygon(body, poses, (int(j), limits[:, j, 2]), (margin[:, j], axis[:, j], side[:, j]))
+        composed[:, j] = _polygon(
+            body, poses, (int(j), limits[:, j, 2]), (margin[:, j], axis[:, j], side[:, j])
+        )
     breached = margin < 0
     nearest[breached] = composed[breached]
     return StopMargins(body, margin, axis, side, nearest)
 
 
 def nearest_legal(body: Body, poses: Poses) -> Floats:
-    """(P, J, 4) the nearest legal rotations, as those of `stops`, without the margins: what is legal costs little."""
+    """(P, J, 4) the nearest legal rotations, as those of `stops`, without the margins: what is
+    legal costs little."""
     angles = angles_of(body, poses)
     limits = stop_limits(body, angles)
-    legal, moved = angles.copy(), poses.rotations.copy()
+    legal = angles.copy()
+    moved = poses.rotations.copy()
     kind = body.stops.kind
     for j in np.flatnonzero(kind == StopKind.CONE):
         swing = angles[:, j, :2]
@@ -78,12 +97,18 @@ def nearest_legal(body: Body, poses: Poses) -> Floats:
         legal[:, j, 2] = np.clip(angles[:, j, 2], -limits[:, j, 2, 1], limits[:, j, 2, 0])
     for j in np.flatnonzero(kind == StopKind.HINGE):
         slack = np.array([0.0, body.stops.play[j], body.stops.play[j]])
-        legal[:, j] = np.clip(angles[:, j], -(limits[:, j, :, 1] + slack), limits[:, j, :, 0] + slack)
+        legal[:, j] = np.clip(
+            angles[:, j], -(limits[:, j, :, 1] + slack), limits[:, j, :, 0] + slack
+        )
     composed = compose(body, legal)
     changed = np.abs(legal - angles).max(axis=-1) > 0.0
     moved[changed] = composed[changed]
     for j in np.flatnonzero(kind == StopKind.POLYGON):
-        columns = np.zeros(len(poses)), np.zeros(len(poses), np.int64), np.zeros(len(poses), np.int64)
+        columns = (
+            np.zeros(len(poses)),
+            np.zeros(len(poses), np.int64),
+            np.zeros(len(poses), np.int64),
+        )
         inside = _polygon(body, poses, (int(j), limits[:, j, 2]), columns)
         out = columns[0] < 0
         moved[out, j] = inside[out]
@@ -120,13 +145,15 @@ def _hinge(angles: Floats, rule: tuple[Floats, Floats], out: Columns) -> None:
     margin, axis, side, legal = out
     limits, play = rule
     slack = np.array([0.0, play, play])
-    far, near = limits[..., 0] + slack, limits[..., 1] + slack
+    far = limits[..., 0] + slack
+    near = limits[..., 1] + slack
     room = np.stack([far - angles, near + angles], axis=-1)
     room[np.abs(angles) <= slack] = np.inf
     room[:, 0] = np.stack([far[:, 0] - angles[:, 0], near[:, 0] + angles[:, 0]], axis=-1)
     tight = np.argmin(room.reshape(len(room), 6), axis=1)
     margin[:] = np.take_along_axis(room.reshape(len(room), 6), tight[:, None], axis=1)[:, 0]
-    axis[:], side[:] = tight // 2, tight % 2
+    axis[:] = tight // 2
+    side[:] = tight % 2
     legal[:] = np.clip(angles, -near, far)
 
 
@@ -140,8 +167,11 @@ def _twist(twist: Floats, limits: Floats, out: Columns) -> None:
     legal[:, 2] = np.clip(twist, -limits[:, 1], limits[:, 0])
 
 
-def _polygon(body: Body, poses: Poses, joint: tuple[int, Floats], out: tuple[Floats, Ints, Ints]) -> Floats:
-    """Limb direction against the spherical polygon, twist against its limits; returns the legal rotations (P, 4)."""
+def _polygon(
+    body: Body, poses: Poses, joint: tuple[int, Floats], out: tuple[Floats, Ints, Ints]
+) -> Floats:
+    """Limb direction against the spherical polygon, twist against its limits; returns the legal
+    rotations (P, 4)."""
     j, twist_limits = joint
     margin, axis, side = out
     before = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (len(poses), 4))
@@ -162,6 +192,10 @@ def _polygon(body: Body, poses: Poses, joint: tuple[int, Floats], out: tuple[Flo
     moved = poses.rotations.copy()
     moved[:, j] = multiply(conjugate(before), multiply(back, relative))
     legal = angles_of(body, Poses(moved, poses.reference, poses.world_from_reference))
-    _twist(angles_of(body, poses)[:, j, 2], twist_limits, (margin, axis, side, np.zeros((len(poses), 3))))
+    _twist(
+        angles_of(body, poses)[:, j, 2],
+        twist_limits,
+        (margin, axis, side, np.zeros((len(poses), 3))),
+    )
     legal[:, j, 2] = np.clip(legal[:, j, 2], -twist_limits[:, 1], twist_limits[:, 0])
     return compose(body, legal)[:, j]

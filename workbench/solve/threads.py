@@ -15,9 +15,11 @@ THREADS = "WORKBENCH_THREADS"
 
 
 def cores() -> int:
-    """How many cores this process may use, no more than WORKBENCH_THREADS where that is set; UsageError where it is no
-    number."""
-    there = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """How many cores this process may use, no more than WORKBENCH_THREADS where that is set;
+    UsageError where it is no number."""
+    there = (
+        len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    )
     asked = os.environ.get(THREADS, "")
     if not asked:
         return there
@@ -26,11 +28,14 @@ def cores() -> int:
     return min(there, int(asked))
 
 
-def in_pieces(work: Callable[[int, int], None], count: int, size: int, *, threads: int | None = None) -> None:
-    """Call work(begin, end) for the pieces of at most `size` of range(count), each once, `threads` at a time.
+def in_pieces(
+    work: Callable[[int, int], None], count: int, size: int, *, threads: int | None = None
+) -> None:
+    """Call work(begin, end) for the pieces of at most `size` of range(count), each once, `threads`
+    at a time.
 
-    The pieces are the same for every number of threads and must not share what they write, so no answer can depend
-    on it. threads: all cores where None.
+    The pieces are the same for every number of threads and must not share what they write, so no
+    answer can depend on it. threads: all cores where None.
     """
     if threads is not None and threads < 1:
         raise UsageError(f"threads: expected 1 or more, got {threads}")

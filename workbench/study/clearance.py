@@ -34,7 +34,9 @@ def clearance_study(study: Study) -> Result:
     study, told = prepared(study)
     environment = adjusted_environment(study)
     placed = {person.name: place_person(person, environment) for person in study.people}
-    people = {person.name: _measure(person, placed[person.name], environment) for person in study.people}
+    people = {
+        person.name: _measure(person, placed[person.name], environment) for person in study.people
+    }
     pairs = list(combinations(placed, 2))
     reaches = tuple(control_reaches(study, placed, environment))
     measured = Measured(
@@ -67,7 +69,11 @@ def clearance_study(study: Study) -> Result:
 
 
 def _measure(person: Person, placed: Placed, environment: Environment) -> PersonResult:
-    poses = Poses(person.poses.rotations, person.poses.reference, placed.world_from_segment[:, person.poses.reference])
+    poses = Poses(
+        person.poses.rotations,
+        person.poses.reference,
+        placed.world_from_segment[:, person.poses.reference],
+    )
     margins = stops(person.body, poses)
     joints = range(len(person.body.joints))
     return PersonResult(
@@ -77,5 +83,7 @@ def _measure(person: Person, placed: Placed, environment: Environment) -> Person
         self_contacts=self_contacts(placed),
         clearance=nearest(placed, environment),
         margin=margins.margin,
-        margin_motion=tuple(tuple(margins.motion(p, j) for j in joints) for p in range(len(placed))),
+        margin_motion=tuple(
+            tuple(margins.motion(p, j) for j in joints) for p in range(len(placed))
+        ),
     )

@@ -1,4 +1,5 @@
-"""Criteria: each check is one function from what was measured to findings, and one row in a table."""
+"""Criteria: each check is one function from what was measured to findings, and one row in a
+table."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ ANGLE_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Everything the checks look at: people, their own segments' clearance, that between people, and their reaches."""
+    """Everything the checks look at: people, their own segments' clearance, that between people,
+    and their reaches."""
 
     environment: Environment
     people: Mapping[str, PersonResult]
@@ -34,15 +36,25 @@ class Measured:
 def verdict(criterion: Criterion, measured: Measured) -> Verdict:
     """How one criterion came out."""
     tolerance = ANGLE_TOLERANCE if criterion.check == "stops" else LENGTH_TOLERANCE
-    findings = sorted(CHECKS[criterion.check](criterion, measured), key=lambda f: (f.value - f.limit, f.case, f.person))
+    findings = sorted(
+        CHECKS[criterion.check](criterion, measured),
+        key=lambda f: (f.value - f.limit, f.case, f.person),
+    )
     breaches = tuple(f for f in findings if f.value < f.limit - tolerance)
     # a criterion that looked at nothing has shown nothing
     passed = bool(findings) and not breaches
-    return Verdict(criterion, passed, findings[0] if findings else None, breaches, _doubtful(findings, breaches))
+    return Verdict(
+        criterion,
+        passed,
+        findings[0] if findings else None,
+        breaches,
+        _doubtful(findings, breaches),
+    )
 
 
 def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:
-    """What could turn a verdict: one finding that may be a breach, or all breaches together that may be none."""
+    """What could turn a verdict: one finding that may be a breach, or all breaches together that
+    may be none."""
     known = [f for f in breaches or findings if f.doubt > 0]
     if not known or len(known) < len(breaches):
         return None
@@ -50,11 +62,14 @@ def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding
 
 
 def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
-    """Overlap with parts beyond what the parts allow: distance plus allowed depth must not be negative."""
+    """Overlap with parts beyond what the parts allow: distance plus allowed depth must not be
+    negative."""
     for person in _wanted(criterion, measured):
         allowed = allowed_depth(person.placed.body, measured.environment)
         keep = _keep(criterion, person, measured.environment)
-        yield from _pairs(person.clearance, (person.clearance.distance, -allowed, keep), (person.name, ""))
+        yield from _pairs(
+            person.clearance, (person.clearance.distance, -allowed, keep), (person.name, "")
+        )
 
 
 def _clearance(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -63,7 +78,9 @@ def _clearance(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
         allowed = allowed_depth(person.placed.body, measured.environment)
         keep = _keep(criterion, person, measured.environment) & (allowed == 0)
         limit = np.full(allowed.shape, criterion.at_least)
-        yield from _pairs(person.clearance, (person.clearance.distance, limit, keep), (person.name, ""))
+        yield from _pairs(
+            person.clearance, (person.clearance.distance, limit, keep), (person.name, "")
+        )
 
 
 def _self_contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -78,8 +95,10 @@ def _self_contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]
 def _between_people(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     for (one, other), near in measured.between.items():
         if one in criterion.people or other in criterion.people:
-            rows, columns = (np.isin(measured.people[name].placed.body.segments, criterion.segments)
-                             for name in (one, other))  # fmt: skip
+            rows, columns = (
+                np.isin(measured.people[name].placed.body.segments, criterion.segments)
+                for name in (one, other)
+            )
             keep = rows[:, None] & columns[None, :]
             limit = np.full(keep.shape, criterion.at_least)
             yield from _pairs(near, (near.distance, limit, keep), (one, other))
@@ -103,14 +122,17 @@ def _stops(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
 
 
 def _reach(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
-    """Each control in the zone asked for, or its own: how far the grip stays from it must be nothing."""
+    """Each control in the zone asked for, or its own: how far the grip stays from it must be
+    nothing."""
     for row in measured.reaches:
         wanted = row.person in criterion.people and row.control in criterion.controls
         if wanted and row.zone == (criterion.zone or row.own_zone):
             # what is reached only through an obstacle is not reached
             short = 0.0 if row.reached else max(row.miss + row.overlap, 1e-4)
             words = f"the {row.limb}"
-            target = f"{row.control} in zone {row.zone}" + (f", limited by {row.limit}" if row.limit else "")
+            target = f"{row.control} in zone {row.zone}" + (
+                f", limited by {row.limit}" if row.limit else ""
+            )
             yield Finding(0, row.person, "", words, target, -short, 0.0)
 
 
@@ -134,7 +156,9 @@ def _keep(criterion: Criterion, person: PersonResult, environment: Environment) 
     return rows[:, None] & np.isin(environment.parts, criterion.parts)[None, :]
 
 
-def _pairs(near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[str, str]) -> Iterator[Finding]:
+def _pairs(
+    near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[str, str]
+) -> Iterator[Finding]:
     """The worst finding of each case, and every breach."""
     distance, limit, keep = rule
     room = np.where(keep & np.isfinite(distance), distance - limit, np.inf)
@@ -160,8 +184,8 @@ def _pairs(near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[st
 
 
 def _surface(near: Clearance) -> Floats:
-    """(2, N, K) [m] how far the true surface may lie outside and inside the spheres of each pair, NaN where not known;
-    parts of an environment are where they are."""
+    """(2, N, K) [m] how far the true surface may lie outside and inside the spheres of each pair,
+    NaN where not known; parts of an environment are where they are."""
     own = near.body.fit_error.T[:, :, None]
     if isinstance(near.other, Environment):
         return np.broadcast_to(own, (2, *near.distance.shape[1:]))

@@ -1,4 +1,5 @@
-"""Many people as bodies: one for each person of a population, in order, with files' names that say who they are."""
+"""Many people as bodies: one for each person of a population, in order, with files' names that say
+who they are."""
 
 from __future__ import annotations
 
@@ -16,19 +17,32 @@ from workbench.study.persons import APART, SizedBody
 
 __all__ = ["SHOWN", "file_names", "people_bodies"]
 
-# What a person's body shows exactly where nothing else is asked for: those that a workplace is fitted to.
+# What a person's body shows exactly where nothing else is asked for: those that a workplace is
+# fitted to.
 SHOWN = (
-    "stature", "sitting_height", "bideltoid_breadth", "buttock_knee_length", "knee_height_sitting",
-    "popliteal_height", "hip_breadth", "thigh_clearance", "shoulder_elbow_length", "radiale_stylion_length",
-    "hand_length", "foot_length", "chest_depth",
-)  # fmt: skip
+    "stature",
+    "sitting_height",
+    "bideltoid_breadth",
+    "buttock_knee_length",
+    "knee_height_sitting",
+    "popliteal_height",
+    "hip_breadth",
+    "thigh_clearance",
+    "shoulder_elbow_length",
+    "radiale_stylion_length",
+    "hand_length",
+    "foot_length",
+    "chest_depth",
+)
 
 
-def people_bodies(bodies: Mapping[str, Body], people: Population, shown: Sequence[str]) -> Iterator[SizedBody]:
+def people_bodies(
+    bodies: Mapping[str, Body], people: Population, shown: Sequence[str]
+) -> Iterator[SizedBody]:
     """The body of each person: of a man from bodies["male"], of a woman from bodies["female"].
 
-    shown: the measures it shows exactly (see scaling.measure); the person's others are drawn near, masses add up to the
-    person's. InputError names the person of whom there is no such body.
+    shown: the measures it shows exactly (see scaling.measure); the person's others are drawn near,
+    masses add up to the person's. InputError names the person of whom there is no such body.
     """
     exact = check_measures(shown, [name for name in people.names if name in MEASURES])
     near = [name for name in people.names if name in MEASURES and name not in (*exact, *APART)]
@@ -36,7 +50,9 @@ def people_bodies(bodies: Mapping[str, Body], people: Population, shown: Sequenc
     made = {}
     for sex in {SEXES[int(code)] for code in people.sex}:
         own = [row for row, code in zip(rows, people.sex, strict=True) if SEXES[int(code)] == sex]
-        given, rest = ([{name: row[name] for name in names} for row in own] for names in (exact, near))
+        given, rest = (
+            [{name: row[name] for name in names} for row in own] for names in (exact, near)
+        )
         made[sex] = scale_many(bodies[sex], given, others=rest)
     for row, code, label in zip(rows, people.sex, people.labels, strict=True):
         sex = SEXES[int(code)]
@@ -61,7 +77,8 @@ def _person(
 
 
 def file_names(people: Population) -> list[str]:
-    """A file name for each person, by sex and label: "male_5.yaml"; numbered where two would be the same."""
+    """A file name for each person, by sex and label: "male_5.yaml"; numbered where two would be the
+    same."""
     names: list[str] = []
     for code, label in zip(people.sex, people.labels, strict=True):
         sex = SEXES[int(code)]

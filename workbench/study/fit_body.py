@@ -1,4 +1,5 @@
-"""Which spheres are this surface? A mesh or outlines, with or without a skeleton, to the text of a body file."""
+"""Which spheres are this surface? A mesh or outlines, with or without a skeleton, to the text of a
+body file."""
 
 from __future__ import annotations
 
@@ -49,18 +50,21 @@ _MM = ("mean", "p95", "to_spheres", "to_surface", "outside", "inside")
 
 @dataclass(frozen=True, eq=False)
 class Skeleton:
-    """A body whose segments a surface is cut into: its file, and where its segments stand, world (N, 3, 4) [m]."""
+    """A body whose segments a surface is cut into: its file, and where its segments stand, world
+    (N, 3, 4) [m]."""
 
     body: Body
     path: Path
     world: Floats
 
 
-def read_surface(source: Path, *, length: str | None = None, up: str = "z", forward: str = "x") -> Surface:
+def read_surface(
+    source: Path, *, length: str | None = None, up: str = "z", forward: str = "x"
+) -> Surface:
     """The closed surface of a mesh file or of outlines (.yaml), x forward, y left, z up.
 
-    length: the mesh's unit where its file does not say it. UsageError where nobody says it; InputError where the
-    surface is not that of a solid of a plausible size.
+    length: the mesh's unit where its file does not say it. UsageError where nobody says it;
+    InputError where the surface is not that of a solid of a plausible size.
     """
     if source.suffix.lower() in (".yaml", ".yml"):
         return outline_surface(load_outlines(source))
@@ -70,7 +74,9 @@ def read_surface(source: Path, *, length: str | None = None, up: str = "z", forw
     raw = read_mesh(source)
     metres = metres_in[length] if length else raw.metres
     if metres is None:
-        raise UsageError(f"{source}: the file does not say its unit of length: state it (--length {units})")
+        raise UsageError(
+            f"{source}: the file does not say its unit of length: state it (--length {units})"
+        )
     parts = to_world(raw, axes(up, forward), metres=metres)
     first = np.cumsum([0, *(len(p.vertices) for p in parts)])
     faces = np.concatenate([p.faces + n for p, n in zip(parts, first, strict=False)])
@@ -80,12 +86,16 @@ def read_surface(source: Path, *, length: str | None = None, up: str = "z", forw
     return replace(surface, notes=(*surface.notes, *doubts)) if doubts else surface
 
 
-def placed_skeleton(source: str | Path, *, posture: str | None = None, at: Floats | None = None) -> Skeleton:
-    """A body as a skeleton, in its zero pose or a posture of its own, its reference segment's origin at (3,) [m].
+def placed_skeleton(
+    source: str | Path, *, posture: str | None = None, at: Floats | None = None
+) -> Skeleton:
+    """A body as a skeleton, in its zero pose or a posture of its own, its reference segment's
+    origin at (3,) [m].
 
     UsageError where the posture twists what a segment shares: its spheres could not be turned back.
     """
-    body, path = load_body(source), body_path(source)
+    body = load_body(source)
+    path = body_path(source)
     poses = pose(body, {})
     if posture is not None:
         file = posture_path(path)
@@ -95,38 +105,65 @@ def placed_skeleton(source: str | Path, *, posture: str | None = None, at: Float
     shared = body.twist_joint[body.twist_joint >= 0]
     if np.abs(angles_of(body, poses)[0, shared, 2]).max(initial=0.0) > _TWISTED:
         turned = ", ".join(body.joints[j] for j in shared)
-        raise UsageError(f"posture {posture!r}: the joints whose twist a segment shares ({turned}) must not be twisted")
+        raise UsageError(
+            f"posture {posture!r}: the joints whose twist a segment shares ({turned}) must not be twisted"
+        )
     world = place(body, poses).world_from_segment[0].copy()
     world[..., 3] += np.zeros(3) if at is None else np.asarray(at)
     return Skeleton(body, path, world)
 
 
 def fit_body(
-    surface: Surface, skeleton: Skeleton | None, limits: Limits, *, count: int | None = None, seed: int = 0
+    surface: Surface,
+    skeleton: Skeleton | None,
+    limits: Limits,
+    *,
+    count: int | None = None,
+    seed: int = 0,
 ) -> SegmentedFit:
     """Spheres for each segment of a skeleton, or for one segment without one."""
     if skeleton is None:
         return fit_whole(surface, limits, name=ALONE, count=count, seed=seed)
     return fit_segments(
-        surface, bones_of(skeleton.body, skeleton.world), outward=limits.outward, inward=limits.inward,
-        least_radius=limits.least, greatest_radius=limits.greatest, count=count, seed=seed,
-    )  # fmt: skip
+        surface,
+        bones_of(skeleton.body, skeleton.world),
+        outward=limits.outward,
+        inward=limits.inward,
+        least_radius=limits.least,
+        greatest_radius=limits.greatest,
+        count=count,
+        seed=seed,
+    )
 
 
 def fitted_body_text(
-    surface: Surface, cut: SegmentedFit, skeleton: Skeleton | None, *, name: str, description: str, source: str
+    surface: Surface,
+    cut: SegmentedFit,
+    skeleton: Skeleton | None,
+    *,
+    name: str,
+    description: str,
+    source: str,
 ) -> str:
     """The body file of a fit. Masses are those of the parts' volumes at the density of a body."""
-    errors = {n: (DENSITY * p.volume, p.outside, p.inside) for n, p in zip(cut.segments, cut.parts, strict=True)}
+    errors = {
+        n: (DENSITY * p.volume, p.outside, p.inside)
+        for n, p in zip(cut.segments, cut.parts, strict=True)
+    }
     if skeleton is None:
         middle = _centroid(surface)
-        segments = {ALONE: FittedSegment(cut.fit.centre - middle, cut.fit.radius, {}, *errors[ALONE])}
+        segments = {
+            ALONE: FittedSegment(cut.fit.centre - middle, cut.fit.radius, {}, *errors[ALONE])
+        }
         return fitted_text(segments, name=name, description=description, source=source)
-    body, segments = skeleton.body, {}
+    body = skeleton.body
+    segments = {}
     for segment, (centre, radius) in spheres_in_frames(body, skeleton.world, cut).items():
         names = named_rows(body, body.segment(segment), centre, radius)
         segments[segment] = FittedSegment(centre, radius, names, *errors[segment])
-    return fitted_text(segments, name=name, description=description, source=source, skeleton=(body, skeleton.path))
+    return fitted_text(
+        segments, name=name, description=description, source=source, skeleton=(body, skeleton.path)
+    )
 
 
 def figures(surface: Surface, cut: SegmentedFit) -> dict[str, Any]:
@@ -134,19 +171,29 @@ def figures(surface: Surface, cut: SegmentedFit) -> dict[str, Any]:
     q = cut.fit.quality
     whole = asdict(q) | {"volume": surface.volume}
     rows = {name: asdict(part) for name, part in zip(cut.segments, cut.parts, strict=True)}
-    return {"whole": _told(whole), "segments": {name: _told(row) for name, row in rows.items()},
-            "notes": list(surface.notes)}  # fmt: skip
+    return {
+        "whole": _told(whole),
+        "segments": {name: _told(row) for name, row in rows.items()},
+        "notes": list(surface.notes),
+    }
 
 
 def bound_of(surface: Surface, skeleton: Skeleton | None, limits: Limits, *, seed: int = 0) -> int:
-    """No union of candidates within the tolerances has fewer spheres than this (`fewest_spheres`)."""
+    """No union of candidates within the tolerances has fewer spheres than this
+    (`fewest_spheres`)."""
     if skeleton is None:
         none = Joints(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
         return fewest_spheres(surface, limits, none, Regions(), seed=seed)
     bones = bones_of(skeleton.body, skeleton.world)
     point, served = bones.joints()
     radius = np.minimum(-surface.distance(point), limits.greatest)
-    return fewest_spheres(surface, limits, Joints(point, radius, packed(served)), regions_of(surface, bones), seed=seed)
+    return fewest_spheres(
+        surface,
+        limits,
+        Joints(point, radius, packed(served)),
+        regions_of(surface, bones),
+        seed=seed,
+    )
 
 
 def _told(row: dict[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,5 @@
-"""Motion files as poses of a body: each format by its own way, moved and turned into the environment."""
+"""Motion files as poses of a body: each format by its own way, moved and turned into the
+environment."""
 
 from __future__ import annotations
 
@@ -29,9 +30,10 @@ _LOOSE = 0.02
 
 @dataclass(frozen=True)
 class MotionOptions:
-    """How a motion file is read. names: bones by segment, or usual marker names by the file's; up: its upward axis;
-    metres: one unit of a BVH file [m]; keep: the frames wanted; gaps: the longest [s] that is bridged; move (3,) [m]
-    and yaw [rad]: where it is put, turned about the vertical first."""
+    """How a motion file is read. names: bones by segment, or usual marker names by the file's; up:
+    its upward axis; metres: one unit of a BVH file [m]; keep: the frames wanted; gaps: the longest
+    [s] that is bridged; move (3,) [m] and yaw [rad]: where it is put, turned about the vertical
+    first."""
 
     names: Mapping[str, str] | None = None
     up: str | None = None
@@ -42,9 +44,11 @@ class MotionOptions:
     yaw: float = 0.0
 
 
-def load_motion(body: Body, path: str | Path, *, options: MotionOptions | None = None) -> tuple[Poses, tuple[str, ...]]:
-    """A motion file of any known format as poses of a body with their times, and what was assumed or is odd, in
-    sentences. InputError with file and line for every fault."""
+def load_motion(
+    body: Body, path: str | Path, *, options: MotionOptions | None = None
+) -> tuple[Poses, tuple[str, ...]]:
+    """A motion file of any known format as poses of a body with their times, and what was assumed
+    or is odd, in sentences. InputError with file and line for every fault."""
     given = options or MotionOptions()
     loading = _Loading(body, given)
     turn = attitude_matrix(yaw=given.yaw)
@@ -66,16 +70,20 @@ class _Loading:
     """What a file holds, piece by piece, as poses of a body; and what was assumed, once."""
 
     def __init__(self, body: Body, given: MotionOptions) -> None:
-        self._body, self._given = body, given
+        self._body = body
+        self._given = given
         self._notes: dict[str, None] = {}
         self._loosest = (_LOOSE, "")
 
     def poses(self, found: Recorded) -> Poses:
         """A piece as poses."""
-        body, given = self._body, self._given
+        body = self._body
+        given = self._given
         notes: tuple[str, ...] = ()
         if isinstance(found, Bones):
-            poses, notes = retarget(body, found, names=given.names, up=given.up, metres=given.metres)
+            poses, notes = retarget(
+                body, found, names=given.names, up=given.up, metres=given.metres
+            )
         elif isinstance(found, Markers):
             poses, notes = _from_markers(body, found, given)
         elif isinstance(found, Coordinates):
@@ -95,17 +103,25 @@ class _Loading:
     def told(self) -> tuple[str, ...]:
         """What was assumed, or is odd."""
         apart, segment = self._loosest
-        loose = (f"segment {segment} is up to {1000 * apart:.0f} mm from where the joints of {self._body.name} put it: "
-                 "another size of body?")  # fmt: skip
+        loose = (
+            f"segment {segment} is up to {1000 * apart:.0f} mm from where the joints of {self._body.name} put it: "
+            "another size of body?"
+        )
         return (*self._notes, loose) if segment else tuple(self._notes)
 
 
-def _from_markers(body: Body, markers: Markers, given: MotionOptions) -> tuple[Poses, tuple[str, ...]]:
+def _from_markers(
+    body: Body, markers: Markers, given: MotionOptions
+) -> tuple[Poses, tuple[str, ...]]:
     fit = poses_from_markers(body, bridged(markers, longest=given.gaps), names=given.names)
     rms = np.sqrt(np.nanmean(fit.residual**2))
-    per = np.sqrt(np.nansum(fit.residual**2, axis=0) / np.maximum(np.isfinite(fit.residual).sum(axis=0), 1))
+    per = np.sqrt(
+        np.nansum(fit.residual**2, axis=0) / np.maximum(np.isfinite(fit.residual).sum(axis=0), 1)
+    )
     worst = int(np.argmax(per))
-    said = f"{len(fit.markers)} markers are carried to {1000 * rms:.1f} mm (root mean square), the worst is " \
-           f"{fit.markers[worst]} with {1000 * per[worst]:.1f} mm"  # fmt: skip
+    said = (
+        f"{len(fit.markers)} markers are carried to {1000 * rms:.1f} mm (root mean square), the worst is "
+        f"{fit.markers[worst]} with {1000 * per[worst]:.1f} mm"
+    )
     unused = (f"markers not used: {', '.join(fit.unused)}",) if fit.unused else ()
     return fit.poses, (*fit.notes, said, *unused)

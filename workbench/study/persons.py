@@ -1,4 +1,5 @@
-"""One person of a population as a body: the given measures exactly, the others as people with these have them."""
+"""One person of a population as a body: the given measures exactly, the others as people with these
+have them."""
 
 from __future__ import annotations
 
@@ -24,16 +25,25 @@ __all__ = ["RARE", "SizedBody", "person_body", "sized"]
 Measures = Mapping[str, float]
 
 RARE = 4.0
-"""A measure this many standard deviations from what the others make likely is no slip of the tape: it is told."""
+"""A measure this many standard deviations from what the others make likely is no slip of the tape:
+it is told."""
 FAR = 0.1
-"""The least percentile of the growth charts that is taken for a child's; the curves say nothing farther out."""
-# measures whose figures and definition on the sphere body are known not to agree (see shape.scaling.measure)
-APART = ("functional_leg_length", "hip_breadth_sitting", "cervicale_height", "cervicale_height_sitting")
+"""The least percentile of the growth charts that is taken for a child's; the curves say nothing
+farther out."""
+# measures whose figures and definition on the sphere body are known not to agree (see
+# shape.scaling.measure)
+APART = (
+    "functional_leg_length",
+    "hip_breadth_sitting",
+    "cervicale_height",
+    "cervicale_height_sitting",
+)
 
 
 @dataclass(frozen=True, eq=False)
 class SizedBody:
-    """A body, all measures expected of the person [m; kg], and in words what is improbable about the given ones."""
+    """A body, all measures expected of the person [m; kg], and in words what is improbable about
+    the given ones."""
 
     body: Body
     measures: Mapping[str, float]
@@ -51,13 +61,16 @@ def person_body(
 ) -> SizedBody:
     """Scale a body to a person with these measures [m; mass in kg].
 
-    Measures that are not given are drawn near to their conditional mean in a population; of a child of an age [years]
-    the growth charts tell stature and mass, and the body's own family the rest. The masses add up to the given or
-    expected mass. detail: of the body's family. InputError for unknown or contradicting measures.
+    Measures that are not given are drawn near to their conditional mean in a population; of a child
+    of an age [years] the growth charts tell stature and mass, and the body's own family the rest.
+    The masses add up to the given or expected mass. detail: of the body's family. InputError for
+    unknown or contradicting measures.
     """
     for name in measures:
         if name not in MEASURES and name != "mass":
-            raise InputError(f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'], words=WORDS)}")
+            raise InputError(
+                f"no measure {name!r}; {one_of(name, [*MEASURES, 'mass'], words=WORDS)}"
+            )
     check_plausible(measures)
     if isinstance(people, Growth):
         return _child(morph_to(body, detail), people, (sex, age), measures)
@@ -65,7 +78,9 @@ def person_body(
         raise InputError(f"an age goes with growth charts, not with the population {people.name}")
     scores = scores_of(people, sex)
     known = {name: value for name, value in measures.items() if name in scores.names}
-    expected = condition(scores, known) if known else condition(scores, {"stature": _median(people, sex)})
+    expected = (
+        condition(scores, known) if known else condition(scores, {"stature": _median(people, sex)})
+    )
     values = dict(zip(expected.names, expected.values[0].tolist(), strict=True))
     return _made(morph_to(body, detail), measures, values, _improbable(scores, known))
 
@@ -77,16 +92,20 @@ def _made(body: Body, measures: Measures, values: Measures, told: tuple[str, ...
     try:
         made = scale(body, exact, others=near)
     except InputError:
-        made = scale(body, exact)  # what is given comes first; where even that cannot be had, this says so
+        made = scale(
+            body, exact
+        )  # what is given comes first; where even that cannot be had, this says so
         told += ("the measures that are not given could not be drawn near to those of such people",)
     mass = measures.get("mass", values.get("mass", float(made.mass.sum())))
     made = replace(made, mass=made.mass * (mass / made.mass.sum()))
     return SizedBody(made, {**values, **measures}, told)
 
 
-def _child(body: Body, growth: Growth, who: tuple[str, float | None], measures: Measures) -> SizedBody:
-    """A child: stature and mass that are not given stand at the same percentile of its age as the one that is, at the
-    median where neither is."""
+def _child(
+    body: Body, growth: Growth, who: tuple[str, float | None], measures: Measures
+) -> SizedBody:
+    """A child: stature and mass that are not given stand at the same percentile of its age as the
+    one that is, at the median where neither is."""
     sex, age = who
     if age is None:
         raise InputError(f"{growth.name} are growth charts: they need an age in years")
@@ -97,24 +116,31 @@ def _child(body: Body, growth: Growth, who: tuple[str, float | None], measures: 
         percentile = float(growth_percentile(growth, sex, known[0], measures[known[0]], age=age))
         if not FAR <= percentile <= 100 - FAR:
             unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
-            told = (f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is at percentile {percentile:.2g} at {age:g} "
-                    f"years; there may be no such child",)  # fmt: skip
+            told = (
+                f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is at percentile {percentile:.2g} at {age:g} "
+                f"years; there may be no such child",
+            )
         percentile = min(max(percentile, FAR), 100 - FAR)
     row = growth_values(growth, sex, percentile, age=age)[0]
     expected = dict(zip(growth.names, row.tolist(), strict=True))
     lengths = set(measures) - {"mass"}
-    return _made(body, measures if lengths else {"stature": expected["stature"], **measures}, expected, told)
+    return _made(
+        body, measures if lengths else {"stature": expected["stature"], **measures}, expected, told
+    )
 
 
 def sized(study: Study) -> tuple[Study, list[str]]:
-    """The study with every person's body at its size, dressed, and what is improbable about the sizes, person by
-    person."""
-    people, told = [], []
+    """The study with every person's body at its size, dressed, and what is improbable about the
+    sizes, person by person."""
+    people = []
+    told = []
     for person in study.people:
         body = morph_to(person.body, person.detail)
         if person.size is not None:
             size = person.size
-            made = person_body(body, size.population, sex=size.sex, measures=size.measures, age=size.age)
+            made = person_body(
+                body, size.population, sex=size.sex, measures=size.measures, age=size.age
+            )
             body = made.body
             told += [f"{person.name}: {warning}" for warning in made.warnings]
         people.append(replace(person, body=wear(body, person.wears)))
@@ -134,6 +160,10 @@ def _improbable(scores: Scores, known: Mapping[str, float]) -> tuple[str, ...]:
     if abs(surprise) < RARE:
         return ()
     shown = f"{known[name]:.0f} kg" if name == "mass" else f"{1000 * known[name]:.0f} mm"
-    against = "what the other measures make likely" if len(known) > 1 else "the middle of the population"
-    return (f"{name} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
-            f"there may be no such person",)  # fmt: skip
+    against = (
+        "what the other measures make likely" if len(known) > 1 else "the middle of the population"
+    )
+    return (
+        f"{name} {shown} is {abs(surprise):.1f} standard deviations from {against}; "
+        f"there may be no such person",
+    )

@@ -1,4 +1,5 @@
-"""People into their places: seats are adjusted with the parts that move along, bodies settle into them."""
+"""People into their places: seats are adjusted with the parts that move along, bodies settle into
+them."""
 
 from __future__ import annotations
 
@@ -26,14 +27,17 @@ def adjusted_environment(study: Study) -> Environment:
 
 
 def place_person(person: Person, environment: Environment) -> Placed:
-    """The person's body in all cases, in its seat, standing on its point, or where its poses say."""
+    """The person's body in all cases, in its seat, standing on its point, or where its poses
+    say."""
     poses = person.poses
     if person.seat is not None:
         seat = environment.seat(person.seat)
         world = poses.world_from_reference.copy()
         world[:, :, :3] = seat_attitude(seat)
         srp = seat_point(person, environment)
-        sitting = seat_body(person.body, Poses(poses.rotations, poses.reference, world), seat, srp=srp)
+        sitting = seat_body(
+            person.body, Poses(poses.rotations, poses.reference, world), seat, srp=srp
+        )
         if any(person.held):
             held = np.array(person.held)[:, None, None]
             world = np.where(held, poses.world_from_reference, sitting.world_from_reference)
@@ -43,19 +47,23 @@ def place_person(person: Person, environment: Environment) -> Placed:
         centres = place(person.body, poses).centres
         world = poses.world_from_reference.copy()
         lowest = np.min(centres[:, :, 2] - person.body.radius, axis=1)
-        world[:, :, 3] += np.array(person.stand) - np.stack([world[:, 0, 3], world[:, 1, 3], lowest], axis=1)
+        world[:, :, 3] += np.array(person.stand) - np.stack(
+            [world[:, 0, 3], world[:, 1, 3], lowest], axis=1
+        )
         poses = Poses(poses.rotations, poses.reference, world)
     return place(person.body, poses)
 
 
 def seat_point(person: Person, environment: Environment) -> Floats:
-    """(3,) [m] the reference point of the person's seat where the seat stands. InputError for somebody without one."""
+    """(3,) [m] the reference point of the person's seat where the seat stands. InputError for
+    somebody without one."""
     point: Floats = np.array(environment.seat(person.seat or "").srp) + _travel(person, environment)
     return point
 
 
 def _travel(person: Person, environment: Environment) -> Floats:
-    """(3,) [m] how far the person's seat stands from its reference position: horizontally ahead, and up."""
+    """(3,) [m] how far the person's seat stands from its reference position: horizontally ahead,
+    and up."""
     centre = seat_planes(environment.seat(person.seat or ""))[2]
     ahead = np.array([centre[1], -centre[0], 0.0])
     travel: Floats = ahead * person.forward + np.array([0.0, 0.0, person.up])

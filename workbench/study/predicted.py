@@ -1,5 +1,5 @@
-"""Predicted postures: the seat where it gives view and pedals, feet on the pedals, hands on the controls; drivers by
-the statistical posture."""
+"""Predicted postures: the seat where it gives view and pedals, feet on the pedals, hands on the
+controls; drivers by the statistical posture."""
 
 from __future__ import annotations
 
@@ -26,19 +26,21 @@ TOLD = 1e-3
 
 
 def prepared(study: Study) -> tuple[Study, list[str]]:
-    """The study as a run measures it and as pictures show it: bodies at their size, predicted postures found; and in
-    words what is improbable about the sizes and what could not be had."""
+    """The study as a run measures it and as pictures show it: bodies at their size, predicted
+    postures found; and in words what is improbable about the sizes and what could not be had."""
     study, told = sized(study)
     study, short = predicted(study)
     return study, [*told, *short]
 
 
 def predicted(study: Study) -> tuple[Study, list[str]]:
-    """The study with every posture that is to be predicted found, and in words what could not be had."""
+    """The study with every posture that is to be predicted found, and in words what could not be
+    had."""
     told: list[str] = []
     if not any(aims for person in study.people for aims in person.aims):
         return study, told
-    people, sitting = [], []
+    people = []
+    sitting = []
     for number, person in enumerate(study.people):
         found, words = _seat(person, study, number)
         people.append(found[0])
@@ -57,7 +59,9 @@ def predicted(study: Study) -> tuple[Study, list[str]]:
             told += [f"{person.name}, {study.cases[case]}: {line}" for line in words]
             at = person.poses.reference
             world = person.poses.world_from_reference[:1]
-            if aims.driving is not None:  # who is where the poses say, not where the seat's planes do
+            if (
+                aims.driving is not None
+            ):  # who is where the poses say, not where the seat's planes do
                 world = place(person.body, held).world_from_segment[:, at]
             poses.append(Poses(held.rotations, at, world))
         driving = tuple(aims is not None and aims.driving is not None for aims in person.aims)
@@ -66,12 +70,18 @@ def predicted(study: Study) -> tuple[Study, list[str]]:
 
 
 def _one(poses: Poses, case: int) -> Poses:
-    return Poses(poses.rotations[case : case + 1], poses.reference, poses.world_from_reference[case : case + 1])
+    return Poses(
+        poses.rotations[case : case + 1],
+        poses.reference,
+        poses.world_from_reference[case : case + 1],
+    )
 
 
-def _seat(person: Person, study: Study, number: int) -> tuple[tuple[Person, list[Poses | None]], list[str]]:
-    """The person with the seat where it is to be, and for each predicted case the posture with the feet placed; a
-    driver's is drawn by the person's number."""
+def _seat(
+    person: Person, study: Study, number: int
+) -> tuple[tuple[Person, list[Poses | None]], list[str]]:
+    """The person with the seat where it is to be, and for each predicted case the posture with the
+    feet placed; a driver's is drawn by the person's number."""
     rows: list[Poses | None] = []
     told: list[str] = []
     settled = not person.free_seat
@@ -88,7 +98,9 @@ def _seat(person: Person, study: Study, number: int) -> tuple[tuple[Person, list
             person = replace(person, forward=driven.forward, up=driven.up)
             settled = True
             rows.append(driven.poses)
-            told += [f"{person.name}, {study.cases[case]}: {line}" for line in _off(driven, aims, wanted)]
+            told += [
+                f"{person.name}, {study.cases[case]}: {line}" for line in _off(driven, aims, wanted)
+            ]
             continue
         if settled:
             seat = replace(seat, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
@@ -96,7 +108,9 @@ def _seat(person: Person, study: Study, number: int) -> tuple[tuple[Person, list
         person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
         settled = True
         rows.append(found.poses)
-        told += [f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)]
+        told += [
+            f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)
+        ]
     return (person, rows), told
 
 
@@ -110,10 +124,16 @@ def _driven(
     if settled:
         seat = replace(seat, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
     return driving_posture(
-        person.body, pose, seat, driver=driver_of(person, aims.driving), package=package_of(aims, environment),
-        feet=feet_of(aims, environment), eye=environment.points[aims.eyes][2] if aims.eyes else None,
-        seed=aims.driving.seed, person=number,
-    )  # fmt: skip
+        person.body,
+        pose,
+        seat,
+        driver=driver_of(person, aims.driving),
+        package=package_of(aims, environment),
+        feet=feet_of(aims, environment),
+        eye=environment.points[aims.eyes][2] if aims.eyes else None,
+        seed=aims.driving.seed,
+        person=number,
+    )
 
 
 def _off(found: DrivingPosture, aims: Aims, wanted: float | None) -> list[str]:
@@ -121,15 +141,21 @@ def _off(found: DrivingPosture, aims: Aims, wanted: float | None) -> list[str]:
     told = []
     if wanted is not None and wanted - found.eye[2] > TOLD:
         below = 1000 * (wanted - found.eye[2])
-        told.append(f"the eyes stay {below:.0f} mm below {aims.eyes}, the seat is as high as it goes")
+        told.append(
+            f"the eyes stay {below:.0f} mm below {aims.eyes}, the seat is as high as it goes"
+        )
     beyond = found.wanted - found.forward
     if abs(beyond) > TOLD:
         way = "forward" if beyond > 0 else "back"
-        told.append(f"the seat would go {1000 * abs(beyond):.0f} mm farther {way} than its travel lets it")
+        told.append(
+            f"the seat would go {1000 * abs(beyond):.0f} mm farther {way} than its travel lets it"
+        )
     for foot, miss in found.miss.items():
         if miss > TOLD:
-            told.append(f"the {foot} stays {1000 * miss:.0f} mm from {aims.controls[foot]}, limited by "
-                        f"{found.limit[foot]}")  # fmt: skip
+            told.append(
+                f"the {foot} stays {1000 * miss:.0f} mm from {aims.controls[foot]}, limited by "
+                f"{found.limit[foot]}"
+            )
     return told
 
 
@@ -144,7 +170,9 @@ def _short(found: SeatedPeople, aims: Aims, wanted: float | None) -> list[str]:
     told = []
     if wanted is not None and wanted - found.eye[0, 2] > TOLD:
         below = 1000 * (wanted - found.eye[0, 2])
-        told.append(f"the eyes stay {below:.0f} mm below {aims.eyes}, the seat is as high as it goes")
+        told.append(
+            f"the eyes stay {below:.0f} mm below {aims.eyes}, the seat is as high as it goes"
+        )
     if wanted is not None and found.eye[0, 2] - wanted > TOLD:
         above = 1000 * (found.eye[0, 2] - wanted)
         told.append(f"the eyes are {above:.0f} mm above {aims.eyes}, the seat is as low as it goes")
@@ -155,7 +183,9 @@ def _short(found: SeatedPeople, aims: Aims, wanted: float | None) -> list[str]:
     return told
 
 
-def _hands(person: Person, case: tuple[Poses, Aims], environment: Environment) -> tuple[Poses, list[str]]:
+def _hands(
+    person: Person, case: tuple[Poses, Aims], environment: Environment
+) -> tuple[Poses, list[str]]:
     """The hands on their controls, each in the tightest harness zone that will do."""
     poses, aims = case
     controls = {control.name: control for control in environment.controls}
@@ -169,7 +199,11 @@ def _hands(person: Person, case: tuple[Poses, Aims], environment: Environment) -
             found = reach(person.body, poses, control.at, limb=chain, environment=environment)
             if found.reached[0]:
                 break
-        poses = Poses(found.poses.rotations, found.poses.reference, found.poses.world_from_reference)
+        poses = Poses(
+            found.poses.rotations, found.poses.reference, found.poses.world_from_reference
+        )
         if not found.reached[0]:
-            told.append(f"the {name} stays {1000 * found.miss[0]:.0f} mm from {held}, limited by {found.limit(0)}")
+            told.append(
+                f"the {name} stays {1000 * found.miss[0]:.0f} mm from {held}, limited by {found.limit(0)}"
+            )
     return poses, told

@@ -19,11 +19,15 @@ PACKAGES = ("bubbleman-workbench", "numpy", "scipy", "numba", "trimesh", "manifo
 
 def hashes(inputs: Mapping[str, Path]) -> dict[str, str]:
     """SHA-256 of each input file, by its role."""
-    return {f"{role}": hashlib.sha256(path.read_bytes()).hexdigest() for role, path in sorted(inputs.items())}
+    return {
+        f"{role}": hashlib.sha256(path.read_bytes()).hexdigest()
+        for role, path in sorted(inputs.items())
+    }
 
 
 def people_hash(people: Population) -> str:
-    """SHA-256 of who the people are: the measures' names and values, sexes and weights; not of what they are called."""
+    """SHA-256 of who the people are: the measures' names and values, sexes and weights; not of what
+    they are called."""
     digest = hashlib.sha256("\n".join(people.names).encode())
     for array in (people.sex, people.weight, people.measures):
         digest.update(np.ascontiguousarray(array).tobytes())

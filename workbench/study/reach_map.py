@@ -1,10 +1,12 @@
-"""The population reach map: for points all over a part's surface, the weighted share of people who reach them.
+"""The population reach map: for points all over a part's surface, the weighted share of people who
+reach them.
 
-Nobody solves for every point. Points are taken from coarse to fine, each the one farthest from all before. The first
-are asked about until none is farther than COARSE from one of them; of the others only those that are not surrounded by
-points which are all reached, or all missed: the edge of what somebody reaches is found to the last point, and only a
-patch smaller than COARSE far from that edge could be overlooked. People are taken in the order of how far they must
-stretch, so that those asked together have their edges near to one another.
+Nobody solves for every point. Points are taken from coarse to fine, each the one farthest from all
+before. The first are asked about until none is farther than COARSE from one of them; of the others
+only those that are not surrounded by points which are all reached, or all missed: the edge of what
+somebody reaches is found to the last point, and only a patch smaller than COARSE far from that edge
+could be overlooked. People are taken in the order of how far they must stretch, so that those asked
+together have their edges near to one another.
 
 Obstacles do not count: the map says how far arms are long enough and joints free enough.
 """
@@ -33,8 +35,8 @@ COARSE = 0.04
 FINER = 3
 """How many times more points each turn knows of than the one before."""
 AROUND = 2.0
-"""A point is surrounded by those known that are nearer than so many times the distance that no point is farther than
-from one of them."""
+"""A point is surrounded by those known that are nearer than so many times the distance that no
+point is farther than from one of them."""
 GROUP = 128
 """People asked together."""
 
@@ -54,8 +56,8 @@ def reach_map(
 ) -> ReachMap:
     """The share of B bodies of a family, a row of poses each, that reach points spread over a part.
 
-    hand: "left" or "right", either where None; weights (B,): of the people, alike where None. InputError for an unknown
-    part, UsageError where numbers do not fit.
+    hand: "left" or "right", either where None; weights (B,): of the people, alike where None.
+    InputError for an unknown part, UsageError where numbers do not fit.
     """
     check_rows(poses, len(bodies), "bodies")
     least, most = MAP_POINTS
@@ -65,12 +67,16 @@ def reach_map(
         raise UsageError(f"hand is left or right, or None for either, got {hand!r}")
     weight = np.ones(len(bodies)) if weights is None else np.asarray(weights, dtype=np.float64)
     if weight.shape != (len(bodies),) or not np.all(weight >= 0) or not weight.sum() > 0:
-        raise UsageError(f"weights are {len(bodies)} numbers that are not negative, got {weights!r}")
+        raise UsageError(
+            f"weights are {len(bodies)} numbers that are not negative, got {weights!r}"
+        )
     point, normal = part_points(environment, part, points)
     names = HANDS if hand is None else (f"{hand} hand",)
     reached = np.zeros((len(bodies), len(point)), dtype=np.bool_)
     for name in names:
-        reached |= who_reaches(bodies, poses, point, limb=(name, grip, zone), settled=reached, threads=threads)
+        reached |= who_reaches(
+            bodies, poses, point, limb=(name, grip, zone), settled=reached, threads=threads
+        )
     task = MapTask(part, grip, zone, hand or "either", points)
     return ReachMap(task, point, normal, _flat(point, normal), weight @ reached / weight.sum())
 
@@ -84,9 +90,11 @@ def who_reaches(
     settled: Bools | None = None,
     threads: int | None = None,
 ) -> Bools:
-    """(B, M) who reaches which of the points (M, 3) [m] with a limb (name, grip, zone); what is settled (B, M) already
-    is not asked again, and told as reached."""
-    reached = np.zeros((len(bodies), len(points)), dtype=np.bool_) if settled is None else settled.copy()
+    """(B, M) who reaches which of the points (M, 3) [m] with a limb (name, grip, zone); what is
+    settled (B, M) already is not asked again, and told as reached."""
+    reached = (
+        np.zeros((len(bodies), len(points)), dtype=np.bool_) if settled is None else settled.copy()
+    )
     order, far = from_coarse_to_fine(points)
     for at in groups(bodies, poses, points, limb[0]):
         own = Poses(poses.rotations[at], poses.reference, poses.world_from_reference[at])
@@ -102,47 +110,66 @@ def who_reaches(
 
 
 def groups(bodies: Sequence[Body], poses: Poses, points: Floats, name: str) -> list[Ints]:
-    """The numbers of B people in groups of GROUP or fewer who stretch about as far for the points with a limb."""
+    """The numbers of B people in groups of GROUP or fewer who stretch about as far for the points
+    with a limb."""
     order = np.argsort(_stretches(bodies, poses, points, name), kind="stable")
     return np.array_split(order, max(1, -(-len(bodies) // GROUP)))
 
 
 def _stretches(bodies: Sequence[Body], poses: Poses, points: Floats, name: str) -> Floats:
-    """(B,) [m] how far the middle of the points (M, 3) is from the shoulder or hip of a limb, beyond its length."""
-    family, foot = family_of(tuple(bodies)), name.endswith("foot")
-    first, end = (bodies[0].joint(name[0].upper() + joint) for joint in (("H", "A") if foot else ("S", "W")))
+    """(B,) [m] how far the middle of the points (M, 3) is from the shoulder or hip of a limb,
+    beyond its length."""
+    family = family_of(tuple(bodies))
+    foot = name.endswith("foot")
+    first, end = (
+        bodies[0].joint(name[0].upper() + joint) for joint in (("H", "A") if foot else ("S", "W"))
+    )
     world = frames(family, poses, first + 1)
     root = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, first]) + world[:, :, 3]
     links = range(first + 1, end + 1)
-    length = sum(np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in links)
+    length = sum(
+        np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in links
+    )
     beyond: Floats = np.linalg.norm(points.mean(axis=0) - root, axis=1) - length
     return beyond
 
 
-def _asked(points: Floats, order: tuple[Ints, Floats], settled: Bools, ask: Callable[[Ints], Bools]) -> Bools:
+def _asked(
+    points: Floats, order: tuple[Ints, Floats], settled: Bools, ask: Callable[[Ints], Bools]
+) -> Bools:
     """(B, M) who reaches which points: `ask` says it of some points (K,) for everybody (B, K)."""
     rows, far = order
     known = settled.astype(np.int8)  # 1 reached, -1 missed, 0 not known
-    done, count = 0, int(np.argmax(far <= COARSE)) + 1 if far[-1] <= COARSE else len(rows)
+    done = 0
+    count = int(np.argmax(far <= COARSE)) + 1 if far[-1] <= COARSE else len(rows)
     while done < len(rows):
-        old, new = rows[:done], rows[done:count]
+        old = rows[:done]
+        new = rows[done:count]
         if done:
-            near = np.linalg.norm(points[old, None] - points[None, new], axis=2) < AROUND * far[done - 1]
-            votes = [(known[:, old] == kind).astype(np.float32) @ near.astype(np.float32) for kind in (1, -1)]
+            near = (
+                np.linalg.norm(points[old, None] - points[None, new], axis=2)
+                < AROUND * far[done - 1]
+            )
+            votes = [
+                (known[:, old] == kind).astype(np.float32) @ near.astype(np.float32)
+                for kind in (1, -1)
+            ]
             guess = np.where(votes[1] == 0, 1, np.where(votes[0] == 0, -1, 0)).astype(np.int8)
             known[:, new] = np.where(known[:, new] == 0, guess, known[:, new])
         open_ = new[(known[:, new] == 0).any(axis=0)]
         if len(open_):
             found = np.where(ask(open_), 1, -1).astype(np.int8)
             known[:, open_] = np.where(settled[:, open_], 1, found)
-        done, count = count, min(FINER * count, len(rows))
+        done = count
+        count = min(FINER * count, len(rows))
     return np.asarray(known == 1)
 
 
 def from_coarse_to_fine(points: Floats) -> tuple[Ints, Floats]:
-    """The points (M, 3) in an order in which each is the farthest from all before (Gonzalez 1985), from the first; and
-    (M,) [m] how far any point is at most from those up to it."""
-    order, far = np.zeros(len(points), dtype=np.int64), np.zeros(len(points))
+    """The points (M, 3) in an order in which each is the farthest from all before (Gonzalez 1985),
+    from the first; and (M,) [m] how far any point is at most from those up to it."""
+    order = np.zeros(len(points), dtype=np.int64)
+    far = np.zeros(len(points))
     gap = np.full(len(points), np.inf)
     for k in range(len(points)):
         order[k] = int(np.argmax(gap)) if k else 0
@@ -153,31 +180,38 @@ def from_coarse_to_fine(points: Floats) -> tuple[Ints, Floats]:
 
 
 def part_points(environment: Environment, part: str, count: int) -> tuple[Floats, Floats]:
-    """(M, 3) points [m] spread evenly over a part's surface, about `count` of them, and the normals (M, 3) there.
+    """(M, 3) points [m] spread evenly over a part's surface, about `count` of them, and the normals
+    (M, 3) there.
 
-    Each triangle has its share of them by area, on a grid of low discrepancy (the R2 sequence of Roberts 2018): always
-    the same ones. InputError for an unknown part.
+    Each triangle has its share of them by area, on a grid of low discrepancy (the R2 sequence of
+    Roberts 2018): always the same ones. InputError for an unknown part.
     """
     rows = environment.polygons(environment.part(part))
     first, last = (int(environment.triangle_start[k]) for k in (rows.start, rows.stop))
     corner = environment.vertices[environment.triangles[first:last]]
     polygon = np.repeat(
-        np.arange(rows.start, rows.stop), np.diff(environment.triangle_start[rows.start : rows.stop + 1])
+        np.arange(rows.start, rows.stop),
+        np.diff(environment.triangle_start[rows.start : rows.stop + 1]),
     )
-    one, two = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    one = corner[:, 1] - corner[:, 0]
+    two = corner[:, 2] - corner[:, 0]
     area = 0.5 * np.linalg.norm(np.cross(one, two), axis=1)
     ends = np.cumsum(area)
-    triangle = np.searchsorted(ends, (np.arange(count) + 0.5) * ends[-1] / count).clip(0, len(area) - 1)
+    triangle = np.searchsorted(ends, (np.arange(count) + 0.5) * ends[-1] / count).clip(
+        0, len(area) - 1
+    )
     step = 1.0 / 1.32471795724474602596
     u, v = ((0.5 + np.arange(count) * f) % 1.0 for f in (step, step * step))
     out = u + v > 1.0
-    u, v = np.where(out, 1.0 - u, u), np.where(out, 1.0 - v, v)
+    u = np.where(out, 1.0 - u, u)
+    v = np.where(out, 1.0 - v, v)
     point = corner[triangle, 0] + u[:, None] * one[triangle] + v[:, None] * two[triangle]
     return point, environment.normal[polygon[triangle]]
 
 
 def _flat(point: Floats, normal: Floats) -> Floats:
-    """(M, 2) [m] the points to the right and up, as seen against the mean normal, from the first plane's middle."""
+    """(M, 2) [m] the points to the right and up, as seen against the mean normal, from the first
+    plane's middle."""
     facing = normal.mean(axis=0)
     if np.linalg.norm(facing) < 0.05:  # all around: by the thinnest side of the cloud
         facing = np.linalg.svd(point - point.mean(axis=0), full_matrices=False)[2][-1]

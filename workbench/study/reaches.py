@@ -1,4 +1,5 @@
-"""Who reaches which control, in each harness zone, with what to spare or short by how much, and what limits it."""
+"""Who reaches which control, in each harness zone, with what to spare or short by how much, and
+what limits it."""
 
 from __future__ import annotations
 
@@ -20,10 +21,13 @@ from workbench.solve.reaching.reach import reach
 __all__ = ["buried_controls", "control_reaches"]
 
 
-def control_reaches(study: Study, placed: Mapping[str, Placed], environment: Environment) -> Iterator[ControlReach]:
-    """Every control that a criterion of the study is about, for the people it names, from their first case's posture,
-    in the zones 1 to 3; by the hand or foot that comes nearest, and of those that arrive the more comfortable. What is
-    reached in one zone is reached in the next, which leaves the limb free to do the same.
+def control_reaches(
+    study: Study, placed: Mapping[str, Placed], environment: Environment
+) -> Iterator[ControlReach]:
+    """Every control that a criterion of the study is about, for the people it names, from their
+    first case's posture, in the zones 1 to 3; by the hand or foot that comes nearest, and of those
+    that arrive the more comfortable. What is reached in one zone is reached in the next, which
+    leaves the limb free to do the same.
 
     InputError where a body lacks the landmarks of a grip.
     """
@@ -36,9 +40,14 @@ def control_reaches(study: Study, placed: Mapping[str, Placed], environment: Env
         if person.name not in wanted:
             continue
         shown = placed[person.name]
-        poses = Poses(person.poses.rotations[:1], person.poses.reference,
-                      shown.world_from_segment[:1, person.poses.reference])  # fmt: skip
-        controls = [control for control in environment.controls if control.name in wanted[person.name]]
+        poses = Poses(
+            person.poses.rotations[:1],
+            person.poses.reference,
+            shown.world_from_segment[:1, person.poses.reference],
+        )
+        controls = [
+            control for control in environment.controls if control.name in wanted[person.name]
+        ]
         for grip in dict.fromkeys(control.grip for control in controls):
             group = [control for control in controls if control.grip == grip]
             room = _without_seat(environment, person.seat) if grip == "foot" else environment
@@ -47,7 +56,9 @@ def control_reaches(study: Study, placed: Mapping[str, Placed], environment: Env
                 found = list(_tried(shown.body, poses, group, (zone, room)))
                 for row, control in enumerate(group):
                     limb_name, best = min(found, key=lambda entry: _rank(entry[1], row))
-                    if row in tighter and not best.reached[row]:  # who may do more can still do that
+                    if (
+                        row in tighter and not best.reached[row]
+                    ):  # who may do more can still do that
                         limb_name, best = tighter[row]
                     if best.reached[row]:
                         tighter[row] = (limb_name, best)
@@ -78,7 +89,8 @@ def _tried(
 
 
 def _without_seat(environment: Environment, seat: str | None) -> Environment:
-    """The environment without the sitter's own seat: a thigh presses the cushion down, it does not stop there."""
+    """The environment without the sitter's own seat: a thigh presses the cushion down, it does not
+    stop there."""
     if seat is None:
         return environment
     gone = np.isin(environment.parts, environment.seat(seat).moves)
@@ -87,7 +99,11 @@ def _without_seat(environment: Environment, seat: str | None) -> Environment:
 
 def _rank(found: Reach, row: int) -> tuple[bool, float, float]:
     reached = bool(found.reached[row])
-    return not reached, 0.0 if reached else float(found.miss[row] + found.overlap[row]), float(found.discomfort[row])
+    return (
+        not reached,
+        0.0 if reached else float(found.miss[row] + found.overlap[row]),
+        float(found.discomfort[row]),
+    )
 
 
 def buried_controls(environment: Environment) -> list[str]:
@@ -98,8 +114,12 @@ def buried_controls(environment: Environment) -> list[str]:
         for k in np.flatnonzero(environment.solid & ~environment.hidden):
             if environment.parts[k] == control.part:
                 continue
-            first, last = (int(environment.triangle_start[environment.part_start[k + i]]) for i in (0, 1))
+            first, last = (
+                int(environment.triangle_start[environment.part_start[k + i]]) for i in (0, 1)
+            )
             if abs(point_winding(*control.at, corners, first, last)) > 0.5:
-                told.append(f"control {control.name!r} is inside the solid part {environment.parts[k]!r}: "
-                            f"a hand gets there as deep as the part allows; check where it is")  # fmt: skip
+                told.append(
+                    f"control {control.name!r} is inside the solid part {environment.parts[k]!r}: "
+                    f"a hand gets there as deep as the part allows; check where it is"
+                )
     return told

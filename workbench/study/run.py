@@ -59,11 +59,14 @@ KINDS: dict[str, Callable[[str | Path], Loaded]] = {
 
 
 def load(source: str | Path) -> Loaded:
-    """Load a study of any kind, by catalogue name or path; InputError lists what is wrong with it."""
+    """Load a study of any kind, by catalogue name or path; InputError lists what is wrong with
+    it."""
     document = read_yaml(find("studies", str(source)))
     kind = document.value.get("kind") if isinstance(document.value, dict) else None
     if isinstance(kind, str) and kind not in KINDS:
-        raise InputError(fail(document, ("kind",), f"no study kind {kind!r}; {one_of(kind, KINDS)}"))
+        raise InputError(
+            fail(document, ("kind",), f"no study kind {kind!r}; {one_of(kind, KINDS)}")
+        )
     return KINDS[kind if isinstance(kind, str) else "clearance"](source)
 
 
@@ -71,7 +74,9 @@ def filmed(study: Loaded) -> Loaded:
     """A crash study with a film in its report; UsageError for other kinds, which do not move."""
     if not isinstance(study.what, CrashPlan):
         raise UsageError(f"--film is for crash studies; {study.name} is one of kind {study.kind}")
-    return study._replace(what=replace(study.what, file=study.what.file.model_copy(update={"film": True})))
+    return study._replace(
+        what=replace(study.what, file=study.what.file.model_copy(update={"film": True}))
+    )
 
 
 def run(
@@ -83,10 +88,11 @@ def run(
 ) -> Result | CrashResult | Accommodation:
     """The result of a study; UsageError for a kind that is not known.
 
-    Of an accommodation study, which may take long: keep: a folder where finished chunks of people are kept until it is
-    done, so that a run that is cut off goes on from there; say: told how far it is; cluster: the address of a Dask
-    scheduler, or "local" for one of its own, to do the work. MissingPartError where Dask is not installed, InputError
-    where the cluster does not answer, UsageError for a cluster for a study of another kind.
+    Of an accommodation study, which may take long: keep: a folder where finished chunks of people
+    are kept until it is done, so that a run that is cut off goes on from there; say: told how far
+    it is; cluster: the address of a Dask scheduler, or "local" for one of its own, to do the work.
+    MissingPartError where Dask is not installed, InputError where the cluster does not answer,
+    UsageError for a cluster for a study of another kind.
     """
     what = study.what if isinstance(study, Loaded) else study
     if isinstance(what, AccommodationPlan):

@@ -24,7 +24,8 @@ __all__ = ["bearing", "prepared", "run_simulation", "seated_environment"]
 def run_simulation(source: str | Path | SimulationPlan) -> Simulated:
     """Simulate the crash of a file, by path or catalogue name.
 
-    InputError for faults of the file and for a step that is too coarse; MissingPartError without MuJoCo.
+    InputError for faults of the file and for a step that is too coarse; MissingPartError without
+    MuJoCo.
     """
     plan = source if isinstance(source, SimulationPlan) else load_simulation(source)
     return simulate(prepared(plan))
@@ -32,7 +33,8 @@ def run_simulation(source: str | Path | SimulationPlan) -> Simulated:
 
 def prepared(plan: SimulationPlan) -> Simulation:
     """The plan with its occupant in place."""
-    file, poses = plan.file, plan.poses
+    file = plan.file
+    poses = plan.poses
     environment = seated_environment(plan, plan.environment)
     if file.seat is not None:
         placed = place_person(_sitter(plan), environment)
@@ -63,20 +65,33 @@ def prepared(plan: SimulationPlan) -> Simulation:
 
 def seated_environment(plan: SimulationPlan, environment: Environment) -> Environment:
     """An environment with the simulation's seat where its sitter has put it."""
-    adjust, name = plan.file.adjust, plan.file.seat
+    adjust = plan.file.adjust
+    name = plan.file.seat
     if adjust is None or name is None:
         return environment
     seat = environment.seat(name)
-    return moved(environment, seat.moves, seat_point(_sitter(plan), environment) - np.array(seat.srp))
+    return moved(
+        environment, seat.moves, seat_point(_sitter(plan), environment) - np.array(seat.srp)
+    )
 
 
 def _sitter(plan: SimulationPlan) -> Person:
     adjust = plan.file.adjust
-    return Person("occupant", plan.body, plan.poses, (plan.file.posture,), seat=plan.file.seat,
-                  forward=adjust.forward if adjust else 0.0, up=adjust.up if adjust else 0.0)  # fmt: skip
+    return Person(
+        "occupant",
+        plan.body,
+        plan.poses,
+        (plan.file.posture,),
+        seat=plan.file.seat,
+        forward=adjust.forward if adjust else 0.0,
+        up=adjust.up if adjust else 0.0,
+    )
 
 
 def bearing(environment: Environment, more: Iterable[str] = ()) -> Bools:
-    """(K,) the cushions and backs of seats, and the parts named: what pushes back from its surface on."""
-    names = {rest.part for seat in environment.seats for rest in (seat.cushion, seat.back)} | set(more)
+    """(K,) the cushions and backs of seats, and the parts named: what pushes back from its surface
+    on."""
+    names = {rest.part for seat in environment.seats for rest in (seat.cushion, seat.back)} | set(
+        more
+    )
     return np.array([part in names for part in environment.parts], dtype=np.bool_)

@@ -1,4 +1,5 @@
-"""The body of a recorded subject: the study's body with the lengths that the motion file itself tells."""
+"""The body of a recorded subject: the study's body with the lengths that the motion file itself
+tells."""
 
 from __future__ import annotations
 
@@ -11,7 +12,11 @@ from workbench.files.motions.reading import read_motion
 from workbench.model.body import Body
 from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.shape.scaling.lengthen import lengthened
-from workbench.solve.recorded.subject import factors_from_bones, factors_from_markers, factors_from_track
+from workbench.solve.recorded.subject import (
+    factors_from_bones,
+    factors_from_markers,
+    factors_from_track,
+)
 from workbench.study.motions import MotionOptions
 
 __all__ = ["subject_body"]
@@ -19,12 +24,16 @@ __all__ = ["subject_body"]
 _TOLD = 0.005
 
 
-def subject_body(body: Body, path: str | Path, *, options: MotionOptions | None = None) -> tuple[Body, tuple[str, ...]]:
-    """The body with its limbs and trunk as long as the file tells, and what was changed by how much, in sentences.
+def subject_body(
+    body: Body, path: str | Path, *, options: MotionOptions | None = None
+) -> tuple[Body, tuple[str, ...]]:
+    """The body with its limbs and trunk as long as the file tells, and what was changed by how
+    much, in sentences.
 
-    BVH: the bones at rest (the unit must be stated: the unit that is guessed makes the legs as long as the body's).
-    Markers: medians of distances that hardly depend on the pose. Single segments: the joints about which they turn.
-    What the file does not tell stays as it is. InputError where it tells no length.
+    BVH: the bones at rest (the unit must be stated: the unit that is guessed makes the legs as long
+    as the body's). Markers: medians of distances that hardly depend on the pose. Single segments:
+    the joints about which they turn. What the file does not tell stays as it is. InputError where
+    it tells no length.
     """
     given = options or MotionOptions()
     found = next(read_motion(path, body, up=given.up, keep=given.keep))
@@ -41,8 +50,10 @@ def subject_body(body: Body, path: str | Path, *, options: MotionOptions | None 
     elif isinstance(found, SegmentTrack):
         factors = factors_from_track(body, found)
     if not factors:
-        raise InputError(f"{path}: tells no length of the subject's limbs: bones do, markers at knees and ankles or at "
-                         "elbows and wrists, or segments that turn against each other")  # fmt: skip
+        raise InputError(
+            f"{path}: tells no length of the subject's limbs: bones do, markers at knees and ankles or at "
+            "elbows and wrists, or segments that turn against each other"
+        )
     try:
         made = lengthened(body, factors)
     except InputError as error:

@@ -1,5 +1,5 @@
-"""What a reader of a result must know that no criterion asks: stops breached, bodies swallowed or enclosed, seats
-missed."""
+"""What a reader of a result must know that no criterion asks: stops breached, bodies swallowed or
+enclosed, seats missed."""
 
 from __future__ import annotations
 
@@ -15,13 +15,18 @@ from workbench.solve.contact.enclosure import enclosed
 
 __all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
 
-SEAT_TOLERANCE, SEAT_LOST = 0.01, 0.05
-"""How far [m] the real sinking into a seat may be from the stated depth before it is told, and before it fails."""
+SEAT_TOLERANCE = 0.01
+SEAT_LOST = 0.05
+"""How far [m] the real sinking into a seat may be from the stated depth before it is told, and
+before it fails."""
 DRIVER_TOLERANCE = 0.1
-"""The same before it is told of a driver, who sits by the hip point and whose back has an angle of its own."""
+"""The same before it is told of a driver, who sits by the hip point and whose back has an angle of
+its own."""
 
 
-def result_warnings(study: Study, environment: Environment, people: tuple[PersonResult, ...]) -> list[str]:
+def result_warnings(
+    study: Study, environment: Environment, people: tuple[PersonResult, ...]
+) -> list[str]:
     """Sentences, person by person."""
     found: list[str] = []
     for person, asked in zip(people, study.people, strict=True):
@@ -32,7 +37,9 @@ def result_warnings(study: Study, environment: Environment, people: tuple[Person
             seat = environment.seat(asked.seat)
             for rest, what in ((seat.cushion, "cushion"), (seat.back, "back")):
                 tolerance = DRIVER_TOLERANCE if any(asked.held) else SEAT_TOLERANCE
-                found += _missed(environment, person, (rest, f"{what} of seat {seat.name!r}"), tolerance)
+                found += _missed(
+                    environment, person, (rest, f"{what} of seat {seat.name!r}"), tolerance
+                )
     return found
 
 
@@ -57,8 +64,11 @@ def _swallowed(study: Study, person: PersonResult) -> Iterator[str]:
         )
 
 
-def enclosure_warnings(name: str, placed: Placed, environment: Environment, cases: Sequence[str] = ()) -> Iterator[str]:
-    """A sentence for each visible part that is open, not declared to be no solid, and encloses a body in some pose.
+def enclosure_warnings(
+    name: str, placed: Placed, environment: Environment, cases: Sequence[str] = ()
+) -> Iterator[str]:
+    """A sentence for each visible part that is open, not declared to be no solid, and encloses a
+    body in some pose.
 
     cases: the names of the poses, where they have any.
     """
@@ -77,7 +87,9 @@ def enclosure_warnings(name: str, placed: Placed, environment: Environment, case
         )
 
 
-def _missed(environment: Environment, person: PersonResult, rest: tuple[Rest, str], tolerance: float) -> Iterator[str]:
+def _missed(
+    environment: Environment, person: PersonResult, rest: tuple[Rest, str], tolerance: float
+) -> Iterator[str]:
     """The seat's planes say where a sitter rests; the part itself may be elsewhere."""
     surface, what = rest
     gaps = _gaps(environment, person, surface)
@@ -90,7 +102,9 @@ def _missed(environment: Environment, person: PersonResult, rest: tuple[Rest, st
         )
 
 
-def seat_verdicts(environment: Environment, study: Study, people: tuple[PersonResult, ...]) -> list[Verdict]:
+def seat_verdicts(
+    environment: Environment, study: Study, people: tuple[PersonResult, ...]
+) -> list[Verdict]:
     """A failed verdict where somebody is not on his seat at all; nothing where everybody is.
 
     Whoever floats or is buried has clearances that mean nothing, whatever the study asks.
@@ -102,7 +116,9 @@ def seat_verdicts(environment: Environment, study: Study, people: tuple[PersonRe
         rest = environment.seat(asked.seat).cushion
         for case, gap in enumerate(_gaps(environment, person, rest)):
             if abs(gap + rest.depth) > SEAT_LOST:
-                lost.append(Finding(case, person.name, "", "the sitter", rest.part, float(gap), -rest.depth))
+                lost.append(
+                    Finding(case, person.name, "", "the sitter", rest.part, float(gap), -rest.depth)
+                )
     if not lost:
         return []
     everyone = tuple(person.name for person in people)
@@ -112,7 +128,8 @@ def seat_verdicts(environment: Environment, study: Study, people: tuple[PersonRe
 
 
 def _gaps(environment: Environment, person: PersonResult, rest: Rest) -> list[float]:
-    """Distance [m] of whoever rests there to the real part, case by case; nothing where the part is not to be seen."""
+    """Distance [m] of whoever rests there to the real part, case by case; nothing where the part is
+    not to be seen."""
     body = person.placed.body
     names = body.segments if "all" in rest.segments else rest.segments
     rows = [body.segments.index(name) for name in names if name in body.segments]

@@ -1,7 +1,8 @@
-"""Sections of a reach envelope as SVG: level ones, and the two upright ones through the seat reference point.
+"""Sections of a reach envelope as SVG: level ones, and the two upright ones through the seat
+reference point.
 
-Nested areas show how far reach is easy, moderate and possible at all, hatching what obstacles take; the surroundings
-are drawn as the section's plane cuts them.
+Nested areas show how far reach is easy, moderate and possible at all, hatching what obstacles take;
+the surroundings are drawn as the section's plane cuts them.
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ _FONT = 'font-family="Helvetica,Arial,sans-serif"'
 
 @dataclass(frozen=True, eq=False)
 class _Section:
-    """Rays (R,) of a section in turn, the turn's last next to the first, as numbers of about's rays; right, up (3,):
-    the axes of the picture; centre, middle (3,) [m]: where the rays begin, what stands in the picture's middle."""
+    """Rays (R,) of a section in turn, the turn's last next to the first, as numbers of about's
+    rays; right, up (3,): the axes of the picture; centre, middle (3,) [m]: where the rays begin,
+    what stands in the picture's middle."""
 
     about: RayReach
     rays: Ints
@@ -47,7 +49,8 @@ class _Section:
 
 @dataclass(frozen=True)
 class _Page:
-    """A picture `size` pixels square, of `half` [m] to each side of its middle; slug: a name of its own."""
+    """A picture `size` pixels square, of `half` [m] to each side of its middle; slug: a name of its
+    own."""
 
     size: int
     half: float
@@ -62,10 +65,11 @@ class _Page:
 def envelope_sections(
     envelope: Envelope, *, environment: Environment | None = None, size: int = 420
 ) -> list[tuple[str, str]]:
-    """Names and SVG texts, `size` pixels square and all of one scale: upright along and across, then level by level
-    from below. environment: drawn where the planes cut it."""
+    """Names and SVG texts, `size` pixels square and all of one scale: upright along and across,
+    then level by level from below. environment: drawn where the planes cut it."""
     low, high = _box(envelope)
-    half, middle = 0.5 * float((high - low).max()), 0.5 * (low + high)
+    half = 0.5 * float((high - low).max())
+    middle = 0.5 * (low + high)
     x, y, z = np.eye(3)
     found = [
         _upright(envelope, ("upright, forward to the right", x, 1)),
@@ -75,7 +79,9 @@ def envelope_sections(
     for number, height in enumerate(envelope.heights):
         name = f"level, {round(1000 * height):+d} mm, forward up the page".replace("+0 mm", "0 mm")
         point = envelope.origin + height * z
-        found.append(_Section(envelope.levels, each * number + np.arange(each), -y, x, point, middle, name))
+        found.append(
+            _Section(envelope.levels, each * number + np.arange(each), -y, x, point, middle, name)
+        )
     found = [replace(section, middle=middle) for section in found]
     slug = re.sub(r"[^a-z0-9]+", "-", f"{envelope.person}-{envelope.limb}-{envelope.zone}".lower())
     return [
@@ -96,20 +102,30 @@ def _box(envelope: Envelope) -> tuple[Floats, Floats]:
 def _upright(envelope: Envelope, how: tuple[str, Floats, int]) -> _Section:
     """The section of the rays that lie in a plane through z, in turn by their angle."""
     name, right, axis = how
-    direction, up = envelope.about.direction, np.array([0.0, 0.0, 1.0])
+    direction = envelope.about.direction
+    up = np.array([0.0, 0.0, 1.0])
     rays = np.flatnonzero(np.abs(direction[:, axis]) < 1e-9)
     order = np.argsort(np.arctan2(direction[rays] @ up, direction[rays] @ right), kind="stable")
     return _Section(envelope.about, rays[order], right, up, envelope.origin, envelope.origin, name)
 
 
 def _drawn(section: _Section, environment: Environment | None, page: _Page) -> str:
-    size, about, rays = page.size, section.about, section.rays
-    outer, inner, reached = about.outer[rays], about.inner[rays], about.reached[rays]
+    size = page.size
+    about = section.about
+    rays = section.rays
+    outer = about.outer[rays]
+    inner = about.inner[rays]
+    reached = about.reached[rays]
     whole = _path(section, (outer, inner, reached), page)
     areas = [_area(whole, AREAS["at the limit"])]
     for grade in (1, 0):
         ends = about.easy_outer[grade, rays], about.easy_inner[grade, rays]
-        areas.append(_area(_path(section, (*ends, np.isfinite(ends[0])), page), AREAS[("easy", "moderate")[grade]]))
+        areas.append(
+            _area(
+                _path(section, (*ends, np.isfinite(ends[0])), page),
+                AREAS[("easy", "moderate")[grade]],
+            )
+        )
     walls = _walls(section, environment, page) if environment is not None else ""
     x, y = _pixels(section, np.zeros((1, 2)), page)[0]
     rings = "".join(
@@ -129,7 +145,9 @@ def _drawn(section: _Section, environment: Environment | None, page: _Page) -> s
 
 def _pixels(section: _Section, flat: Floats, page: _Page) -> Floats:
     """Pixels (M, 2) of points (M, 2) [m] that are told from where the rays begin."""
-    pixels: Floats = page.size / 2 + (flat + section.flat(section.centre[None])) * [1, -1] * page.scale
+    pixels: Floats = (
+        page.size / 2 + (flat + section.flat(section.centre[None])) * [1, -1] * page.scale
+    )
     return pixels
 
 
@@ -146,22 +164,29 @@ def _ways(section: _Section) -> Floats:
 def _path(section: _Section, ends: tuple[Floats, Floats, Bools], page: _Page) -> str:
     """What lies between outer and inner ends, from each ray to the next where both have any."""
     outer, inner, there = ends
-    way, after = _ways(section), np.roll(np.arange(len(outer)), -1)
+    way = _ways(section)
+    after = np.roll(np.arange(len(outer)), -1)
     path = []
     for i in np.flatnonzero(there & there[after]):
         j = after[i]
-        corners = np.array([outer[i] * way[i], outer[j] * way[j], inner[j] * way[j], inner[i] * way[i]])
+        corners = np.array(
+            [outer[i] * way[i], outer[j] * way[j], inner[j] * way[j], inner[i] * way[i]]
+        )
         path.append("M" + _text(_pixels(section, corners, page)) + "Z")
     return "".join(path)
 
 
 def _area(path: str, colour: str) -> str:
-    return f'<path d="{path}" fill="{colour}" stroke="{colour}" stroke-width="0.6"/>' if path else ""
+    return (
+        f'<path d="{path}" fill="{colour}" stroke="{colour}" stroke-width="0.6"/>' if path else ""
+    )
 
 
 def _lost(section: _Section, whole: str, page: _Page) -> str:
-    """What obstacles take, half a step to either side of each ray, hatched, within the path of the whole area."""
-    lost, place = section.about.lost, {int(ray): k for k, ray in enumerate(section.rays)}
+    """What obstacles take, half a step to either side of each ray, hatched, within the path of the
+    whole area."""
+    lost = section.about.lost
+    place = {int(ray): k for k, ray in enumerate(section.rays)}
     way = _ways(section)
     path = []
     for k, ray in enumerate(lost.ray.tolist()):
@@ -170,8 +195,16 @@ def _lost(section: _Section, whole: str, page: _Page) -> str:
         i = place[ray]
         sides = [way[i] + way[(i + turn) % len(way)] for turn in (-1, 1)]
         one, two = (side / max(float(np.linalg.norm(side)), 1e-9) for side in sides)
-        corners = np.array([lost.begin[k] * one, lost.end[k] * one, lost.end[k] * way[i], lost.end[k] * two,
-                            lost.begin[k] * two, lost.begin[k] * way[i]])  # fmt: skip
+        corners = np.array(
+            [
+                lost.begin[k] * one,
+                lost.end[k] * one,
+                lost.end[k] * way[i],
+                lost.end[k] * two,
+                lost.begin[k] * two,
+                lost.begin[k] * way[i],
+            ]
+        )
         path.append("M" + _text(_pixels(section, corners, page)) + "Z")
     if not path:
         return ""
@@ -190,9 +223,13 @@ def _lost(section: _Section, whole: str, page: _Page) -> str:
 def _line(section: _Section, ends: tuple[Floats, Bools], colour: str, page: _Page) -> str:
     """A boundary from ray to ray where both have one; the inner one broken."""
     radius, there = ends
-    way, after = _ways(section), np.roll(np.arange(len(radius)), -1)
+    way = _ways(section)
+    after = np.roll(np.arange(len(radius)), -1)
     path = "".join(
-        "M" + _text(_pixels(section, np.array([radius[i] * way[i], radius[after[i]] * way[after[i]]]), page))
+        "M"
+        + _text(
+            _pixels(section, np.array([radius[i] * way[i], radius[after[i]] * way[after[i]]]), page)
+        )
         for i in np.flatnonzero(there & there[after])
     )
     dash = ' stroke-dasharray="5 3"' if colour == _INNER else ""
@@ -207,7 +244,8 @@ def _walls(section: _Section, environment: Environment, page: _Page) -> str:
     height = (corners - section.centre) @ normal
     ends = []
     for one, two in ((0, 1), (1, 2), (2, 0)):
-        a, b = height[:, one], height[:, two]
+        a = height[:, one]
+        b = height[:, two]
         crosses = (a < 0) != (b < 0)
         share = np.where(crosses, a / np.where(crosses, a - b, 1.0), np.nan)[:, None]
         ends.append(corners[:, one] + share * (corners[:, two] - corners[:, one]))
@@ -224,6 +262,8 @@ def _shown_triangles(environment: Environment) -> Sequence[Ints]:
     """The triangles of each part that is shown."""
     found = [np.zeros(0, dtype=np.int64)]
     for part in np.flatnonzero(~environment.hidden):
-        first, last = (int(environment.triangle_start[environment.part_start[part + i]]) for i in (0, 1))
+        first, last = (
+            int(environment.triangle_start[environment.part_start[part + i]]) for i in (0, 1)
+        )
         found.append(np.arange(first, last))
     return found

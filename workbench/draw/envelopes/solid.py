@@ -1,4 +1,5 @@
-"""A reach envelope in the round: its outer boundary as a see-through net over the person and the surroundings."""
+"""A reach envelope in the round: its outer boundary as a see-through net over the person and the
+surroundings."""
 
 from __future__ import annotations
 
@@ -21,8 +22,8 @@ _WHOLE, _LOST = "#3f7fb8", "#d0453a"
 
 
 def envelope_view(envelope: Envelope, scene: Scene, view: str, *, size: int = 520) -> str:
-    """SVG text, `size` pixels square, of a standard view: the scene, and over it the outer boundary, blue where the
-    limb comes clear of obstacles, red where they stop it short."""
+    """SVG text, `size` pixels square, of a standard view: the scene, and over it the outer
+    boundary, blue where the limb comes clear of obstacles, red where they stop it short."""
     camera = _camera(envelope, scene, view, size)
     image = io.BytesIO()
     disks(scene, camera).save(image, "PNG", optimize=True)
@@ -39,7 +40,9 @@ def _camera(envelope: Envelope, scene: Scene, view: str, size: int) -> Camera:
     points, faces = envelope.surface()
     reach = points[np.unique(faces)] if len(faces) else points
     bounds = np.concatenate([scene.bounds, [reach.min(axis=0), reach.max(axis=0)]])
-    return standard_view(view, np.array([bounds.min(axis=0), bounds.max(axis=0)]), width=size, height=size)
+    return standard_view(
+        view, np.array([bounds.min(axis=0), bounds.max(axis=0)]), width=size, height=size
+    )
 
 
 def _net(envelope: Envelope, camera: Camera) -> str:
@@ -62,9 +65,10 @@ def _net(envelope: Envelope, camera: Camera) -> str:
 
 
 def _faces(envelope: Envelope) -> tuple[Floats, Ints, Bools]:
-    """Corners (V, 3) [m] and triangles (F, 3) of the outer boundary clear of obstacles, and whether (F,)
-    obstacles stop it short of where it would be."""
-    about, triangles = envelope.about, envelope.triangles
+    """Corners (V, 3) [m] and triangles (F, 3) of the outer boundary clear of obstacles, and whether
+    (F,) obstacles stop it short of where it would be."""
+    about = envelope.about
+    triangles = envelope.triangles
     outer, _, reached = about.bounds(clear=envelope.obstacles)
     points = envelope.origin + outer[:, None] * about.direction
     short = np.asarray(about.reached & (~reached | (outer < about.outer - 0.01)))

@@ -1,8 +1,10 @@
-"""The raster display of spheres alone, fast enough for films and live use: flat, shaded, depth and numbers.
+"""The raster display of spheres alone, fast enough for films and live use: flat, shaded, depth and
+numbers.
 
-`disks_of` sorts disks by their frontmost points; given the frame before, from that frame's order by insertion.
-`painted` paints them back to front, as the paper does. `surfaces_of` finds for each pixel which sphere's surface a ray
-through it meets first, so that spheres cut one another where they should; `shaded` lights that.
+`disks_of` sorts disks by their frontmost points; given the frame before, from that frame's order by
+insertion. `painted` paints them back to front, as the paper does. `surfaces_of` finds for each
+pixel which sphere's surface a ray through it meets first, so that spheres cut one another where
+they should; `shaded` lights that.
 """
 
 from __future__ import annotations
@@ -19,7 +21,16 @@ from workbench.kernels.pictures.frames import paint_disks, project_spheres, reso
 from workbench.kernels.pictures.surfaces import BLOCK, light_surfaces, paint_rays, surface_depths
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["Disks", "Numbers", "Surfaces", "disks_of", "exact_disks", "painted", "shaded", "surfaces_of"]
+__all__ = [
+    "Disks",
+    "Numbers",
+    "Surfaces",
+    "disks_of",
+    "exact_disks",
+    "painted",
+    "shaded",
+    "surfaces_of",
+]
 
 Numbers = NDArray[np.int32]
 """(height, width) of a sphere or a triangle in each pixel, -1 for none."""
@@ -30,13 +41,15 @@ _REACH = 0.03  # [m] creases are looked for so far around
 
 
 class Disks(NamedTuple):
-    """Projected spheres: disk (S, 3) x, y, radius [pixels]; centre, radius, front (S,): depths and radius [m].
+    """Projected spheres: disk (S, 3) x, y, radius [pixels]; centre, radius, front (S,): depths and
+    radius [m].
 
-    The paper's perspective: a circle about the image of the centre, its radius in inverse proportion to the centre's
-    distance along the view. Spheres that hold the eye are not drawn. Those that the nearest plane cuts end there:
-    where it takes their centre, their disk, centre and radius are those of the cut face. disk is 0 and front -inf
-    where nothing is drawn. order (K,): those drawn back to front by the frontmost point; the first given comes first
-    where two are equal. view (S, 4): whole spheres in view coordinates. all (S,): the order with those not drawn,
+    The paper's perspective: a circle about the image of the centre, its radius in inverse
+    proportion to the centre's distance along the view. Spheres that hold the eye are not drawn.
+    Those that the nearest plane cuts end there: where it takes their centre, their disk, centre and
+    radius are those of the cut face. disk is 0 and front -inf where nothing is drawn. order (K,):
+    those drawn back to front by the frontmost point; the first given comes first where two are
+    equal. view (S, 4): whole spheres in view coordinates. all (S,): the order with those not drawn,
     which a next frame begins with; moves: by how many places spheres were moved from it.
     """
 
@@ -51,7 +64,8 @@ class Disks(NamedTuple):
 
 
 class Surfaces(NamedTuple):
-    """Of each pixel (height, width) the foremost surface: depth [m], -inf for none; sphere, -1 for none."""
+    """Of each pixel (height, width) the foremost surface: depth [m], -inf for none; sphere, -1 for
+    none."""
 
     depth: Floats
     sphere: Numbers
@@ -67,19 +81,24 @@ def _lens(camera: Camera) -> Floats:
 def disks_of(spheres: Spheres, camera: Camera, *, last: Ints | None = None) -> Disks:
     """Spheres as disks, with their painter's order.
 
-    last (S,): the order of a frame before, from which this one is sorted by insertion. UsageError where it is not of
-    as many spheres; InputError where centres or radii are not finite.
+    last (S,): the order of a frame before, from which this one is sorted by insertion. UsageError
+    where it is not of as many spheres; InputError where centres or radii are not finite.
     """
     count = len(spheres.radius)
     if not (np.isfinite(spheres.centre).all() and np.isfinite(spheres.radius).all()):
         raise InputError("spheres to be drawn must have finite centres and radii")
-    view, shown, disk, front = np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 3)), np.empty(count)
+    view = np.empty((count, 4))
+    shown = np.empty((count, 2))
+    disk = np.empty((count, 3))
+    front = np.empty(count)
     drawn = project_spheres(spheres.centre, spheres.radius, _lens(camera), view, shown, disk, front)
     moves = 0
     if last is None:
         order = np.argsort(front, kind="stable")
     elif len(last) != count:
-        raise UsageError(f"the last frame's order is of {len(last)} spheres, this frame has {count}")
+        raise UsageError(
+            f"the last frame's order is of {len(last)} spheres, this frame has {count}"
+        )
     else:
         order = last.copy()
         moves = resort(order, front)
@@ -97,9 +116,12 @@ def painted(disks: Disks, camera: Camera) -> Numbers:
 
 
 def exact_disks(disks: Disks, camera: Camera) -> Numbers:
-    """The same with the true outline of each sphere, an ellipse in perspective, in place of the paper's circle."""
+    """The same with the true outline of each sphere, an ellipse in perspective, in place of the
+    paper's circle."""
     picture = np.full((camera.height, camera.width), -1, dtype=np.int32)
-    paint_rays(disks.view, disks.order, _lens(camera), np.arange(len(disks.front), dtype=np.int32), picture)
+    paint_rays(
+        disks.view, disks.order, _lens(camera), np.arange(len(disks.front), dtype=np.int32), picture
+    )
     return picture
 
 
@@ -108,16 +130,21 @@ def surfaces_of(disks: Disks, camera: Camera) -> Surfaces:
 
     Where the nearest plane goes through a sphere, its cut face shows.
     """
-    height, width = camera.height, camera.width
-    depth, sphere = np.full((height, width), -np.inf), np.full((height, width), -1, dtype=np.int32)
+    height = camera.height
+    width = camera.width
+    depth = np.full((height, width), -np.inf)
+    sphere = np.full((height, width), -1, dtype=np.int32)
     bound = np.full((height, -(-width // BLOCK)), -np.inf)
     surface_depths(disks.view, disks.order, _lens(camera), depth, sphere, bound)
     return Surfaces(depth, sphere)
 
 
 def shaded(disks: Disks, surfaces: Surfaces, camera: Camera, colour: Floats) -> NDArray[np.uint8]:
-    """(height, width, 3) soft light and ambient shade in creases, on white; colour (S, 3): 0 to 255 in full light."""
+    """(height, width, 3) soft light and ambient shade in creases, on white; colour (S, 3): 0 to 255
+    in full light."""
     picture = np.full((camera.height, camera.width, 3), _PAPER, dtype=np.uint8)
     light = _LIGHT / np.linalg.norm(_LIGHT)
-    light_surfaces(disks.view, colour, light, _lens(camera), _REACH, surfaces.depth, surfaces.sphere, picture)
+    light_surfaces(
+        disks.view, colour, light, _lens(camera), _REACH, surfaces.depth, surfaces.sphere, picture
+    )
     return picture

@@ -17,25 +17,32 @@ MOST_FRAMES = 36_000  # twenty minutes at 30 frames a second: more is a mistake 
 
 
 def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> Floats:
-    """(F,) [s] the motion's time at each frame of a film of `fps` frames a second, from start to end [s].
+    """(F,) [s] the motion's time at each frame of a film of `fps` frames a second, from start to
+    end [s].
 
-    speed: seconds of the motion in a second of the film; 0.1 is ten times slow motion. The last frame is the last one
-    that is not after the end. UsageError for a rate or speed that cannot be, and beyond MOST_FRAMES.
+    speed: seconds of the motion in a second of the film; 0.1 is ten times slow motion. The last
+    frame is the last one that is not after the end. UsageError for a rate or speed that cannot be,
+    and beyond MOST_FRAMES.
     """
     if not (math.isfinite(fps) and 0.1 <= fps <= 240.0):
         raise UsageError(f"film: 0.1 to 240 frames a second are possible, got {fps:g}")
     if not (math.isfinite(speed) and speed > 0.0):
-        raise UsageError(f"film: a speed above 0 is needed (0.1 is ten times slow motion), got {speed:g}")
+        raise UsageError(
+            f"film: a speed above 0 is needed (0.1 is ten times slow motion), got {speed:g}"
+        )
     count = math.floor((end - start) * fps / speed + 1e-9) + 1
     if not 1 <= count <= MOST_FRAMES:
-        raise UsageError(f"film: {end - start:g} s at {fps:g} frames/s and speed {speed:g} would be {count} frames; "
-                         f"1 to {MOST_FRAMES} are possible")  # fmt: skip
+        raise UsageError(
+            f"film: {end - start:g} s at {fps:g} frames/s and speed {speed:g} would be {count} frames; "
+            f"1 to {MOST_FRAMES} are possible"
+        )
     times: Floats = start + np.arange(count, dtype=np.float64) * (speed / fps)
     return times
 
 
 def scene_at(scene: Scene, frame: int, *, trail: int = 0, every: int = 1) -> Scene:
-    """The scene with every body in its pose `frame`; `trail` ghosts of it `every` frames apart before that.
+    """The scene with every body in its pose `frame`; `trail` ghosts of it `every` frames apart
+    before that.
 
     Bodies of one pose stay as they are. Ghosts that the scene has already move along.
     """
@@ -52,7 +59,8 @@ def _posed(shown: SceneBody, frame: int) -> SceneBody:
 
 
 def every_pose(scene: Scene, *, most: int = 60) -> Scene:
-    """A scene that holds every body in all its poses (at most about `most` of them): what a film's camera must hold."""
+    """A scene that holds every body in all its poses (at most about `most` of them): what a film's
+    camera must hold."""
     bodies = []
     for shown in (*scene.bodies, *scene.ghosts):
         count = len(shown.placed)

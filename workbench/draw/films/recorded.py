@@ -1,4 +1,5 @@
-"""Motions to be drawn: a body, or somebody in a study, moves as a file says; one source is laid over another."""
+"""Motions to be drawn: a body, or somebody in a study, moves as a file says; one source is laid
+over another."""
 
 from __future__ import annotations
 
@@ -41,7 +42,8 @@ _SHORT = 2.0  # [s] motions that are shorter are told in milliseconds
 
 @dataclass(frozen=True)
 class Take:
-    """What of a motion file is wanted: frames from start to end [s]; up: its upward axis where it is not told right."""
+    """What of a motion file is wanted: frames from start to end [s]; up: its upward axis where it
+    is not told right."""
 
     start: float | None = None
     end: float | None = None
@@ -49,10 +51,12 @@ class Take:
 
 
 def in_motion(source: str, motion: str, *, take: Take = Take(), case: str | None = None) -> Source:
-    """A body that makes the movement of a motion file, or a person of a study in its environment who does.
+    """A body that makes the movement of a motion file, or a person of a study in its environment
+    who does.
 
-    motion: the file; of a study's people the first makes it, or whoever stands before it: "pilot=drive.csv". The others
-    sit as in `case`, the study's first where none is given. InputError and UsageError for what cannot be read or moved.
+    motion: the file; of a study's people the first makes it, or whoever stands before it:
+    "pilot=drive.csv". The others sit as in `case`, the study's first where none is given.
+    InputError and UsageError for what cannot be read or moved.
     """
     kind = source_kind(source)
     if kind == "body":
@@ -64,7 +68,9 @@ def in_motion(source: str, motion: str, *, take: Take = Take(), case: str | None
         scene = Scene((_first(person, _OVER),), None, (), body.name, Path(motion).name)
         return Source(scene, (), (body.name,), (person,), True, notes)
     if kind != "study":
-        raise UsageError(f"{source} is {'an' if kind[0] == 'e' else 'a'} {kind}: --motion is for bodies and studies")
+        raise UsageError(
+            f"{source} is {'an' if kind[0] == 'e' else 'a'} {kind}: --motion is for bodies and studies"
+        )
     return _study_in_motion(source_of(source, case=case), motion, take)
 
 
@@ -76,10 +82,13 @@ def _study_in_motion(found: Source, motion: str, take: Take) -> Source:
     who, file = _who_moves(found, motion)
     poses, notes = _read(found.persons[who].body, file, take)
     moving = replace(found.persons[who], poses=poses, seat=None, stand=None)
-    persons, bodies = list(found.persons), list(found.scene.bodies)
+    persons = list(found.persons)
+    bodies = list(found.scene.bodies)
     persons[who], bodies[who] = moving, _first(moving, bodies[who].colour)
     scene = replace(found.scene, bodies=tuple(bodies))
-    return replace(found, scene=scene, names=(), persons=tuple(persons), moving=True, notes=found.notes + notes)
+    return replace(
+        found, scene=scene, names=(), persons=tuple(persons), moving=True, notes=found.notes + notes
+    )
 
 
 def _who_moves(found: Source, motion: str) -> tuple[int, Path]:
@@ -87,14 +96,18 @@ def _who_moves(found: Source, motion: str) -> tuple[int, Path]:
     if not equals or Path(motion).exists():
         return 0, Path(motion)
     if name not in found.people:
-        raise UsageError(f"--motion {motion}: nobody is called {name!r}; {one_of(name, found.people)}")
+        raise UsageError(
+            f"--motion {motion}: nobody is called {name!r}; {one_of(name, found.people)}"
+        )
     return found.people.index(name), Path(file)
 
 
 def _read(body: Body, file: Path, take: Take) -> tuple[Poses, tuple[str, ...]]:
     if not file.is_file():
         raise InputError(f"{file}: no such motion file")
-    keep = Pick(-math.inf if take.start is None else take.start, math.inf if take.end is None else take.end)
+    keep = Pick(
+        -math.inf if take.start is None else take.start, math.inf if take.end is None else take.end
+    )
     poses, notes = load_motion(body, file, options=MotionOptions(up=take.up, keep=keep))
     if len(poses) < 2:
         raise InputError(f"{file}: one frame is a posture; a motion needs two or more")
@@ -103,39 +116,61 @@ def _read(body: Body, file: Path, take: Take) -> tuple[Poses, tuple[str, ...]]:
 
 def _first(person: Person, colour: str) -> SceneBody:
     poses = person.poses
-    return SceneBody(place(person.body, Poses(poses.rotations[:1], poses.reference, poses.world_from_reference[:1])), 0,
-                     colour)  # fmt: skip
+    return SceneBody(
+        place(
+            person.body, Poses(poses.rotations[:1], poses.reference, poses.world_from_reference[:1])
+        ),
+        0,
+        colour,
+    )
 
 
 def laid_over(source: Source, under: Source, names: tuple[str, str]) -> Source:
-    """A source over the bodies of another one, which show pale behind its own in a second colour: predicted, actual.
+    """A source over the bodies of another one, which show pale behind its own in a second colour:
+    predicted, actual.
 
-    names: of both, for the picture's key. Both may move, each on its own clock; the time they share is shown (see
-    shown_span). InputError where they share none; UsageError where one has no body, or they have different numbers of
-    cases.
+    names: of both, for the picture's key. Both may move, each on its own clock; the time they share
+    is shown (see shown_span). InputError where they share none; UsageError where one has no body,
+    or they have different numbers of cases.
     """
     for found, name in zip((source, under), names, strict=True):
         if not found.scene.bodies:
             raise UsageError(f"--over: there is no body in {name}")
     counts = [1 if found.moving else max(len(found.names), 1) for found in (source, under)]
     if counts[1] not in (1, counts[0]):
-        raise UsageError(f"--over: {names[1]} has {counts[1]} cases and {names[0]} {counts[0]}; as many, or one")
+        raise UsageError(
+            f"--over: {names[1]} has {counts[1]} cases and {names[0]} {counts[0]}; as many, or one"
+        )
     bodies = tuple(replace(shown, colour=_OVER) for shown in source.scene.bodies)
-    shown_under = [k for k, person in enumerate(under.persons) if not under.moving or person.poses.time is not None]
+    shown_under = [
+        k
+        for k, person in enumerate(under.persons)
+        if not under.moving or person.poses.time is not None
+    ]
     ghosts = tuple(replace(under.scene.bodies[k], colour=_UNDER) for k in shown_under)
-    scene = replace(source.scene, bodies=bodies, ghosts=ghosts, key=((names[0], _OVER), (names[1], _UNDER)))
+    scene = replace(
+        source.scene, bodies=bodies, ghosts=ghosts, key=((names[0], _OVER), (names[1], _UNDER))
+    )
     persons = tuple(under.persons[k] for k in shown_under)
-    over = replace(source, scene=scene, under=persons, moving=source.moving or under.moving,
-                   names=() if under.moving else source.names, notes=source.notes + under.notes)  # fmt: skip
+    over = replace(
+        source,
+        scene=scene,
+        under=persons,
+        moving=source.moving or under.moving,
+        names=() if under.moving else source.names,
+        notes=source.notes + under.notes,
+    )
     if over.moving:
         shown_span(over)
     return over
 
 
 def shown_span(source: Source) -> tuple[float, float]:
-    """First and last time [s] that everybody who moves in a source has in common. InputError where there is none."""
+    """First and last time [s] that everybody who moves in a source has in common. InputError where
+    there is none."""
     clocks = [p.poses.time for p in (*source.persons, *source.under) if p.poses.time is not None]
-    start, end = max(float(clock[0]) for clock in clocks), min(float(clock[-1]) for clock in clocks)
+    start = max(float(clock[0]) for clock in clocks)
+    end = min(float(clock[-1]) for clock in clocks)
     if end < start:
         told = " and ".join(f"{clock[0]:g} to {clock[-1]:g} s" for clock in clocks)
         raise InputError(f"the motions have no time in common: {told}")
@@ -148,7 +183,9 @@ def instants_of(text: str) -> tuple[float, ...]:
     for part in text.split(","):
         match = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(s|ms|)", part.strip())
         if match is None:
-            raise UsageError(f"--at: times with commas between are needed, such as 0,0.05,90ms; got {text!r}")
+            raise UsageError(
+                f"--at: times with commas between are needed, such as 0,0.05,90ms; got {text!r}"
+            )
         found.append(float(match[1]) * (1e-3 if match[2] == "ms" else 1.0))
     return tuple(found)
 
@@ -159,13 +196,16 @@ def evenly(source: Source, count: int = POSITIONS) -> tuple[float, ...]:
 
 
 def at_instants(source: Source, times: Sequence[float]) -> Source:
-    """A moving source at some moments [s], each named by its time. UsageError where it does not move, or not then."""
+    """A moving source at some moments [s], each named by its time. UsageError where it does not
+    move, or not then."""
     if not source.moving:
         raise UsageError(f"--at: nothing moves in {source.scene.title}; give a motion")
     start, end = shown_span(source)
     late = [time for time in times if not start - 1e-9 <= time <= end + 1e-9]
     if late:
-        raise UsageError(f"--at: the motion goes from {start:g} to {end:g} s, got {', '.join(f'{t:g}' for t in late)}")
+        raise UsageError(
+            f"--at: the motion goes from {start:g} to {end:g} s, got {', '.join(f'{t:g}' for t in late)}"
+        )
     short = end - start < _SHORT
     names = tuple(f"{1000.0 * time:.0f} ms" if short else f"{time:.2f} s" for time in times)
     return replace(source.at(np.array(times)), names=names, moving=False)

@@ -1,4 +1,5 @@
-"""Several pictures of one size side by side with a line of text under each: Figure 7 of the paper."""
+"""Several pictures of one size side by side with a line of text under each: Figure 7 of the
+paper."""
 
 from __future__ import annotations
 
@@ -23,11 +24,14 @@ def strip_image(pictures: Sequence[Image.Image], captions: Sequence[str]) -> Ima
     sizes = [picture.size for picture in pictures]
     width, height = _size(sizes, captions)
     page = Image.new("RGB", (len(pictures) * (width + _GAP) - _GAP, height + _FOOT), PAPER)
-    draw, font = ImageDraw.Draw(page), ImageFont.load_default(TEXT_SIZE)
+    draw = ImageDraw.Draw(page)
+    font = ImageFont.load_default(TEXT_SIZE)
     for number, (picture, caption) in enumerate(zip(pictures, captions, strict=True)):
         left = number * (width + _GAP)
         page.paste(picture, (left, 0))
-        draw.text((left + width / 2.0, height + _FOOT / 2.0), caption, fill=INK, font=font, anchor="mm")
+        draw.text(
+            (left + width / 2.0, height + _FOOT / 2.0), caption, fill=INK, font=font, anchor="mm"
+        )
     return page
 
 
@@ -45,13 +49,17 @@ def strip_svg(pictures: Sequence[str], captions: Sequence[str], *, title: str = 
     for number, (text, caption) in enumerate(zip(pictures, captions, strict=True)):
         left = number * (width + _GAP)
         parts.append(text.replace("<svg ", f'<svg x="{left}" ', 1).rstrip())
-        parts.append(f'<text x="{left + width / 2:.1f}" y="{height + _FOOT / 2:.1f}" dy=".36em" text-anchor="middle"'
-                     f" font-family='Helvetica,Arial,sans-serif' font-size=\"{TEXT_SIZE:.0f}\""
-                     f' fill="{hexadecimal(INK)}">{escape(caption)}</text>')  # fmt: skip
+        parts.append(
+            f'<text x="{left + width / 2:.1f}" y="{height + _FOOT / 2:.1f}" dy=".36em" text-anchor="middle"'
+            f" font-family='Helvetica,Arial,sans-serif' font-size=\"{TEXT_SIZE:.0f}\""
+            f' fill="{hexadecimal(INK)}">{escape(caption)}</text>'
+        )
     return "\n".join([*parts, "</svg>", ""])
 
 
 def _size(sizes: Sequence[tuple[int, int]], captions: Sequence[str]) -> tuple[int, int]:
     if not sizes or len(set(sizes)) > 1 or len(captions) != len(sizes):
-        raise UsageError(f"a strip needs pictures of one size and a caption each, got {sizes} and {len(captions)}")
+        raise UsageError(
+            f"a strip needs pictures of one size and a caption each, got {sizes} and {len(captions)}"
+        )
     return sizes[0]

@@ -1,7 +1,8 @@
-"""Polygons hide arcs and lines in vector pictures: exact, by kernels.pictures.hiding, at any size of picture.
+"""Polygons hide arcs and lines in vector pictures: exact, by kernels.pictures.hiding, at any size
+of picture.
 
-Only opaque parts hide, and only what of them lies behind the cutting plane. Bodies hide the lines of the environment:
-a line is cut where it goes behind the outline of a sphere.
+Only opaque parts hide, and only what of them lies behind the cutting plane. Bodies hide the lines
+of the environment: a line is cut where it goes behind the outline of a sphere.
 """
 
 from __future__ import annotations
@@ -18,11 +19,25 @@ from workbench.draw.lines.edges import Lines, drawn_edges
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import cut_depth, projected_disks, triangle_polygons
 from workbench.errors import UsageError, one_of
-from workbench.kernels.pictures.hiding import Hiders, hidden_arcs, hidden_lines, hiding_planes, lines_among_balls
+from workbench.kernels.pictures.hiding import (
+    Hiders,
+    hidden_arcs,
+    hidden_lines,
+    hiding_planes,
+    lines_among_balls,
+)
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["HIDDEN", "Surroundings", "arcs_behind", "hiders_of", "lines_seen", "sections", "surroundings"]
+__all__ = [
+    "HIDDEN",
+    "Surroundings",
+    "arcs_behind",
+    "hiders_of",
+    "lines_seen",
+    "sections",
+    "surroundings",
+]
 
 HIDDEN = ("veiled", "hidden_line")
 _BIAS = 1e-3  # [m] a polygon that touches a rim or an edge does not hide it
@@ -31,7 +46,8 @@ _CELL = 24.0  # [pixels]
 
 
 class Surroundings(NamedTuple):
-    """What vector displays draw of an environment: its triangles as they hide, its visible lines, its cut faces."""
+    """What vector displays draw of an environment: its triangles as they hide, its visible lines,
+    its cut faces."""
 
     hiders: Hiders
     lines: Lines
@@ -39,7 +55,8 @@ class Surroundings(NamedTuple):
 
 
 def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | None:
-    """The environment of a scene as lines, None where there is none. hidden: one of HIDDEN, UsageError for others."""
+    """The environment of a scene as lines, None where there is none. hidden: one of HIDDEN,
+    UsageError for others."""
     if hidden not in HIDDEN:
         raise UsageError(f"no style {hidden!r}; {one_of(hidden, HIDDEN)}")
     if scene.environment is None:
@@ -52,16 +69,19 @@ def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | No
 
 
 def hiders_of(environment: Environment, camera: Camera, cut: float) -> Hiders:
-    """The opaque triangles of an environment as they hide things behind the depth `cut` [m], in a grid."""
+    """The opaque triangles of an environment as they hide things behind the depth `cut` [m], in a
+    grid."""
     part = environment.polygon_part[triangle_polygons(environment)]
     chosen = np.flatnonzero(~environment.hidden[part] & ~environment.see_through[part])
     seen = in_view(camera, environment.vertices)[environment.triangles[chosen]]
     seen, _ = clip_triangles(seen, _AHEAD, min(cut, camera.closest))
     corners = to_picture(camera, seen)
     corners[..., 2] = projective(camera, corners[..., 2])
-    low, high = corners[:, :, :2].min(axis=1), corners[:, :, :2].max(axis=1)
+    low = corners[:, :, :2].min(axis=1)
+    high = corners[:, :, :2].max(axis=1)
     here = np.all((high >= 0.0) & (low <= (camera.width, camera.height)), axis=1)
-    columns, rows = math.ceil(camera.width / _CELL), math.ceil(camera.height / _CELL)
+    columns = math.ceil(camera.width / _CELL)
+    rows = math.ceil(camera.height / _CELL)
     start, inside = _grid(low[here], high[here], columns, rows)
     planes = hiding_planes(np.ascontiguousarray(corners[here]), _BIAS)
     return Hiders(planes, _CELL, columns, rows, start, inside)
@@ -76,7 +96,8 @@ def _grid(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Int
     count = span[:, 0] * span[:, 1]
     box = np.repeat(np.arange(len(count)), count)
     number = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
-    column, row = first[box, 0] + number % span[box, 0], first[box, 1] + number // span[box, 0]
+    column = first[box, 0] + number % span[box, 0]
+    row = first[box, 1] + number // span[box, 0]
     cell = row * columns + column
     order = np.argsort(cell, kind="stable")
     start = np.searchsorted(cell[order], np.arange(columns * rows + 1))
@@ -84,11 +105,14 @@ def _grid(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Int
 
 
 def arcs_behind(arcs: Arcs, hiders: Hiders) -> Arcs:
-    """The arcs cut where a polygon comes in front of them or goes; those behind one are `veiled`."""
+    """The arcs cut where a polygon comes in front of them or goes; those behind one are
+    `veiled`."""
     ratio, turn = arcs.squeeze.T
     along = np.column_stack([np.cos(turn), np.sin(turn)]) * arcs.disk[:, 2:]
     across = np.column_stack([-np.sin(turn), np.cos(turn)]) * (arcs.disk[:, 2] * ratio)[:, None]
-    rows = [(arcs.disk[:, :2], arcs.depth)] + [(way, np.sum(arcs.tilt * way, axis=1)) for way in (along, across)]
+    rows = [(arcs.disk[:, :2], arcs.depth)] + [
+        (way, np.sum(arcs.tilt * way, axis=1)) for way in (along, across)
+    ]
     rims = np.stack([np.column_stack(row) for row in rows], axis=1)
     of, angle, hidden = hidden_arcs(rims, arcs.angle, hiders)
     lead = arcs.lead[of].copy()
@@ -98,41 +122,52 @@ def arcs_behind(arcs: Arcs, hiders: Hiders) -> Arcs:
     return pieces._replace(angle=angle, lead=lead, veiled=hidden == 1)
 
 
-def lines_seen(edges: Floats, clear: Bools, scene: Scene, camera: Camera, hiders: Hiders, cut: float) -> Lines:
-    """The pieces of edges (M, 2, 3) x, y [pixels], depth [m] behind the depth `cut` that nothing hides.
+def lines_seen(
+    edges: Floats, clear: Bools, scene: Scene, camera: Camera, hiders: Hiders, cut: float
+) -> Lines:
+    """The pieces of edges (M, 2, 3) x, y [pixels], depth [m] behind the depth `cut` that nothing
+    hides.
 
-    A piece is faint where it is of a see-through part (clear) or in front of a body. What is beside the picture is
-    left out.
+    A piece is faint where it is of a see-through part (clear) or in front of a body. What is beside
+    the picture is left out.
     """
     edges = np.concatenate([edges[:, :, :2], projective(camera, edges[:, :, 2:])], axis=2)
     seen, kept = clip_segments(_from_picture(camera, edges), _AHEAD, cut + _BIAS)
     ends = to_picture(camera, seen)
     ends[..., 2] = projective(camera, ends[..., 2])
-    low, high = ends[:, :, :2].min(axis=1), ends[:, :, :2].max(axis=1)
+    low = ends[:, :, :2].min(axis=1)
+    high = ends[:, :, :2].max(axis=1)
     here = np.all((high >= 0.0) & (low <= (camera.width, camera.height)), axis=1)
-    ends, kept = ends[here], kept[here]
+    ends = ends[here]
+    kept = kept[here]
     of, share, hidden = hidden_lines(np.ascontiguousarray(ends), hiders)
-    of, share = of[hidden == 0], share[hidden == 0]
+    of = of[hidden == 0]
+    share = share[hidden == 0]
     pieces = ends[of, :1] * (1.0 - share[:, :, None]) + ends[of, 1:] * share[:, :, None]
     seen = _from_picture(camera, pieces)
     spheres = scene.spheres
     balls = np.column_stack([in_view(camera, spheres.centre), spheres.radius])
     rows = lines_among_balls(np.ascontiguousarray(seen), balls, camera.distance)
-    which, share = rows[:, 0].astype(np.int64), rows[:, 1:3, None]
+    which = rows[:, 0].astype(np.int64)
+    share = rows[:, 1:3, None]
     drawn = to_picture(camera, seen[which, :1] * (1.0 - share) + seen[which, 1:] * share)
-    return Lines(drawn[:, :, :2], drawn[:, :, 2].mean(axis=1), clear[kept[of[which]]] | (rows[:, 3] == 1.0))
+    return Lines(
+        drawn[:, :, :2], drawn[:, :, 2].mean(axis=1), clear[kept[of[which]]] | (rows[:, 3] == 1.0)
+    )
 
 
 def _from_picture(camera: Camera, points: Floats) -> Floats:
     """View coordinates (..., 3) [m] of x, y [pixels] and projective depth (..., 3)."""
     depth = metric(camera, points[..., 2])
     size = camera.scale / (1.0 - depth * camera.bend)
-    x, y = (points[..., 0] - camera.width / 2.0) / size, (camera.height / 2.0 - points[..., 1]) / size
+    x = (points[..., 0] - camera.width / 2.0) / size
+    y = (camera.height / 2.0 - points[..., 1]) / size
     return np.stack([x, y, depth], axis=-1)
 
 
 def sections(environment: Environment, camera: Camera, cut: float) -> list[list[Floats]]:
-    """Where the plane at depth `cut` [m] goes through solid parts: of each part its loops (K, 2) [pixels].
+    """Where the plane at depth `cut` [m] goes through solid parts: of each part its loops (K, 2)
+    [pixels].
 
     To be filled by the even-odd rule. Nothing for a plane at infinity.
     """

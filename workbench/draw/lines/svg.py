@@ -28,8 +28,8 @@ _MOST_LINES = 9000  # keeps a picture under 400 kB
 
 
 def number_rows(pattern: str, values: Floats) -> list[str]:
-    """A text for each row of values (M, K): `pattern` with K fields such as {:.2f}. The text of str.format, but for
-    halves, which are rounded away from zero, and for zero, which has no sign.
+    """A text for each row of values (M, K): `pattern` with K fields such as {:.2f}. The text of
+    str.format, but for halves, which are rounded away from zero, and for zero, which has no sign.
 
     InputError for numbers that are not finite or a billion and more.
     """
@@ -39,7 +39,8 @@ def number_rows(pattern: str, values: Floats) -> list[str]:
     out = np.empty(len(values) * (len(words) + 20 * len(places)) + 1, dtype=np.uint8)
     rows = np.empty(len(values) + 1, dtype=np.int64)
     write_rows(np.ascontiguousarray(values, dtype=np.float64), places, words, start, out, rows)
-    text, ends = out[: rows[-1]].tobytes().decode("ascii"), rows.tolist()
+    text = out[: rows[-1]].tobytes().decode("ascii")
+    ends = rows.tolist()
     return [text[low:high] for low, high in pairwise(ends)]
 
 
@@ -54,11 +55,14 @@ def _pattern(pattern: str) -> tuple[NDArray[np.uint8], Ints, Ints]:
 
 
 def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:
-    """SVG text of width x height of the camera, which holds `parts` on white paper, marks and a scale bar.
+    """SVG text of width x height of the camera, which holds `parts` on white paper, marks and a
+    scale bar.
 
-    what: said of the display to those who cannot see it. No script, no reference to anything outside.
+    what: said of the display to those who cannot see it. No script, no reference to anything
+    outside.
     """
-    width, height = camera.width, camera.height
+    width = camera.width
+    height = camera.height
     return "\n".join(
         [
             f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}"'
@@ -89,7 +93,10 @@ def environment_paths(lines: Lines) -> list[str]:
     length = np.linalg.norm(lines.ends[:, 1] - lines.ends[:, 0], axis=1)
     kept = np.sort(np.argsort(-length, kind="stable")[:_MOST_LINES])
     parts = ['<g class="environment" fill="none" stroke-linecap="round" stroke="#8d99a8">']
-    for faint, style in ((True, 'stroke-width="0.6" stroke-opacity="0.45"'), (False, 'stroke-width="0.8"')):
+    for faint, style in (
+        (True, 'stroke-width="0.6" stroke-opacity="0.45"'),
+        (False, 'stroke-width="0.8"'),
+    ):
         chosen = lines.ends[kept[lines.faint[kept] == faint]].reshape(-1, 4)
         if len(chosen):
             path = "".join(number_rows("M{:.1f} {:.1f}L{:.1f} {:.1f}", chosen))
@@ -98,11 +105,16 @@ def environment_paths(lines: Lines) -> list[str]:
 
 
 def section_paths(sections: Iterable[list[Floats]], hidden: str) -> list[str]:
-    """The cut faces of solids, a path for each part from its loops (K, 2) [pixels]: opaque in the style hidden_line."""
+    """The cut faces of solids, a path for each part from its loops (K, 2) [pixels]: opaque in the
+    style hidden_line."""
     paths = [
-        "".join("M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) + "Z" for loop in loops)
+        "".join(
+            "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) + "Z" for loop in loops
+        )
         for loops in sections
     ]
-    style = f'fill="{hexadecimal(SECTION)}" fill-opacity="{1.0 if hidden == "hidden_line" else 0.7:g}"'
+    style = (
+        f'fill="{hexadecimal(SECTION)}" fill-opacity="{1.0 if hidden == "hidden_line" else 0.7:g}"'
+    )
     group = f'<g class="section" {style} fill-rule="evenodd" stroke="#8d99a8" stroke-width="0.8">'
     return [group, *(f'<path d="{path}"/>' for path in paths), "</g>"] if paths else []

@@ -28,7 +28,8 @@ MARKS = ("axes", "clearances", "contacts", "controls", "segments", "stops")
 
 
 def marked(source: Source, kinds: tuple[str, ...]) -> Source:
-    """The source with marks of these kinds (see MARKS) for its first pose. UsageError for an unknown kind."""
+    """The source with marks of these kinds (see MARKS) for its first pose. UsageError for an
+    unknown kind."""
     for kind in kinds:
         if kind not in MARKS:
             raise UsageError(f"no marks {kind!r}; {one_of(kind, MARKS)}")
@@ -37,7 +38,8 @@ def marked(source: Source, kinds: tuple[str, ...]) -> Source:
 
 
 def remarked(source: Source, scene: Scene) -> tuple[Mark, ...]:
-    """The marks of a scene of a source's poses, those of the source's kinds for the poses that the scene shows."""
+    """The marks of a scene of a source's poses, those of the source's kinds for the poses that the
+    scene shows."""
     if not source.kinds:
         return scene.marks
     return _with_kinds(source, replace(scene, marks=source.fixed), source.kinds)
@@ -72,10 +74,19 @@ def _marks(source: Source, scene: Scene, kind: str) -> tuple[Mark, ...]:
 
 def _alone(shown: SceneBody) -> Placed:
     """The pose that is shown, by itself."""
-    placed, at = shown.placed, range(len(shown.placed))[shown.pose]
-    return Placed(placed.body, placed.world_from_segment[at : at + 1], placed.centres[at : at + 1], placed.window)
+    placed = shown.placed
+    at = range(len(shown.placed))[shown.pose]
+    return Placed(
+        placed.body,
+        placed.world_from_segment[at : at + 1],
+        placed.centres[at : at + 1],
+        placed.window,
+    )
 
 
 def _pose(person: Person, pose: int) -> Poses:
-    poses, at = person.poses, range(len(person.poses))[pose]
-    return Poses(poses.rotations[at : at + 1], poses.reference, poses.world_from_reference[at : at + 1])
+    poses = person.poses
+    at = range(len(person.poses))[pose]
+    return Poses(
+        poses.rotations[at : at + 1], poses.reference, poses.world_from_reference[at : at + 1]
+    )

@@ -1,4 +1,5 @@
-"""The layout of marks drawn as SVG and as pixels, alike: shapes with a white rim, leaders, labels, the scale bar."""
+"""The layout of marks drawn as SVG and as pixels, alike: shapes with a white rim, leaders, labels,
+the scale bar."""
 
 from __future__ import annotations
 
@@ -9,19 +10,28 @@ from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
 from workbench.draw.colours import INK, INKS, PAPER, hexadecimal
-from workbench.draw.marks.layout import TEXT_SIZE, PlacedMark, Shape, mark_shapes, placed_marks, scale_bar
+from workbench.draw.marks.layout import (
+    TEXT_SIZE,
+    PlacedMark,
+    Shape,
+    mark_shapes,
+    placed_marks,
+    scale_bar,
+)
 from workbench.draw.scene import Scene
 
 __all__ = ["paint_mark_shapes", "paint_mark_texts", "svg_bar", "svg_key", "svg_marks"]
 
 _FONT = "font-family='Helvetica,Arial,sans-serif'"
 _RIM = 2.6  # [pixels] of paper around what is drawn
-_KEY_TOP, _KEY_STEP = 18.0, 18.0  # [pixels] from the picture's top to the key's first line, and from line to line
+_KEY_TOP = 18.0
+_KEY_STEP = 18.0  # [pixels] from the picture's top to the key's first line, and from line to line
 _TEXT = f'{_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
 
 
 def svg_marks(scene: Scene, camera: Camera) -> list[str]:
-    """SVG elements of a scene's marks: leaders, shapes (paths: a circle element is a sphere here), labels on plates."""
+    """SVG elements of a scene's marks: leaders, shapes (paths: a circle element is a sphere here),
+    labels on plates."""
     marks = placed_marks(scene, camera)
     leaders = [_svg_leader(mark) for mark in marks if mark.text]
     shapes = [text for mark in marks for text in _svg_shapes(mark)]
@@ -43,13 +53,21 @@ def _svg_leader(mark: PlacedMark) -> str:
 
 def _svg_shapes(mark: PlacedMark) -> list[str]:
     """Each shape of a mark: first all in paper and wider, then in colour."""
-    colour, shapes = hexadecimal(mark.colour), mark_shapes(mark)
-    rim, drawn = [], []
+    colour = hexadecimal(mark.colour)
+    shapes = mark_shapes(mark)
+    rim = []
+    drawn = []
     for shape in shapes:
         text = "L".join(f"{x:.1f} {y:.1f}" for x, y in shape.corners)
         path = f'd="M{text}{"Z" if shape.closed else ""}"'
-        rim.append(f'<path fill="none" stroke="#fff" stroke-width="{shape.width + _RIM:.1f}" {path}/>')
-        style = f'fill="none" stroke="{colour}" stroke-width="{shape.width:.1f}"' if shape.width else f'fill="{colour}"'
+        rim.append(
+            f'<path fill="none" stroke="#fff" stroke-width="{shape.width + _RIM:.1f}" {path}/>'
+        )
+        style = (
+            f'fill="none" stroke="{colour}" stroke-width="{shape.width:.1f}"'
+            if shape.width
+            else f'fill="{colour}"'
+        )
         drawn.append(f'<path class="{mark.kind}" {style} {path}/>')
     return rim + drawn
 
@@ -63,10 +81,12 @@ def _svg_label(mark: PlacedMark) -> str:
 
 
 def svg_bar(camera: Camera) -> list[str]:
-    """SVG elements of the scale bar; none in a perspective view, where no bar is true for all depths."""
+    """SVG elements of the scale bar; none in a perspective view, where no bar is true for all
+    depths."""
     if math.isfinite(camera.distance):
         return []
-    bar, ink = scale_bar(camera), hexadecimal(INK)
+    bar = scale_bar(camera)
+    ink = hexadecimal(INK)
     shape = f"M{bar.x:.1f} {bar.y - 5:.1f}v10m0-5h{bar.pixels:.2f}m0-5v10"
     return [
         f'<g class="scale"><path fill="none" stroke="{ink}" stroke-width="2" d="{shape}"/>'
@@ -84,11 +104,16 @@ def svg_key(scene: Scene, camera: Camera) -> list[str]:
         f' fill="{hexadecimal(INKS[colour])}">{escape(what)}</text>'
         for k, (what, colour) in enumerate(scene.key)
     ]
-    return [f'<g class="key" {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="end">', *lines, "</g>"]
+    return [
+        f'<g class="key" {_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="end">',
+        *lines,
+        "</g>",
+    ]
 
 
 def paint_mark_shapes(image: Image.Image, scene: Scene, camera: Camera, factor: int) -> None:
-    """Leaders, shapes and the scale bar into a picture `factor` times as large as the camera's, made smaller later."""
+    """Leaders, shapes and the scale bar into a picture `factor` times as large as the camera's,
+    made smaller later."""
     draw = ImageDraw.Draw(image)
     marks = placed_marks(scene, camera)
     for mark in marks:
@@ -114,7 +139,9 @@ def paint_mark_shapes(image: Image.Image, scene: Scene, camera: Camera, factor: 
             _stroke(draw, shape._replace(width=width), colour, factor)
 
 
-def _stroke(draw: ImageDraw.ImageDraw, shape: Shape, colour: tuple[int, int, int], factor: int) -> None:
+def _stroke(
+    draw: ImageDraw.ImageDraw, shape: Shape, colour: tuple[int, int, int], factor: int
+) -> None:
     """A line along the corners, with round joints."""
     corners = [(x * factor, y * factor) for x, y in shape.corners]
     if shape.closed:
@@ -123,19 +150,38 @@ def _stroke(draw: ImageDraw.ImageDraw, shape: Shape, colour: tuple[int, int, int
 
 
 def paint_mark_texts(image: Image.Image, scene: Scene, camera: Camera) -> None:
-    """Labels on white plates and the scale bar's caption, at the picture's own size, where letters are crisp."""
+    """Labels on white plates and the scale bar's caption, at the picture's own size, where letters
+    are crisp."""
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(TEXT_SIZE)  # the font inside Pillow: the same on every machine
     for mark in placed_marks(scene, camera):
         if mark.text:
             (x, y), (a, b) = mark.label, mark.half
-            draw.rounded_rectangle((x - a, y - b, x + a, y + b), radius=4, fill=PAPER, outline=mark.colour, width=1)
+            draw.rounded_rectangle(
+                (x - a, y - b, x + a, y + b), radius=4, fill=PAPER, outline=mark.colour, width=1
+            )
             draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor="mm")
     for k, (what, colour) in enumerate(scene.key):
         place = (camera.width - _KEY_TOP / 2.0, _KEY_TOP + k * _KEY_STEP)
-        draw.text(place, what, fill=INKS[colour], font=font, anchor="rm", stroke_width=2, stroke_fill=PAPER)
+        draw.text(
+            place,
+            what,
+            fill=INKS[colour],
+            font=font,
+            anchor="rm",
+            stroke_width=2,
+            stroke_fill=PAPER,
+        )
     if math.isfinite(camera.distance):
         return
     bar = scale_bar(camera)
     middle = bar.x + bar.pixels / 2.0
-    draw.text((middle, bar.y - 7), bar.text, fill=INK, font=font, anchor="ms", stroke_width=2, stroke_fill=PAPER)
+    draw.text(
+        (middle, bar.y - 7),
+        bar.text,
+        fill=INK,
+        font=font,
+        anchor="ms",
+        stroke_width=2,
+        stroke_fill=PAPER,
+    )

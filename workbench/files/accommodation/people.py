@@ -1,4 +1,5 @@
-"""The people of an accommodation study: drawn from a population file, or read from CSV files row by row."""
+"""The people of an accommodation study: drawn from a population file, or read from CSV files row by
+row."""
 
 from __future__ import annotations
 
@@ -19,7 +20,8 @@ __all__ = ["drawn_from", "people_files", "rows_of"]
 
 
 def people_files(file: PopulationSourceFile, near: Path) -> dict[str, Path]:
-    """The files that the people come from, by their role. InputError for a population that is not there."""
+    """The files that the people come from, by their role. InputError for a population that is not
+    there."""
     if file.files is not None:
         return {f"people: {name}": near / name for name in file.files}
     return {"population": find("bodies/populations", file.source or "ansur2", near=near)}
@@ -30,23 +32,28 @@ def drawn_from(file: PopulationSourceFile, near: Path) -> PopulationModel:
     model = load_population_model(people_files(file, near)["population"])
     missing = [sex for sex in file.sexes if sex not in model.sexes]
     if missing:
-        raise InputError(f"population {model.name} has nobody who is {missing[0]}; it has {', '.join(model.sexes)}")
+        raise InputError(
+            f"population {model.name} has nobody who is {missing[0]}; it has {', '.join(model.sexes)}"
+        )
     return model
 
 
 def rows_of(file: PopulationSourceFile, near: Path) -> Population:
-    """The people of the CSV files, with all measures that the files have in common, those of the sexes asked for.
+    """The people of the CSV files, with all measures that the files have in common, those of the
+    sexes asked for.
 
-    InputError names line and column of what is missing or no person's, and the measures that a workplace cannot be
-    fitted without.
+    InputError names line and column of what is missing or no person's, and the measures that a
+    workplace cannot be fitted without.
     """
     paths = list(people_files(file, near).values())
     found = measures_in(*paths)
     missing = [name for name in COCKPIT if name not in found]
     if missing:
         words = ", ".join(str(path) for path in paths)
-        raise InputError(f"{words}: a column is needed for each of {', '.join(COCKPIT)} (missing: "
-                         f"{', '.join(missing)}), called as in ANSUR II or like this")  # fmt: skip
+        raise InputError(
+            f"{words}: a column is needed for each of {', '.join(COCKPIT)} (missing: "
+            f"{', '.join(missing)}), called as in ANSUR II or like this"
+        )
     people = read_ansur(*paths, measures=found, unit=metres_in[file.unit], weights=file.weights)
     people = people.rows(np.isin(people.sex, [SEXES.index(sex) for sex in file.sexes]))
     if not len(people):

@@ -10,8 +10,16 @@ from workbench.errors import InputError
 from workbench.files.opening import read_whole
 from workbench.files.results import MARK
 
-__all__ = ["AccommodationResultFile", "GainRow", "GroupRow", "HardRow", "MapRow", "PeopleRow", "RequirementRow",
-           "load_accommodation_result"]  # fmt: skip
+__all__ = [
+    "AccommodationResultFile",
+    "GainRow",
+    "GroupRow",
+    "HardRow",
+    "MapRow",
+    "PeopleRow",
+    "RequirementRow",
+    "load_accommodation_result",
+]
 
 
 class _Row(BaseModel):
@@ -29,9 +37,9 @@ class GroupRow(_Row):
 
 
 class RequirementRow(_Row):
-    """One requirement: share: of those who meet it; without: who would be served if it were dropped; alone: who are
-    left out by nothing else; spread_mm: margins at 1, 5, 50, 95 and 99 % of the people, null where it applies to
-    nobody."""
+    """One requirement: share: of those who meet it; without: who would be served if it were
+    dropped; alone: who are left out by nothing else; spread_mm: margins at 1, 5, 50, 95 and 99 % of
+    the people, null where it applies to nobody."""
 
     name: str
     criterion: str
@@ -45,11 +53,12 @@ class RequirementRow(_Row):
 
 
 class PeopleRow(_Row):
-    """Everybody, one entry a person in every list, and one a requirement in every list of margins and reasons.
+    """Everybody, one entry a person in every list, and one a requirement in every list of margins
+    and reasons.
 
-    margin_mm: null where it does not apply, negative where it is not met; reason: index into `reasons`, -1 where
-    nothing limits; seat_mm: forward and up; stature_mm: null where it is not known; limiting: the measure that leaves
-    the person out, "" for whom all is met.
+    margin_mm: null where it does not apply, negative where it is not met; reason: index into
+    `reasons`, -1 where nothing limits; seat_mm: forward and up; stature_mm: null where it is not
+    known; limiting: the measure that leaves the person out, "" for whom all is met.
     """
 
     label: list[str]
@@ -75,8 +84,9 @@ class HardRow(_Row):
 
 
 class GainRow(_Row):
-    """What a change of the design gains, shares 0 to 1; rate_per_mm: the share of this requirement by a millimetre;
-    margin_rate: millimetres of margin by a millimetre, mean of those who do not meet it, null where not known."""
+    """What a change of the design gains, shares 0 to 1; rate_per_mm: the share of this requirement
+    by a millimetre; margin_rate: millimetres of margin by a millimetre, mean of those who do not
+    meet it, null where not known."""
 
     words: str
     requirement: str
@@ -128,7 +138,8 @@ class AccommodationResultFile(_Row):
 
 
 def load_accommodation_result(path: Path) -> AccommodationResultFile:
-    """Read the result.json of an accommodation study, or the one in its folder. InputError where it is none."""
+    """Read the result.json of an accommodation study, or the one in its folder. InputError where it
+    is none."""
     file = path / MARK if path.is_dir() else path
     try:
         return AccommodationResultFile.model_validate_json(read_whole(file, "a result"))
@@ -136,4 +147,6 @@ def load_accommodation_result(path: Path) -> AccommodationResultFile:
         first = error.errors(include_url=False)[0]
         where = ".".join(str(key) for key in first["loc"])
         said = f"{where}: {first['msg']}" if where else first["msg"]
-        raise InputError(f"{file}: is no result of an accommodation study of this version ({said})") from None
+        raise InputError(
+            f"{file}: is no result of an accommodation study of this version ({said})"
+        ) from None

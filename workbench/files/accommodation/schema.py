@@ -1,4 +1,5 @@
-"""The shape of accommodation studies (`kind: accommodation`): a whole population through one workplace."""
+"""The shape of accommodation studies (`kind: accommodation`): a whole population through one
+workplace."""
 
 from __future__ import annotations
 
@@ -32,17 +33,28 @@ _BELONGS = {
     "seat": set(),
     "stops": {"degrees"},
 }
-_KEYS = ("controls", "zone", "hand", "at_most_below", "at_most_above", "parts", "degrees", "segments", "subparts",
-         "at_least")  # fmt: skip
+_KEYS = (
+    "controls",
+    "zone",
+    "hand",
+    "at_most_below",
+    "at_most_above",
+    "parts",
+    "degrees",
+    "segments",
+    "subparts",
+    "at_least",
+)
 
 
 class PopulationSourceFile(FileModel):
     """Who is to be served: people drawn from a population file, or the rows of CSV files.
 
-    source: a population (ansur2 where nothing is given), of which `people` are drawn with `seed`, the share `women` of
-    them women. files: CSV files with one row a person, in the layout of the public ANSUR II files, lengths in `unit`
-    (mm) and weightkg in 0.1 kg; weights: the column that says for how many people each row stands; people: only so
-    many rows, spread evenly over the files. sexes: only these.
+    source: a population (ansur2 where nothing is given), of which `people` are drawn with `seed`,
+    the share `women` of them women. files: CSV files with one row a person, in the layout of the
+    public ANSUR II files, lengths in `unit` (mm) and weightkg in 0.1 kg; weights: the column that
+    says for how many people each row stands; people: only so many rows, spread evenly over the
+    files. sexes: only these.
     """
 
     source: str | None = None
@@ -62,7 +74,9 @@ class PopulationSourceFile(FileModel):
             if self.weights is not None or "unit" in self.model_fields_set:
                 raise ValueError("'unit' and 'weights' belong to 'files'")
         elif self.source is not None or self.seed is not None or self.women is not None:
-            raise ValueError("'files' have people of their own: 'source', 'seed' and 'women' belong to people drawn")
+            raise ValueError(
+                "'files' have people of their own: 'source', 'seed' and 'women' belong to people drawn"
+            )
         if len(set(self.sexes)) < len(self.sexes):
             raise ValueError("a sex stands twice in 'sexes'")
         if self.women is not None and len(self.sexes) == 1:
@@ -71,9 +85,10 @@ class PopulationSourceFile(FileModel):
 
 
 class SittingFile(FileModel):
-    """How they sit: trunk and head as in the posture `like`, hands and feet at these controls, eyes at the height of
-    a point as far as the seat goes, heels at that of another. With `driver` trunk, head and legs are drivers' by Park
-    et al. (2016), each drawn with the driver's seed and the person's number."""
+    """How they sit: trunk and head as in the posture `like`, hands and feet at these controls, eyes
+    at the height of a point as far as the seat goes, heels at that of another. With `driver` trunk,
+    head and legs are drivers' by Park et al. (2016), each drawn with the driver's seed and the
+    person's number."""
 
     like: str = "driving"
     hands: SidesFile = SidesFile()
@@ -85,8 +100,10 @@ class SittingFile(FileModel):
     @model_validator(mode="after")
     def _drives(self) -> SittingFile:
         if self.driver is not None and (self.feet.right is None or self.heels is None):
-            raise ValueError("a driver's right foot is on the accelerator and the heel on the floor: give both 'feet: "
-                             "{right: ...}' and 'heels'")  # fmt: skip
+            raise ValueError(
+                "a driver's right foot is on the accelerator and the heel on the floor: give both 'feet: "
+                "{right: ...}' and 'heels'"
+            )
         if self.driver is not None and self.driver.sex is not None:
             raise ValueError("the sex of each driver is that of the person in the population")
         return self
@@ -95,10 +112,11 @@ class SittingFile(FileModel):
 class DemandFile(FileModel):
     """Something that is asked of everybody.
 
-    reach: each control in its own zone or in `zone`, by either hand unless `hand` says which; vision: the eyes no more
-    than `at_most_below` and `at_most_above` the point of the posture's eyes, or looking `degrees` down over `parts`;
-    clearance: segments or subparts ("RLL/knee cap") to parts `at_least`; contact: no deeper in any part than it
-    allows; seat: the pedals reached somewhere within the seat's travel; stops: joints so many `degrees` within theirs.
+    reach: each control in its own zone or in `zone`, by either hand unless `hand` says which;
+    vision: the eyes no more than `at_most_below` and `at_most_above` the point of the posture's
+    eyes, or looking `degrees` down over `parts`; clearance: segments or subparts ("RLL/knee cap")
+    to parts `at_least`; contact: no deeper in any part than it allows; seat: the pedals reached
+    somewhere within the seat's travel; stops: joints so many `degrees` within theirs.
     """
 
     name: Name
@@ -125,8 +143,12 @@ class DemandFile(FileModel):
             raise ValueError("'segments' or 'subparts', not both")
         if self.check == "vision":
             heights = self.at_most_below is not None or self.at_most_above is not None
-            if heights == (self.degrees is not None) or (self.parts is not None) != (self.degrees is not None):
-                raise ValueError("a vision needs 'at_most_below' or 'at_most_above', or else 'parts' and 'degrees'")
+            if heights == (self.degrees is not None) or (self.parts is not None) != (
+                self.degrees is not None
+            ):
+                raise ValueError(
+                    "a vision needs 'at_most_below' or 'at_most_above', or else 'parts' and 'degrees'"
+                )
         return self
 
 
@@ -141,8 +163,8 @@ class MapFile(FileModel):
 
 
 class ChangeFile(FileModel):
-    """A change of the design whose gain is asked for: a control (with its part) or parts moved, or the ends of the
-    seat's travel moved outward by so much."""
+    """A change of the design whose gain is asked for: a control (with its part) or parts moved, or
+    the ends of the seat's travel moved outward by so much."""
 
     name: Name
     control: str | None = None
@@ -158,15 +180,17 @@ class ChangeFile(FileModel):
         moved = self.control is not None or self.parts is not None
         seat = any((self.farther_back, self.farther_forward, self.lower, self.higher))
         if moved == seat or (self.control is not None and self.parts is not None):
-            raise ValueError("a change moves one 'control', or 'parts', or the ends of the seat's travel")
+            raise ValueError(
+                "a change moves one 'control', or 'parts', or the ends of the seat's travel"
+            )
         if moved != (self.move is not None):
             raise ValueError("'move' says by how much a control or parts are moved")
         return self
 
 
 class IntervalFile(FileModel):
-    """How the intervals of shares are found: Wilson's score interval, or that of the bootstrap with its seed and number
-    of draws."""
+    """How the intervals of shares are found: Wilson's score interval, or that of the bootstrap with
+    its seed and number of draws."""
 
     method: Literal["wilson", "bootstrap"] = "wilson"
     seed: Annotated[int, Field(ge=0, le=2**63)] | None = None
@@ -182,8 +206,8 @@ class IntervalFile(FileModel):
 
 
 class AccommodationFile(FileModel):
-    """An accommodation study. mixes: the share of women, by name, that the people are weighted to; confidence and
-    interval: of the shares, as in {method: bootstrap, seed: 1}."""
+    """An accommodation study. mixes: the share of women, by name, that the people are weighted to;
+    confidence and interval: of the shares, as in {method: bootstrap, seed: 1}."""
 
     study: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
     kind: Literal["accommodation"]

@@ -1,4 +1,5 @@
-"""Accommodation studies: everything they name is loaded and checked; people stay to be drawn by the study."""
+"""Accommodation studies: everything they name is loaded and checked; people stay to be drawn by the
+study."""
 
 from __future__ import annotations
 
@@ -35,7 +36,8 @@ __all__ = ["AccommodationPlan", "load_accommodation"]
 class AccommodationPlan:
     """An accommodation study as its file has it, all it names loaded.
 
-    people: the rows of its files, or the model that people are to be drawn from; pose: the posture `like` of the body.
+    people: the rows of its files, or the model that people are to be drawn from; pose: the posture
+    `like` of the body.
     """
 
     file: AccommodationFile
@@ -53,7 +55,8 @@ class AccommodationPlan:
 
 @dataclass
 class _Work:
-    """What is being loaded: the file's place, the files found so far by role, the faults found so far."""
+    """What is being loaded: the file's place, the files found so far by role, the faults found so
+    far."""
 
     path: Path
     document: Document
@@ -67,18 +70,27 @@ class _Work:
 
 
 def load_accommodation(source: str | Path) -> AccommodationPlan:
-    """Load an accommodation study by catalogue name or path. InputError lists every fault with its line."""
+    """Load an accommodation study by catalogue name or path. InputError lists every fault with its
+    line."""
     path = find("studies", str(source))
     document = read_yaml(path)
     file = validate(document, AccommodationFile)
     work = _Work(path, document, file, {"study": path}, [])
-    environment, body, people = _environment(work), _body(work), _people(work)
+    environment = _environment(work)
+    body = _body(work)
+    people = _people(work)
     wears = _wears(work, body[0]) if body is not None else ()
     work.faults += plan_faults(document, file, (environment, *(body or (None, None))))
     if work.faults or environment is None or body is None or people is None:
         raise InputError(work.faults)
-    feet, hands = file.posture.feet, file.posture.hands
-    held = {"left foot": feet.left, "right foot": feet.right, "left hand": hands.left, "right hand": hands.right}
+    feet = file.posture.feet
+    hands = file.posture.hands
+    held = {
+        "left foot": feet.left,
+        "right foot": feet.right,
+        "left hand": hands.left,
+        "right hand": hands.right,
+    }
     return AccommodationPlan(
         file=file,
         environment=environment,
@@ -91,9 +103,11 @@ def load_accommodation(source: str | Path) -> AccommodationPlan:
             file.posture.eyes,
             file.posture.heels,
             driving_aims(file.posture.driver),
-        ),  # fmt: skip
+        ),
         criteria=tuple(_criterion(row, environment, body[0]) for row in file.criteria),
-        maps=tuple(MapTask(row.part, row.grip, row.zone, row.hand, row.points) for row in file.maps),
+        maps=tuple(
+            MapTask(row.part, row.grip, row.zone, row.hand, row.points) for row in file.maps
+        ),
         changes=tuple(_change(row) for row in file.changes),
         inputs=work.inputs,
     )
@@ -101,7 +115,9 @@ def load_accommodation(source: str | Path) -> AccommodationPlan:
 
 def _environment(work: _Work) -> Environment | None:
     try:
-        source = find("environments", work.file.environment, "environment.yaml", near=work.path.parent)
+        source = find(
+            "environments", work.file.environment, "environment.yaml", near=work.path.parent
+        )
     except InputError as error:
         work.fault(("environment",), error)
         return None
@@ -110,7 +126,9 @@ def _environment(work: _Work) -> Environment | None:
     except InputError as error:
         work.faults += error.problems
         return None
-    work.inputs |= {f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)}
+    work.inputs |= {
+        f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)
+    }
     return environment
 
 
@@ -120,7 +138,9 @@ def _body(work: _Work) -> tuple[Body, PosturesFile] | None:
         body = load_body(source)
         postures = posture_path(source)
         if postures is None:
-            raise InputError(f"body {body.name!r} names no postures file, so no posture can be named here")
+            raise InputError(
+                f"body {body.name!r} names no postures file, so no posture can be named here"
+            )
         loaded = body, load_postures(postures, body)[0]
     except InputError as error:
         work.fault(("body",), error)
@@ -130,7 +150,8 @@ def _body(work: _Work) -> tuple[Body, PosturesFile] | None:
 
 
 def _people(work: _Work) -> Population | PopulationModel | None:
-    file, near = work.file.population, work.path.parent
+    file = work.file.population
+    near = work.path.parent
     try:
         work.inputs |= people_files(file, near)
         return rows_of(file, near) if file.files is not None else drawn_from(file, near)
@@ -143,7 +164,8 @@ def _people(work: _Work) -> Population | PopulationModel | None:
 
 
 def _wears(work: _Work, body: Body) -> tuple[Encumbrance, ...]:
-    wanted, near = work.file.encumbrance, work.path.parent
+    wanted = work.file.encumbrance
+    near = work.path.parent
     try:
         work.inputs |= {item: find("bodies/encumbrance", item, near=near) for item in wanted}
         return worn(wanted, body, near=near)
@@ -153,7 +175,11 @@ def _wears(work: _Work, body: Body) -> tuple[Encumbrance, ...]:
 
 
 def _criterion(row: DemandFile, environment: Environment, body: Body) -> Criterion:
-    visible = [name for name, hidden in zip(environment.parts, environment.hidden, strict=True) if not hidden]
+    visible = [
+        name
+        for name, hidden in zip(environment.parts, environment.hidden, strict=True)
+        if not hidden
+    ]
     angle = math.radians(row.degrees or 0.0)
     return Criterion(
         name=row.name,
@@ -174,7 +200,9 @@ def _criterion(row: DemandFile, environment: Environment, body: Body) -> Criteri
 def _matching(patterns: list[str] | None, known: Iterable[str]) -> tuple[str, ...]:
     """The known names that match any pattern; all of them where none is given."""
     names = list(known)
-    return tuple(n for n in names if patterns is None or any(fnmatchcase(n, pattern) for pattern in patterns))
+    return tuple(
+        n for n in names if patterns is None or any(fnmatchcase(n, pattern) for pattern in patterns)
+    )
 
 
 def _change(row: ChangeFile) -> Change:

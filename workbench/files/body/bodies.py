@@ -34,11 +34,14 @@ def body_path(source: str | Path, *, near: Path | None = None) -> Path:
 def load_body(source: str | Path, *, near: Path | None = None) -> Body:
     """Load a body by catalogue name ("bubbleman") or by path.
 
-    near: the folder of the file that names it. InputError lists every fault of the file with its line.
+    near: the folder of the file that names it. InputError lists every fault of the file with its
+    line.
     """
     document = read_yaml(body_path(source, near=near))
     file = validate(document, BodyFile)
-    faults = tree_faults(document, file) + segment_faults(document, file) + stop_faults(document, file)
+    faults = (
+        tree_faults(document, file) + segment_faults(document, file) + stop_faults(document, file)
+    )
     if faults:
         raise InputError(faults)
     body = settled(_pack(file, depth_first(file)))
@@ -46,7 +49,8 @@ def load_body(source: str | Path, *, near: Path | None = None) -> Body:
 
 
 def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
-    """The body with the basis that lies beside its file; InputError where the two do not belong together."""
+    """The body with the basis that lies beside its file; InputError where the two do not belong
+    together."""
     basis = load_basis(find_beside(document, ("basis",), str(file.basis)))
     try:
         basis = in_order(basis, body.segments, body.joints)
@@ -87,14 +91,20 @@ def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
 
 
 def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any]:
-    """The fields of a Body that hold spheres and joints; what follows from both is still to be settled."""
+    """The fields of a Body that hold spheres and joints; what follows from both is still to be
+    settled."""
     order, joints = tree
     segments = [file.segments[name] for name in order]
     rows = [row for segment in segments for row in segment.spheres]
     start = np.concatenate([[0], np.cumsum([len(segment.spheres) for segment in segments])])
-    centre, radius = np.array([row[:3] for row in rows]).reshape(-1, 3), np.array([row[3] for row in rows])
-    in_child = np.array([file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]).reshape(-1, 3)
-    in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(-1, 3)
+    centre = np.array([row[:3] for row in rows]).reshape(-1, 3)
+    radius = np.array([row[3] for row in rows])
+    in_child = np.array(
+        [file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]
+    ).reshape(-1, 3)
+    in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(
+        -1, 3
+    )
     twists = [joints.index(s.twist_along) if s.twist_along else -1 for s in segments]
     return {
         "joint_in_parent": in_parent,
@@ -105,7 +115,9 @@ def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any
         "enclosing_centre": np.zeros((len(order), 3)),
         "enclosing_radius": np.zeros(len(order)),
         "sphere_names": tuple(row[4] if len(row) > 4 else "" for row in rows),
-        "sphere_direction": np.array([DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64),
+        "sphere_direction": np.array(
+            [DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64
+        ),
         "twist_joint": np.array(twists, dtype=np.int64),
         "twist_point": np.zeros((len(order), 3)),
         "twist_axis": np.zeros((len(order), 3)),
@@ -119,8 +131,11 @@ def _blend(segments: list[SegmentFile], joints: list[str]) -> dict[str, Any]:
     joint: list[int] = []
     share: list[float] = []
     for segment in segments:
-        rows = {int(row): (joints.index(name), part) for name, parts in segment.blend.items()
-                for row, part in parts.items()}  # fmt: skip
+        rows = {
+            int(row): (joints.index(name), part)
+            for name, parts in segment.blend.items()
+            for row, part in parts.items()
+        }
         found = [rows.get(row, (-1, 0.0)) for row in range(len(segment.spheres))]
         joint += [at for at, _ in found]
         share += [part for _, part in found]

@@ -1,4 +1,5 @@
-"""What no schema can check in a body file: one tree, a sphere at every joint, tables that fit together."""
+"""What no schema can check in a body file: one tree, a sphere at every joint, tables that fit
+together."""
 
 from __future__ import annotations
 
@@ -40,13 +41,21 @@ def tree_faults(document: Document, file: BodyFile) -> list[str]:
         return faults
     roots = [name for name in file.segments if name not in proximal]
     if not roots:
-        return [fail(document, ("joints",), "the joints form a circle: no segment is the stage (root)")]
+        return [
+            fail(document, ("joints",), "the joints form a circle: no segment is the stage (root)")
+        ]
     if len(roots) > 1:
-        what = f"one tree is needed, but {len(roots)} segments hang from nothing: {', '.join(roots)}"
+        what = (
+            f"one tree is needed, but {len(roots)} segments hang from nothing: {', '.join(roots)}"
+        )
         return [fail(document, ("segments", roots[1]), what)]
     reached = set(depth_first(file)[0])
     lost = [name for name in file.segments if name not in reached]
-    return [fail(document, ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}")] if lost else []
+    return (
+        [fail(document, ("segments", lost[0]), f"segments in a circle: {', '.join(lost)}")]
+        if lost
+        else []
+    )
 
 
 def depth_first(file: BodyFile) -> tuple[list[str], list[str]]:
@@ -77,7 +86,9 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
         if problem := _direction_problem(segment):
             faults.append(fail(document, (*key, "directions"), problem))
     if not any(segment.spheres for segment in file.segments.values()):
-        faults.append(fail(document, ("segments",), "a body is made of spheres; none of its segments has one"))
+        faults.append(
+            fail(document, ("segments",), "a body is made of spheres; none of its segments has one")
+        )
     for kind, entries in (("segments", file.segments), ("joints", file.joints)):
         numbers: dict[int, str] = {}
         for name, entry in entries.items():
@@ -85,14 +96,20 @@ def segment_faults(document: Document, file: BodyFile) -> list[str]:
                 what = f"number {entry.number} is taken by {numbers[entry.number]!r}"
                 faults.append(fail(document, (kind, name, "number"), what))
             numbers.setdefault(entry.number, name)
-    faults += [line for name, joint in file.joints.items() for line in _joint_sphere(document, file, (name, joint))]
+    faults += [
+        line
+        for name, joint in file.joints.items()
+        for line in _joint_sphere(document, file, (name, joint))
+    ]
     faults += _allowance_faults(document, file)
     return faults
 
 
 def _allowance_faults(document: Document, file: BodyFile) -> list[str]:
-    """Two known segments, and each pair once: two depths for one pair would leave open which of them counts."""
-    faults, seen = [], dict[frozenset[str], int]()
+    """Two known segments, and each pair once: two depths for one pair would leave open which of
+    them counts."""
+    faults = []
+    seen = dict[frozenset[str], int]()
     words = {segment.name: name for name, segment in file.segments.items()}
     for row, allowance in enumerate(file.allowances):
         pair = frozenset(allowance.between)
@@ -110,9 +127,11 @@ def _allowance_faults(document: Document, file: BodyFile) -> list[str]:
 
 def _blend_faults(document: Document, file: BodyFile, name: str) -> list[str]:
     """A sphere is there, and blended across one joint of its own segment."""
-    segment, key = file.segments[name], ("segments", name, "blend")
+    segment = file.segments[name]
+    key = ("segments", name, "blend")
     near = [j for j, joint in file.joints.items() if name in joint.between]
-    faults, taken = [], dict[int, str]()
+    faults = []
+    taken = dict[int, str]()
     for joint, rows in segment.blend.items():
         if joint not in near:
             what = f"not a joint of {name} (got {joint!r}); {one_of(joint, near)}"
@@ -123,29 +142,38 @@ def _blend_faults(document: Document, file: BodyFile, name: str) -> list[str]:
                 what = f"{name} has the spheres 0 to {len(segment.spheres) - 1} (got {row})"
                 faults.append(fail(document, where, what))
             elif int(row) in taken:
-                what = f"sphere {row} is blended across {taken[int(row)]} already; one joint a sphere"
+                what = (
+                    f"sphere {row} is blended across {taken[int(row)]} already; one joint a sphere"
+                )
                 faults.append(fail(document, where, what))
             taken.setdefault(int(row), joint)
     return faults
 
 
 def _twist_problem(file: BodyFile, name: str) -> str:
-    """Twist is shared along the line from the proximal joint (the origin, at the stage) to a distal one."""
+    """Twist is shared along the line from the proximal joint (the origin, at the stage) to a distal
+    one."""
     twist = file.segments[name].twist_along
     if twist is None:
         return ""
     distal = [j for j, joint in file.joints.items() if joint.between[0] == name]
     if twist not in distal:
         return f"not a distal joint of {name} (got {twist!r}); {one_of(twist, distal)}"
-    proximal = [joint.at[name] for joint in file.joints.values() if joint.between[1] == name and name in joint.at]
-    start, end = (proximal or [(0.0, 0.0, 0.0)])[0], file.joints[twist].at.get(name)
+    proximal = [
+        joint.at[name]
+        for joint in file.joints.values()
+        if joint.between[1] == name and name in joint.at
+    ]
+    start = (proximal or [(0.0, 0.0, 0.0)])[0]
+    end = file.joints[twist].at.get(name)
     if end is not None and float(np.linalg.norm(np.subtract(start, end))) <= JOINT_SPHERE_TOLERANCE:
         return f"joint {twist} lies where the proximal joint of {name} is: no line for the twist to be shared along"
     return ""
 
 
 def _joint_sphere(document: Document, file: BodyFile, entry: tuple[str, JointFile]) -> list[str]:
-    """The paper's rule: a sphere sits exactly at every joint, in at least one of the two segments."""
+    """The paper's rule: a sphere sits exactly at every joint, in at least one of the two
+    segments."""
     name, joint = entry
     if not set(joint.between) <= set(joint.at) & set(file.segments):
         return []  # told already
@@ -155,7 +183,11 @@ def _joint_sphere(document: Document, file: BodyFile, entry: tuple[str, JointFil
             nearest = min(nearest, float(np.linalg.norm(np.subtract(row[:3], joint.at[segment]))))
     if nearest <= JOINT_SPHERE_TOLERANCE:
         return []
-    far = f"the nearest is {nearest * 1000:.1f} mm away" if np.isfinite(nearest) else "neither segment has spheres"
+    far = (
+        f"the nearest is {nearest * 1000:.1f} mm away"
+        if np.isfinite(nearest)
+        else "neither segment has spheres"
+    )
     what = f"a sphere must sit exactly at the joint in {joint.between[0]} or {joint.between[1]} ({far})"
     return [fail(document, ("joints", name, "at"), what)]
 
@@ -171,7 +203,9 @@ def _direction_problem(segment: SegmentFile) -> str:
         if not np.allclose(table[DIRECTIONS.index(name)], axis_vector(axis), atol=1e-6):
             return f"{name!r} and {OPPOSITE[name]!r} must be opposite"
     if np.linalg.det(table[::2]) < 0:
-        return "front, left and top must be a right-handed set, as +x, +y, +z are (front x left = top)"
+        return (
+            "front, left and top must be a right-handed set, as +x, +y, +z are (front x left = top)"
+        )
     return ""
 
 

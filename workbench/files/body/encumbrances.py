@@ -21,7 +21,8 @@ Kilograms = Annotated[float, Field(ge=0, le=100)]
 
 
 class BeyondFile(FileModel):
-    """Spheres whose middles lie at least `by` along a direction of the segment from a named sphere."""
+    """Spheres whose middles lie at least `by` along a direction of the segment from a named
+    sphere."""
 
     direction: Direction
     of: str
@@ -29,7 +30,8 @@ class BeyondFile(FileModel):
 
 
 class LayerFile(FileModel):
-    """Copies of spheres of some segments, grown by a thickness and shifted in the segment's frame."""
+    """Copies of spheres of some segments, grown by a thickness and shifted in the segment's
+    frame."""
 
     segments: Annotated[list[str], Field(min_length=1)]
     subparts: list[str] = []
@@ -43,7 +45,9 @@ class EncumbranceFile(FileModel):
 
     encumbrance: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9 _.-]{0,39}$")]
     description: str = ""
-    source: Annotated[str, Field(min_length=1, description="where the sizes come from, or that they are assumed")]
+    source: Annotated[
+        str, Field(min_length=1, description="where the sizes come from, or that they are assumed")
+    ]
     licence: str = ""
     length: LengthUnit
     layers: Annotated[list[LayerFile], Field(min_length=1)]
@@ -51,7 +55,8 @@ class EncumbranceFile(FileModel):
 
 
 def load_encumbrance(source: str | Path, *, near: Path | None = None) -> Encumbrance:
-    """What is worn, by its name in bodies/encumbrance or by path; InputError lists all faults of the file."""
+    """What is worn, by its name in bodies/encumbrance or by path; InputError lists all faults of
+    the file."""
     document = read_yaml(find("bodies/encumbrance", str(source), near=near))
     file = validate(document, EncumbranceFile)
     if faults := _faults(document, file):
@@ -66,17 +71,22 @@ def load_encumbrance(source: str | Path, *, near: Path | None = None) -> Encumbr
         )
         for row in file.layers
     )
-    return Encumbrance(file.encumbrance, file.description, file.source, layers, tuple(file.mass.items()))
+    return Encumbrance(
+        file.encumbrance, file.description, file.source, layers, tuple(file.mass.items())
+    )
 
 
 def worn(names: list[str], body: Body, *, near: Path | None = None) -> tuple[Encumbrance, ...]:
-    """The encumbrances of these names, in order, that fit a body; InputError where one does not, or stands twice."""
+    """The encumbrances of these names, in order, that fit a body; InputError where one does not, or
+    stands twice."""
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{name!r} cannot be worn twice")
     found = tuple(load_encumbrance(name, near=near) for name in names)
     for item in found:
-        for name in dict.fromkeys(s for s in (*(s for layer in item.layers for s in layer.segments), *dict(item.mass))):
+        for name in dict.fromkeys(
+            s for s in (*(s for layer in item.layers for s in layer.segments), *dict(item.mass))
+        ):
             if name not in body.segments:
                 hint = one_of(name, body.segments)
                 raise InputError(
@@ -90,8 +100,14 @@ def _faults(document: Document, file: EncumbranceFile) -> list[str]:
     for row, layer in enumerate(file.layers):
         if layer.thickness < 0:
             faults.append(
-                fail(document, ("layers", row, "thickness"), f"0 or more is needed (got {layer.thickness:g} m)")
+                fail(
+                    document,
+                    ("layers", row, "thickness"),
+                    f"0 or more is needed (got {layer.thickness:g} m)",
+                )
             )
         if not layer.thickness and not any(layer.shift):
-            faults.append(fail(document, ("layers", row), "a layer has a thickness, a shift or both"))
+            faults.append(
+                fail(document, ("layers", row), "a layer has a thickness, a shift or both")
+            )
     return faults

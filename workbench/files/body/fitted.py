@@ -1,4 +1,5 @@
-"""A body file for fitted spheres: a skeleton's segments and joints with new spheres, or one segment alone."""
+"""A body file for fitted spheres: a skeleton's segments and joints with new spheres, or one segment
+alone."""
 
 from __future__ import annotations
 
@@ -26,8 +27,9 @@ _KEPT = ("licence", "postures")
 
 @dataclass(frozen=True, eq=False)
 class FittedSegment:
-    """Spheres of a segment in its frame, centre (n, 3), radius (n,) [m], name and direction of some by row; mass [kg];
-    outside, inside [m]: how far the true surface may lie outside and inside the spheres."""
+    """Spheres of a segment in its frame, centre (n, 3), radius (n,) [m], name and direction of some
+    by row; mass [kg]; outside, inside [m]: how far the true surface may lie outside and inside the
+    spheres."""
 
     centre: Floats
     radius: Floats
@@ -38,23 +40,36 @@ class FittedSegment:
 
 
 def fitted_text(
-    segments: Mapping[str, FittedSegment], *, name: str, description: str, source: str,
+    segments: Mapping[str, FittedSegment],
+    *,
+    name: str,
+    description: str,
+    source: str,
     skeleton: tuple[Body, Path] | None = None,
-) -> str:  # fmt: skip
-    """YAML text of a body. skeleton: the body, and its file, whose segments, joints and stops are kept; without one
-    there is one segment. Lengths in the skeleton's unit, to a thousandth of a millimetre; errors rounded up."""
+) -> str:
+    """YAML text of a body. skeleton: the body, and its file, whose segments, joints and stops are
+    kept; without one there is one segment. Lengths in the skeleton's unit, to a thousandth of a
+    millimetre; errors rounded up."""
     given: dict[str, Any] = {"length": "mm", "segments": dict.fromkeys(segments, _ALONE)}
     if skeleton is not None:
         given = dict(read_yaml(skeleton[1]).value)
     unit = metres_in[given["length"]]
-    lines = [f"body: {_flow(name)}", f"description: {_flow(description)}", f"source: {_flow(source)}"]
+    lines = [
+        f"body: {_flow(name)}",
+        f"description: {_flow(description)}",
+        f"source: {_flow(source)}",
+    ]
     lines += [f"{key}: {_flow(given[key])}" for key in (*_KEPT, "length") if key in given]
     lines.append("segments:")
     for mnemonic, entry in given["segments"].items():
         lines += _segment(mnemonic, dict(entry), segments[mnemonic], unit)
     if skeleton is not None and given.get("joints"):
         lines.append("joints:")
-        lines += [line for joint, entry in given["joints"].items() for line in _joint(skeleton[0], joint, entry, unit)]
+        lines += [
+            line
+            for joint, entry in given["joints"].items()
+            for line in _joint(skeleton[0], joint, entry, unit)
+        ]
     for key in ("allowances",):
         if given.get(key):
             lines += [f"{key}:", *(f"  - {_flow(row)}" for row in given[key])]
@@ -75,11 +90,18 @@ def _segment(mnemonic: str, entry: dict[str, Any], fitted: FittedSegment, unit: 
 
 
 def _joint(body: Body, joint: str, entry: dict[str, Any], unit: float) -> list[str]:
-    """A joint with its coordinates in the digits of the spheres, so that a sphere is exactly at it."""
+    """A joint with its coordinates in the digits of the spheres, so that a sphere is exactly at
+    it."""
     j = body.joint(joint)
     parent, child = entry["between"]
-    at = {parent: _numbers(body.joint_in_parent[j], unit), child: _numbers(body.joint_in_child[j], unit)}
-    return [f"  {_flow(joint)}:", *(f"    {k}: {_flow(at if k == 'at' else item)}" for k, item in entry.items())]
+    at = {
+        parent: _numbers(body.joint_in_parent[j], unit),
+        child: _numbers(body.joint_in_child[j], unit),
+    }
+    return [
+        f"  {_flow(joint)}:",
+        *(f"    {k}: {_flow(at if k == 'at' else item)}" for k, item in entry.items()),
+    ]
 
 
 def _digits(unit: float) -> int:

@@ -4,7 +4,8 @@
     length: mm
     axis: z
     stations:
-      - {at: 0, points: [[30, 0], [21, 21], [0, 30], [-21, 21], [-30, 0], [-21, -21], [0, -30], [21, -21]]}
+      - {at: 0, points: [[30, 0], [21, 21], [0, 30], [-21, 21], [-30, 0], [-21, -21], [0, -30], [21,
+        -21]]}
       - {at: 200, points: [[22, 0], [0, 25], [-22, 0], [0, -25]]}
 
 Two rows with the same `at` are two curves of one station.
@@ -30,7 +31,8 @@ Point = Annotated[tuple[Length, Length], Field(strict=False)]
 
 
 class StationFile(FileModel):
-    """One closed curve across the axis at a station; its points in order, the last joins the first."""
+    """One closed curve across the axis at a station; its points in order, the last joins the
+    first."""
 
     at: Length
     points: Annotated[list[Point], Field(min_length=3, max_length=5000)]
@@ -48,15 +50,20 @@ class OutlinesFile(FileModel):
 
 
 def load_outlines(path: str | Path) -> Outlines:
-    """Read outlines from a YAML file, in metres. InputError with file, line and column for every fault."""
+    """Read outlines from a YAML file, in metres. InputError with file, line and column for every
+    fault."""
     document = read_yaml(path)
     file = validate(document, OutlinesFile)
     faults = _faults(document, file)
     if faults:
         raise InputError(faults)
     order = sorted(range(len(file.stations)), key=lambda k: file.stations[k].at)
-    return Outlines(file.outlines, "xyz".index(file.axis), np.array([file.stations[k].at for k in order]),
-                    tuple(_loop(file.stations[k]) for k in order))  # fmt: skip
+    return Outlines(
+        file.outlines,
+        "xyz".index(file.axis),
+        np.array([file.stations[k].at for k in order]),
+        tuple(_loop(file.stations[k]) for k in order),
+    )
 
 
 def _loop(row: StationFile) -> Floats:
@@ -70,11 +77,14 @@ def _faults(document: Document, file: OutlinesFile) -> list[str]:
     faults = []
     if len({row.at for row in file.stations}) < 2:
         faults.append(fail(document, ("stations",), "outlines at two stations or more are needed"))
-    return faults + [line for k in range(len(file.stations)) for line in _crossings(document, file, k)]
+    return faults + [
+        line for k in range(len(file.stations)) for line in _crossings(document, file, k)
+    ]
 
 
 def _crossings(document: Document, file: OutlinesFile, k: int) -> list[str]:
-    row, faults = file.stations[k], []
+    row = file.stations[k]
+    faults = []
     for j in range(k + 1):
         if file.stations[j].at != row.at:
             continue

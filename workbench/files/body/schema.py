@@ -8,7 +8,15 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from workbench.files.schema import Degrees, FileModel, Length, LengthUnit, Vector
 
-__all__ = ["AllowanceFile", "BodyFile", "CouplingFile", "JointFile", "MotionFile", "PolygonFile", "SegmentFile"]
+__all__ = [
+    "AllowanceFile",
+    "BodyFile",
+    "CouplingFile",
+    "JointFile",
+    "MotionFile",
+    "PolygonFile",
+    "SegmentFile",
+]
 
 Direction = Literal["front", "back", "left", "right", "top", "bottom"]
 
@@ -33,7 +41,9 @@ def _row_length(given: object) -> str | None:
 Sphere = Annotated[
     Annotated[tuple[Length, Length, Length, Radius], Field(strict=False), Tag("4")]
     | Annotated[tuple[Length, Length, Length, Radius, Name], Field(strict=False), Tag("5")]
-    | Annotated[tuple[Length, Length, Length, Radius, Name, Direction], Field(strict=False), Tag("6")],
+    | Annotated[
+        tuple[Length, Length, Length, Radius, Name, Direction], Field(strict=False), Tag("6")
+    ],
     Discriminator(
         _row_length,
         custom_error_type="sphere_row",
@@ -57,7 +67,8 @@ class FitErrorFile(FileModel):
 class SegmentFile(FileModel):
     """A segment: name, mass [kg], directions, spheres in its own frame.
 
-    blend: by joint of the segment, how much of the motion of the segment across it a sphere takes, 0 to 1, by row.
+    blend: by joint of the segment, how much of the motion of the segment across it a sphere takes,
+    0 to 1, by row.
     """
 
     name: Name
@@ -71,7 +82,8 @@ class SegmentFile(FileModel):
 
 
 class MotionFile(FileModel):
-    """One axis of a joint: the names of the motion in both senses, the axis of the first, the limits of both."""
+    """One axis of a joint: the names of the motion in both senses, the axis of the first, the
+    limits of both."""
 
     motion: Pair
     axis: Axis
@@ -79,7 +91,8 @@ class MotionFile(FileModel):
 
 
 class CouplingFile(FileModel):
-    """A limit that depends on another motion: `to` degrees where the driver motion stands at `from`."""
+    """A limit that depends on another motion: `to` degrees where the driver motion stands at
+    `from`."""
 
     limit: str
     driver: Annotated[str, Field(pattern=r"^[^.]+\.[^.]+$", description="JOINT.motion")]
@@ -88,7 +101,8 @@ class CouplingFile(FileModel):
 
 
 class PolygonFile(FileModel):
-    """The spherical polygon of a joint stop: greatest polar angle by clock angle about a centre direction."""
+    """The spherical polygon of a joint stop: greatest polar angle by clock angle about a centre
+    direction."""
 
     frame: str
     centre: Annotated[tuple[float, float, float], Field(strict=False)]
@@ -127,7 +141,8 @@ class AllowanceFile(FileModel):
 
 
 class BodyFile(FileModel):
-    """A body file. basis: the family it belongs to, a file beside it; basis_at: its coefficients in that family."""
+    """A body file. basis: the family it belongs to, a file beside it; basis_at: its coefficients in
+    that family."""
 
     body: Name
     description: str = ""

@@ -37,19 +37,31 @@ def pack_stops(file: BodyFile, tree: tuple[list[str], list[str]]) -> Stops:
     order, joints = tree
     entries = [file.joints[name] for name in joints]
     count = len(entries)
-    couplings = [_coupling(file, joints, (j, row)) for j, entry in enumerate(entries) for row in entry.couplings]
+    couplings = [
+        _coupling(file, joints, (j, row))
+        for j, entry in enumerate(entries)
+        for row in entry.couplings
+    ]
     polygons = [entry.polygon for entry in entries]
     return Stops(
         kind=np.array([StopKind[entry.stop.upper()] for entry in entries], dtype=np.int64),
-        axes=np.array([[axis_vector(m.axis) for m in _motions(e)] for e in entries]).reshape(count, 3, 3),
+        axes=np.array([[axis_vector(m.axis) for m in _motions(e)] for e in entries]).reshape(
+            count, 3, 3
+        ),
         limits=np.array([[m.limits for m in _motions(e)] for e in entries]).reshape(count, 3, 2),
         play=np.array([entry.play for entry in entries]),
         motions=tuple(tuple(m.motion for m in _motions(entry)) for entry in entries),
         couplings=tuple(couplings),
         polygon=tuple(_vertices(p) if p else np.zeros((0, 3)) for p in polygons),
-        polygon_centre=np.array([axis_vector(p.centre) if p else [0, 0, 0] for p in polygons]).reshape(count, 3),
-        polygon_frame=np.array([order.index(p.frame) if p else -1 for p in polygons], dtype=np.int64),
-        limb=np.array([axis_vector(p.limb) if p else [0, 0, 0] for p in polygons]).reshape(count, 3),
+        polygon_centre=np.array(
+            [axis_vector(p.centre) if p else [0, 0, 0] for p in polygons]
+        ).reshape(count, 3),
+        polygon_frame=np.array(
+            [order.index(p.frame) if p else -1 for p in polygons], dtype=np.int64
+        ),
+        limb=np.array([axis_vector(p.limb) if p else [0, 0, 0] for p in polygons]).reshape(
+            count, 3
+        ),
     )
 
 
@@ -62,14 +74,23 @@ def _motion_names(joint: JointFile) -> list[str]:
 
 
 def _faults(document: Document, file: BodyFile, name: str) -> list[str]:
-    joint, key = file.joints[name], ("joints", name)
+    joint = file.joints[name]
+    key = ("joints", name)
     faults = []
     axes = np.array([axis_vector(motion.axis) for motion in _motions(joint)])
     if not np.allclose(axes @ axes.T, np.eye(3), atol=1e-6):
-        faults.append(fail(document, (*key, "swing"), "the two swing axes and the twist axis must be at right angles"))
+        faults.append(
+            fail(
+                document,
+                (*key, "swing"),
+                "the two swing axes and the twist axis must be at right angles",
+            )
+        )
     labels = _motion_names(joint)
     if len(set(labels)) < len(labels):
-        faults.append(fail(document, (*key, "swing"), f"motion names must differ (got {', '.join(labels)})"))
+        faults.append(
+            fail(document, (*key, "swing"), f"motion names must differ (got {', '.join(labels)})")
+        )
     for row, coupling in enumerate(joint.couplings):
         where = (*key, "couplings", row)
         if coupling.limit not in labels:
@@ -90,12 +111,16 @@ def _faults(document: Document, file: BodyFile, name: str) -> list[str]:
 
 
 def _polygon_faults(document: Document, file: BodyFile, name: str) -> list[str]:
-    polygon, key = file.joints[name].polygon, ("joints", name, "polygon")
+    polygon = file.joints[name].polygon
+    key = ("joints", name, "polygon")
     assert polygon is not None
     faults = []
     above = {joint.between[1]: joint.between[0] for joint in file.joints.values()}
-    ancestors, segment = {file.joints[name].between[0]: None}, file.joints[name].between[0]
-    while segment in above and above[segment] not in ancestors:  # a tree may turn out to be a circle
+    ancestors = {file.joints[name].between[0]: None}
+    segment = file.joints[name].between[0]
+    while (
+        segment in above and above[segment] not in ancestors
+    ):  # a tree may turn out to be a circle
         segment = above[segment]
         ancestors[segment] = None
     if polygon.frame not in ancestors:
@@ -103,17 +128,23 @@ def _polygon_faults(document: Document, file: BodyFile, name: str) -> list[str]:
         faults.append(fail(document, (*key, "frame"), what))
     frame = np.array([axis_vector(v) for v in (polygon.centre, polygon.clock_0, polygon.clock_90)])
     if not np.allclose(frame @ frame.T, np.eye(3), atol=5e-3):
-        faults.append(fail(document, (*key, "centre"), "centre, clock_0 and clock_90 must be at right angles"))
+        faults.append(
+            fail(document, (*key, "centre"), "centre, clock_0 and clock_90 must be at right angles")
+        )
     clock = np.array(polygon.limits)[:, 0]
     if np.any(np.diff(clock) <= 0) or clock[0] < 0 or clock[-1] >= 2 * np.pi:
-        faults.append(fail(document, (*key, "limits"), "clock angles must rise from 0 to below 360"))
+        faults.append(
+            fail(document, (*key, "limits"), "clock angles must rise from 0 to below 360")
+        )
     return faults
 
 
 def _vertices(polygon: PolygonFile) -> Floats:
-    """(360, 3) the polygon's boundary, one vertex a clock degree, the polar limit interpolated linearly.
+    """(360, 3) the polygon's boundary, one vertex a clock degree, the polar limit interpolated
+    linearly.
 
-    Source: the construction of the shoulder limits, centre direction and clock angles as the body file gives them.
+    Source: the construction of the shoulder limits, centre direction and clock angles as the body
+    file gives them.
     """
     centre = axis_vector(polygon.centre)
     up = axis_vector(polygon.clock_0)

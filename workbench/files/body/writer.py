@@ -21,17 +21,22 @@ __all__ = ["body_text"]
 DIGITS = 3
 
 
-def body_text(body: Body, origin: Path, *, name: str, description: str, folder: Path | None = None) -> str:
-    """YAML text of a body with the segments and joints of the body file `origin`; its spheres may be others.
+def body_text(
+    body: Body, origin: Path, *, name: str, description: str, folder: Path | None = None
+) -> str:
+    """YAML text of a body with the segments and joints of the body file `origin`; its spheres may
+    be others.
 
-    folder: where the file will lie, the origin's own where None: what the origin names beside itself is named from
-    there, unless it is among the bodies that come along. Lengths in the unit of that file, to 3 decimals; a sphere at
-    a joint is written with the joint's own numbers.
+    folder: where the file will lie, the origin's own where None: what the origin names beside
+    itself is named from there, unless it is among the bodies that come along. Lengths in the unit
+    of that file, to 3 decimals; a sphere at a joint is written with the joint's own numbers.
     """
     value = dict(read_yaml(origin).value)
     unit = metres_in[value["length"]]
     lines = [f"body: {_flow(name)}", f"description: {_flow(description)}"]
-    lines += [f"{key}: {_flow(value[key])}" for key in ("source", "licence", "length") if key in value]
+    lines += [
+        f"{key}: {_flow(value[key])}" for key in ("source", "licence", "length") if key in value
+    ]
     if "postures" in value:
         lines.append(f"postures: {_flow(_named(str(value['postures']), origin, folder))}")
     if body.basis is not None:
@@ -46,7 +51,10 @@ def body_text(body: Body, origin: Path, *, name: str, description: str, folder: 
     for joint, entry in value.get("joints", {}).items():
         j = body.joint(joint)
         parent, child = entry["between"]
-        at = {parent: _numbers(body.joint_in_parent[j], unit), child: _numbers(body.joint_in_child[j], unit)}
+        at = {
+            parent: _numbers(body.joint_in_parent[j], unit),
+            child: _numbers(body.joint_in_child[j], unit),
+        }
         lines.append(f"  {_flow(joint)}:")
         lines += [f"    {key}: {_flow(at if key == 'at' else item)}" for key, item in entry.items()]
     lines += ["allowances:", *_allowances(body, unit)]
@@ -57,7 +65,11 @@ def _named(name: str, origin: Path, folder: Path | None) -> str:
     """How a file that the origin names beside itself is named from another folder."""
     beside = origin.parent / name
     note_input(beside)  # the new file names it too
-    if folder is None or not is_file(beside) or any(is_file(root / "bodies" / name) for root in roots()[1:]):
+    if (
+        folder is None
+        or not is_file(beside)
+        or any(is_file(root / "bodies" / name) for root in roots()[1:])
+    ):
         return name
     return Path(os.path.relpath(beside.resolve(), folder.resolve())).as_posix()
 
@@ -65,7 +77,9 @@ def _named(name: str, origin: Path, folder: Path | None) -> str:
 def _segment(body: Body, entry: tuple[str, dict[str, Any]], unit: float) -> list[str]:
     name, given = entry
     n = body.segment(name)
-    given = {key: item for key, item in given.items() if key not in ("spheres", "blend", "fit_error")}
+    given = {
+        key: item for key, item in given.items() if key not in ("spheres", "blend", "fit_error")
+    }
     given["mass"] = round(float(body.mass[n]), 4)
     outside, inside = (round(float(v) / unit, DIGITS) for v in body.fit_error[n])
     if not np.isnan(body.fit_error[n]).any():
@@ -74,12 +88,19 @@ def _segment(body: Body, entry: tuple[str, dict[str, Any]], unit: float) -> list
         given["blend"] = blend
     lines = [f"  {_flow(name)}:", *(f"    {key}: {_flow(item)}" for key, item in given.items())]
     rows = range(body.start[n], body.start[n + 1])
-    return [*lines, "    spheres:" if rows else "    spheres: []", *(f"      - {_sphere(body, s, unit)}" for s in rows)]
+    return [
+        *lines,
+        "    spheres:" if rows else "    spheres: []",
+        *(f"      - {_sphere(body, s, unit)}" for s in rows),
+    ]
 
 
 def _sphere(body: Body, sphere: int, unit: float) -> str:
     """[x, y, z, radius, name, direction], the last two where there are any."""
-    row: list[Any] = [*_numbers(body.centre[sphere], unit), round(float(body.radius[sphere]) / unit, DIGITS)]
+    row: list[Any] = [
+        *_numbers(body.centre[sphere], unit),
+        round(float(body.radius[sphere]) / unit, DIGITS),
+    ]
     if name := body.sphere_names[sphere]:
         side = int(body.sphere_direction[sphere])
         row += [name, DIRECTIONS[side]] if side >= 0 else [name]

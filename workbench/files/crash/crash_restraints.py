@@ -1,4 +1,5 @@
-"""What holds the occupant of a crash study's motion: stated in the study, or by the simulation that made the motion."""
+"""What holds the occupant of a crash study's motion: stated in the study, or by the simulation that
+made the motion."""
 
 from __future__ import annotations
 
@@ -22,7 +23,8 @@ __all__ = ["Restraints", "restraints_of"]
 
 @dataclass(frozen=True, eq=False)
 class Restraints:
-    """Belts and airbags that become parts, and the vehicle's pulse; simulation: where they come from, if they do."""
+    """Belts and airbags that become parts, and the vehicle's pulse; simulation: where they come
+    from, if they do."""
 
     pulse: Pulse | None = None
     belts: tuple[Belt, ...] = ()
@@ -38,8 +40,11 @@ class Restraints:
 Work = tuple[Environment, Body, dict[str, Path]]
 
 
-def restraints_of(document: Document, file: CrashFile, key: str, work: Work) -> tuple[Restraints, list[str]]:
-    """The restraints of `motion` or `against`, and what is wrong with them; files they are made of go to the inputs."""
+def restraints_of(
+    document: Document, file: CrashFile, key: str, work: Work
+) -> tuple[Restraints, list[str]]:
+    """The restraints of `motion` or `against`, and what is wrong with them; files they are made of
+    go to the inputs."""
     source = file.motion if key == "motion" else file.against
     if source is None:
         return Restraints(), []
@@ -49,12 +54,22 @@ def restraints_of(document: Document, file: CrashFile, key: str, work: Work) -> 
     try:
         plan = load_simulation(source.simulation, near=Path(document.file).parent)
     except InputError as error:
-        return Restraints(), [fail(document, (key, "simulation"), problem) for problem in error.problems]
-    wrong = [f"it is in {what} {theirs!r}, this study in {ours!r}"
-             for what, theirs, ours in (("environment", plan.environment.name, environment.name),
-                                        ("body", plan.body.name, body.name)) if theirs != ours]  # fmt: skip
-    inputs |= {f"simulation of {key}" if name == "simulation" else name: path
-               for name, path in plan.inputs.items() if name in ("simulation", "pulse")}  # fmt: skip
+        return Restraints(), [
+            fail(document, (key, "simulation"), problem) for problem in error.problems
+        ]
+    wrong = [
+        f"it is in {what} {theirs!r}, this study in {ours!r}"
+        for what, theirs, ours in (
+            ("environment", plan.environment.name, environment.name),
+            ("body", plan.body.name, body.name),
+        )
+        if theirs != ours
+    ]
+    inputs |= {
+        f"simulation of {key}" if name == "simulation" else name: path
+        for name, path in plan.inputs.items()
+        if name in ("simulation", "pulse")
+    }
     found = Restraints(plan.pulse, plan.belts, tuple(plan.file.airbags), plan)
     return found, [fail(document, (key, "simulation"), what) for what in wrong]
 
@@ -63,10 +78,13 @@ def _stated(document: Document, file: CrashFile, work: Work) -> tuple[Restraints
     environment, body, inputs = work
     folder = Path(document.file).parent
     anchors = {**environment.points, **file.anchors}
-    faults, seen = [], set(environment.parts)
+    faults = []
+    seen = set(environment.parts)
     for row, bag in enumerate(file.airbags):
         if bag.name in seen:
-            faults.append(fail(document, ("airbags", row, "name"), f"a part is named {bag.name!r} already"))
+            faults.append(
+                fail(document, ("airbags", row, "name"), f"a part is named {bag.name!r} already")
+            )
         seen.add(bag.name)
     faults += belt_faults(document, file.belts, (body, anchors, seen))
     pulse = None

@@ -1,4 +1,5 @@
-"""Pulses, belts, airbags and force laws of a file as nouns: units to SI, names to indices, faults with their lines."""
+"""Pulses, belts, airbags and force laws of a file as nouns: units to SI, names to indices, faults
+with their lines."""
 
 from __future__ import annotations
 
@@ -11,7 +12,14 @@ import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.files.crash.pulses import read_pulse
-from workbench.files.crash.simulation_schema import AirbagFile, BeltFile, BeltPointFile, ContactFile, LawFile, PulseFile
+from workbench.files.crash.simulation_schema import (
+    AirbagFile,
+    BeltFile,
+    BeltPointFile,
+    ContactFile,
+    LawFile,
+    PulseFile,
+)
 from workbench.files.meshes.parts import RawPart
 from workbench.files.schema import fail
 from workbench.files.yaml_text import Document
@@ -23,11 +31,20 @@ from workbench.model.posing import attitude_matrix
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, half_sine, trapezoid
 from workbench.model.simulation import Belt, BeltPoint, ContactRule
 
-__all__ = ["airbag_part", "belt_faults", "belts_of", "contact_faults", "law_in_si", "pulse_of", "rules_of",
-           "surface_point"]  # fmt: skip
+__all__ = [
+    "airbag_part",
+    "belt_faults",
+    "belts_of",
+    "contact_faults",
+    "law_in_si",
+    "pulse_of",
+    "rules_of",
+    "surface_point",
+]
 
 _MM = 1000.0
-_RINGS, _SLICES = 9, 16
+_RINGS = 9
+_SLICES = 16
 
 
 def law_in_si(law: LawFile) -> ForceLaw:
@@ -36,8 +53,10 @@ def law_in_si(law: LawFile) -> ForceLaw:
 
 
 def pulse_of(file: PulseFile, folder: Path) -> Pulse:
-    """The pulse of a file; InputError for a table that cannot be read, or does not begin and end at 0."""
-    start, peak = file.start / _MM, (file.peak or 0.0) * STANDARD_GRAVITY
+    """The pulse of a file; InputError for a table that cannot be read, or does not begin and end at
+    0."""
+    start = file.start / _MM
+    peak = (file.peak or 0.0) * STANDARD_GRAVITY
     if file.shape == "table":
         made = read_pulse(folder / (file.file or ""), start=start)
     elif file.shape == "half_sine":
@@ -52,13 +71,17 @@ def pulse_of(file: PulseFile, folder: Path) -> Pulse:
 def belt_faults(
     document: Document, belts: Sequence[BeltFile], known: tuple[Body, Iterable[str], Iterable[str]]
 ) -> list[str]:
-    """What is wrong with the belts: known are the body, the names of anchors, and those of parts already taken."""
+    """What is wrong with the belts: known are the body, the names of anchors, and those of parts
+    already taken."""
     body, anchors, taken = known
-    faults, names = [], list(anchors)
+    faults = []
+    names = list(anchors)
     seen = set(taken)
     for row, belt in enumerate(belts):
         if belt.name in seen:
-            faults.append(fail(document, ("belts", row, "name"), f"something is named {belt.name!r} already"))
+            faults.append(
+                fail(document, ("belts", row, "name"), f"something is named {belt.name!r} already")
+            )
         seen.add(belt.name)
         for place, point in enumerate(belt.route):
             key = ("belts", row, "route", place)
@@ -74,13 +97,21 @@ def belt_faults(
     return faults
 
 
-def belts_of(belts: Sequence[BeltFile], body: Body, anchors: Mapping[str, Sequence[float]]) -> tuple[Belt, ...]:
+def belts_of(
+    belts: Sequence[BeltFile], body: Body, anchors: Mapping[str, Sequence[float]]
+) -> tuple[Belt, ...]:
     """Belts without faults; points of segments go onto the surface of their spheres."""
     return tuple(
-        Belt(b.name, tuple(_belt_point(body, anchors, p) for p in b.route),
-             ForceLaw(b.stiffness * _MM, 1.0, b.returned), b.slack, b.width, b.allow)
+        Belt(
+            b.name,
+            tuple(_belt_point(body, anchors, p) for p in b.route),
+            ForceLaw(b.stiffness * _MM, 1.0, b.returned),
+            b.slack,
+            b.width,
+            b.allow,
+        )
         for b in belts
-    )  # fmt: skip
+    )
 
 
 def _belt_point(body: Body, anchors: Mapping[str, Sequence[float]], point: object) -> BeltPoint:
@@ -94,11 +125,12 @@ def _belt_point(body: Body, anchors: Mapping[str, Sequence[float]], point: objec
 
 
 def surface_point(body: Body, segment: int, toward: Floats) -> Floats:
-    """(3,) [m] where the ray from a segment's origin toward a point leaves its spheres, in the segment's frame; the
-    point itself where the ray meets none."""
+    """(3,) [m] where the ray from a segment's origin toward a point leaves its spheres, in the
+    segment's frame; the point itself where the ray meets none."""
     way = toward / np.linalg.norm(toward)
     some = body.spheres(segment)
-    centre, radius = body.centre[some], body.radius[some]
+    centre = body.centre[some]
+    radius = body.radius[some]
     along = centre @ way
     square = radius**2 - (np.sum(centre**2, axis=1) - along**2)
     out = along + np.sqrt(np.maximum(square, 0.0))
@@ -106,13 +138,20 @@ def surface_point(body: Body, segment: int, toward: Floats) -> Floats:
     return way * float(out[hit].max()) if hit.any() else toward
 
 
-def contact_faults(document: Document, rows: Sequence[ContactFile], known: tuple[Body, Sequence[str]],
-                   key: str = "contact") -> list[str]:  # fmt: skip
+def contact_faults(
+    document: Document,
+    rows: Sequence[ContactFile],
+    known: tuple[Body, Sequence[str]],
+    key: str = "contact",
+) -> list[str]:
     """Names of segments and parts in force laws that nothing is called."""
     body, parts = known
     faults = []
     for row, rule in enumerate(rows):
-        for field, names, valid in (("parts", rule.parts, parts), ("segments", rule.segments or [], body.segments)):
+        for field, names, valid in (
+            ("parts", rule.parts, parts),
+            ("segments", rule.segments or [], body.segments),
+        ):
             for place, name in enumerate(names):
                 if not any(fnmatchcase(k, name) for k in valid):
                     what = f"nothing is called {name!r}; {one_of(name, valid)}"
@@ -120,14 +159,25 @@ def contact_faults(document: Document, rows: Sequence[ContactFile], known: tuple
     return faults
 
 
-def rules_of(rows: Sequence[ContactFile], body: Body, environment: Environment) -> tuple[ContactRule, ...]:
+def rules_of(
+    rows: Sequence[ContactFile], body: Body, environment: Environment
+) -> tuple[ContactRule, ...]:
     """Force laws with the segments and parts they are about as masks."""
-    return tuple(ContactRule(_mask(rule.segments, body.segments), _mask(rule.parts, environment.parts), law_in_si(rule))
-                 for rule in rows)  # fmt: skip
+    return tuple(
+        ContactRule(
+            _mask(rule.segments, body.segments),
+            _mask(rule.parts, environment.parts),
+            law_in_si(rule),
+        )
+        for rule in rows
+    )
 
 
 def _mask(patterns: Sequence[str] | None, names: Iterable[str]) -> Bools:
-    return np.array([patterns is None or any(fnmatchcase(n, p) for p in patterns) for n in names], dtype=np.bool_)
+    return np.array(
+        [patterns is None or any(fnmatchcase(n, p) for p in patterns) for n in names],
+        dtype=np.bool_,
+    )
 
 
 def airbag_part(bag: AirbagFile) -> RawPart:
@@ -136,14 +186,18 @@ def airbag_part(bag: AirbagFile) -> RawPart:
     rise = np.linspace(0, np.pi, _RINGS + 1)[1:-1]
     ring = [[(np.sin(a) * np.cos(t), np.sin(a) * np.sin(t), np.cos(a)) for t in turn] for a in rise]
     unit = np.concatenate([[(0.0, 0.0, 1.0)], np.array(ring).reshape(-1, 3), [(0.0, 0.0, -1.0)]])
-    faces, last = [], len(unit) - 1
+    faces = []
+    last = len(unit) - 1
     for s in range(_SLICES):
         t = (s + 1) % _SLICES
         faces += [(0, 1 + s, 1 + t), (last, last - _SLICES + t, last - _SLICES + s)]
         for r in range(len(rise) - 1):
-            a, b = 1 + r * _SLICES, 1 + (r + 1) * _SLICES
+            a = 1 + r * _SLICES
+            b = 1 + (r + 1) * _SLICES
             faces += [(a + s, b + s, b + t), (a + s, b + t, a + t)]
-    placed = (unit * np.array(bag.half_axes)) @ attitude_matrix(pitch=math.radians(bag.pitch)).T + np.array(bag.centre)
+    placed = (unit * np.array(bag.half_axes)) @ attitude_matrix(
+        pitch=math.radians(bag.pitch)
+    ).T + np.array(bag.centre)
     if not np.isfinite(placed).all():
         raise InputError(f"airbag {bag.name}: its size must be finite")
     return RawPart(bag.name, placed, np.array(faces, dtype=np.int64))

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from pydantic import BaseModel, ConfigDict
 
-__all__ = ["AgreementRow", "BreachRow", "CrashResultFile", "CrashVerdictRow", "FigureRow", "MeetingRow", "SignalRow"]
+__all__ = [
+    "AgreementRow",
+    "BreachRow",
+    "CrashResultFile",
+    "CrashVerdictRow",
+    "FigureRow",
+    "MeetingRow",
+    "SignalRow",
+]
 
 
 class _Row(BaseModel):
@@ -25,8 +33,8 @@ class CrashVerdictRow(_Row):
 
 
 class MeetingRow(_Row):
-    """One contact in continuous time. parted_ms is null where it lasts to the end, met_ms where it was there before;
-    force_n: at the deepest, null where the study states no law for the pair."""
+    """One contact in continuous time. parted_ms is null where it lasts to the end, met_ms where it
+    was there before; force_n: at the deepest, null where the study states no law for the pair."""
 
     kind: str
     segment: str

@@ -17,11 +17,11 @@ Seconds = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
 class MotionSource(FileModel):
-    """A motion file beside the study, and how it is read: frames from `start` to `end` [s], every n-th; `map`: bones by
-    segment or usual marker names by the file's; `up`: its upward axis; `unit`: one unit of a BVH file; `gaps` [s]: the
-    longest that is bridged; `move` and `yaw`: where it is put; `scale: subject`: the body takes the lengths that the
-    file tells (of `motion` only); `simulation`: the one that made it, whose pulse, belts and airbags then hold for
-    it."""
+    """A motion file beside the study, and how it is read: frames from `start` to `end` [s], every
+    n-th; `map`: bones by segment or usual marker names by the file's; `up`: its upward axis;
+    `unit`: one unit of a BVH file; `gaps` [s]: the longest that is bridged; `move` and `yaw`: where
+    it is put; `scale: subject`: the body takes the lengths that the file tells (of `motion` only);
+    `simulation`: the one that made it, whose pulse, belts and airbags then hold for it."""
 
     file: Name
     start: Seconds | None = None
@@ -47,9 +47,10 @@ class PointFile(FileModel):
 
 
 class CrashCriterionFile(FileModel):
-    """Something that must hold. contact: no contact of these segments and parts deeper than `at_most` (0) beyond what
-    is allowed; excursion: no surface of these segments farther than `at_most` along `direction` from `origin`; stops:
-    no joint farther past its stop than `degrees`; rules: the limits of the study's rule set."""
+    """Something that must hold. contact: no contact of these segments and parts deeper than
+    `at_most` (0) beyond what is allowed; excursion: no surface of these segments farther than
+    `at_most` along `direction` from `origin`; stops: no joint farther past its stop than `degrees`;
+    rules: the limits of the study's rule set."""
 
     name: Name
     check: Literal["contact", "excursion", "stops", "rules"]
@@ -62,12 +63,21 @@ class CrashCriterionFile(FileModel):
 
     @model_validator(mode="after")
     def _fits(self) -> CrashCriterionFile:
-        wanted = {"contact": {"segments", "parts", "at_most"}, "stops": {"degrees"}, "rules": set(),
-                  "excursion": {"segments", "at_most", "direction", "origin"}}[self.check]  # fmt: skip
-        given = {key for key in ("segments", "parts", "at_most", "direction", "origin", "degrees")
-                 if getattr(self, key) is not None}  # fmt: skip
+        wanted = {
+            "contact": {"segments", "parts", "at_most"},
+            "stops": {"degrees"},
+            "rules": set(),
+            "excursion": {"segments", "at_most", "direction", "origin"},
+        }[self.check]
+        given = {
+            key
+            for key in ("segments", "parts", "at_most", "direction", "origin", "degrees")
+            if getattr(self, key) is not None
+        }
         if given - wanted:
-            raise ValueError(f"{sorted(given - wanted)[0]!r} does not belong to check: {self.check}")
+            raise ValueError(
+                f"{sorted(given - wanted)[0]!r} does not belong to check: {self.check}"
+            )
         if self.check == "excursion" and given != wanted:
             raise ValueError("an excursion needs 'segments', 'at_most', 'direction' and 'origin'")
         if self.direction is not None and not any(self.direction):
@@ -76,9 +86,10 @@ class CrashCriterionFile(FileModel):
 
 
 class CrashFile(FileModel):
-    """A crash study. `pulse` (added to what is measured in the vehicle, so that accelerations are against the ground),
-    `belts` through `anchors` and `airbags` (parts): of motions that name no simulation. `forces`: laws of contact by
-    part; without one no force is told. `film`: a film with the report."""
+    """A crash study. `pulse` (added to what is measured in the vehicle, so that accelerations are
+    against the ground), `belts` through `anchors` and `airbags` (parts): of motions that name no
+    simulation. `forces`: laws of contact by part; without one no force is told. `film`: a film with
+    the report."""
 
     study: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
     kind: Literal["crash"]
@@ -103,8 +114,8 @@ class CrashFile(FileModel):
 
 
 class LimitFile(FileModel):
-    """A limit on a signal. figure: hic (limit without a unit; `window` in seconds, the whole pulse where not given) or
-    held (limit in g; `hold` in seconds); segment: whose point it is about."""
+    """A limit on a signal. figure: hic (limit without a unit; `window` in seconds, the whole pulse
+    where not given) or held (limit in g; `hold` in seconds); segment: whose point it is about."""
 
     figure: Literal["hic", "held"]
     segment: str

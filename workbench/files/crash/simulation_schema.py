@@ -1,5 +1,5 @@
-"""The shape of simulations (`studies/simulations/NAME.yaml`), and what crash studies share with them: pulses, belts,
-airbags and force laws. Times in ms, decelerations in g, forces in N."""
+"""The shape of simulations (`studies/simulations/NAME.yaml`), and what crash studies share with
+them: pulses, belts, airbags and force laws. Times in ms, decelerations in g, forces in N."""
 
 from __future__ import annotations
 
@@ -11,7 +11,15 @@ from workbench.files.postures import AnglesFile
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
 from workbench.files.study_schema import AdjustFile, AtFile
 
-__all__ = ["AirbagFile", "BeltFile", "BeltPointFile", "ContactFile", "LawFile", "PulseFile", "SimulationFile"]
+__all__ = [
+    "AirbagFile",
+    "BeltFile",
+    "BeltPointFile",
+    "ContactFile",
+    "LawFile",
+    "PulseFile",
+    "SimulationFile",
+]
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_. -]{0,79}$")]
 Names = Annotated[list[str], Field(min_length=1)]
@@ -22,9 +30,10 @@ Direction = Annotated[tuple[float, float, float], Field(strict=False)]
 
 
 class PulseFile(FileModel):
-    """How the vehicle is decelerated. half_sine: `peak` [g] and `duration` [ms]; trapezoid: `peak`, `rise`, `hold` and
-    `fall` [ms]; table: a CSV `file` with columns `time [ms]` (or [s]) and `acceleration [g]` (or [m/s2]) that begins
-    and ends at 0. `toward`: the way in which occupants are thrown, x forward where not given."""
+    """How the vehicle is decelerated. half_sine: `peak` [g] and `duration` [ms]; trapezoid: `peak`,
+    `rise`, `hold` and `fall` [ms]; table: a CSV `file` with columns `time [ms]` (or [s]) and
+    `acceleration [g]` (or [m/s2]) that begins and ends at 0. `toward`: the way in which occupants
+    are thrown, x forward where not given."""
 
     shape: Literal["half_sine", "trapezoid", "table"]
     peak: Level | None = None
@@ -38,14 +47,27 @@ class PulseFile(FileModel):
 
     @model_validator(mode="after")
     def _fits(self) -> PulseFile:
-        wanted = {"half_sine": {"peak", "duration"}, "trapezoid": {"peak", "rise", "hold", "fall"},
-                  "table": {"file"}}[self.shape]  # fmt: skip
-        given = {key for key in ("peak", "duration", "rise", "hold", "fall", "file") if getattr(self, key) is not None}
+        wanted = {
+            "half_sine": {"peak", "duration"},
+            "trapezoid": {"peak", "rise", "hold", "fall"},
+            "table": {"file"},
+        }[self.shape]
+        given = {
+            key
+            for key in ("peak", "duration", "rise", "hold", "fall", "file")
+            if getattr(self, key) is not None
+        }
         if given != wanted:
-            wrong = f"{sorted(given - wanted)[0]!r} does not belong to" if given - wanted else \
-                f"{sorted(wanted - given)[0]!r} is missing in"  # fmt: skip
+            wrong = (
+                f"{sorted(given - wanted)[0]!r} does not belong to"
+                if given - wanted
+                else f"{sorted(wanted - given)[0]!r} is missing in"
+            )
             raise ValueError(f"{wrong} a {self.shape} pulse, which has {', '.join(sorted(wanted))}")
-        if self.shape == "trapezoid" and not (self.rise or 0) + (self.hold or 0) + (self.fall or 0) > 0:
+        if (
+            self.shape == "trapezoid"
+            and not (self.rise or 0) + (self.hold or 0) + (self.fall or 0) > 0
+        ):
             raise ValueError("a trapezoid pulse must last longer than 0 ms")
         if not any(self.toward):
             raise ValueError("'toward' must not be zero")
@@ -53,15 +75,16 @@ class PulseFile(FileModel):
 
 
 class BeltPointFile(FileModel):
-    """A point of a belt on a segment: from the segment's origin toward `at`, on the surface of its spheres."""
+    """A point of a belt on a segment: from the segment's origin toward `at`, on the surface of its
+    spheres."""
 
     segment: str
     at: Vector
 
 
 class LawFile(FileModel):
-    """A force over a depth d [mm]: stiffness [N/mm^exponent] d^exponent while it grows; `returned`: the share of the
-    work that comes back on the way out."""
+    """A force over a depth d [mm]: stiffness [N/mm^exponent] d^exponent while it grows; `returned`:
+    the share of the work that comes back on the way out."""
 
     stiffness: Annotated[float, Field(ge=0, le=1e6)]
     exponent: Annotated[float, Field(ge=1, le=10)] = 1.0
@@ -70,8 +93,9 @@ class LawFile(FileModel):
 
 
 class BeltFile(FileModel):
-    """Webbing through points in order: anchors by name, places in the world, points of segments. Tension is
-    `stiffness` [N/mm] times the elongation beyond `slack`; as a part it allows `allow` of depth."""
+    """Webbing through points in order: anchors by name, places in the world, points of segments.
+    Tension is `stiffness` [N/mm] times the elongation beyond `slack`; as a part it allows `allow`
+    of depth."""
 
     name: Name
     route: Annotated[list[str | Vector | BeltPointFile], Field(min_length=2)]
@@ -83,12 +107,19 @@ class BeltFile(FileModel):
 
 
 class AirbagFile(FileModel):
-    """A deployed airbag: an ellipsoid that stands still, into which all segments may go as deep as `allow`."""
+    """A deployed airbag: an ellipsoid that stands still, into which all segments may go as deep as
+    `allow`."""
 
     name: Name
     centre: Vector
-    half_axes: Annotated[tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)],
-                               Annotated[Length, Field(gt=0)]], Field(strict=False)]  # fmt: skip
+    half_axes: Annotated[
+        tuple[
+            Annotated[Length, Field(gt=0)],
+            Annotated[Length, Field(gt=0)],
+            Annotated[Length, Field(gt=0)],
+        ],
+        Field(strict=False),
+    ]
     pitch: Annotated[float, Field(ge=-360, le=360)] = 0.0
     allow: Annotated[Length, Field(ge=0)] = 0.25
 
@@ -101,7 +132,8 @@ class ContactFile(LawFile):
 
 
 class JointFile(FileModel):
-    """Passive stiffness [Nm/rad] toward the posture at the start, and damping [Nm s/rad], of some joints."""
+    """Passive stiffness [Nm/rad] toward the posture at the start, and damping [Nm s/rad], of some
+    joints."""
 
     joints: Names
     stiffness: Annotated[float, Field(ge=0, le=1e6)] | None = None
@@ -109,8 +141,9 @@ class JointFile(FileModel):
 
 
 class SimulationFile(FileModel):
-    """A crash to be simulated by rigid-body dynamics. `duration`, `frames` (between frames of the motion), `step` and
-    `settle` (at most) in ms. While the occupant settles, joints hold his posture, but for those `relaxed`."""
+    """A crash to be simulated by rigid-body dynamics. `duration`, `frames` (between frames of the
+    motion), `step` and `settle` (at most) in ms. While the occupant settles, joints hold his
+    posture, but for those `relaxed`."""
 
     simulation: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
     title: str = ""

@@ -1,4 +1,5 @@
-"""Simulations: everything they name is loaded and checked; the occupant is placed by who runs them."""
+"""Simulations: everything they name is loaded and checked; the occupant is placed by who runs
+them."""
 
 from __future__ import annotations
 
@@ -10,7 +11,14 @@ import numpy as np
 from workbench.errors import InputError, one_of
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.catalogue import find
-from workbench.files.crash.restraints import airbag_part, belt_faults, belts_of, contact_faults, pulse_of, rules_of
+from workbench.files.crash.restraints import (
+    airbag_part,
+    belt_faults,
+    belts_of,
+    contact_faults,
+    pulse_of,
+    rules_of,
+)
 from workbench.files.crash.simulation_schema import AirbagFile, SimulationFile
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.meshes.assembly import built
@@ -32,7 +40,8 @@ _FOLDER = "simulations"
 
 @dataclass(frozen=True, eq=False)
 class SimulationPlan:
-    """A simulation as its file has it, with what it names. environment: with its airbags; poses: not yet seated."""
+    """A simulation as its file has it, with what it names. environment: with its airbags; poses:
+    not yet seated."""
 
     file: SimulationFile
     environment: Environment
@@ -55,7 +64,8 @@ def load_simulation(source: str | Path, *, near: Path | None = None) -> Simulati
     path = simulation_path(source, near=near)
     document = read_yaml(path)
     file = validate(document, SimulationFile)
-    inputs, faults = {"simulation": path}, list[str]()
+    inputs = {"simulation": path}
+    faults = list[str]()
     environment, body = _loaded(document, file, (inputs, faults))
     pulse = _pulse(document, file, (inputs, faults))
     if environment is None or body is None:
@@ -65,16 +75,29 @@ def load_simulation(source: str | Path, *, near: Path | None = None) -> Simulati
     parts = [*environment.parts, *(bag.name for bag in file.airbags)]
     faults += belt_faults(document, file.belts, (body, anchors, parts))
     faults += contact_faults(document, file.contact, (body, parts))
-    faults += _joint_faults(document, file, body) + _place_faults(document, file, (environment, body))
+    faults += _joint_faults(document, file, body) + _place_faults(
+        document, file, (environment, body)
+    )
     poses, more = _poses(document, file, (body, inputs))
     faults += more
     if faults or pulse is None or poses is None:
         raise InputError(faults)
     environment = with_airbags(environment, file.airbags)
-    joints = tuple(JointRule(tuple(body.joint(j) for j in row.joints), row.stiffness, row.damping)
-                   for row in file.joints)  # fmt: skip
-    return SimulationPlan(file, environment, body, poses, pulse, belts_of(file.belts, body, anchors),
-                          rules_of(file.contact, body, environment), joints, inputs)  # fmt: skip
+    joints = tuple(
+        JointRule(tuple(body.joint(j) for j in row.joints), row.stiffness, row.damping)
+        for row in file.joints
+    )
+    return SimulationPlan(
+        file,
+        environment,
+        body,
+        poses,
+        pulse,
+        belts_of(file.belts, body, anchors),
+        rules_of(file.contact, body, environment),
+        joints,
+        inputs,
+    )
 
 
 def with_airbags(environment: Environment, bags: list[AirbagFile]) -> Environment:
@@ -83,21 +106,30 @@ def with_airbags(environment: Environment, bags: list[AirbagFile]) -> Environmen
         return environment
     made, _ = built("airbags", [airbag_part(bag) for bag in bags], solid=[True] * len(bags))
     allowed = tuple(Allowance(k, ("all",), bag.allow) for k, bag in enumerate(bags))
-    return joined(environment, replace(made, allowances=allowed, see_through=np.ones(len(bags), dtype=np.bool_)))
+    return joined(
+        environment,
+        replace(made, allowances=allowed, see_through=np.ones(len(bags), dtype=np.bool_)),
+    )
 
 
 Work = tuple[dict[str, Path], list[str]]
 
 
-def _loaded(document: Document, file: SimulationFile, work: Work) -> tuple[Environment | None, Body | None]:
+def _loaded(
+    document: Document, file: SimulationFile, work: Work
+) -> tuple[Environment | None, Body | None]:
     inputs, faults = work
     near = Path(document.file).parent
-    near = near.parent if near.name == _FOLDER else near  # the catalogue is beside studies/, not beside this folder
+    near = (
+        near.parent if near.name == _FOLDER else near
+    )  # the catalogue is beside studies/, not beside this folder
     environment = body = None
     try:
         source = find("environments", file.environment, "environment.yaml", near=near)
         environment = load_environment(source)
-        inputs |= {f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)}
+        inputs |= {
+            f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)
+        }
     except InputError as error:
         faults += [fail(document, ("environment",), problem) for problem in error.problems]
     try:
@@ -121,24 +153,37 @@ def _pulse(document: Document, file: SimulationFile, work: Work) -> Pulse | None
         return None
 
 
-def _airbag_faults(document: Document, bags: list[AirbagFile], environment: Environment) -> list[str]:
-    faults, seen = [], set(environment.parts)
+def _airbag_faults(
+    document: Document, bags: list[AirbagFile], environment: Environment
+) -> list[str]:
+    faults = []
+    seen = set(environment.parts)
     for row, bag in enumerate(bags):
         if bag.name in seen:
-            faults.append(fail(document, ("airbags", row, "name"), f"a part is named {bag.name!r} already"))
+            faults.append(
+                fail(document, ("airbags", row, "name"), f"a part is named {bag.name!r} already")
+            )
         seen.add(bag.name)
     return faults
 
 
 def _joint_faults(document: Document, file: SimulationFile, body: Body) -> list[str]:
-    named = [(("joints", row, "joints", place), name)
-             for row, rule in enumerate(file.joints) for place, name in enumerate(rule.joints)]  # fmt: skip
+    named = [
+        (("joints", row, "joints", place), name)
+        for row, rule in enumerate(file.joints)
+        for place, name in enumerate(rule.joints)
+    ]
     named += [(("relaxed", place), name) for place, name in enumerate(file.relaxed)]  # type: ignore[misc]
-    return [fail(document, key, f"body {body.name} has no joint {name!r}; {one_of(name, body.joints)}")
-            for key, name in named if name not in body.joints]  # fmt: skip
+    return [
+        fail(document, key, f"body {body.name} has no joint {name!r}; {one_of(name, body.joints)}")
+        for key, name in named
+        if name not in body.joints
+    ]
 
 
-def _place_faults(document: Document, file: SimulationFile, known: tuple[Environment, Body]) -> list[str]:
+def _place_faults(
+    document: Document, file: SimulationFile, known: tuple[Environment, Body]
+) -> list[str]:
     environment, body = known
     if file.at is not None and file.at.segment not in body.segments:
         hint = one_of(file.at.segment, body.segments, words=segment_words(body))
@@ -147,9 +192,16 @@ def _place_faults(document: Document, file: SimulationFile, known: tuple[Environ
         return []
     seats = {seat.name: seat for seat in environment.seats}
     if file.seat not in seats:
-        return [fail(document, ("seat",), f"environment {environment.name} has no seat {file.seat!r}; "
-                                          f"{one_of(file.seat, seats)}")]  # fmt: skip
-    faults, seat = [], seats[file.seat]
+        return [
+            fail(
+                document,
+                ("seat",),
+                f"environment {environment.name} has no seat {file.seat!r}; "
+                f"{one_of(file.seat, seats)}",
+            )
+        ]
+    faults = []
+    seat = seats[file.seat]
     for way, (low, high) in (("forward", seat.travel_forward), ("up", seat.travel_up)):
         value = getattr(file.adjust, way, 0.0)
         if not low - 1e-9 <= value <= high + 1e-9:
@@ -168,7 +220,9 @@ def _poses(
         return None, [fail(document, ("posture",), f"body {body.name} names no postures file")]
     postures, _ = load_postures(path, body)
     inputs["postures"] = path
-    faults = [fail(document, ("angles", *key), what) for key, what in flat_angles(body, file.angles)[1]]
+    faults = [
+        fail(document, ("angles", *key), what) for key, what in flat_angles(body, file.angles)[1]
+    ]
     if file.posture not in postures.postures:
         what = f"no posture {file.posture!r}; {one_of(file.posture, postures.postures)}"
         faults.append(fail(document, ("posture",), what))

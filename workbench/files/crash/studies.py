@@ -1,4 +1,5 @@
-"""Crash studies: everything they name is loaded and checked; motions stay files until the study makes them poses."""
+"""Crash studies: everything they name is loaded and checked; motions stay files until the study
+makes them poses."""
 
 from __future__ import annotations
 
@@ -27,8 +28,9 @@ __all__ = ["CrashPlan", "load_crash"]
 
 @dataclass(frozen=True, eq=False)
 class CrashPlan:
-    """A crash study as its file has it: what is loaded, and the motion files with how they are to be read. restraints:
-    what holds the occupant of the motion, and of the one it is compared with."""
+    """A crash study as its file has it: what is loaded, and the motion files with how they are to
+    be read. restraints: what holds the occupant of the motion, and of the one it is compared
+    with."""
 
     file: CrashFile
     environment: Environment
@@ -67,25 +69,40 @@ def load_crash(source: str | Path) -> CrashPlan:
     inputs |= {"motion": motion} | ({"motion to compare with": against} if against else {})
     points = tuple(SignalPoint(p.name, body.segment(p.segment), p.at) for p in file.points)
     known = {body.segments[p.segment] for p in points}
-    points += tuple(SignalPoint(body.segment_names[body.segment(s)], body.segment(s), (0.0, 0.0, 0.0))
-                    for s in dict.fromkeys(limit.segment for limit in limits) if s not in known)  # fmt: skip
+    points += tuple(
+        SignalPoint(body.segment_names[body.segment(s)], body.segment(s), (0.0, 0.0, 0.0))
+        for s in dict.fromkeys(limit.segment for limit in limits)
+        if s not in known
+    )
     return CrashPlan(
-        file, environment, body, (motion, file.motion),
-        (against, file.against) if against is not None and file.against is not None else None, points, limits,
-        tuple(_criterion(row, parts, body) for row in file.criteria), inputs, held, other,
-    )  # fmt: skip
+        file,
+        environment,
+        body,
+        (motion, file.motion),
+        (against, file.against) if against is not None and file.against is not None else None,
+        points,
+        limits,
+        tuple(_criterion(row, parts, body) for row in file.criteria),
+        inputs,
+        held,
+        other,
+    )
 
 
 Work = tuple[Path, dict[str, Path], list[str]]
 
 
-def _loaded(document: Document, file: CrashFile, work: Work) -> tuple[Environment | None, Body | None]:
+def _loaded(
+    document: Document, file: CrashFile, work: Work
+) -> tuple[Environment | None, Body | None]:
     path, inputs, faults = work
     environment = body = None
     try:
         source = find("environments", file.environment, "environment.yaml", near=path.parent)
         environment = load_environment(source)
-        inputs |= {f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)}
+        inputs |= {
+            f"environment: {p.relative_to(source.parent)}": p for p in environment_files(source)
+        }
     except InputError as error:
         faults += [fail(document, ("environment",), problem) for problem in error.problems]
     try:
@@ -101,11 +118,25 @@ def _motion(document: Document, source: MotionSource, work: tuple[str, Path, lis
     key, path, faults = work
     found = path.parent / source.file
     if not is_file(found):
-        faults.append(fail(document, (key, "file"), f"no such file {source.file!r} in {path.parent}"))
+        faults.append(
+            fail(document, (key, "file"), f"no such file {source.file!r} in {path.parent}")
+        )
     if source.start is not None and source.end is not None and source.start >= source.end:
-        faults.append(fail(document, (key, "end"), f"end {source.end:g} s must be after start {source.start:g} s"))
+        faults.append(
+            fail(
+                document,
+                (key, "end"),
+                f"end {source.end:g} s must be after start {source.start:g} s",
+            )
+        )
     if key == "against" and source.scale != "body":
-        faults.append(fail(document, (key, "scale"), "one body makes both motions: its scale belongs to 'motion'"))
+        faults.append(
+            fail(
+                document,
+                (key, "scale"),
+                "one body makes both motions: its scale belongs to 'motion'",
+            )
+        )
     return found
 
 
@@ -121,8 +152,16 @@ def _limits(document: Document, file: CrashFile, work: Work) -> tuple[Limit, ...
         return ()
     inputs["rules"] = where
     spans = {"hic": np.inf, "held": 0.003}
-    return tuple(Limit(row.figure, row.segment, (row.window if row.figure == "hic" else row.hold) or spans[row.figure],
-                       row.limit, row.source) for row in rules.limits)  # fmt: skip
+    return tuple(
+        Limit(
+            row.figure,
+            row.segment,
+            (row.window if row.figure == "hic" else row.hold) or spans[row.figure],
+            row.limit,
+            row.source,
+        )
+        for row in rules.limits
+    )
 
 
 def _name_faults(
@@ -134,16 +173,35 @@ def _name_faults(
         if point.segment not in body.segments:
             what = f"body {body.name} has no segment {point.segment!r}; {one_of(point.segment, body.segments)}"
             faults.append(fail(document, ("points", row, "segment"), what))
-    faults += [fail(document, ("rules",), f"limits segment {limit.segment!r}, which body {body.name} has not")
-               for limit in limits if limit.segment not in body.segments]  # fmt: skip
+    faults += [
+        fail(
+            document,
+            ("rules",),
+            f"limits segment {limit.segment!r}, which body {body.name} has not",
+        )
+        for limit in limits
+        if limit.segment not in body.segments
+    ]
     names: dict[str, Iterable[str]] = {"segments": body.segments, "parts": parts}
     seen: set[str] = set()
     for row, criterion in enumerate(file.criteria):
         if criterion.name in seen:
-            faults.append(fail(document, ("criteria", row, "name"), f"two criteria are named {criterion.name!r}"))
+            faults.append(
+                fail(
+                    document,
+                    ("criteria", row, "name"),
+                    f"two criteria are named {criterion.name!r}",
+                )
+            )
         seen.add(criterion.name)
         if criterion.check == "rules" and file.rules is None:
-            faults.append(fail(document, ("criteria", row, "check"), "the study names no rule set (rules: fmvss_208)"))
+            faults.append(
+                fail(
+                    document,
+                    ("criteria", row, "check"),
+                    "the study names no rule set (rules: fmvss_208)",
+                )
+            )
         for field, known in names.items():
             for place, name in enumerate(getattr(criterion, field) or ()):
                 if not any(fnmatchcase(k, name) for k in known):
@@ -154,11 +212,19 @@ def _name_faults(
 
 def _criterion(row: CrashCriterionFile, parts: tuple[str, ...], body: Body) -> CrashCriterion:
     def matching(patterns: list[str] | None, known: Iterable[str]) -> tuple[str, ...]:
-        return tuple(k for k in known if patterns is None or any(fnmatchcase(k, p) for p in patterns))
+        return tuple(
+            k for k in known if patterns is None or any(fnmatchcase(k, p) for p in patterns)
+        )
 
     direction = np.array(row.direction or (1.0, 0.0, 0.0))
     x, y, z = direction / np.linalg.norm(direction)
     at_most = float(np.radians(row.degrees or 0.0)) if row.check == "stops" else row.at_most or 0.0
-    return CrashCriterion(row.name, row.check, matching(row.segments, body.segments),
-                          matching(row.parts, parts), at_most, (float(x), float(y), float(z)),
-                          row.origin or (0.0, 0.0, 0.0))  # fmt: skip
+    return CrashCriterion(
+        row.name,
+        row.check,
+        matching(row.segments, body.segments),
+        matching(row.parts, parts),
+        at_most,
+        (float(x), float(y), float(z)),
+        row.origin or (0.0, 0.0, 0.0),
+    )

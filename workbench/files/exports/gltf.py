@@ -1,10 +1,12 @@
-"""Posed and moving bodies as binary glTF 2.0: a tree of named nodes, one sphere mesh shared by all spheres.
+"""Posed and moving bodies as binary glTF 2.0: a tree of named nodes, one sphere mesh shared by all
+spheres.
 
-Nodes: each body, its segments joined as in the body (a segment hangs on its parent), a node a sphere under its segment;
-beside them the parts of an environment, a mesh each. The file's y is up and z forward, as glTF wants, by one turn at
-the top: below it everything is in the workbench's metres and axes, x forward, y left, z up. A motion becomes one
-animation: the turn of every segment, the way of the root, and the way of the spheres that do not keep still in their
-segment (those that share a twist).
+Nodes: each body, its segments joined as in the body (a segment hangs on its parent), a node a
+sphere under its segment; beside them the parts of an environment, a mesh each. The file's y is up
+and z forward, as glTF wants, by one turn at the top: below it everything is in the workbench's
+metres and axes, x forward, y left, z up. A motion becomes one animation: the turn of every segment,
+the way of the root, and the way of the spheres that do not keep still in their segment (those that
+share a twist).
 """
 
 from __future__ import annotations
@@ -26,13 +28,17 @@ __all__ = ["Figure", "glb_bytes"]
 
 _STILL = 1e-7  # [m] and of a quaternion: less is no motion
 _UPRIGHT = (-0.5, -0.5, -0.5, 0.5)  # x, y, z, w: z up and x forward to y up and z forward
-_FLOAT, _SHORT, _INT = 5126, 5123, 5125
-_CORNERS, _INDICES = 34962, 34963
+_FLOAT = 5126
+_SHORT = 5123
+_INT = 5125
+_CORNERS = 34962
+_INDICES = 34963
 _TYPES = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
 class Figure(NamedTuple):
-    """A body in the file: its name, where it is, and its colour (3,) 0 to 1, as light is (linear)."""
+    """A body in the file: its name, where it is, and its colour (3,) 0 to 1, as light is
+    (linear)."""
 
     name: str
     placed: Placed
@@ -45,14 +51,20 @@ class _File:
     def __init__(self) -> None:
         self.data = bytearray()
         self.json: dict[str, list[dict[str, Any]]] = {
-            "nodes": [], "meshes": [], "materials": [], "accessors": [], "bufferViews": []}  # fmt: skip
+            "nodes": [],
+            "meshes": [],
+            "materials": [],
+            "accessors": [],
+            "bufferViews": [],
+        }
 
     def add(self, kind: str, entry: dict[str, Any]) -> int:
         self.json[kind].append(entry)
         return len(self.json[kind]) - 1
 
     def accessor(self, values: NDArray[Any], *, bounds: bool = False, mesh: bool = False) -> int:
-        """Put an array (M, 3), (M, 4) or (M,) into the file; 32-bit floats, indices of 16 or 32 bits.
+        """Put an array (M, 3), (M, 4) or (M,) into the file; 32-bit floats, indices of 16 or 32
+        bits.
 
         mesh: it is part of a mesh, corners or their numbers, for the graphics card.
         """
@@ -60,26 +72,42 @@ class _File:
         kind = (_SHORT if values.max(initial=0) < 65535 else _INT) if whole else _FLOAT
         stored = values.astype({_FLOAT: "<f4", _SHORT: "<u2", _INT: "<u4"}[kind])
         entry = {"buffer": 0, "byteOffset": len(self.data), "byteLength": stored.nbytes}
-        view = self.add("bufferViews", entry | ({"target": _INDICES if whole else _CORNERS} if mesh else {}))
+        view = self.add(
+            "bufferViews", entry | ({"target": _INDICES if whole else _CORNERS} if mesh else {})
+        )
         self.data += stored.tobytes()
         self.data += b"\0" * (-len(self.data) % 4)
-        row: dict[str, Any] = {"bufferView": view, "componentType": kind, "count": len(stored),
-                                 "type": _TYPES[1 if stored.ndim == 1 else stored.shape[1]]}  # fmt: skip
+        row: dict[str, Any] = {
+            "bufferView": view,
+            "componentType": kind,
+            "count": len(stored),
+            "type": _TYPES[1 if stored.ndim == 1 else stored.shape[1]],
+        }
         if bounds:
-            low, high = stored.min(axis=0), stored.max(axis=0)
+            low = stored.min(axis=0)
+            high = stored.max(axis=0)
             row |= {"min": np.atleast_1d(low).tolist(), "max": np.atleast_1d(high).tolist()}
         return self.add("accessors", row)
 
 
 def glb_bytes(
-    figures: Sequence[Figure], environment: Environment | None = None, *, pose: int = 0, times: Floats | None = None
+    figures: Sequence[Figure],
+    environment: Environment | None = None,
+    *,
+    pose: int = 0,
+    times: Floats | None = None,
 ) -> bytes:
-    """A .glb file of one pose of every figure, or with times (P,) [s], rising, of all poses as an animation.
+    """A .glb file of one pose of every figure, or with times (P,) [s], rising, of all poses as an
+    animation.
 
-    Every figure then has P poses. InputError for times that do not rise, or a pose that is not finite.
+    Every figure then has P poses. InputError for times that do not rise, or a pose that is not
+    finite.
     """
-    file, channels = _File(), _Channels()
-    top = [_figure(file, figure, pose, channels if times is not None else None) for figure in figures]
+    file = _File()
+    channels = _Channels()
+    top = [
+        _figure(file, figure, pose, channels if times is not None else None) for figure in figures
+    ]
     if environment is not None:
         top.append(_environment(file, environment))
     root = file.add("nodes", {"name": "workbench", "rotation": list(_UPRIGHT), "children": top})
@@ -100,11 +128,18 @@ def glb_bytes(
 
 def _checked_times(figures: Sequence[Figure], times: Floats) -> Floats:
     times = np.asarray(times, dtype=np.float64)
-    if times.ndim != 1 or not len(times) or not np.all(np.isfinite(times)) or np.any(np.diff(times) <= 0.0):
+    if (
+        times.ndim != 1
+        or not len(times)
+        or not np.all(np.isfinite(times))
+        or np.any(np.diff(times) <= 0.0)
+    ):
         raise InputError("glTF: the times of a motion must be finite and rise")
     for figure in figures:
         if len(figure.placed) != len(times):
-            raise InputError(f"glTF: {figure.name} has {len(figure.placed)} poses, the motion {len(times)} times")
+            raise InputError(
+                f"glTF: {figure.name} has {len(figure.placed)} poses, the motion {len(times)} times"
+            )
     since: Floats = times - times[0]
     return since
 
@@ -115,7 +150,8 @@ class _Channels(list[tuple[int, str, Floats]]):
 
 def _figure(file: _File, figure: Figure, pose: int, moving: _Channels | None) -> int:
     """Nodes of a body; the number of its topmost one."""
-    placed, body = figure.placed, figure.placed.body
+    placed = figure.placed
+    body = figure.placed.body
     material = file.add("materials", _material(figure.name, (*figure.colour, 1.0)))
     ball = _ball(file, material)
     frames = slice(None) if moving is not None else slice(pose, pose + 1 or None)
@@ -124,16 +160,28 @@ def _figure(file: _File, figure: Figure, pose: int, moving: _Channels | None) ->
     top: list[int] = []
     for n in np.flatnonzero(placed.window):
         if not np.all(np.isfinite(world[:, n])):
-            raise InputError(f"glTF: {figure.name}: segment {body.segments[n]} is not at a finite place")
+            raise InputError(
+                f"glTF: {figure.name}: segment {body.segments[n]} is not at a finite place"
+            )
         parent = int(body.parent[n])
         local = world[:, n] if parent not in nodes else _relative(world[:, parent], world[:, n])
         turns = _steady(from_matrices(local[:, :, :3])[:, [1, 2, 3, 0]])
-        node = {"name": body.segment_names[n], "translation": local[0, :, 3].tolist(), "rotation": turns[0].tolist(),
-                "extras": {"segment": body.segments[n]}, "children": []}  # fmt: skip
+        node = {
+            "name": body.segment_names[n],
+            "translation": local[0, :, 3].tolist(),
+            "rotation": turns[0].tolist(),
+            "extras": {"segment": body.segments[n]},
+            "children": [],
+        }
         nodes[int(n)] = file.add("nodes", node)
-        (top if parent not in nodes else file.json["nodes"][nodes[parent]]["children"]).append(nodes[int(n)])
+        (top if parent not in nodes else file.json["nodes"][nodes[parent]]["children"]).append(
+            nodes[int(n)]
+        )
         if moving is not None:
-            moving += [(nodes[int(n)], "rotation", turns), (nodes[int(n)], "translation", local[:, :, 3])]
+            moving += [
+                (nodes[int(n)], "rotation", turns),
+                (nodes[int(n)], "translation", local[:, :, 3]),
+            ]
         node["children"] = _spheres(file, (figure, frames), int(n), ball, moving)
     return file.add("nodes", {"name": figure.name, "children": top})
 
@@ -147,13 +195,16 @@ def _relative(parent: Floats, child: Floats) -> Floats:
 
 
 def _steady(turns: Floats) -> Floats:
-    """Quaternions (P, 4) of one sign from each to the next: a viewer interpolates on the shorter way."""
+    """Quaternions (P, 4) of one sign from each to the next: a viewer interpolates on the shorter
+    way."""
     flips = np.cumprod(np.where(np.sum(turns[1:] * turns[:-1], axis=1) < 0.0, -1.0, 1.0))
     steady: Floats = turns * np.concatenate([[1.0], flips])[:, None]
     return steady
 
 
-def _spheres(file: _File, who: tuple[Figure, slice], n: int, ball: int, moving: _Channels | None) -> list[int]:
+def _spheres(
+    file: _File, who: tuple[Figure, slice], n: int, ball: int, moving: _Channels | None
+) -> list[int]:
     """Nodes of the spheres of segment n, instances of one mesh."""
     (figure, frames), body = who, who[0].placed.body
     frame = figure.placed.world_from_segment[frames, n]
@@ -164,7 +215,10 @@ def _spheres(file: _File, who: tuple[Figure, slice], n: int, ball: int, moving: 
         sphere = int(body.start[n]) + k
         name = body.sphere_names[sphere] or f"{body.segments[n]} {k}"
         size = [float(body.radius[sphere])] * 3
-        node = file.add("nodes", {"name": name, "mesh": ball, "translation": local[0, k].tolist(), "scale": size})
+        node = file.add(
+            "nodes",
+            {"name": name, "mesh": ball, "translation": local[0, k].tolist(), "scale": size},
+        )
         if moving is not None:
             moving.append((node, "translation", local[:, k]))
         found.append(node)
@@ -179,22 +233,36 @@ def _animation(file: _File, moving: _Channels, times: Floats) -> dict[str, Any]:
     for node, path, values in moving:
         if np.ptp(values, axis=0).max() > _STILL:
             channels.append({"sampler": len(samplers), "target": {"node": node, "path": path}})
-            samplers.append({"input": clock, "output": file.accessor(values), "interpolation": "LINEAR"})
+            samplers.append(
+                {"input": clock, "output": file.accessor(values), "interpolation": "LINEAR"}
+            )
     return {"name": "motion", "channels": channels, "samplers": samplers}
 
 
 def _material(name: str, colour: tuple[float, float, float, float]) -> dict[str, Any]:
-    entry: dict[str, Any] = {"name": name, "doubleSided": colour[3] < 1.0, "pbrMetallicRoughness": {
-        "baseColorFactor": list(colour), "metallicFactor": 0.0, "roughnessFactor": 0.8}}  # fmt: skip
+    entry: dict[str, Any] = {
+        "name": name,
+        "doubleSided": colour[3] < 1.0,
+        "pbrMetallicRoughness": {
+            "baseColorFactor": list(colour),
+            "metallicFactor": 0.0,
+            "roughnessFactor": 0.8,
+        },
+    }
     return entry | ({"alphaMode": "BLEND"} if colour[3] < 1.0 else {})
 
 
 def _ball(file: _File, material: int) -> int:
-    """A sphere of radius 1 of 1,280 triangles: an icosahedron halved three times; normals are its corners."""
+    """A sphere of radius 1 of 1,280 triangles: an icosahedron halved three times; normals are its
+    corners."""
     corners, faces = _icosphere(3)
     points = file.accessor(corners, bounds=True, mesh=True)
     numbers = file.accessor(faces.reshape(-1), mesh=True)
-    mesh = {"attributes": {"POSITION": points, "NORMAL": points}, "indices": numbers, "material": material}
+    mesh = {
+        "attributes": {"POSITION": points, "NORMAL": points},
+        "indices": numbers,
+        "material": material,
+    }
     return file.add("meshes", {"name": "sphere", "primitives": [mesh]})
 
 
@@ -204,17 +272,30 @@ def _icosphere(halvings: int) -> tuple[Floats, NDArray[np.int64]]:
     points = np.array([p for a, b in signs for p in ((0.0, a, b), (a, b, 0.0), (b, 0.0, a))])
     apart = np.linalg.norm(points[:, None] - points[None], axis=2)
     near = np.abs(apart - 2.0) < 1e-9
-    faces = np.array([(i, j, k) for i in range(12) for j in range(i) for k in range(j)
-                      if near[i, j] and near[j, k] and near[i, k]])  # fmt: skip
-    turn = np.einsum("fi,fi->f", points[faces[:, 0]], np.cross(points[faces[:, 1]], points[faces[:, 2]]))
+    faces = np.array(
+        [
+            (i, j, k)
+            for i in range(12)
+            for j in range(i)
+            for k in range(j)
+            if near[i, j] and near[j, k] and near[i, k]
+        ]
+    )
+    turn = np.einsum(
+        "fi,fi->f", points[faces[:, 0]], np.cross(points[faces[:, 1]], points[faces[:, 2]])
+    )
     faces = np.where(turn[:, None] < 0.0, faces[:, ::-1], faces)
     for _ in range(halvings):
-        edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+        edges = np.sort(
+            np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1
+        )
         unique, which = np.unique(edges, axis=0, return_inverse=True)
         middle = len(points) + which.reshape(3, -1)
         points = np.concatenate([points, points[unique].mean(axis=1)])
         (a, b, c), (ab, bc, ca) = faces.T, middle
-        faces = np.concatenate([np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])
+        faces = np.concatenate(
+            [np.stack(t, axis=1) for t in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        )
     return points / np.linalg.norm(points, axis=1, keepdims=True), faces
 
 
@@ -226,7 +307,9 @@ def _environment(file: _File, environment: Environment) -> int:
     polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
     for part in np.flatnonzero(~environment.hidden):
         rows = environment.polygons(int(part))
-        span = slice(int(environment.triangle_start[rows.start]), int(environment.triangle_start[rows.stop]))
+        span = slice(
+            int(environment.triangle_start[rows.start]), int(environment.triangle_start[rows.stop])
+        )
         corners = environment.vertices[environment.triangles[span]].reshape(-1, 3)
         if not len(corners):
             continue
@@ -235,12 +318,21 @@ def _environment(file: _File, environment: Environment) -> int:
             "POSITION": file.accessor(corners, bounds=True, mesh=True),
             "NORMAL": file.accessor(normals, mesh=True),
         }
-        mesh = {"attributes": attributes, "material": glass if environment.see_through[part] else grey}
+        mesh = {
+            "attributes": attributes,
+            "material": glass if environment.see_through[part] else grey,
+        }
         name = environment.parts[part]
         nodes.append(
-            file.add("nodes", {"name": name, "mesh": file.add("meshes", {"name": name, "primitives": [mesh]})})
+            file.add(
+                "nodes",
+                {"name": name, "mesh": file.add("meshes", {"name": name, "primitives": [mesh]})},
+            )
         )
-    return file.add("nodes", {"name": environment.name, "children": nodes} if nodes else {"name": environment.name})
+    return file.add(
+        "nodes",
+        {"name": environment.name, "children": nodes} if nodes else {"name": environment.name},
+    )
 
 
 def _container(document: dict[str, Any], data: bytes) -> bytes:

@@ -31,10 +31,17 @@ _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 
 
 def stl_bytes(surfaces: Mapping[str, Surface]) -> bytes:
-    """Binary STL of all surfaces in turn, in millimetres; the names stand in the header as far as it reaches."""
-    title = ("bubbleman-workbench, millimetres: " + ", ".join(surfaces)).encode("ascii", "replace")[:80].ljust(80)
-    rows = np.zeros(sum(len(triangles) for _, triangles in surfaces.values()),
-                    dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("none", "<u2")])  # fmt: skip
+    """Binary STL of all surfaces in turn, in millimetres; the names stand in the header as far as
+    it reaches."""
+    title = (
+        ("bubbleman-workbench, millimetres: " + ", ".join(surfaces))
+        .encode("ascii", "replace")[:80]
+        .ljust(80)
+    )
+    rows = np.zeros(
+        sum(len(triangles) for _, triangles in surfaces.values()),
+        dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("none", "<u2")],
+    )
     at = 0
     for points, triangles in surfaces.values():
         corners = 1000.0 * points[triangles]
@@ -48,20 +55,32 @@ def stl_bytes(surfaces: Mapping[str, Surface]) -> bytes:
 
 def threemf_bytes(surfaces: Mapping[str, Surface]) -> bytes:
     """3MF (core specification) with one named object a surface, in millimetres."""
-    objects, items = [], []
+    objects = []
+    items = []
     for number, (name, (points, triangles)) in enumerate(surfaces.items(), start=1):
-        corners = "".join(f'<vertex x="{x:.5f}" y="{y:.5f}" z="{z:.5f}"/>' for x, y, z in (1000.0 * points).tolist())
+        corners = "".join(
+            f'<vertex x="{x:.5f}" y="{y:.5f}" z="{z:.5f}"/>'
+            for x, y, z in (1000.0 * points).tolist()
+        )
         faces = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in triangles.tolist())
         label = quoteattr(_printable(name))
         mesh = f"<mesh><vertices>{corners}</vertices><triangles>{faces}</triangles></mesh>"
         objects.append(f'<object id="{number}" type="model" name={label}>{mesh}</object>')
         items.append(f'<item objectid="{number}"/>')
-    model = (f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xmlns="{_CORE}"><resources>'
-             f"{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n")  # fmt: skip
+    model = (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xmlns="{_CORE}"><resources>'
+        f"{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
+    )
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path, text in (("[Content_Types].xml", _TYPES), ("_rels/.rels", _RELATIONS), ("3D/3dmodel.model", model)):
-            entry = zipfile.ZipInfo(path, (1980, 1, 1, 0, 0, 0))  # no clock: the same bytes each time
+        for path, text in (
+            ("[Content_Types].xml", _TYPES),
+            ("_rels/.rels", _RELATIONS),
+            ("3D/3dmodel.model", model),
+        ):
+            entry = zipfile.ZipInfo(
+                path, (1980, 1, 1, 0, 0, 0)
+            )  # no clock: the same bytes each time
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, text)
     return out.getvalue()
@@ -69,4 +88,6 @@ def threemf_bytes(surfaces: Mapping[str, Surface]) -> bytes:
 
 def _printable(text: str) -> str:
     """Text without letters that XML forbids."""
-    return "".join(letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text)
+    return "".join(
+        letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text
+    )

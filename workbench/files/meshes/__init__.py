@@ -1,1 +1,2 @@
-"""Mesh files in: every format read into named parts, faults counted, faces merged into planar polygons."""
+"""Mesh files in: every format read into named parts, faults counted, faces merged into planar
+polygons."""

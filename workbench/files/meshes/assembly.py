@@ -22,9 +22,11 @@ _NAMED = 3
 def built(
     name: str, parts: Iterable[RawPart], *, solid: Iterable[bool | str], notes: Iterable[str] = ()
 ) -> tuple[Environment, list[tuple[int, str]]]:
-    """Build an environment from parts in the world's frame [m]: duplicates out, shells outward, coplanar faces merged.
+    """Build an environment from parts in the world's frame [m]: duplicates out, shells outward,
+    coplanar faces merged.
 
-    solid: for each part "auto" (closed ones are), True or False. Also returns faults: (part, what is wrong).
+    solid: for each part "auto" (closed ones are), True or False. Also returns faults: (part, what
+    is wrong).
     """
     checked = [examined(part) for part in parts]
     wanted = list(solid)
@@ -32,12 +34,20 @@ def built(
     vertices = np.concatenate([np.zeros((0, 3)), *(part.vertices for part, _ in checked)])
     shifted = [part.faces + start for (part, _), start in zip(checked, first, strict=False)]
     merged = merge_coplanar(vertices, np.concatenate([np.zeros((0, 3), dtype=np.int64), *shifted]))
-    owner = np.searchsorted(first, merged.triangles[merged.triangle_start[:-1], 0], side="right") - 1
+    owner = (
+        np.searchsorted(first, merged.triangles[merged.triangle_start[:-1], 0], side="right") - 1
+    )
     part_start = np.searchsorted(owner, np.arange(len(checked) + 1))
     names = tuple(part.name for part, _ in checked)
     closed = [found.closed for _, found in checked]
-    solids = np.array([c if w == "auto" else bool(w) for c, w in zip(closed, wanted, strict=True)], dtype=np.bool_)
-    faults = [(k, _open(*pair)) for k, pair in enumerate(checked) if wanted[k] is True and not pair[1].closed]
+    solids = np.array(
+        [c if w == "auto" else bool(w) for c, w in zip(closed, wanted, strict=True)], dtype=np.bool_
+    )
+    faults = [
+        (k, _open(*pair))
+        for k, pair in enumerate(checked)
+        if wanted[k] is True and not pair[1].closed
+    ]
     none = np.zeros(len(checked), dtype=np.bool_)
     environment = Environment(
         name=name,
@@ -95,7 +105,8 @@ def _quality(name: str, found: Faults, polygons: int, *, declared: bool) -> Qual
 
 
 def _grouped(checked: Sequence[tuple[RawPart, Faults]]) -> list[str]:
-    """One line for each kind of fault: the parts that have it, those with the most first, and how often in all."""
+    """One line for each kind of fault: the parts that have it, those with the most first, and how
+    often in all."""
     kinds: dict[tuple[str, str], list[tuple[int, str]]] = {}
     for part, found in checked:
         for fault in found.found():
@@ -103,16 +114,23 @@ def _grouped(checked: Sequence[tuple[RawPart, Faults]]) -> list[str]:
     lines = []
     for (what, meaning), rows in kinds.items():
         names = [name for _, name in sorted(rows, key=lambda row: -row[0])]
-        shown = ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
-        total = Fault(sum(count for count, _ in rows), what, (" in all" if len(names) > 1 else "") + meaning)
+        shown = ", ".join(names[:_NAMED]) + (
+            f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
+        )
+        total = Fault(
+            sum(count for count, _ in rows), what, (" in all" if len(names) > 1 else "") + meaning
+        )
         lines.append(f"part{'s' if len(names) > 1 else ''} {shown}: {total.sentence()}")
     return lines
 
 
-def _shared(names: tuple[str, ...], vertices: Floats, faces: Sequence[Ints], solid: Bools) -> list[str]:
+def _shared(
+    names: tuple[str, ...], vertices: Floats, faces: Sequence[Ints], solid: Bools
+) -> list[str]:
     """One line about the faces that lie exactly on faces of other parts, none where there are none.
 
-    Where two solids touch, their faces lie on each other wound opposite ways; these are not copies and not counted.
+    Where two solids touch, their faces lie on each other wound opposite ways; these are not copies
+    and not counted.
     """
     if len(names) < 2:
         return []
@@ -120,18 +138,31 @@ def _shared(names: tuple[str, ...], vertices: Floats, faces: Sequence[Ints], sol
     corners = welded(vertices, np.concatenate(faces))[1]
     place = np.sort(corners, axis=1)
     order = np.lexsort((owner, place[:, 2], place[:, 1], place[:, 0]))
-    one, other = order[:-1], order[1:]
+    one = order[:-1]
+    other = order[1:]
     copies = (place[one] == place[other]).all(axis=1) & (owner[one] != owner[other])
     copies &= (np.diff(place[one], axis=1) > 0).all(axis=1)
-    one, other = one[copies], other[copies]
-    touching = solid[owner[one]] & solid[owner[other]] & (way_round(corners[one]) != way_round(corners[other]))
-    pair, count = np.unique(owner[one[~touching]] * len(names) + owner[other[~touching]], return_counts=True)
+    one = one[copies]
+    other = other[copies]
+    touching = (
+        solid[owner[one]]
+        & solid[owner[other]]
+        & (way_round(corners[one]) != way_round(corners[other]))
+    )
+    pair, count = np.unique(
+        owner[one[~touching]] * len(names) + owner[other[~touching]], return_counts=True
+    )
     if not len(pair):
         return []
     most = int(pair[np.argmax(count)])
-    first, second = names[most // len(names)], names[most % len(names)]
+    first = names[most // len(names)]
+    second = names[most % len(names)]
     total = int(count.sum())
-    where = f"most of them ({count.max()}) in {first} and {second}" if len(pair) > 1 else f"in {first} and {second}"
+    where = (
+        f"most of them ({count.max()}) in {first} and {second}"
+        if len(pair) > 1
+        else f"in {first} and {second}"
+    )
     return [
         f"{total} face{'s lie' if total > 1 else ' lies'} exactly on faces of other parts, {where}: "
         "kept, since distances are the same"

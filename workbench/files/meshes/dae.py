@@ -1,8 +1,9 @@
 """COLLADA (DAE), by pycollada under our own walk of the scene.
 
-trimesh reads it too, but leaves vertices in file units, splits each geometry by material, names parts by geometry
-and not by node, skips broken and skinned geometry without a word, and hands the parser files that can grow without
-bound. Pictures and materials are cut away first: they are never opened.
+trimesh reads it too, but leaves vertices in file units, splits each geometry by material, names
+parts by geometry and not by node, skips broken and skinned geometry without a word, and hands the
+parser files that can grow without bound. Pictures and materials are cut away first: they are never
+opened.
 """
 
 from __future__ import annotations
@@ -25,12 +26,26 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_dae"]
 
-_UNUSED = frozenset([
-    "library_images", "library_effects", "library_materials", "library_animations", "library_animation_clips",
-    "library_cameras", "library_lights", "library_physics_scenes", "library_physics_models",
-    "library_physics_materials", "library_controllers", "bind_material", "extra", "instance_camera", "instance_light",
-    "instance_physics_scene",
-])  # fmt: skip
+_UNUSED = frozenset(
+    [
+        "library_images",
+        "library_effects",
+        "library_materials",
+        "library_animations",
+        "library_animation_clips",
+        "library_cameras",
+        "library_lights",
+        "library_physics_scenes",
+        "library_physics_models",
+        "library_physics_materials",
+        "library_controllers",
+        "bind_material",
+        "extra",
+        "instance_camera",
+        "instance_light",
+        "instance_physics_scene",
+    ]
+)
 _Placed = tuple[Any, Floats, str]
 """A geometry of pycollada, its transform (4, 4) in the world, and the name of its part."""
 _MOST_DEEP = 200
@@ -47,20 +62,24 @@ class _Below:
     name: str = ""
     """Name of the parent, for a node without one."""
     placing: str = ""
-    """Name that a node placed by another takes from the one that places it, empty if that has none."""
+    """Name that a node placed by another takes from the one that places it, empty if that has
+    none."""
     prefix: str = ""
     """What names within an instance begin with."""
 
 
 class _Plain(ElementTree.TreeBuilder):
-    """Refuses a document type, which is how XML text grows without bound, and elements nested too deep."""
+    """Refuses a document type, which is how XML text grows without bound, and elements nested too
+    deep."""
 
     depth = 0
 
     def start(self, tag: str, attributes: dict[str, str]) -> ElementTree.Element:
         self.depth += 1
         if self.depth > _MOST_DEEP:
-            raise InputError(f"nests elements deeper than {_MOST_DEEP} levels; export it again with fewer")
+            raise InputError(
+                f"nests elements deeper than {_MOST_DEEP} levels; export it again with fewer"
+            )
         return super().start(tag, attributes)
 
     def end(self, tag: str) -> ElementTree.Element:
@@ -72,32 +91,49 @@ class _Plain(ElementTree.TreeBuilder):
 
 
 def read_dae(path: Path, data: bytes) -> RawMesh:
-    """The parts of a DAE file, one for each node with geometry, with the unit the file tells. InputError where it is
-    no COLLADA, refers to other files, is skinned, or is broken anywhere in its geometry."""
+    """The parts of a DAE file, one for each node with geometry, with the unit the file tells.
+    InputError where it is no COLLADA, refers to other files, is skinned, or is broken anywhere in
+    its geometry."""
     import collada
 
     tree = _cleaned(path, data)
     lines = sum(1 for item in tree.iter() if _tag(item) in ("lines", "linestrips"))
     told = next((item for item in tree.iter() if _tag(item) == "unit"), None)
-    problems = (collada.DaeError, collada.scene.DaeInstanceNotLoadedError, ValueError, LookupError, TypeError,
-                AttributeError, ArithmeticError, MemoryError, RuntimeError, struct.error,
-                DeprecationWarning)  # fmt: skip
+    problems = (
+        collada.DaeError,
+        collada.scene.DaeInstanceNotLoadedError,
+        ValueError,
+        LookupError,
+        TypeError,
+        AttributeError,
+        ArithmeticError,
+        MemoryError,
+        RuntimeError,
+        struct.error,
+        DeprecationWarning,
+    )
     try:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter("ignore", DeprecationWarning)  # NumPy 2.5 and later warn of what the library does
+            warnings.simplefilter(
+                "ignore", DeprecationWarning
+            )  # NumPy 2.5 and later warn of what the library does
             warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
             document = collada.Collada(io.BytesIO(ElementTree.tostring(tree)), ignore=None)
             nodes = document.scene.nodes if document.scene else []
             placed = list(_walk(collada, nodes))
             sizes = [_size(collada, geometry) for geometry, _, _ in placed]
-            check_faces(path, sum(faces for faces, _ in sizes), sum(corners for _, corners in sizes))
+            check_faces(
+                path, sum(faces for faces, _ in sizes), sum(corners for _, corners in sizes)
+            )
             parts = [part for one in placed for part in _part(collada, path, one)]
     except problems as error:
         raise InputError(f"{path}: broken COLLADA: {_first_line(error)}") from None
     notes = (f"{lines} sets of lines are not surfaces and are left out",) if lines else ()
     metres = None if told is None else _unit(path, told)
     axis = next((item.text for item in tree.iter() if _tag(item) == "up_axis"), None)
-    up = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}.get((axis or "Y_UP").strip(), "y")  # Y where it is silent
+    up = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}.get(
+        (axis or "Y_UP").strip(), "y"
+    )  # Y where it is silent
     return RawMesh(str(path), "DAE", tuple(parts), metres, up, notes)
 
 
@@ -124,12 +160,22 @@ def _refuse(path: Path, tree: ElementTree.Element) -> None:
     for item in tree.iter():
         tag, url = _tag(item), item.get("url", "#")
         if tag == "instance_controller":
-            raise InputError(f"{path}: {url.lstrip('#')}: is skinned or morphed; export it again as a plain mesh")
-        if tag in ("instance_geometry", "instance_node", "instance_visual_scene") and not url.startswith("#"):
+            raise InputError(
+                f"{path}: {url.lstrip('#')}: is skinned or morphed; export it again as a plain mesh"
+            )
+        if tag in (
+            "instance_geometry",
+            "instance_node",
+            "instance_visual_scene",
+        ) and not url.startswith("#"):
             raise InputError(f"{path}: refers to another file ({url}); put everything in one file")
-        if tag in ("ph", "convex_mesh", "spline", "brep", "skew") or (tag == "float_array" and item.get("source")):
+        if tag in ("ph", "convex_mesh", "spline", "brep", "skew") or (
+            tag == "float_array" and item.get("source")
+        ):
             instead = "a matrix" if tag == "skew" else "triangles"
-            raise InputError(f"{path}: holds <{tag}>, which is not read; export it again as {instead}")
+            raise InputError(
+                f"{path}: holds <{tag}>, which is not read; export it again as {instead}"
+            )
 
 
 def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:
@@ -140,7 +186,9 @@ def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:
         one = stack.pop()
         count += 1
         if count > MOST_PLACED:
-            raise ValueError(f"nodes are placed more than {MOST_PLACED} times, or within themselves")
+            raise ValueError(
+                f"nodes are placed more than {MOST_PLACED} times, or within themselves"
+            )
         if isinstance(one.node, collada.scene.GeometryNode):
             yield one.node.geometry, one.world, one.name
         elif isinstance(one.node, collada.scene.Node):
@@ -152,10 +200,12 @@ def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:
 
 
 def _names(collada: Any, one: _Below) -> tuple[str, str, bool]:
-    """Name of the parts of a node, what names below it begin with, and whether it was given a name (not only an id).
+    """Name of the parts of a node, what names below it begin with, and whether it was given a name
+    (not only an id).
 
-    A node that others place (`instance_node`) is named as the node that places it, and nodes within it begin with that
-    name: two doors made of one are `left_door`, `left_door_handle`, `right_door`, `right_door_handle`.
+    A node that others place (`instance_node`) is named as the node that places it, and nodes within
+    it begin with that name: two doors made of one are `left_door`, `left_door_handle`,
+    `right_door`, `right_door_handle`.
     """
     if one.placing:
         return one.placing, one.placing, True
@@ -173,13 +223,18 @@ def _size(collada: Any, geometry: Any) -> tuple[int, int]:
         if isinstance(primitive, collada.lineset.LineSet) or primitive.vertex is None:
             continue
         triangles = isinstance(primitive, collada.triangleset.TriangleSet)
-        faces += len(primitive) if triangles else int(np.sum(np.asarray(primitive.vcounts, dtype=np.int64) - 2))
+        faces += (
+            len(primitive)
+            if triangles
+            else int(np.sum(np.asarray(primitive.vcounts, dtype=np.int64) - 2))
+        )
         corners += len(primitive.vertex)
     return faces, corners
 
 
 def _part(collada: Any, path: Path, placed: _Placed) -> Iterator[RawPart]:
-    """One part from all surfaces of a geometry, whatever their materials; none where it holds only lines."""
+    """One part from all surfaces of a geometry, whatever their materials; none where it holds only
+    lines."""
     geometry, matrix, name = placed
     vertices: list[Floats] = [np.zeros((0, 3))]
     faces: list[Ints] = []
@@ -189,7 +244,11 @@ def _part(collada: Any, path: Path, placed: _Placed) -> Iterator[RawPart]:
         points = np.asarray(primitive.vertex, dtype=np.float64)
         corners = np.asarray(primitive.vertex_index, dtype=np.int64).ravel()
         triangles = isinstance(primitive, collada.triangleset.TriangleSet)
-        counts = np.full(len(corners) // 3, 3) if triangles else np.asarray(primitive.vcounts, dtype=np.int64)
+        counts = (
+            np.full(len(corners) // 3, 3)
+            if triangles
+            else np.asarray(primitive.vcounts, dtype=np.int64)
+        )
         check_corners(path, counts)
         if corners.min(initial=0) < 0 or counts.min(initial=3) < 3 or counts.sum() != len(corners):
             raise ValueError(f"geometry {geometry.id!r} has faces whose corners are not there")
@@ -198,8 +257,11 @@ def _part(collada: Any, path: Path, placed: _Placed) -> Iterator[RawPart]:
     if faces:
         together = np.concatenate(faces)
         mirrored = np.linalg.det(matrix[:3, :3]) < 0
-        yield RawPart(name or geometry.name or geometry.id, np.concatenate(vertices),
-                      together[:, ::-1] if mirrored else together)  # fmt: skip
+        yield RawPart(
+            name or geometry.name or geometry.id,
+            np.concatenate(vertices),
+            together[:, ::-1] if mirrored else together,
+        )
 
 
 def _unit(path: Path, told: ElementTree.Element) -> float:

@@ -1,13 +1,13 @@
 """glTF 2.0, as JSON with buffers beside it or inside, and as one binary file (GLB).
 
-Read are nodes with meshes, copies by EXT_mesh_gpu_instancing, sparse and normalized accessors (quantised positions,
-KHR_mesh_quantization), triangles, strips and fans. Materials, images, lights and cameras are never opened. A file that
-requires another extension is refused by the name of it, except those that change no surface.
+Read are nodes with meshes, copies by EXT_mesh_gpu_instancing, sparse and normalized accessors
+(quantised positions, KHR_mesh_quantization), triangles, strips and fans. Materials, images, lights
+and cameras are never opened. A file that requires another extension is refused by the name of it,
+except those that change no surface.
 
 References
-----------
-Khronos Group (2021), glTF 2.0 Specification: 3.6.2 accessors, 3.5.3 transformations, 4 GLB; the extensions in its
-registry.
+---------- Khronos Group (2021), glTF 2.0 Specification: 3.6.2 accessors, 3.5.3 transformations, 4
+GLB; the extensions in its registry.
 """
 
 from __future__ import annotations
@@ -33,26 +33,48 @@ from workbench.model.quaternions import matrices
 
 __all__ = ["read_glb", "read_gltf"]
 
-_BROKEN = (KeyError, IndexError, TypeError, ValueError, AttributeError, OverflowError, MemoryError, RecursionError)
+_BROKEN = (
+    KeyError,
+    IndexError,
+    TypeError,
+    ValueError,
+    AttributeError,
+    OverflowError,
+    MemoryError,
+    RecursionError,
+)
 """What a file whose JSON has another form than glTF raises here."""
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 _READ = ("KHR_mesh_quantization", "EXT_mesh_gpu_instancing")
 _HARMLESS = (
-    "KHR_materials_", "KHR_texture_", "EXT_texture_", "MSFT_texture_", "MSFT_packing_", "ADOBE_materials_",
-    "KHR_techniques_", "KHR_lights_", "EXT_lights_", "KHR_xmp", "KHR_animation_",
-)  # fmt: skip
+    "KHR_materials_",
+    "KHR_texture_",
+    "EXT_texture_",
+    "MSFT_texture_",
+    "MSFT_packing_",
+    "ADOBE_materials_",
+    "KHR_techniques_",
+    "KHR_lights_",
+    "EXT_lights_",
+    "KHR_xmp",
+    "KHR_animation_",
+)
 """Beginnings of the names of extensions that change no surface."""
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _MOST_MADE_UP = 1_000_000
 """Rows at most of an accessor without a buffer, which are zeros but for sparse ones."""
-_TRIANGLES, _STRIP, _FAN = 4, 5, 6
-_JSON, _BINARY = b"JSON", b"BIN\0"
+_TRIANGLES = 4
+_STRIP = 5
+_FAN = 6
+_JSON = b"JSON"
+_BINARY = b"BIN\0"
 
 
 @dataclass
 class _File:
-    """A glTF file: its JSON, the binary chunk of a GLB (None: there is none), and the buffers read so far."""
+    """A glTF file: its JSON, the binary chunk of a GLB (None: there is none), and the buffers read
+    so far."""
 
     path: Path
     tree: dict[str, Any]
@@ -62,7 +84,8 @@ class _File:
 
 @dataclass(frozen=True, eq=False)
 class _Placement:
-    """A mesh where a node places it: name, index of the mesh, and (n, 4, 4) world-from-mesh transforms of n copies."""
+    """A mesh where a node places it: name, index of the mesh, and (n, 4, 4) world-from-mesh
+    transforms of n copies."""
 
     name: str
     mesh: int
@@ -70,7 +93,8 @@ class _Placement:
 
 
 def read_glb(path: Path, data: bytes) -> RawMesh:
-    """The meshes of a binary glTF file, in metres. InputError where it is cut short, or as `read_gltf`."""
+    """The meshes of a binary glTF file, in metres. InputError where it is cut short, or as
+    `read_gltf`."""
     if len(data) < 20 or data[:4] != b"glTF" or int.from_bytes(data[8:12], "little") > len(data):
         raise InputError(f"{path}: not a binary glTF file, or cut short")
     if (version := int.from_bytes(data[4:8], "little")) != 2:
@@ -91,8 +115,8 @@ def read_glb(path: Path, data: bytes) -> RawMesh:
 def read_gltf(path: Path, data: bytes) -> RawMesh:
     """The meshes of a glTF file and the buffers beside it, in metres.
 
-    InputError where it is broken, is not glTF 2.0, is compressed, requires an extension that is not read, or where a
-    buffer is missing, too short or outside the folder of the file.
+    InputError where it is broken, is not glTF 2.0, is compressed, requires an extension that is not
+    read, or where a buffer is missing, too short or outside the folder of the file.
     """
     return _read(path, data, None)
 
@@ -124,10 +148,14 @@ def _check_extensions(path: Path, tree: dict[str, Any]) -> None:
     required = [str(name) for name in tree.get("extensionsRequired", [])]
     compressed = sorted({*required, *map(str, tree.get("extensionsUsed", []))} & set(_COMPRESSED))
     if compressed:
-        raise InputError(f"{path}: is compressed ({', '.join(compressed)}); export it again without compression")
+        raise InputError(
+            f"{path}: is compressed ({', '.join(compressed)}); export it again without compression"
+        )
     unknown = [name for name in required if name not in _READ and not name.startswith(_HARMLESS)]
     if unknown:
-        raise InputError(f"{path}: requires {', '.join(unknown)[:200]}, which is not read; export it again without it")
+        raise InputError(
+            f"{path}: requires {', '.join(unknown)[:200]}, which is not read; export it again without it"
+        )
 
 
 def _notes(tree: dict[str, Any]) -> Iterator[str]:
@@ -140,15 +168,20 @@ def _notes(tree: dict[str, Any]) -> Iterator[str]:
 
 
 def _placements(file: _File) -> tuple[list[_Placement], list[str]]:
-    """Every mesh of the scene with its transforms, depth first, and notes about what stands in no scene."""
+    """Every mesh of the scene with its transforms, depth first, and notes about what stands in no
+    scene."""
     tree = file.tree
-    nodes, scenes = tree.get("nodes", []), tree.get("scenes", [])
+    nodes = tree.get("nodes", [])
+    scenes = tree.get("scenes", [])
     if not nodes:  # a library of meshes
         meshes = tree.get("meshes", [])
         return [_Placement(_name(mesh), k, np.eye(4)[None]) for k, mesh in enumerate(meshes)], []
     children = {int(child) for node in nodes for child in node.get("children", [])}
-    roots = scenes[tree.get("scene", 0)].get("nodes", []) if scenes else [
-        k for k in range(len(nodes)) if k not in children]  # fmt: skip
+    roots = (
+        scenes[tree.get("scene", 0)].get("nodes", [])
+        if scenes
+        else [k for k in range(len(nodes)) if k not in children]
+    )
     found: list[_Placement] = []
     met: set[int] = set()
     transforms = _transforms(nodes)
@@ -165,7 +198,9 @@ def _placements(file: _File) -> tuple[list[_Placement], list[str]]:
             found.append(_Placement(name, int(node["mesh"]), world @ _copies(file, node)))
         stack += [(int(child), world) for child in reversed(node.get("children", []))]
     left = sum("mesh" in node for k, node in enumerate(nodes) if k not in met)
-    return found, [f"{left} nodes with meshes stand in no scene that is shown and are left out"] if left else []
+    return found, [
+        f"{left} nodes with meshes stand in no scene that is shown and are left out"
+    ] if left else []
 
 
 def _name(item: dict[str, Any]) -> str:
@@ -176,9 +211,15 @@ def _name(item: dict[str, Any]) -> str:
 def _transforms(nodes: list[dict[str, Any]]) -> Floats:
     """(N, 4, 4) parent-from-node transforms of all nodes."""
     made = _rigid(
-        np.array([node.get("translation", (0, 0, 0)) for node in nodes], dtype=np.float64).reshape(len(nodes), 3),
-        np.array([node.get("rotation", (0, 0, 0, 1)) for node in nodes], dtype=np.float64).reshape(len(nodes), 4),
-        np.array([node.get("scale", (1, 1, 1)) for node in nodes], dtype=np.float64).reshape(len(nodes), 3),
+        np.array([node.get("translation", (0, 0, 0)) for node in nodes], dtype=np.float64).reshape(
+            len(nodes), 3
+        ),
+        np.array([node.get("rotation", (0, 0, 0, 1)) for node in nodes], dtype=np.float64).reshape(
+            len(nodes), 4
+        ),
+        np.array([node.get("scale", (1, 1, 1)) for node in nodes], dtype=np.float64).reshape(
+            len(nodes), 3
+        ),
     )
     for k, node in enumerate(nodes):
         if "matrix" in node:
@@ -190,7 +231,8 @@ def _transforms(nodes: list[dict[str, Any]]) -> Floats:
 
 
 def _rigid(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
-    """(n, 4, 4) from translations (n, 3), quaternions (n, 4) in the order x, y, z, w, and scales (n, 3)."""
+    """(n, 4, 4) from translations (n, 3), quaternions (n, 4) in the order x, y, z, w, and scales
+    (n, 3)."""
     turn = np.roll(rotation, 1, axis=1)
     made = np.zeros((len(translation), 4, 4))
     made[:, :3, :3] = matrices(turn / np.linalg.norm(turn, axis=1)[:, None]) * scale[:, None, :]
@@ -200,12 +242,17 @@ def _rigid(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
 
 
 def _copies(file: _File, node: dict[str, Any]) -> Floats:
-    """(n, 4, 4) where the copies of a node's mesh stand in the node (EXT_mesh_gpu_instancing); itself, if no copies."""
+    """(n, 4, 4) where the copies of a node's mesh stand in the node (EXT_mesh_gpu_instancing);
+    itself, if no copies."""
     instancing = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
     if instancing is None:
         return np.eye(4)[None]
     given = instancing["attributes"]
-    rows = {key: _accessor(file, given[key]) for key in ("TRANSLATION", "ROTATION", "SCALE") if key in given}
+    rows = {
+        key: _accessor(file, given[key])
+        for key in ("TRANSLATION", "ROTATION", "SCALE")
+        if key in given
+    }
     counts = {len(values) for values in rows.values()}
     if len(counts) != 1:
         raise ValueError("EXT_mesh_gpu_instancing needs attributes of one count")
@@ -218,7 +265,8 @@ def _copies(file: _File, node: dict[str, Any]) -> Floats:
 
 
 def _check_size(file: _File, placements: list[_Placement]) -> None:
-    """Raise InputError if there is no memory for all copies of all meshes, by the counts that they announce."""
+    """Raise InputError if there is no memory for all copies of all meshes, by the counts that they
+    announce."""
     faces = corners = 0
     for one in placements:
         for primitive in file.tree["meshes"][one.mesh]["primitives"]:
@@ -256,7 +304,8 @@ def _parts(file: _File, placements: list[_Placement]) -> Iterator[RawPart]:
 
 
 def _surface(file: _File, mesh: int) -> tuple[Floats, Ints] | None:
-    """Points (V, 3) and triangles (T, 3) of all surfaces of a mesh; None where it has only points and lines."""
+    """Points (V, 3) and triangles (T, 3) of all surfaces of a mesh; None where it has only points
+    and lines."""
     points: list[Floats] = []
     faces: list[Ints] = []
     count = 0
@@ -268,10 +317,18 @@ def _surface(file: _File, mesh: int) -> tuple[Floats, Ints] | None:
             raise ValueError(f"mesh {mesh}: mode {mode} is unknown")
         corners = _accessor(file, primitive["attributes"]["POSITION"])
         if corners.shape[1] != 3:
-            raise ValueError(f"mesh {mesh}: positions are rows of {corners.shape[1]} numbers, 3 are needed")
-        indices = _indices(file, primitive["indices"]) if "indices" in primitive else np.arange(len(corners))
+            raise ValueError(
+                f"mesh {mesh}: positions are rows of {corners.shape[1]} numbers, 3 are needed"
+            )
+        indices = (
+            _indices(file, primitive["indices"])
+            if "indices" in primitive
+            else np.arange(len(corners))
+        )
         if indices.max(initial=-1) >= len(corners):
-            raise ValueError(f"mesh {mesh}: a face names vertex {indices.max()}, and there are {len(corners)}")
+            raise ValueError(
+                f"mesh {mesh}: a face names vertex {indices.max()}, and there are {len(corners)}"
+            )
         points.append(corners)
         faces.append(_triangles(indices, mode) + count)
         count += len(corners)
@@ -301,9 +358,11 @@ def _indices(file: _File, number: int) -> Ints:
 
 
 def _accessor(file: _File, number: int) -> Floats:
-    """(count, width) numbers of an accessor: sparse values put in, normalized whole numbers as fractions of 1."""
+    """(count, width) numbers of an accessor: sparse values put in, normalized whole numbers as
+    fractions of 1."""
     accessor = file.tree["accessors"][number]
-    dtype, count = np.dtype(_COMPONENTS[accessor["componentType"]]), _count(file, number)
+    dtype = np.dtype(_COMPONENTS[accessor["componentType"]])
+    count = _count(file, number)
     width = _WIDTHS[accessor["type"]]
     if "bufferView" in accessor:
         rows = _view(file, accessor, dtype, (count, width))
@@ -313,7 +372,8 @@ def _accessor(file: _File, number: int) -> Floats:
         rows = np.zeros((count, width), dtype=dtype)
     if "sparse" in accessor:
         sparse = accessor["sparse"]
-        some, where = int(sparse["count"]), sparse["indices"]
+        some = int(sparse["count"])
+        where = sparse["indices"]
         places = _view(file, where, np.dtype(_COMPONENTS[where["componentType"]]), (some, 1))[:, 0]
         if places.dtype.kind != "u":
             raise ValueError(f"accessor {number}: sparse indices are unsigned whole numbers")
@@ -325,16 +385,28 @@ def _accessor(file: _File, number: int) -> Floats:
     return values
 
 
-def _view(file: _File, at: dict[str, Any], dtype: np.dtype[Any], shape: tuple[int, int]) -> np.ndarray[Any, Any]:
-    """(count, width) rows that begin at `byteOffset` of a buffer view; ValueError where it does not hold as many."""
+def _view(
+    file: _File, at: dict[str, Any], dtype: np.dtype[Any], shape: tuple[int, int]
+) -> np.ndarray[Any, Any]:
+    """(count, width) rows that begin at `byteOffset` of a buffer view; ValueError where it does not
+    hold as many."""
     view = file.tree["bufferViews"][at["bufferView"]]
     buffer = _buffer(file, int(view["buffer"]))
-    start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
+    start = int(view.get("byteOffset", 0))
+    length = int(view["byteLength"])
     row = dtype.itemsize * shape[1]
-    stride, offset = int(view.get("byteStride", 0)) or row, int(at.get("byteOffset", 0))
+    stride = int(view.get("byteStride", 0)) or row
+    offset = int(at.get("byteOffset", 0))
     end = offset + stride * (shape[0] - 1) + row
-    if min(start, offset, shape[0]) < 0 or stride < row or start + length > len(buffer) or (shape[0] and end > length):
-        raise ValueError(f"bufferView {at['bufferView']} does not hold {shape[0]} rows of {row} bytes")
+    if (
+        min(start, offset, shape[0]) < 0
+        or stride < row
+        or start + length > len(buffer)
+        or (shape[0] and end > length)
+    ):
+        raise ValueError(
+            f"bufferView {at['bufferView']} does not hold {shape[0]} rows of {row} bytes"
+        )
     return np.ndarray(shape, dtype, buffer, start + offset, (stride, dtype.itemsize))
 
 
@@ -344,24 +416,30 @@ def _buffer(file: _File, number: int) -> bytes:
         data = _resource(file, number, told.get("uri"))
         if len(data) < int(told["byteLength"]):
             where = f" ({str(told['uri'])[:80]})" if "uri" in told else ""
-            raise ValueError(f"buffer {number}{where} is cut short: {len(data)} bytes, {told['byteLength']} announced")
+            raise ValueError(
+                f"buffer {number}{where} is cut short: {len(data)} bytes, {told['byteLength']} announced"
+            )
         file.buffers[number] = data
     return file.buffers[number]
 
 
 def _check_beside(path: Path, uri: str | None) -> None:
-    """Raise InputError if a buffer that stands in a file of its own is outside the folder of the mesh, or missing."""
+    """Raise InputError if a buffer that stands in a file of its own is outside the folder of the
+    mesh, or missing."""
     if uri is None or uri.startswith("data:"):
         return
     name = unquote(uri)
     if outside_folder(name):
         raise InputError(f"{path}: refers to a file outside its own folder ({uri[:80]})")
     if not (path.parent / name).exists():
-        raise InputError(f"{path}: its buffer {name[:80]!r} is missing: it belongs beside it, in {path.parent}")
+        raise InputError(
+            f"{path}: its buffer {name[:80]!r} is missing: it belongs beside it, in {path.parent}"
+        )
 
 
 def _resource(file: _File, number: int, uri: str | None) -> bytes:
-    """The bytes of a buffer: inside the binary file, inside the JSON as a data URI, or in a file beside it."""
+    """The bytes of a buffer: inside the binary file, inside the JSON as a data URI, or in a file
+    beside it."""
     if uri is None:
         if number or file.chunk is None:
             raise ValueError(f"buffer {number} has no data")
@@ -369,7 +447,11 @@ def _resource(file: _File, number: int, uri: str | None) -> bytes:
     if uri.startswith("data:"):
         head, _, body = uri.partition(",")
         try:
-            return base64.b64decode(body, validate=True) if head.endswith(";base64") else unquote_to_bytes(body)
+            return (
+                base64.b64decode(body, validate=True)
+                if head.endswith(";base64")
+                else unquote_to_bytes(body)
+            )
         except binascii.Error as error:
             raise ValueError(f"buffer {number}: not base64 ({error})") from None
     return read_whole(file.path.parent / unquote(uri), "a buffer of a glTF file")

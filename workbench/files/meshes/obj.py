@@ -1,8 +1,9 @@
-"""Wavefront OBJ, read here and not by trimesh, which merges the objects, loses their names, counts negative indices
-from the wrong end where objects follow one another, and folds concave faces.
+"""Wavefront OBJ, read here and not by trimesh, which merges the objects, loses their names, counts
+negative indices from the wrong end where objects follow one another, and folds concave faces.
 
-Objects (`o`) and groups (`g`) become parts; faces of one name are one part wherever they stand. Materials are never
-opened. Source of the format: Wavefront, Advanced Visualizer manual, appendix B1.
+Objects (`o`) and groups (`g`) become parts; faces of one name are one part wherever they stand.
+Materials are never opened. Source of the format: Wavefront, Advanced Visualizer manual, appendix
+B1.
 """
 
 from __future__ import annotations
@@ -21,15 +22,48 @@ from workbench.files.opening import BYTE_ORDER_MARK
 
 __all__ = ["outside_folder", "read_obj"]
 
-_SKIPPED = frozenset([
-    "vt", "vn", "vp", "s", "mg", "mtllib", "usemtl", "usemap", "maplib", "lod", "bevel", "c_interp", "d_interp",
-    "shadow_obj", "trace_obj",
-])  # fmt: skip
+_SKIPPED = frozenset(
+    [
+        "vt",
+        "vn",
+        "vp",
+        "s",
+        "mg",
+        "mtllib",
+        "usemtl",
+        "usemap",
+        "maplib",
+        "lod",
+        "bevel",
+        "c_interp",
+        "d_interp",
+        "shadow_obj",
+        "trace_obj",
+    ]
+)
 _NAMES = ("o", "g")
-_CURVES = frozenset([
-    "l", "p", "ctech", "stech", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole",
-    "scrv", "sp", "end", "con",
-])  # fmt: skip
+_CURVES = frozenset(
+    [
+        "l",
+        "p",
+        "ctech",
+        "stech",
+        "cstype",
+        "deg",
+        "bmat",
+        "step",
+        "curv",
+        "curv2",
+        "surf",
+        "parm",
+        "trim",
+        "hole",
+        "scrv",
+        "sp",
+        "end",
+        "con",
+    ]
+)
 _LINE_END = re.compile(r"\r\n|\n|\r")
 _LARGEST_INDEX = 2**40
 """Vertices that a file cannot have; the number of a larger index would not fit into an array."""
@@ -38,8 +72,8 @@ _LARGEST_INDEX = 2**40
 def read_obj(path: Path, data: bytes) -> RawMesh:
     """The parts of an OBJ file, in its own units. InputError says file and line.
 
-    The name of an object or group is all that follows on its line, `#` included: exporters number copies so
-    ("seat #2"), and a name cut there would make one part of two.
+    The name of an object or group is all that follows on its line, `#` included: exporters number
+    copies so ("seat #2"), and a name cut there would make one part of two.
     """
     reader = _Reader(path)
     for number, words in _lines(path, data):
@@ -48,7 +82,8 @@ def read_obj(path: Path, data: bytes) -> RawMesh:
 
 
 def outside_folder(reference: str) -> bool:
-    """Whether a file name inside a mesh file leads out of the folder of that file, or onto the network."""
+    """Whether a file name inside a mesh file leads out of the folder of that file, or onto the
+    network."""
     name = reference.strip().strip('"')
     if "://" in name or name.startswith(("\\\\", "//", "file:")):
         return True
@@ -104,34 +139,47 @@ class _Reader:
             x, y, z = words[:3]
             self.vertices.extend((float(x), float(y), float(z)))
         except ValueError:
-            raise self._wrong(number, f"a vertex needs three numbers (got {' '.join(words)[:60]!r})") from None
+            raise self._wrong(
+                number, f"a vertex needs three numbers (got {' '.join(words)[:60]!r})"
+            ) from None
 
     def _face(self, number: int, words: list[str]) -> None:
         have = len(self.vertices) // 3
         try:
             given = [int(word.partition("/")[0]) for word in words]
         except ValueError:
-            raise self._wrong(number, f"a face needs whole numbers (got {' '.join(words)[:60]!r})") from None
+            raise self._wrong(
+                number, f"a face needs whole numbers (got {' '.join(words)[:60]!r})"
+            ) from None
         corners = [index - 1 if index > 0 else have + index for index in given]
         if len(corners) < 3 or 0 in given or min(corners) < 0:
-            raise self._wrong(number, f"a face needs three vertices that are there (got {' '.join(words)[:60]!r})")
+            raise self._wrong(
+                number, f"a face needs three vertices that are there (got {' '.join(words)[:60]!r})"
+            )
         if max(corners) > _LARGEST_INDEX:
-            raise self._wrong(number, f"a face names vertex {str(max(corners) + 1)[:20]}, which no file can hold")
+            raise self._wrong(
+                number, f"a face names vertex {str(max(corners) + 1)[:20]}, which no file can hold"
+            )
         if len(corners) > MOST_CORNERS:
-            raise self._wrong(number, f"a face has {len(corners)} corners, at most {MOST_CORNERS} are read: "
-                              "export it as triangles")  # fmt: skip
+            raise self._wrong(
+                number,
+                f"a face has {len(corners)} corners, at most {MOST_CORNERS} are read: "
+                "export it as triangles",
+            )
         part = self._part()
         self.corners.setdefault(part, array("q")).extend(corners)
         self.counts.setdefault(part, array("q")).append(len(corners))
 
     def _name(self, key: str, name: str) -> None:
         if key == "o":
-            self.object, self.group = name, ""
+            self.object = name
+            self.group = ""
         else:
             self.group = "" if name in ("default", "off") else name
 
     def _part(self) -> str:
-        """The name of the part that faces now belong to: exporters often repeat the object's name in its groups."""
+        """The name of the part that faces now belong to: exporters often repeat the object's name
+        in its groups."""
         if self.object and self.group and not self.group.startswith(self.object):
             return f"{self.object}_{self.group}"
         return self.group or self.object
@@ -145,11 +193,19 @@ class _Reader:
         for name, flat in self.corners.items():
             corners = np.frombuffer(flat, dtype=np.int64)
             if corners.max() >= len(vertices):
-                raise InputError(f"{self.path}: part {name!r}: a face names vertex {corners.max() + 1}, "
-                                 f"and there are {len(vertices)}")  # fmt: skip
+                raise InputError(
+                    f"{self.path}: part {name!r}: a face names vertex {corners.max() + 1}, "
+                    f"and there are {len(vertices)}"
+                )
             used, corners = np.unique(corners, return_inverse=True)
             counts = np.frombuffer(self.counts[name], dtype=np.int64)
-            parts.append(RawPart(name, vertices[used], triangulated(vertices[used], corners, counts)))
-        notes = [f"{self.curves} lines of curves or points are not surfaces and are left out"] if self.curves else []
+            parts.append(
+                RawPart(name, vertices[used], triangulated(vertices[used], corners, counts))
+            )
+        notes = (
+            [f"{self.curves} lines of curves or points are not surfaces and are left out"]
+            if self.curves
+            else []
+        )
         notes += [] if whole else ["the last line has no end: the file may be cut short"]
         return RawMesh(str(self.path), "OBJ", tuple(parts), notes=tuple(notes))

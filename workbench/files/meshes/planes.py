@@ -16,7 +16,8 @@ _FLAT = 1e-9
 
 @dataclass(frozen=True)
 class Faced:
-    """Triangles with their planes: area vectors (T, 3), unit normals (T, 3), areas (T,), who is degenerate (T,)."""
+    """Triangles with their planes: area vectors (T, 3), unit normals (T, 3), areas (T,), who is
+    degenerate (T,)."""
 
     vertices: Floats
     faces: Ints
@@ -27,8 +28,14 @@ class Faced:
 
     def only(self, kept: Bools) -> Faced:
         """The same mesh with fewer faces."""
-        return Faced(self.vertices, self.faces[kept], self.vector[kept], self.normal[kept], self.area[kept],
-                     self.flat[kept])  # fmt: skip
+        return Faced(
+            self.vertices,
+            self.faces[kept],
+            self.vector[kept],
+            self.normal[kept],
+            self.area[kept],
+            self.flat[kept],
+        )
 
     def heights(self, faces: Ints, normal: Floats) -> Floats:
         """(n, 3) signed heights of the corners of `faces` along one normal for each [m]."""
@@ -56,7 +63,8 @@ def faced(vertices: Floats, faces: Ints) -> Faced:
 
 
 def _across(direction: Floats) -> Floats:
-    """(n, 3) some unit vector at right angles to each direction; z where the direction is nothing."""
+    """(n, 3) some unit vector at right angles to each direction; z where the direction is
+    nothing."""
     smallest = np.eye(3)[np.abs(direction).argmin(axis=1)]
     normal = np.cross(direction, smallest)
     length = np.linalg.norm(normal, axis=1)

@@ -1,8 +1,9 @@
 """Examine the mesh of a part: count its faults, and mend what its edges determine.
 
-Three things are mended, and each is reported: faces that lie exactly on others are left out, faces wound against their
-neighbours are turned, and closed shells that are inside out are turned. Winding is mended only where the part comes
-out closed: what stays open is a surface, whose winding decides nothing. Mending keeps the order of the faces.
+Three things are mended, and each is reported: faces that lie exactly on others are left out, faces
+wound against their neighbours are turned, and closed shells that are inside out are turned. Winding
+is mended only where the part comes out closed: what stays open is a surface, whose winding decides
+nothing. Mending keeps the order of the faces.
 """
 
 from __future__ import annotations
@@ -14,7 +15,14 @@ import numpy as np
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.planes import degenerate_faces
 from workbench.files.meshes.shells import Shells, shell_labels, sorted_shells
-from workbench.files.meshes.winding import HalfEdges, Winding, balanced, consistent_winding, half_edges, way_round
+from workbench.files.meshes.winding import (
+    HalfEdges,
+    Winding,
+    balanced,
+    consistent_winding,
+    half_edges,
+    way_round,
+)
 from workbench.model.arrays import Bools, Ints
 
 __all__ = ["Fault", "Faults", "examined"]
@@ -22,7 +30,8 @@ __all__ = ["Fault", "Faults", "examined"]
 
 @dataclass(frozen=True)
 class Fault:
-    """One kind of fault: how often it is there, what is counted, and what it means or what was done."""
+    """One kind of fault: how often it is there, what is counted, and what it means or what was
+    done."""
 
     count: int
     what: str
@@ -69,11 +78,27 @@ class Faults:
             Fault(self.duplicate, "duplicate face", " left out (exactly on others)"),
             Fault(self.open_edges, "open edge", surface),
             Fault(self.crowded_edges, "edge", " shared by more than two faces" + surface * unknown),
-            Fault(self.one_sided, "patch", " with one side only, as a Moebius strip has" + surface * unknown),
-            Fault(self.against, "face", " wound against neighbours" + (": turned" if self.closed else "")),
+            Fault(
+                self.one_sided,
+                "patch",
+                " with one side only, as a Moebius strip has" + surface * unknown,
+            ),
+            Fault(
+                self.against,
+                "face",
+                " wound against neighbours" + (": turned" if self.closed else ""),
+            ),
             Fault(self.turned, "closed shell", " inside out: turned for the inside/outside test"),
-            Fault(self.nested, "closed shell", " inside others, wound alike: solid in solid, counted once"),
-            Fault(self.crossing, "closed shell", " crossing others or themselves: what they enclose is solid"),
+            Fault(
+                self.nested,
+                "closed shell",
+                " inside others, wound alike: solid in solid, counted once",
+            ),
+            Fault(
+                self.crossing,
+                "closed shell",
+                " crossing others or themselves: what they enclose is solid",
+            ),
         ]
         return [row for row in rows if row.count]
 
@@ -95,8 +120,8 @@ class _Mesh:
 def examined(part: RawPart) -> tuple[RawPart, Faults]:
     """Count the faults of a part and mend it.
 
-    Returns the part without duplicate faces, wound consistently and with its shells outward where it is closed, and
-    what was found. Lengths in metres.
+    Returns the part without duplicate faces, wound consistently and with its shells outward where
+    it is closed, and what was found. Lengths in metres.
     """
     mesh = _measured(part.faces[_firsts(part.faces)])
     if not mesh.closed:
@@ -110,7 +135,9 @@ def examined(part: RawPart) -> tuple[RawPart, Faults]:
         against = mesh.winding.against
         sense = np.where(against[mesh.halves.face], -mesh.halves.sense, mesh.halves.sense)
         faces = _turned(faces, against)
-        shells = sorted_shells(part.vertices, faces, shell_labels(mesh.halves, mesh.winding.patch, sense))
+        shells = sorted_shells(
+            part.vertices, faces, shell_labels(mesh.halves, mesh.winding.patch, sense)
+        )
         faces = _turned(faces, shells.inward)
     found = Faults(
         faces=len(part.faces),
@@ -142,34 +169,40 @@ def _turned(faces: Ints, which: Bools) -> Ints:
 
 
 def _copies(faces: Ints) -> tuple[Ints, Ints]:
-    """(T,) the set of corners of each face, by number; and +1 or -1: which way round it is wound on them.
+    """(T,) the set of corners of each face, by number; and +1 or -1: which way round it is wound on
+    them.
 
     Faces collapsed to a line or a point are sets of their own.
     """
     corners = np.sort(faces, axis=1)
     order = np.lexsort(corners.T)
     label = np.empty(len(faces), dtype=np.int64)
-    label[order] = np.cumsum(np.append(False, (np.diff(corners[order], axis=0) != 0).any(axis=1)))[: len(faces)]
+    label[order] = np.cumsum(np.append(False, (np.diff(corners[order], axis=0) != 0).any(axis=1)))[
+        : len(faces)
+    ]
     collapsed = np.flatnonzero((np.diff(corners, axis=1) == 0).any(axis=1))
     label[collapsed] = len(faces) + np.arange(len(collapsed))
     return label, way_round(faces)
 
 
 def _firsts(faces: Ints) -> Bools:
-    """(T,) True for the first face on its three corners; a copy wound the other way is a copy too: it is the second
-    side of a sheet, which has no thickness. Faces collapsed to a line are kept."""
+    """(T,) True for the first face on its three corners; a copy wound the other way is a copy too:
+    it is the second side of a sheet, which has no thickness. Faces collapsed to a line are kept."""
     kept = np.zeros(len(faces), dtype=np.bool_)
     kept[np.unique(_copies(faces)[0], return_index=True)[1]] = True
     return kept
 
 
 def _unpaired(faces: Ints) -> Bools:
-    """(T,) as `_firsts`, but also without faces that lie on each other as often one way round as the other.
+    """(T,) as `_firsts`, but also without faces that lie on each other as often one way round as
+    the other.
 
     Such a pair is the wall between two shells that touch: without it they are one closed shell.
     """
     label, sense = _copies(faces)
     kept = _firsts(faces)
     sets, inverse = np.unique(label, return_inverse=True)
-    unpaired: Bools = kept & (np.bincount(inverse.reshape(-1), sense, len(sets)) != 0)[inverse.reshape(-1)]
+    unpaired: Bools = (
+        kept & (np.bincount(inverse.reshape(-1), sense, len(sets)) != 0)[inverse.reshape(-1)]
+    )
     return unpaired

@@ -1,7 +1,7 @@
 """Any mesh file as named parts in metres, x forward, y left, z up.
 
-What the file holds is checked before anything is built from it: its size on disk against the memory at hand, the
-files it refers to, its numbers, its unit, its extent.
+What the file holds is checked before anything is built from it: its size on disk against the memory
+at hand, the files it refers to, its numbers, its unit, its extent.
 """
 
 from __future__ import annotations
@@ -28,35 +28,65 @@ from workbench.files.opening import opened
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
-__all__ = ["FORMATS", "LARGEST", "SMALLEST", "axes", "extent", "implausible", "read_mesh", "stated_axes", "to_world"]
+__all__ = [
+    "FORMATS",
+    "LARGEST",
+    "SMALLEST",
+    "axes",
+    "extent",
+    "implausible",
+    "read_mesh",
+    "stated_axes",
+    "to_world",
+]
 
-SMALLEST, LARGEST = 0.3, 60.0
+SMALLEST = 0.3
+LARGEST = 60.0
 """Extents [m] between which a cockpit, a room or a vehicle lies."""
 _FARTHEST = 1e9
 _Reader = Callable[[Path, bytes], RawMesh]
 FORMATS: dict[str, tuple[_Reader, float]] = {
-    ".obj": (read_obj, 28), ".stl": (read_stl, 23), ".ply": (read_ply, 60), ".off": (read_off, 60),
-    ".glb": (read_glb, 65), ".gltf": (read_gltf, 65), ".dae": (read_dae, 40), ".3mf": (read_threemf, 240),
-    ".step": (read_step, 60), ".stp": (read_step, 60),
-}  # fmt: skip
-"""Reader of each ending, and how many bytes of memory a byte of the file takes at most until it is an environment
-(measured on meshes of a million faces, about 1.1 kB a face)."""
-_DIRECTIONS = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1), "-x": (-1, 0, 0), "-y": (0, -1, 0), "-z": (0, 0, -1)}
+    ".obj": (read_obj, 28),
+    ".stl": (read_stl, 23),
+    ".ply": (read_ply, 60),
+    ".off": (read_off, 60),
+    ".glb": (read_glb, 65),
+    ".gltf": (read_gltf, 65),
+    ".dae": (read_dae, 40),
+    ".3mf": (read_threemf, 240),
+    ".step": (read_step, 60),
+    ".stp": (read_step, 60),
+}
+"""Reader of each ending, and how many bytes of memory a byte of the file takes at most until it is
+an environment (measured on meshes of a million faces, about 1.1 kB a face)."""
+_DIRECTIONS = {
+    "x": (1, 0, 0),
+    "y": (0, 1, 0),
+    "z": (0, 0, 1),
+    "-x": (-1, 0, 0),
+    "-y": (0, -1, 0),
+    "-z": (0, 0, -1),
+}
 
 
 def read_mesh(path: str | Path) -> RawMesh:
     """Read a mesh file into named parts, in the file's own unit and axes.
 
-    Corners of equal position are one vertex, names are unique, every number is finite. InputError, one line, where the
-    file is missing, empty, broken, cut short, of an unknown kind, too large for the memory at hand, refers to files
-    outside its folder, or holds no surface; MissingPartError where its kind needs a library that is not installed.
+    Corners of equal position are one vertex, names are unique, every number is finite. InputError,
+    one line, where the file is missing, empty, broken, cut short, of an unknown kind, too large for
+    the memory at hand, refers to files outside its folder, or holds no surface; MissingPartError
+    where its kind needs a library that is not installed.
     """
     source = Path(path)
     if source.suffix.lower() not in FORMATS:
-        raise InputError(f"{source}: {source.suffix or 'no ending'} is not a mesh format; {one_of('', FORMATS)}")
+        raise InputError(
+            f"{source}: {source.suffix or 'no ending'} is not a mesh format; {one_of('', FORMATS)}"
+        )
     reader, factor = FORMATS[source.suffix.lower()]
     data = _bytes(source, factor)
-    with np.errstate(all="ignore"):  # what is not finite is reported below, with the name of its part
+    with np.errstate(
+        all="ignore"
+    ):  # what is not finite is reported below, with the name of its part
         raw = reader(source, data)
     if not raw.parts or not any(len(part.faces) for part in raw.parts):
         raise InputError(f"{source}: holds no surface (no faces)")
@@ -65,9 +95,14 @@ def read_mesh(path: str | Path) -> RawMesh:
         if not np.all(np.isfinite(part.vertices)):
             raise InputError(f"{source}: part {name!r}: has vertices that are not finite numbers")
         if np.any(np.abs(part.vertices) > _FARTHEST):
-            raise InputError(f"{source}: part {name!r}: has vertices farther than {_FARTHEST:g} units: damaged?")
-    parts = tuple(RawPart(name, *welded(p.vertices, p.faces)) for name, p in zip(names, raw.parts, strict=True)
-                  if len(p.faces))  # fmt: skip
+            raise InputError(
+                f"{source}: part {name!r}: has vertices farther than {_FARTHEST:g} units: damaged?"
+            )
+    parts = tuple(
+        RawPart(name, *welded(p.vertices, p.faces))
+        for name, p in zip(names, raw.parts, strict=True)
+        if len(p.faces)
+    )
     empty = [name for name, part in zip(names, raw.parts, strict=True) if not len(part.faces)]
     notes = raw.notes + tuple(f"part {name!r} holds no faces and is left out" for name in empty)
     return replace(raw, parts=parts, notes=notes)
@@ -76,7 +111,8 @@ def read_mesh(path: str | Path) -> RawMesh:
 def _bytes(source: Path, factor: float) -> bytes:
     with opened(source, "a mesh file") as file:
         size = os.fstat(file.fileno()).st_size
-        need, have = size * factor, free_memory()
+        need = size * factor
+        have = free_memory()
         if have is not None and need > have:
             raise InputError(
                 f"{source}: {size / 2**20:.0f} MiB need up to {need / 2**30:.1f} GiB of memory to read, "
@@ -91,22 +127,25 @@ def _bytes(source: Path, factor: float) -> bytes:
 def axes(up: str, forward: str) -> Floats:
     """(3, 3) rotation from the file's axes to x forward, y left, z up: `world = axes(...) @ file`.
 
-    up, forward: x, y, z, -x, -y or -z of the file. Always right-handed, so it cannot mirror. UsageError where a
-    direction is unknown or the two are not at right angles.
+    up, forward: x, y, z, -x, -y or -z of the file. Always right-handed, so it cannot mirror.
+    UsageError where a direction is unknown or the two are not at right angles.
     """
     for name, given in (("up", up), ("forward", forward)):
         if given not in _DIRECTIONS:
             raise UsageError(f"{name}: {given!r} is not an axis; {one_of(given, _DIRECTIONS)}")
     if up[-1] == forward[-1]:
         raise UsageError(f"forward ({forward}) must be at right angles to up ({up})")
-    x, z = np.array(_DIRECTIONS[forward], dtype=np.float64), np.array(_DIRECTIONS[up], dtype=np.float64)
+    x = np.array(_DIRECTIONS[forward], dtype=np.float64)
+    z = np.array(_DIRECTIONS[up], dtype=np.float64)
     return np.array([x, np.cross(z, x), z])
 
 
 def stated_axes(raw: RawMesh, up: str | None, forward: str | None) -> Floats:
-    """(3, 3) rotation as `axes`, from the axes given or, where None, those the file or its format says.
+    """(3, 3) rotation as `axes`, from the axes given or, where None, those the file or its format
+    says.
 
-    glTF says both (y and z), COLLADA says up. InputError where nobody says one, or the two are not at right angles.
+    glTF says both (y and z), COLLADA says up. InputError where nobody says one, or the two are not
+    at right angles.
     """
     for name, given, told in (("up", up, raw.up), ("forward", forward, raw.forward)):
         if given is None and told is None:
@@ -119,10 +158,15 @@ def stated_axes(raw: RawMesh, up: str | None, forward: str | None) -> Floats:
         raise InputError(f"{raw.file}: {error}") from None
 
 
-def to_world(raw: RawMesh, rotation: Floats, *, metres: float, move: Floats | None = None) -> tuple[RawPart, ...]:
-    """The parts turned by `rotation` (3, 3) after the unit `metres` is applied, then moved by `move` (3,) [m]."""
+def to_world(
+    raw: RawMesh, rotation: Floats, *, metres: float, move: Floats | None = None
+) -> tuple[RawPart, ...]:
+    """The parts turned by `rotation` (3, 3) after the unit `metres` is applied, then moved by
+    `move` (3,) [m]."""
     shift = np.zeros(3) if move is None else move
-    return tuple(RawPart(p.name, p.vertices * metres @ rotation.T + shift, p.faces) for p in raw.parts)
+    return tuple(
+        RawPart(p.name, p.vertices * metres @ rotation.T + shift, p.faces) for p in raw.parts
+    )
 
 
 def extent(parts: tuple[RawPart, ...]) -> Floats:
@@ -133,7 +177,8 @@ def extent(parts: tuple[RawPart, ...]) -> Floats:
 
 
 def implausible(largest: float, metres: float | None, *, smallest: float = SMALLEST) -> str | None:
-    """What to say about a mesh whose largest extent is `largest` file units of `metres` each; None where it is fine.
+    """What to say about a mesh whose largest extent is `largest` file units of `metres` each; None
+    where it is fine.
 
     metres None: no unit is known, which is said too.
     """
@@ -143,5 +188,7 @@ def implausible(largest: float, metres: float | None, *, smallest: float = SMALL
     shown = "its largest extent would be " + ", ".join(sizes)
     if metres is None:
         return f"the file does not say its unit of length; {shown}: state the unit (length: {', '.join(metres_in)})"
-    return (f"is {largest * metres:.3g} m large, and {smallest:g} to {LARGEST:g} m is plausible; {shown}: "
-            "state the right unit of length")  # fmt: skip
+    return (
+        f"is {largest * metres:.3g} m large, and {smallest:g} to {LARGEST:g} m is plausible; {shown}: "
+        "state the right unit of length"
+    )

@@ -1,7 +1,9 @@
-"""Meshes of trimesh as parts: what a program has loaded, made or mended with that library becomes an environment.
+"""Meshes of trimesh as parts: what a program has loaded, made or mended with that library becomes
+an environment.
 
-trimesh opens many kinds of files and makes shapes. It is asked for nothing else here: files of the formats that the
-workbench names are read by its own readers, which keep names and concave faces (see docs/design.md).
+trimesh opens many kinds of files and makes shapes. It is asked for nothing else here: files of the
+formats that the workbench names are read by its own readers, which keep names and concave faces
+(see docs/design.md).
 """
 
 from __future__ import annotations
@@ -27,15 +29,16 @@ def mesh_of_scene(scene: trimesh.Scene | trimesh.Trimesh, name: str) -> RawMesh:
     Parameters
     ----------
     scene
-        A scene, in which each node with a surface is a part named after the node's geometry, or one mesh. Points and
-        lines are not surfaces; they are counted in the notes.
+        A scene, in which each node with a surface is a part named after the node's geometry, or one
+        mesh. Points and lines are not surfaces; they are counted in the notes.
     name
         Name of the whole, and of parts without one.
 
     Returns
     -------
     RawMesh
-        Parts in the units and axes of the scene. `metres` is set where the scene states a unit that is known.
+        Parts in the units and axes of the scene. `metres` is set where the scene states a unit that
+        is known.
 
     Raises
     ------
@@ -51,7 +54,9 @@ def mesh_of_scene(scene: trimesh.Scene | trimesh.Trimesh, name: str) -> RawMesh:
         alone.add_geometry(scene, geom_name=name)
         scene = alone
     if not isinstance(scene, trimesh.Scene):
-        raise UsageError(f"expected a path, a trimesh.Scene or a trimesh.Trimesh, got {type(scene).__name__}")
+        raise UsageError(
+            f"expected a path, a trimesh.Scene or a trimesh.Trimesh, got {type(scene).__name__}"
+        )
     found: list[tuple[str, RawPart]] = []
     others = 0
     for node in scene.graph.nodes_geometry:
@@ -62,7 +67,9 @@ def mesh_of_scene(scene: trimesh.Scene | trimesh.Trimesh, name: str) -> RawMesh:
             continue
         vertices = np.asarray(geometry.vertices, dtype=np.float64)
         if not np.all(np.isfinite(vertices)):
-            raise InputError(f"{name}: part {geometry_name!r}: has vertices that are not finite numbers")
+            raise InputError(
+                f"{name}: part {geometry_name!r}: has vertices that are not finite numbers"
+            )
         world = vertices @ world_from_node[:3, :3].T + world_from_node[:3, 3]
         faces = np.asarray(geometry.faces, dtype=np.int64)
         mirrored = np.linalg.det(world_from_node[:3, :3]) < 0
@@ -72,6 +79,10 @@ def mesh_of_scene(scene: trimesh.Scene | trimesh.Trimesh, name: str) -> RawMesh:
     if not found:
         raise InputError(f"{name}: holds no surface (no faces)")
     names = unique_names((given for given, _ in found), name)
-    parts = tuple(RawPart(own, part.vertices, part.faces) for own, (_, part) in zip(names, found, strict=True))
-    notes = (f"{others} sets of points or lines are not surfaces and are left out",) if others else ()
+    parts = tuple(
+        RawPart(own, part.vertices, part.faces) for own, (_, part) in zip(names, found, strict=True)
+    )
+    notes = (
+        (f"{others} sets of points or lines are not surfaces and are left out",) if others else ()
+    )
     return RawMesh(name, "trimesh", parts, metres_in.get(scene.units or ""), notes=notes)

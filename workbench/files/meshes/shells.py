@@ -1,17 +1,19 @@
 """Turn the closed shells of a part outward, and find those that lie inside others or cross.
 
-Places spread over every shell look along one fixed direction that is parallel to nothing in particular. The signed
-crossings with a shell add up to the winding number of that shell about the place [1]_. They say
+Places spread over every shell look along one fixed direction that is parallel to nothing in
+particular. The signed crossings with a shell add up to the winding number of that shell about the
+place [1]_. They say
 
 1. which shells a shell lies in: the smallest of these is its parent;
 2. whether it lies partly in another one, or partly in itself: then it crosses.
 
-A shell in none is turned so that its volume is positive. A shell wound opposite to its parent is a cavity of it, or a
-solid in its cavity; one wound like a solid parent is a solid within the solid, and what they enclose counts once.
+A shell in none is turned so that its volume is positive. A shell wound opposite to its parent is a
+cavity of it, or a solid in its cavity; one wound like a solid parent is a solid within the solid,
+and what they enclose counts once.
 
 References
-----------
-.. [1] A. Jacobson, L. Kavan, O. Sorkine-Hornung (2013), Robust inside-outside segmentation using generalized winding
+---------- .. [1] A. Jacobson, L. Kavan, O. Sorkine-Hornung (2013), Robust inside-outside
+segmentation using generalized winding
    numbers, ACM Transactions on Graphics 32(4), 33.
 """
 
@@ -37,12 +39,13 @@ _LEAST_PLACES = 4
 _COLUMNS = 64
 """Strips into which places are sorted for the search of the faces above them."""
 _NEAR = 1e-9
-"""A crossing nearer to the place or to an edge than this share of the part's size is in doubt: the place is left
-out."""
+"""A crossing nearer to the place or to an edge than this share of the part's size is in doubt: the
+place is left out."""
 _ALONG = np.array([0.5377, 0.3183, 0.7807]) / np.linalg.norm([0.5377, 0.3183, 0.7807])
 """The direction looked along."""
 _SHALLOW = 1e-3
-"""Shells that cross no deeper than this [m] do not count as crossing: rounding and faces glued together do that."""
+"""Shells that cross no deeper than this [m] do not count as crossing: rounding and faces glued
+together do that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +81,8 @@ class _Hits:
     place: Ints
     face: Ints
     sign: Ints
-    """+1 where the line leaves through the face, -1 where it enters, 0 where the crossing is in doubt."""
+    """+1 where the line leaves through the face, -1 where it enters, 0 where the crossing is in
+    doubt."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,13 +109,16 @@ class _Containment:
     partly: Bools
     """True where some places lie in it, and some outside, by more than `_SHALLOW`."""
     itself: Bools
-    """(M,) shells that lie partly in themselves: near them their winding number is not only 0 and 1."""
+    """(M,) shells that lie partly in themselves: near them their winding number is not only 0 and
+    1."""
 
 
 def shell_labels(halves: HalfEdges, patch: Ints, sense: Ints) -> Ints:
-    """(T,) the shell of each face: patches, joined where one alone is not closed at an edge of more than two faces.
+    """(T,) the shell of each face: patches, joined where one alone is not closed at an edge of more
+    than two faces.
 
-    patch (T,): connected through edges of two faces; sense (H,): of the half-edges after consistent winding.
+    patch (T,): connected through edges of two faces; sense (H,): of the half-edges after consistent
+    winding.
     """
     crowded = np.flatnonzero(halves.uses[halves.edge] > 2)
     patches = int(patch.max(initial=-1)) + 1
@@ -119,7 +126,9 @@ def shell_labels(halves: HalfEdges, patch: Ints, sense: Ints) -> Ints:
     pair, inverse = np.unique(key, return_inverse=True)
     open_pair = pair[np.bincount(inverse.reshape(-1), sense[crowded], len(pair)) != 0]
     edges, node = np.unique(open_pair % max(len(halves.uses), 1), return_inverse=True)
-    joined = component_labels(open_pair // max(len(halves.uses), 1), patches + node.reshape(-1), patches + len(edges))
+    joined = component_labels(
+        open_pair // max(len(halves.uses), 1), patches + node.reshape(-1), patches + len(edges)
+    )
     return np.unique(joined[patch], return_inverse=True)[1].reshape(-1).astype(np.int64)
 
 
@@ -135,7 +144,9 @@ def sorted_shells(vertices: Floats, faces: Ints, shell: Ints) -> Shells:
     """
     count = int(shell.max(initial=-1)) + 1
     corner = vertices[faces] - vertices[faces].reshape(-1, 3).mean(axis=0)
-    volume = np.bincount(shell, np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6, count)
+    volume = np.bincount(
+        shell, np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6, count
+    )
     sign = np.where(volume < 0, -1, 1)
     if count == 1 and _convex(corner):
         turned = bool(volume[0] < 0)
@@ -149,23 +160,34 @@ def sorted_shells(vertices: Floats, faces: Ints, shell: Ints) -> Shells:
     crossing[found.inner[found.partly]] = True
     crossing[found.outer[found.partly]] = True
     nested = (parent >= 0) & (final > 0) & (final[parent] > 0) & ~crossing
-    return Shells(wrong[shell], int(wrong.sum()), int((final < 0).sum()), int(nested.sum()), int(crossing.sum()))
+    return Shells(
+        wrong[shell],
+        int(wrong.sum()),
+        int((final < 0).sum()),
+        int(nested.sum()),
+        int(crossing.sum()),
+    )
 
 
 def _parents(found: _Containment, size: Floats) -> Ints:
-    """(M,) the smallest of the larger shells that hold most of a shell, -1 for none; size (M,): of the volumes."""
+    """(M,) the smallest of the larger shells that hold most of a shell, -1 for none; size (M,): of
+    the volumes."""
     rank = np.empty(len(size), dtype=np.int64)
     rank[np.argsort(-size, kind="stable")] = np.arange(len(size))
     holds = (found.share > 0.5) & (rank[found.outer] < rank[found.inner])
-    inner, outer = found.inner[holds], found.outer[holds]
+    inner = found.inner[holds]
+    outer = found.outer[holds]
     order = np.lexsort((rank[outer], inner))
     parent = np.full(len(size), -1)
-    parent[inner[order]] = outer[order]  # the last one stays: of a repeated index numpy keeps the last value
+    parent[inner[order]] = outer[
+        order
+    ]  # the last one stays: of a repeated index numpy keeps the last value
     return parent
 
 
 def _final_signs(parent: Ints, sign: Ints, size: Floats) -> Ints:
-    """(M,) +1 for shells that bound a solid from outside, -1 for those that bound a cavity; sign (M,): as wound."""
+    """(M,) +1 for shells that bound a solid from outside, -1 for those that bound a cavity; sign
+    (M,): as wound."""
     final = np.ones(len(sign), dtype=np.int64)
     for one in np.argsort(-size, kind="stable"):  # a parent comes before what it holds
         if parent[one] >= 0 and sign[one] != sign[parent[one]]:
@@ -174,12 +196,14 @@ def _final_signs(parent: Ints, sign: Ints, size: Floats) -> Ints:
 
 
 def _convex(corner: Floats) -> bool:
-    """True where no corner of few faces lies on the outer side of any: such a shell cannot cross itself."""
+    """True where no corner of few faces lies on the outer side of any: such a shell cannot cross
+    itself."""
     if len(corner) > _FEW:
         return False
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     height = (
-        np.einsum("tc,nc->tn", normal, corner.reshape(-1, 3)) - np.einsum("tc,tc->t", normal, corner[:, 0])[:, None]
+        np.einsum("tc,nc->tn", normal, corner.reshape(-1, 3))
+        - np.einsum("tc,tc->t", normal, corner[:, 0])[:, None]
     )
     slack = _NEAR * np.linalg.norm(normal, axis=1) * np.ptp(corner.reshape(-1, 3), axis=0).max()
     return bool((height <= slack[:, None]).all() or (height >= -slack[:, None]).all())
@@ -211,7 +235,8 @@ def _spread(corner: Floats, shell: Ints) -> _Places:
 
 
 def _plastic(count: int) -> tuple[Floats, Floats]:
-    """Barycentric coordinates spread evenly over a triangle (Roberts's R2 sequence, folded), the centroid first."""
+    """Barycentric coordinates spread evenly over a triangle (Roberts's R2 sequence, folded), the
+    centroid first."""
     n = np.arange(count)
     u = (1.0 / 3.0 + n * 0.7548776662466927) % 1.0
     v = (1.0 / 3.0 + n * 0.5698402909980532) % 1.0
@@ -220,7 +245,8 @@ def _plastic(count: int) -> tuple[Floats, Floats]:
 
 
 def _containment(corner: Floats, shell: Ints, places: _Places, sign: Ints) -> _Containment:
-    """Which shells lie in which, and in themselves; corner (T, 3, 3) as seen, sign (M,) of the shells' volumes."""
+    """Which shells lie in which, and in themselves; corner (T, 3, 3) as seen, sign (M,) of the
+    shells' volumes."""
     count = len(sign)
     own = shell[places.face]
     edge = corner[places.face]
@@ -233,7 +259,9 @@ def _containment(corner: Floats, shell: Ints, places: _Places, sign: Ints) -> _C
     sure = there.sure
     in_other = own[there.place] != there.shell
     pair, index, many = np.unique(
-        own[there.place[in_other]] * count + there.shell[in_other], return_inverse=True, return_counts=True
+        own[there.place[in_other]] * count + there.shell[in_other],
+        return_inverse=True,
+        return_counts=True,
     )
     deep = np.bincount(index.reshape(-1), np.isin(there.key, outward.key)[in_other], len(pair))
     near = np.setdiff1d(inward.key[sure[inward.place]], there.key)
@@ -246,11 +274,14 @@ def _containment(corner: Floats, shell: Ints, places: _Places, sign: Ints) -> _C
         mine = turns.shell[own[turns.place] == turns.shell]
         number = turns.number[own[turns.place] == turns.shell]
         itself[mine[number * sign[mine] != 1]] = True
-    return _Containment(pair // count, pair % count, many / looked, (deep > 0) & (touched < looked), itself)
+    return _Containment(
+        pair // count, pair % count, many / looked, (deep > 0) & (touched < looked), itself
+    )
 
 
 def _turns(corner: Floats, shell: Ints, places: _Places) -> _Turns:
-    """The winding numbers of shells about places that are not zero; the face that a place lies on is left out."""
+    """The winding numbers of shells about places that are not zero; the face that a place lies on
+    is left out."""
     count = int(shell.max()) + 1
     hits = _hits(corner, places)
     sure = np.ones(len(places.face), dtype=np.bool_)
@@ -265,12 +296,16 @@ def _turns(corner: Floats, shell: Ints, places: _Places) -> _Turns:
 def _hits(corner: Floats, places: _Places) -> _Hits:
     """Crossings of the lines from the places along +z with all faces but their own.
 
-    Places are sorted by strips of x, and by y within a strip; the places under a face are then runs in its strips.
+    Places are sorted by strips of x, and by y within a strip; the places under a face are then runs
+    in its strips.
     """
-    x, y = places.point[:, 0], places.point[:, 1]
-    left, right = x.min(), x.max()
+    x = places.point[:, 0]
+    y = places.point[:, 1]
+    left = x.min()
+    right = x.max()
     width = max((right - left) / _COLUMNS, 1e-300)
-    low, high = corner.min(axis=1), corner.max(axis=1)
+    low = corner.min(axis=1)
+    high = corner.max(axis=1)
     tall = 2.0 * float(max(high[:, 1].max() - low[:, 1].min(), 1e-300))
     base = low[:, 1].min()
 
@@ -280,7 +315,8 @@ def _hits(corner: Floats, places: _Places) -> _Hits:
 
     key = column(x) * tall + (y - base)
     order = np.argsort(key, kind="stable")
-    begin, end = column(low[:, 0]), column(high[:, 0])
+    begin = column(low[:, 0])
+    end = column(high[:, 0])
     strips = end - begin + 1
     face = np.repeat(np.arange(len(corner)), strips)
     strip = begin[face] + np.arange(len(face)) - np.repeat(np.cumsum(strips) - strips, strips)
@@ -288,8 +324,14 @@ def _hits(corner: Floats, places: _Places) -> _Hits:
     last = np.searchsorted(key[order], strip * tall + (high[face, 1] - base), side="right")
     many = last - first
     face = np.repeat(face, many)
-    place = order[np.repeat(first, many) + np.arange(len(face)) - np.repeat(np.cumsum(many) - many, many)]
-    box = (x[place] >= low[face, 0]) & (x[place] <= high[face, 0]) & (places.point[place, 2] <= high[face, 2])
+    place = order[
+        np.repeat(first, many) + np.arange(len(face)) - np.repeat(np.cumsum(many) - many, many)
+    ]
+    box = (
+        (x[place] >= low[face, 0])
+        & (x[place] <= high[face, 0])
+        & (places.point[place, 2] <= high[face, 2])
+    )
     some = box & (face != places.face[place])
     return _crossed(corner, places.point, place[some], face[some])
 
@@ -302,7 +344,10 @@ def _crossed(corner: Floats, point: Floats, place: Ints, face: Ints) -> _Hits:
     reach = np.stack([_far(a, b), _far(b, c), _far(c, a)])
     near = _NEAR * size * reach
     out = (side > near).any(axis=0) & (side < -near).any(axis=0)
-    place, face, side, near = place[~out], face[~out], side[:, ~out], near[:, ~out]
+    place = place[~out]
+    face = face[~out]
+    side = side[:, ~out]
+    near = near[:, ~out]
     area = side.sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
         height = (side[0] * c[~out, 2] + side[1] * a[~out, 2] + side[2] * b[~out, 2]) / area

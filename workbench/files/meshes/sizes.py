@@ -1,13 +1,15 @@
-"""Compare the sizes of named parts with those of the things they are named after, and say which unit would fit.
+"""Compare the sizes of named parts with those of the things they are named after, and say which
+unit would fit.
 
-A name is cut into words (at capitals, digits and signs), and words that say where or whose a part is are left out. What
-is left names a thing by its last words: `Front_Wheel_Left` is a wheel, `left_door_handle` a handle. A name that only
-begins with a thing (`seat_rails`, `wheel_arch`) is a piece of it and at most as large. A name with a plural may mean
-several things in one part, and is at least as large as one. The name of a file tells what the whole of it is.
+A name is cut into words (at capitals, digits and signs), and words that say where or whose a part
+is are left out. What is left names a thing by its last words: `Front_Wheel_Left` is a wheel,
+`left_door_handle` a handle. A name that only begins with a thing (`seat_rails`, `wheel_arch`) is a
+piece of it and at most as large. A name with a plural may mean several things in one part, and is
+at least as large as one. The name of a file tells what the whole of it is.
 
-The ranges are this project's assumptions, wide on purpose: of what is built for people, from children's and model
-sizes of real use up to buses, airliners and tractors. They are there to tell centimetres from inches and metres, not
-to judge a design.
+The ranges are this project's assumptions, wide on purpose: of what is built for people, from
+children's and model sizes of real use up to buses, airliners and tractors. They are there to tell
+centimetres from inches and metres, not to judge a design.
 """
 
 from __future__ import annotations
@@ -27,60 +29,174 @@ __all__ = ["THINGS", "doubtful_sizes", "person_size"]
 
 @dataclass(frozen=True)
 class Thing:
-    """A thing of a known size: least and greatest [m] of its largest extent, or of the middle one of three."""
+    """A thing of a known size: least and greatest [m] of its largest extent, or of the middle one
+    of three."""
 
     least: float
     greatest: float
     middle: bool = False
-    """Measured by the middle extent: of a wheel the diameter, also where two of them on an axle are one part."""
+    """Measured by the middle extent: of a wheel the diameter, also where two of them on an axle are
+    one part."""
 
 
 _ADULT = Thing(0.8, 2.5)
 _CHILD = Thing(0.4, 1.95)
 _WHEEL = Thing(0.1, 1.7, middle=True)
 THINGS: dict[tuple[str, ...], Thing] = {
-    # people: crouching or seated 0.8 m, arms raised or held out 2.5 m; children from newborn ones of 0.5 m
-    ("human",): _ADULT, ("person",): _ADULT, ("man",): _ADULT, ("woman",): _ADULT, ("adult",): _ADULT,
-    ("male",): _ADULT, ("female",): _ADULT, ("mannequin",): _ADULT, ("manikin",): _ADULT, ("pilot",): _ADULT,
-    ("occupant",): _ADULT, ("child",): _CHILD, ("boy",): _CHILD, ("girl",): _CHILD, ("baby",): _CHILD,
+    # people: crouching or seated 0.8 m, arms raised or held out 2.5 m; children from newborn ones
+    # of 0.5 m
+    ("human",): _ADULT,
+    ("person",): _ADULT,
+    ("man",): _ADULT,
+    ("woman",): _ADULT,
+    ("adult",): _ADULT,
+    ("male",): _ADULT,
+    ("female",): _ADULT,
+    ("mannequin",): _ADULT,
+    ("manikin",): _ADULT,
+    ("pilot",): _ADULT,
+    ("occupant",): _ADULT,
+    ("child",): _CHILD,
+    ("boy",): _CHILD,
+    ("girl",): _CHILD,
+    ("baby",): _CHILD,
     # wheels: trolleys 0.1 m, cars 0.55 to 0.8 m, lorries 1.1 m, tractors up to 1.6 m
-    ("wheel",): _WHEEL, ("tyre",): _WHEEL, ("tire",): _WHEEL,
+    ("wheel",): _WHEEL,
+    ("tyre",): _WHEEL,
+    ("tire",): _WHEEL,
     # what is sat on: child seats 0.3 m, a seat with its headrest up to 1.4 m
-    ("seat",): Thing(0.25, 1.45), ("seat", "pan"): Thing(0.2, 0.9), ("seat", "back"): Thing(0.2, 1.2),
-    ("seat", "cushion"): Thing(0.2, 0.9), ("headrest",): Thing(0.08, 0.7), ("armrest",): Thing(0.08, 0.9),
-    ("chair",): Thing(0.3, 1.7), ("bench",): Thing(0.3, 6.0),
+    ("seat",): Thing(0.25, 1.45),
+    ("seat", "pan"): Thing(0.2, 0.9),
+    ("seat", "back"): Thing(0.2, 1.2),
+    ("seat", "cushion"): Thing(0.2, 0.9),
+    ("headrest",): Thing(0.08, 0.7),
+    ("armrest",): Thing(0.08, 0.9),
+    ("chair",): Thing(0.3, 1.7),
+    ("bench",): Thing(0.3, 6.0),
     # what is held, pushed and turned: a steering wheel 0.25 m (racing) to 0.55 m (bus)
-    ("steering", "wheel"): Thing(0.2, 0.65), ("handwheel",): Thing(0.04, 1.0), ("pedal",): Thing(0.04, 0.5),
-    ("lever",): Thing(0.03, 1.2), ("joystick",): Thing(0.05, 0.8), ("handle",): Thing(0.03, 1.0),
-    ("knob",): Thing(0.005, 0.2), ("button",): Thing(0.003, 0.2), ("switch",): Thing(0.005, 0.3),
-    ("handlebar",): Thing(0.25, 1.2), ("handrail",): Thing(0.2, 12.0),
+    ("steering", "wheel"): Thing(0.2, 0.65),
+    ("handwheel",): Thing(0.04, 1.0),
+    ("pedal",): Thing(0.04, 0.5),
+    ("lever",): Thing(0.03, 1.2),
+    ("joystick",): Thing(0.05, 0.8),
+    ("handle",): Thing(0.03, 1.0),
+    ("knob",): Thing(0.005, 0.2),
+    ("button",): Thing(0.003, 0.2),
+    ("switch",): Thing(0.005, 0.3),
+    ("handlebar",): Thing(0.25, 1.2),
+    ("handrail",): Thing(0.2, 12.0),
     ("console",): Thing(0.1, 4.0),
     # what is looked through and at
-    ("mirror",): Thing(0.05, 1.2), ("windscreen",): Thing(0.35, 3.2), ("windshield",): Thing(0.35, 3.2),
-    ("canopy",): Thing(0.6, 6.0), ("dashboard",): Thing(0.4, 2.7), ("instrument", "panel"): Thing(0.2, 2.7),
+    ("mirror",): Thing(0.05, 1.2),
+    ("windscreen",): Thing(0.35, 3.2),
+    ("windshield",): Thing(0.35, 3.2),
+    ("canopy",): Thing(0.6, 6.0),
+    ("dashboard",): Thing(0.4, 2.7),
+    ("instrument", "panel"): Thing(0.2, 2.7),
     # what is walked through: a car's door from 0.7 m, an aircraft's or a hall's to 4 m
-    ("door",): Thing(0.35, 4.0), ("hatch",): Thing(0.3, 3.0), ("interior",): Thing(0.8, 7.0),
-    ("cockpit",): Thing(0.8, 7.0), ("cabin",): Thing(0.8, 40.0),
+    ("door",): Thing(0.35, 4.0),
+    ("hatch",): Thing(0.3, 3.0),
+    ("interior",): Thing(0.8, 7.0),
+    ("cockpit",): Thing(0.8, 7.0),
+    ("cabin",): Thing(0.8, 40.0),
     # whole vehicles, and the front of a car by itself
-    ("car",): Thing(1.8, 7.0), ("suv",): Thing(3.0, 7.0), ("van",): Thing(3.0, 9.0), ("truck",): Thing(3.5, 26.0),
-    ("lorry",): Thing(3.5, 26.0), ("bus",): Thing(4.5, 26.0), ("tractor",): Thing(2.0, 9.0),
-    ("motorcycle",): Thing(1.2, 3.2), ("motorbike",): Thing(1.2, 3.2), ("bicycle",): Thing(0.9, 2.6),
-    ("wheelchair",): Thing(0.6, 1.8), ("helicopter",): Thing(5.0, 45.0), ("forklift",): Thing(1.8, 7.0),
-}  # fmt: skip
+    ("car",): Thing(1.8, 7.0),
+    ("suv",): Thing(3.0, 7.0),
+    ("van",): Thing(3.0, 9.0),
+    ("truck",): Thing(3.5, 26.0),
+    ("lorry",): Thing(3.5, 26.0),
+    ("bus",): Thing(4.5, 26.0),
+    ("tractor",): Thing(2.0, 9.0),
+    ("motorcycle",): Thing(1.2, 3.2),
+    ("motorbike",): Thing(1.2, 3.2),
+    ("bicycle",): Thing(0.9, 2.6),
+    ("wheelchair",): Thing(0.6, 1.8),
+    ("helicopter",): Thing(5.0, 45.0),
+    ("forklift",): Thing(1.8, 7.0),
+}
 """Plausible sizes of things by the words that name them, in lower case."""
 
-_PLACES = frozenset([
-    "left", "right", "front", "rear", "fore", "aft", "upper", "lower", "inner", "outer", "inside", "outside", "centre",
-    "center", "middle", "main", "near", "far", "driver", "passenger", "gas", "brake", "clutch", "fl", "fr", "rl", "rr",
-    "lf", "rf", "lr", "lh", "rh", "l", "r", "f", "geom", "geometry", "mesh", "object", "group", "part", "node", "shape",
-    "default",
-])  # fmt: skip
+_PLACES = frozenset(
+    [
+        "left",
+        "right",
+        "front",
+        "rear",
+        "fore",
+        "aft",
+        "upper",
+        "lower",
+        "inner",
+        "outer",
+        "inside",
+        "outside",
+        "centre",
+        "center",
+        "middle",
+        "main",
+        "near",
+        "far",
+        "driver",
+        "passenger",
+        "gas",
+        "brake",
+        "clutch",
+        "fl",
+        "fr",
+        "rl",
+        "rr",
+        "lf",
+        "rf",
+        "lr",
+        "lh",
+        "rh",
+        "l",
+        "r",
+        "f",
+        "geom",
+        "geometry",
+        "mesh",
+        "object",
+        "group",
+        "part",
+        "node",
+        "shape",
+        "default",
+    ]
+)
 """Words that say where a part is or what it works, and those that programs add."""
-_WHOLES = frozenset([
-    "car", "suv", "van", "truck", "lorry", "bus", "tractor", "motorcycle", "motorbike", "bicycle", "wheelchair",
-    "helicopter", "forklift", "human", "person", "man", "woman", "adult", "male", "female", "mannequin", "manikin",
-    "pilot", "occupant", "child", "boy", "girl", "baby",
-])  # fmt: skip
+_WHOLES = frozenset(
+    [
+        "car",
+        "suv",
+        "van",
+        "truck",
+        "lorry",
+        "bus",
+        "tractor",
+        "motorcycle",
+        "motorbike",
+        "bicycle",
+        "wheelchair",
+        "helicopter",
+        "forklift",
+        "human",
+        "person",
+        "man",
+        "woman",
+        "adult",
+        "male",
+        "female",
+        "mannequin",
+        "manikin",
+        "pilot",
+        "occupant",
+        "child",
+        "boy",
+        "girl",
+        "baby",
+    ]
+)
 """Things that a file may be as a whole."""
 _CHILDREN = frozenset({"child", "boy", "girl", "baby"})
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
@@ -90,7 +206,8 @@ _NO_PLURAL = frozenset({"chassis", "bus", "glass", "compass"})
 
 @dataclass(frozen=True)
 class _Size:
-    """A part that is named after a thing: its size and what is plausible [m]; infinite where nothing is known."""
+    """A part that is named after a thing: its size and what is plausible [m]; infinite where
+    nothing is known."""
 
     name: str
     thing: str
@@ -125,18 +242,25 @@ def doubtful_sizes(parts: Iterable[RawPart], metres: float, *, file: str = "") -
         return ()
     shown = "; ".join(_said(row) for row in wrong[:_NAMED])
     more = f"; {len(wrong) - _NAMED} more named parts too" if len(wrong) > _NAMED else ""
-    fitting = [unit for unit, one in metres_in.items() if all(row.fits(one / metres) for row in rows)]
+    fitting = [
+        unit for unit, one in metres_in.items() if all(row.fits(one / metres) for row in rows)
+    ]
     best = max(metres_in, key=lambda unit: sum(row.fits(metres_in[unit] / metres) for row in rows))
     if fitting:
-        sizes = ", ".join(f"{wrong[0].size * metres_in[unit] / metres:.3g} m in {unit}" for unit in fitting)
-        return (f"{shown}{more}: a wrong unit of length? {wrong[0].name} would be {sizes}, which fits all named parts",)
+        sizes = ", ".join(
+            f"{wrong[0].size * metres_in[unit] / metres:.3g} m in {unit}" for unit in fitting
+        )
+        return (
+            f"{shown}{more}: a wrong unit of length? {wrong[0].name} would be {sizes}, which fits all named parts",
+        )
     if sum(row.fits(metres_in[best] / metres) for row in rows) > len(rows) - len(wrong):
         return (f"{shown}{more}: a wrong unit of length? most named parts would fit in {best}",)
     return (f"{shown}{more}: is the unit of length right, and the part's own scale?",)
 
 
 def person_size(size: float, metres: float) -> tuple[str, ...]:
-    """What to say of the surface of a body whose largest extent is `size` [m], nothing where it may be a person.
+    """What to say of the surface of a body whose largest extent is `size` [m], nothing where it may
+    be a person.
 
     metres: the file's unit of length that was used [m].
     """
@@ -148,11 +272,17 @@ def person_size(size: float, metres: float) -> tuple[str, ...]:
         if _ADULT.least <= size * one / metres <= _ADULT.greatest
     ]
     hint = f"it would be {', '.join(fitting)}" if fitting else "no unit makes it one"
-    return (f"is {size:.3g} m large, and a person is up to {_ADULT.greatest:g} m: a wrong unit of length? {hint}",)
+    return (
+        f"is {size:.3g} m large, and a person is up to {_ADULT.greatest:g} m: a wrong unit of length? {hint}",
+    )
 
 
 def _said(row: _Size) -> str:
-    plausible = f"{row.least:g} to {row.greatest:g} m" if np.isfinite(row.greatest) else f"at least {row.least:g} m"
+    plausible = (
+        f"{row.least:g} to {row.greatest:g} m"
+        if np.isfinite(row.greatest)
+        else f"at least {row.least:g} m"
+    )
     plausible = plausible if row.least > 0 else f"at most {row.greatest:g} m"
     return f"{row.name!r} is {row.size:.3g} m large, and {plausible} is plausible for {row.thing!r}"
 
@@ -175,16 +305,23 @@ def _sized(name: str, extents: Floats) -> _Size | None:
         plural = (*words[first:-1], many)
         if plural in THINGS:
             row = _row(name, " ".join(plural), THINGS[plural], extents)
-            return row if THINGS[plural].middle else _Size(name, row.thing, row.size, row.least, np.inf)
+            return (
+                row
+                if THINGS[plural].middle
+                else _Size(name, row.thing, row.size, row.least, np.inf)
+            )
     for last in range(len(words) - 1, 0, -1):
         thing = THINGS.get(tuple(words[:last]))
         if thing is not None:
-            return _Size(name, f"piece of {' '.join(words[:last])}", float(extents[2]), 0.0, thing.greatest)
+            return _Size(
+                name, f"piece of {' '.join(words[:last])}", float(extents[2]), 0.0, thing.greatest
+            )
     return None
 
 
 def _whole(file: str, extents: Floats) -> _Size | None:
-    """What the name of a file says of all its parts together: the last of its words that can name a whole."""
+    """What the name of a file says of all its parts together: the last of its words that can name a
+    whole."""
     for word in reversed(_words(file)):
         if (word,) in THINGS:
             return _row(file, word, THINGS[(word,)], extents) if word in _WHOLES else None

@@ -1,6 +1,7 @@
 """STEP, cut into triangles by the optional cascadio (OpenCASCADE) in a process of its own.
 
-On a broken file OpenCASCADE talks on stdout and may end the process with a signal, which Python cannot catch.
+On a broken file OpenCASCADE talks on stdout and may end the process with a signal, which Python
+cannot catch.
 """
 
 from __future__ import annotations
@@ -30,31 +31,48 @@ except ImportError:
 import cascadio
 cascadio.step_to_glb(sys.argv[1], sys.argv[2], tol_linear=0.1, tol_angular=0.3)
 """
-"""Reads argv[1], writes argv[2], and takes at most argv[3] bytes of memory where the system can limit it."""
+"""Reads argv[1], writes argv[2], and takes at most argv[3] bytes of memory where the system can
+limit it."""
 _LONGEST = 900
 _MEMORY = 8 * 2**30
 """Memory [bytes] that OpenCASCADE may take where it is unknown how much is free."""
 
 
 def read_step(path: Path, data: bytes) -> RawMesh:
-    """The bodies of a STEP file in metres; asked of OpenCASCADE: 0.1 mm, 0.3 rad (0.3 mm measured on a 127 mm part).
+    """The bodies of a STEP file in metres; asked of OpenCASCADE: 0.1 mm, 0.3 rad (0.3 mm measured
+    on a 127 mm part).
 
-    MissingPartError where cascadio is not installed, InputError where the file is broken or takes over 15 minutes.
+    MissingPartError where cascadio is not installed, InputError where the file is broken or takes
+    over 15 minutes.
     """
     if find_spec("cascadio") is None:
         raise MissingPartError(f"{path}: STEP files need cascadio: pip install cascadio")
     data = data.removeprefix(BYTE_ORDER_MARK)
     if not data.lstrip().startswith(b"ISO-10303-21") or b"END-ISO-10303-21" not in data:
-        raise InputError(f"{path}: not a STEP file, or cut short (ISO-10303-21 to END-ISO-10303-21)")
+        raise InputError(
+            f"{path}: not a STEP file, or cut short (ISO-10303-21 to END-ISO-10303-21)"
+        )
     with TemporaryDirectory() as folder:
-        given, made = Path(folder) / "given.step", Path(folder) / "made.glb"
+        given = Path(folder) / "given.step"
+        made = Path(folder) / "made.glb"
         given.write_bytes(data)
-        command = [sys.executable, "-c", _CHILD, str(given), str(made), str(free_memory() or _MEMORY)]
+        command = [
+            sys.executable,
+            "-c",
+            _CHILD,
+            str(given),
+            str(made),
+            str(free_memory() or _MEMORY),
+        ]
         try:
             done = subprocess.run(command, capture_output=True, timeout=_LONGEST, check=False)
         except subprocess.TimeoutExpired:
-            raise InputError(f"{path}: takes OpenCASCADE more than {_LONGEST // 60} minutes: simplify it") from None
+            raise InputError(
+                f"{path}: takes OpenCASCADE more than {_LONGEST // 60} minutes: simplify it"
+            ) from None
         if done.returncode != 0 or not made.is_file():
-            raise InputError(f"{path}: broken STEP: OpenCASCADE cannot read it (exit {done.returncode})")
+            raise InputError(
+                f"{path}: broken STEP: OpenCASCADE cannot read it (exit {done.returncode})"
+            )
         found = read_glb(made, made.read_bytes())
     return replace(found, file=str(path), format="STEP", up=None)

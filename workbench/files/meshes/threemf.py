@@ -1,11 +1,11 @@
 """3MF: a zip archive of XML, read as a stream so that what it unpacks to is never held.
 
-Objects of the build with their transforms, components within components, and models in other files of the archive
-(production extension). Materials, textures, slices and beams are not opened.
+Objects of the build with their transforms, components within components, and models in other files
+of the archive (production extension). Materials, textures, slices and beams are not opened.
 
 References
-----------
-3MF Consortium (2021), 3D Manufacturing Format Core Specification 1.3: 3 (model), 4 (objects); Production Extension.
+---------- 3MF Consortium (2021), 3D Manufacturing Format Core Specification 1.3: 3 (model), 4
+(objects); Production Extension.
 """
 
 from __future__ import annotations
@@ -29,7 +29,14 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_threemf"]
 
-_METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 0.01, "inch": 0.0254, "foot": 0.3048, "meter": 1.0}
+_METRES = {
+    "micron": 1e-6,
+    "millimeter": 1e-3,
+    "centimeter": 0.01,
+    "inch": 0.0254,
+    "foot": 0.3048,
+    "meter": 1.0,
+}
 _MOST_UNPACKED = 2 * 2**30
 _MOST_RATIO = 200
 """Bytes that a packed byte may become; text of meshes reaches some 10, of equal lines some 100."""
@@ -86,9 +93,20 @@ def read_threemf(path: Path, data: bytes) -> RawMesh:
             _follow(archive, model)
         placed = list(_leaves(model))
         things = [model.objects[one.key] for one in placed]
-        check_faces(path, sum(len(thing.corners) for thing in things) // 3, sum(len(t.vertices) for t in things) // 3)
+        check_faces(
+            path,
+            sum(len(thing.corners) for thing in things) // 3,
+            sum(len(t.vertices) for t in things) // 3,
+        )
         parts = tuple(_part(model, one) for one in placed)
-    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError, RuntimeError) as error:
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        EOFError,
+        NotImplementedError,
+        OSError,
+        RuntimeError,
+    ) as error:
         raise InputError(f"{path}: not a 3MF file, or damaged: {str(error)[:200]}") from None
     except expat.ExpatError as error:
         raise InputError(f"{path}: broken 3MF: not XML: {error}") from None
@@ -105,11 +123,15 @@ def _check_sizes(path: Path, archive: zipfile.ZipFile) -> None:
     entries = archive.infolist()
     unpacked = sum(item.file_size for item in entries)
     if unpacked > _MOST_UNPACKED:
-        raise InputError(f"{path}: unpacks to {unpacked / 2**30:.1f} GiB; at most {_MOST_UNPACKED >> 30} are read")
+        raise InputError(
+            f"{path}: unpacks to {unpacked / 2**30:.1f} GiB; at most {_MOST_UNPACKED >> 30} are read"
+        )
     for item in entries:
         if item.file_size > max(_SMALL, _MOST_RATIO * item.compress_size):
-            raise InputError(f"{path}: {item.filename!r} unpacks to {item.file_size / 2**20:.0f} MiB from "
-                             f"{item.compress_size / 2**20:.1f} MiB: damaged, or made to fill the memory")  # fmt: skip
+            raise InputError(
+                f"{path}: {item.filename!r} unpacks to {item.file_size / 2**20:.0f} MiB from "
+                f"{item.compress_size / 2**20:.1f} MiB: damaged, or made to fill the memory"
+            )
 
 
 def _root(archive: zipfile.ZipFile) -> str:
@@ -125,14 +147,19 @@ def _root(archive: zipfile.ZipFile) -> str:
         with archive.open(_RELATIONS) as stream:
             _run(stream, start)
     usual = [name for name in names if name.lower() == "3d/3dmodel.model"]
-    for name in (*found, *usual, *sorted(name for name in names if name.lower().endswith(".model"))):
+    for name in (
+        *found,
+        *usual,
+        *sorted(name for name in names if name.lower().endswith(".model")),
+    ):
         if name in names:
             return name
     raise ValueError("it holds no model")
 
 
 def _run(stream: IO[bytes], start: _Start) -> None:
-    """Feed XML to handlers of its elements. A document type is refused: it is how XML grows without bound."""
+    """Feed XML to handlers of its elements. A document type is refused: it is how XML grows without
+    bound."""
     parser = expat.ParserCreate()
 
     def refuse(*_: object) -> None:
@@ -193,7 +220,9 @@ class _Reader:
             self.model.units[self.file] = unit
 
     def _placed(self, given: dict[str, str]) -> _Placed:
-        file = next((value.lstrip("/") for key, value in given.items() if _plain(key) == "path"), self.file)
+        file = next(
+            (value.lstrip("/") for key, value in given.items() if _plain(key) == "path"), self.file
+        )
         transform = np.eye(4)
         if "transform" in given:
             transform[:3] = np.array(given["transform"].split(), dtype=np.float64).reshape(4, 3).T
@@ -205,7 +234,8 @@ def _plain(tag: str) -> str:
 
 
 def _leaves(model: _Model) -> Iterator[_Placed]:
-    """Every object with triangles as often as the build places it, with its transform in the world, depth first.
+    """Every object with triangles as often as the build places it, with its transform in the world,
+    depth first.
 
     One without a name has that of the object around it, or the part number of the build.
     """
@@ -217,7 +247,9 @@ def _leaves(model: _Model) -> Iterator[_Placed]:
             one, parent, above = stack.pop()
             count += 1
             if count > MOST_PLACED:
-                raise ValueError(f"objects are placed more than {MOST_PLACED} times, or within themselves")
+                raise ValueError(
+                    f"objects are placed more than {MOST_PLACED} times, or within themselves"
+                )
             if one.key not in model.objects:
                 raise ValueError(f"object {one.key[1]!r} is named and not there")
             thing = model.objects[one.key]
@@ -225,7 +257,8 @@ def _leaves(model: _Model) -> Iterator[_Placed]:
             root_unit = root_unit or unit
             if unit != root_unit:
                 raise ValueError("its models are in different units")
-            world, name = parent @ one.transform, thing.name or above
+            world = parent @ one.transform
+            name = thing.name or above
             if thing.corners:
                 yield _Placed(one.key, world, name)
             stack += [(child, world, name) for child in reversed(thing.components)]
@@ -236,7 +269,13 @@ def _part(model: _Model, placed: _Placed) -> RawPart:
     points: Floats = np.frombuffer(thing.vertices, dtype=np.float64).reshape(-1, 3)
     faces: Ints = np.frombuffer(thing.corners, dtype=np.int64).reshape(-1, 3)
     if faces.min() < 0 or faces.max() >= len(points):
-        raise ValueError(f"object {placed.key[1]!r}: a triangle names vertex {faces.max()}, there are {len(points)}")
+        raise ValueError(
+            f"object {placed.key[1]!r}: a triangle names vertex {faces.max()}, there are {len(points)}"
+        )
     matrix = placed.transform
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
-    return RawPart(placed.name, points @ matrix[:3, :3].T + matrix[:3, 3], faces[:, ::-1] if mirrored else faces)
+    return RawPart(
+        placed.name,
+        points @ matrix[:3, :3].T + matrix[:3, 3],
+        faces[:, ::-1] if mirrored else faces,
+    )

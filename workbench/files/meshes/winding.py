@@ -1,10 +1,11 @@
 """Make the winding of a mesh consistent, as far as its edges determine it.
 
-Two faces that share an edge are wound alike when they run along it in opposite senses. Faces connected through edges
-of exactly two faces form a patch. The relation "wound alike or not" is propagated through a patch by the connected
-components of its double cover: each face is two nodes, one for each way round. Where both nodes of a face fall into
-one component the patch has one side only (a Moebius strip), and no winding is consistent. Otherwise the faces of a
-patch fall into two groups, and the smaller one is wound against the larger.
+Two faces that share an edge are wound alike when they run along it in opposite senses. Faces
+connected through edges of exactly two faces form a patch. The relation "wound alike or not" is
+propagated through a patch by the connected components of its double cover: each face is two nodes,
+one for each way round. Where both nodes of a face fall into one component the patch has one side
+only (a Moebius strip), and no winding is consistent. Otherwise the faces of a patch fall into two
+groups, and the smaller one is wound against the larger.
 """
 
 from __future__ import annotations
@@ -15,7 +16,15 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Ints
 
-__all__ = ["HalfEdges", "Winding", "balanced", "component_labels", "consistent_winding", "half_edges", "way_round"]
+__all__ = [
+    "HalfEdges",
+    "Winding",
+    "balanced",
+    "component_labels",
+    "consistent_winding",
+    "half_edges",
+    "way_round",
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +54,8 @@ class Winding:
 
 
 def half_edges(faces: Ints) -> HalfEdges:
-    """List the half-edges of triangles (T, 3); faces collapsed to a line or a point have no winding and none here."""
+    """List the half-edges of triangles (T, 3); faces collapsed to a line or a point have no winding
+    and none here."""
     real = np.flatnonzero((faces != np.roll(faces, -1, axis=1)).all(axis=1))
     tail = faces[real].ravel()
     head = np.roll(faces[real], -1, axis=1).ravel()
@@ -55,7 +65,8 @@ def half_edges(faces: Ints) -> HalfEdges:
 
 
 def balanced(halves: HalfEdges, turned: Bools) -> bool:
-    """True where each edge is run along as often one way as the other, once the `turned` faces (T,) are turned."""
+    """True where each edge is run along as often one way as the other, once the `turned` faces (T,)
+    are turned."""
     sense = np.where(turned[halves.face], -halves.sense, halves.sense)
     return len(halves.edge) > 0 and not np.any(np.bincount(halves.edge, sense, len(halves.uses)))
 
@@ -75,9 +86,11 @@ def consistent_winding(count: int, halves: HalfEdges) -> Winding:
     """
     two = halves.uses[halves.edge] == 2
     order = np.flatnonzero(two)[np.argsort(halves.edge[two], kind="stable")]
-    one, other = order[::2], order[1::2]
+    one = order[::2]
+    other = order[1::2]
     alike = halves.sense[one] != halves.sense[other]
-    a, b = halves.face[one], halves.face[other]
+    a = halves.face[one]
+    b = halves.face[other]
     if alike.all():
         return Winding(component_labels(a, b, count), np.zeros(count, dtype=np.bool_), 0)
     cover = component_labels(
@@ -85,7 +98,8 @@ def consistent_winding(count: int, halves: HalfEdges) -> Winding:
         np.concatenate([np.where(alike, b, b + count), np.where(alike, b + count, b)]),
         2 * count,
     )
-    first_way, second_way = cover[:count], cover[count:]
+    first_way = cover[:count]
+    second_way = cover[count:]
     patch = np.unique(np.minimum(first_way, second_way), return_inverse=True)[1].reshape(-1)
     one_sided = first_way == second_way
     other_way = first_way > second_way

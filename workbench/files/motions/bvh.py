@@ -1,4 +1,5 @@
-"""BVH (Biovision hierarchy): a tree of bones with channels in any order, then one line of numbers a frame."""
+"""BVH (Biovision hierarchy): a tree of bones with channels in any order, then one line of numbers a
+frame."""
 
 from __future__ import annotations
 
@@ -18,7 +19,9 @@ from workbench.model.spool import pieces
 __all__ = ["bone_pieces"]
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
-_CHANNELS = {axis + kind: (kind, k) for axis, k in _AXES.items() for kind in ("position", "rotation")}
+_CHANNELS = {
+    axis + kind: (kind, k) for axis, k in _AXES.items() for kind in ("position", "rotation")
+}
 _DEEPEST = 200
 _MOST_BONES = 5000
 
@@ -35,9 +38,10 @@ class _Bone:
 def bone_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Bones]:
     """Bones of a BVH file, some frames at a time.
 
-    Angles are in degrees, turns in the order of the channels, the first outermost. Position channels stand in place of
-    the OFFSET. The file says no unit and no upward axis. InputError, with the line, for a broken hierarchy, unknown
-    channels, rows of another length, frames missing or too many, a frame time that is not positive.
+    Angles are in degrees, turns in the order of the channels, the first outermost. Position
+    channels stand in place of the OFFSET. The file says no unit and no upward axis. InputError,
+    with the line, for a broken hierarchy, unknown channels, rows of another length, frames missing
+    or too many, a frame time that is not positive.
     """
     source = Path(path)
     lines = numbered(source)
@@ -56,10 +60,22 @@ def bone_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Bones]:
     time: Floats = np.float64(1.0) * (first + keep.every * np.arange(len(found.values))) * step
     ends = {bone.name: bone.end for bone in bones if bone.end is not None}
     offset = np.array([bone.offset for bone in bones], dtype=np.float64)
-    parent, called = np.array([bone.parent for bone in bones]), tuple(bone.name for bone in bones)
+    parent = np.array([bone.parent for bone in bones])
+    called = tuple(bone.name for bone in bones)
     for rows in pieces(len(time)):
         rotations, shift = _turned(bones, found.values[rows])
-        yield Bones(called, parent, offset, rotations, shift, time[rows], ends, float("nan"), "", str(source))
+        yield Bones(
+            called,
+            parent,
+            offset,
+            rotations,
+            shift,
+            time[rows],
+            ends,
+            float("nan"),
+            "",
+            str(source),
+        )
 
 
 def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[list[_Bone], int]:
@@ -89,11 +105,15 @@ def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[list[_Bone
         elif word == "MOTION" and not stack:
             return _complete(path, bones), number
         else:
-            raise InputError(f"{here}: {line.strip()[:60]!r} is not expected here in a BVH hierarchy")
+            raise InputError(
+                f"{here}: {line.strip()[:60]!r} is not expected here in a BVH hierarchy"
+            )
     raise InputError(f"{path}: ends before the word MOTION: no BVH file, or cut short")
 
 
-def _begun(here: str, words: list[str], tree: tuple[list[_Bone], list[int | None]]) -> tuple[str, int]:
+def _begun(
+    here: str, words: list[str], tree: tuple[list[_Bone], list[int | None]]
+) -> tuple[str, int]:
     bones, stack = tree
     if len(stack) > _DEEPEST or len(bones) >= _MOST_BONES:
         raise InputError(f"{here}: more than {_DEEPEST} bones deep, or {_MOST_BONES} bones in all")
@@ -105,7 +125,9 @@ def _begun(here: str, words: list[str], tree: tuple[list[_Bone], list[int | None
         raise InputError(f"{here}: {words[0]} is not expected here in a BVH hierarchy")
     name = " ".join(words[1:])
     if not name or any(bone.name == name for bone in bones):
-        raise InputError(f"{here}: " + (f"a second bone {name!r}" if name else f"{words[0]} without a name"))
+        raise InputError(
+            f"{here}: " + (f"a second bone {name!r}" if name else f"{words[0]} without a name")
+        )
     bones.append(_Bone(name, -1 if not stack else int(stack[-1] or 0)))
     return name, len(bones) - 1
 
@@ -115,7 +137,9 @@ def _offset(here: str, words: list[str], tree: tuple[list[_Bone], list[int | Non
     try:
         x, y, z = (float(word) for word in words[1:])
     except ValueError:
-        raise InputError(f"{here}: OFFSET needs three numbers, got {' '.join(words[1:])!r}") from None
+        raise InputError(
+            f"{here}: OFFSET needs three numbers, got {' '.join(words[1:])!r}"
+        ) from None
     if not np.all(np.isfinite([x, y, z])):
         raise InputError(f"{here}: OFFSET needs finite numbers, got {' '.join(words[1:])!r}")
     if stack[-1] is not None:
@@ -128,7 +152,9 @@ def _offset(here: str, words: list[str], tree: tuple[list[_Bone], list[int | Non
 def _channels(here: str, words: list[str]) -> list[str]:
     named = words[2:]
     if len(words) < 2 or count_in(words[1]) != len(named):
-        raise InputError(f"{here}: CHANNELS says {words[1] if len(words) > 1 else 'nothing'}, {len(named)} are named")
+        raise InputError(
+            f"{here}: CHANNELS says {words[1] if len(words) > 1 else 'nothing'}, {len(named)} are named"
+        )
     wrong = [name for name in named if name not in _CHANNELS]
     if wrong or len(set(named)) != len(named):
         what = f"no channel {wrong[0]!r}" if wrong else "a channel is named twice"
@@ -156,13 +182,18 @@ def _motion_head(path: Path, lines: Iterator[tuple[int, str]], at: int) -> tuple
         try:
             found[key.strip().lower()] = float(value)
         except ValueError:
-            raise InputError(f"{path}, line {number}: 'Frames: N' and 'Frame Time: seconds' are needed here, "
-                             f"got {line.strip()[:60]!r}") from None  # fmt: skip
+            raise InputError(
+                f"{path}, line {number}: 'Frames: N' and 'Frame Time: seconds' are needed here, "
+                f"got {line.strip()[:60]!r}"
+            ) from None
         where = number if key.strip().lower() == "frames" else where
         if {"frames", "frame time"} <= found.keys():
-            frames, step = found["frames"], found["frame time"]
+            frames = found["frames"]
+            step = found["frame time"]
             if not 1 <= frames <= 1e9 or frames % 1 or not 1e-7 < step < 1e4:
-                raise InputError(f"{path}, line {number}: {frames:g} frames every {step:g} s: both must be positive")
+                raise InputError(
+                    f"{path}, line {number}: {frames:g} frames every {step:g} s: both must be positive"
+                )
             return int(frames), step, where
     raise InputError(f"{path}: ends before 'Frames:' and 'Frame Time:': cut short")
 
@@ -170,7 +201,9 @@ def _motion_head(path: Path, lines: Iterator[tuple[int, str]], at: int) -> tuple
 def _turned(bones: list[_Bone], table: Floats) -> tuple[Floats, Floats]:
     rotations = np.zeros((len(table), len(bones), 4))
     rotations[..., 0] = 1.0
-    shift = np.repeat(np.array([bone.offset for bone in bones], dtype=np.float64)[None], len(table), axis=0)
+    shift = np.repeat(
+        np.array([bone.offset for bone in bones], dtype=np.float64)[None], len(table), axis=0
+    )
     column = 0
     for b, bone in enumerate(bones):
         for name in bone.channels:

@@ -19,11 +19,12 @@ _EVEN = 1e-3
 
 
 def bvh_text(body: Body, poses: Poses, placed: Iterable[Placed]) -> Iterator[str]:
-    """Lines of a BVH file: a bone for each segment below the stage, in centimetres, y up, z forward; angles in degrees,
-    channels Z, X, Y. The frames are those of the motion, at their mean rate.
+    """Lines of a BVH file: a bone for each segment below the stage, in centimetres, y up, z
+    forward; angles in degrees, channels Z, X, Y. The frames are those of the motion, at their mean
+    rate.
 
-    placed: all frames of the motion in the world, in pieces. Each bone is named as its segment and begins at its
-    proximal joint; the zero pose is the rest pose.
+    placed: all frames of the motion in the world, in pieces. Each bone is named as its segment and
+    begins at its proximal joint; the zero pose is the rest pose.
     """
     root = 1 if body.segments[0] == "STG" and len(body.segments) > 1 else 0
     yield "HIERARCHY\n"
@@ -37,7 +38,9 @@ def bvh_text(body: Body, poses: Poses, placed: Iterable[Placed]) -> Iterator[str
         turns = matrices(poses.rotations[at : at + len(some)])
         at += len(some)
         world = some.world_from_segment
-        begin = world[:, root, :, 3] + np.einsum("pij,j->pi", world[:, root, :, :3], _origin(body, root))
+        begin = world[:, root, :, 3] + np.einsum(
+            "pij,j->pi", world[:, root, :, :3], _origin(body, root)
+        )
         rows = [100.0 * np.einsum("ij,pj->pi", _TO_FILE, begin)]
         for n in order:
             turn = world[:, n, :, :3] if n == root else turns[:, n - 1]
@@ -71,7 +74,9 @@ def _bone(body: Body, n: int, depth: int) -> Iterator[str]:
     for child in children:
         yield from _bone(body, child, depth + 1)
     if not children:
-        x, y, z = 100.0 * _TO_FILE @ (-_origin(body, n)) + 0.0  # to the centre of gravity: a direction to draw
+        x, y, z = (
+            100.0 * _TO_FILE @ (-_origin(body, n)) + 0.0
+        )  # to the centre of gravity: a direction to draw
         yield f"{pad}\tEnd Site\n{pad}\t{{\n{pad}\t\tOFFSET {x:.6f} {y:.6f} {z:.6f}\n{pad}\t}}\n"
     yield f"{pad}}}\n"
 
@@ -80,6 +85,8 @@ def _angles(turn: Floats) -> Floats:
     """(P, 3) degrees about z, x and y whose product, in that order, is a rotation (P, 3, 3)."""
     x = np.arcsin(np.clip(turn[:, 2, 1], -1.0, 1.0))
     plain = np.abs(turn[:, 2, 1]) < 1.0 - 1e-12
-    z = np.where(plain, np.arctan2(-turn[:, 0, 1], turn[:, 1, 1]), np.arctan2(turn[:, 1, 0], turn[:, 0, 0]))
+    z = np.where(
+        plain, np.arctan2(-turn[:, 0, 1], turn[:, 1, 1]), np.arctan2(turn[:, 1, 0], turn[:, 0, 0])
+    )
     y = np.where(plain, np.arctan2(-turn[:, 2, 0], turn[:, 2, 2]), 0.0)
     return np.asarray(np.degrees(np.stack([z, x, y], axis=-1)))

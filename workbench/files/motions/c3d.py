@@ -1,7 +1,8 @@
-"""C3D: a header, parameters in groups, and frames of points and analogue samples; of these the points are read.
+"""C3D: a header, parameters in groups, and frames of points and analogue samples; of these the
+points are read.
 
-Every size is checked against the length of the file before it is used. Whole and real numbers of all three kinds of
-processor (Intel, DEC, MIPS) are read.
+Every size is checked against the length of the file before it is used. Whole and real numbers of
+all three kinds of processor (Intel, DEC, MIPS) are read.
 
 References
 ----------
@@ -25,8 +26,13 @@ __all__ = ["Points", "read_points"]
 MOST_BYTES = 4 * 2**30
 _BLOCK = 512
 _KEY = 0x50
-_INTEL, _DEC, _MIPS = 84, 85, 86
-_CHARACTERS, _BYTES, _INTEGERS, _REALS = -1, 1, 2, 4
+_INTEL = 84
+_DEC = 85
+_MIPS = 86
+_CHARACTERS = -1
+_BYTES = 1
+_INTEGERS = 2
+_REALS = 4
 _WIDTH = {_CHARACTERS: 1, _BYTES: 1, _INTEGERS: 2, _REALS: 4}
 
 
@@ -36,7 +42,8 @@ class _BrokenError(ValueError):
 
 @dataclass(frozen=True)
 class _Parameter:
-    """A parameter: the type of its values, their dimensions (the first runs fastest), their bytes."""
+    """A parameter: the type of its values, their dimensions (the first runs fastest), their
+    bytes."""
 
     kind: int
     dimensions: tuple[int, ...]
@@ -47,8 +54,9 @@ class _Parameter:
 class Points:
     """The points of a C3D file, in its own unit.
 
-    labels: as many as the file names, not always one a point; frames: (F, W) numbers as they stand in the file;
-    first: number of the first frame, from 0; screen: the axis that is upward on a screen, "" where it is not told.
+    labels: as many as the file names, not always one a point; frames: (F, W) numbers as they stand
+    in the file; first: number of the first frame, from 0; screen: the axis that is upward on a
+    screen, "" where it is not told.
     """
 
     labels: tuple[str, ...]
@@ -66,16 +74,23 @@ class Points:
     def position(self, rows: Ints) -> Floats:
         """(P, M, 3) places in some frames [units of the file]; NaN where a point was not seen."""
         table = np.ascontiguousarray(self.frames[rows, : 4 * self.count])
-        values = (_from_dec(table) if self.decimal else table.astype(np.float64)).reshape(len(rows), self.count, 4)
+        values = (_from_dec(table) if self.decimal else table.astype(np.float64)).reshape(
+            len(rows), self.count, 4
+        )
         found: Floats = values[..., :3] * (self.scale if self.scale > 0 else 1.0)
         with np.errstate(invalid="ignore"):
-            unseen = ~(values[..., 3] >= 0) | np.all(found == 0, axis=-1) | ~np.isfinite(found).all(axis=-1)
+            unseen = (
+                ~(values[..., 3] >= 0)
+                | np.all(found == 0, axis=-1)
+                | ~np.isfinite(found).all(axis=-1)
+            )
         found[unseen] = np.nan
         return found
 
 
 def read_points(path: Path) -> Points:
-    """Read the points of a C3D file. InputError where it is none, is broken, or is shorter than it announces."""
+    """Read the points of a C3D file. InputError where it is none, is broken, or is shorter than it
+    announces."""
     data = read_whole(path, "a C3D file", most=MOST_BYTES)
     if len(data) < _BLOCK or data[1] != _KEY:
         raise InputError(f"{path}: is not a C3D file")
@@ -91,7 +106,9 @@ def _points(data: bytes) -> Points:
         raise _BrokenError("its parameters are not there")
     processor = data[start + 3]
     if processor not in (_INTEL, _DEC, _MIPS):
-        raise _BrokenError(f"the kind of processor is {processor}, {_INTEL}, {_DEC} or {_MIPS} are known")
+        raise _BrokenError(
+            f"the kind of processor is {processor}, {_INTEL}, {_DEC} or {_MIPS} are known"
+        )
     numbers = _Numbers(processor)
     known = _parameters(data, start, numbers)
     count, analogue, first, last = numbers.whole(data[2:10])
@@ -105,7 +122,9 @@ def _points(data: bytes) -> Points:
     have = max(0, len(data) - begin) // max(1, width * kind.itemsize)
     if frames > have:
         raise _BrokenError(f"cut short: it announces {frames} frames and holds {have}")
-    more = have - frames - _BLOCK // max(1, width * kind.itemsize) - 1  # the last block of 512 bytes is filled up
+    more = (
+        have - frames - _BLOCK // max(1, width * kind.itemsize) - 1
+    )  # the last block of 512 bytes is filled up
     rate = numbers.number(known.get(("POINT", "RATE"))) or float(numbers.real(data[20:24])[0])
     return Points(
         labels=_labels(known),
@@ -117,7 +136,9 @@ def _points(data: bytes) -> Points:
         frames=np.frombuffer(data, kind, frames * width, begin).reshape(frames, width),
         scale=scale,
         decimal=processor == _DEC and scale < 0,
-        notes=(f"holds {more} frames more than it announces: they are left out",) if more > 0 else (),
+        notes=(f"holds {more} frames more than it announces: they are left out",)
+        if more > 0
+        else (),
     )
 
 
@@ -126,7 +147,8 @@ def _frame_count(known: dict[tuple[str, str], _Parameter], numbers: _Numbers, to
     ends = [known.get(("TRIAL", f"ACTUAL_{end}_FIELD")) for end in ("START", "END")]
     if all(end is not None and end.kind == _INTEGERS and len(end.data) >= 4 for end in ends):
         low, high = (
-            int(pair[0]) + 65536 * int(pair[1]) for pair in (numbers.whole(end.data[:4]) for end in ends if end)
+            int(pair[0]) + 65536 * int(pair[1])
+            for pair in (numbers.whole(end.data[:4]) for end in ends if end)
         )
         return high - low + 1
     long = numbers.number(known.get(("POINT", "LONG_FRAMES")))
@@ -164,7 +186,8 @@ class _Numbers:
 
 
 def _from_dec(values: np.ndarray[Any, Any]) -> Floats:
-    """Numbers of IEEE 754 from VAX F floating: its two words the other way round are four times the number."""
+    """Numbers of IEEE 754 from VAX F floating: its two words the other way round are four times the
+    number."""
     words = np.ascontiguousarray(values).view("<u2").reshape(*values.shape, 2)
     turned = np.ascontiguousarray(words[..., ::-1]).view("<f4")[..., 0].astype(np.float64) / 4
     return np.where(words[..., 0] == 0, 0.0, turned)
@@ -177,7 +200,8 @@ def _parameters(data: bytes, start: int, numbers: _Numbers) -> dict[tuple[str, s
     found: dict[tuple[int, str], _Parameter] = {}
     at = start + 4
     while at + 2 <= end:
-        length, group = abs(_signed(data[at])), _signed(data[at + 1])
+        length = abs(_signed(data[at]))
+        group = _signed(data[at + 1])
         name = data[at + 2 : at + 2 + length].decode("latin-1").upper().strip()
         at += 2 + length
         if not length or at + 2 > end:
@@ -203,7 +227,9 @@ def _parameter(data: bytes, name: str) -> _Parameter:
         size *= dimension
     begin = 2 + len(dimensions)
     if size > len(data) - begin:
-        raise _BrokenError(f"parameter {name!r} announces {size} bytes and {len(data) - begin} are there")
+        raise _BrokenError(
+            f"parameter {name!r} announces {size} bytes and {len(data) - begin} are there"
+        )
     return _Parameter(kind, dimensions, data[begin : begin + size])
 
 
@@ -212,7 +238,8 @@ def _signed(byte: int) -> int:
 
 
 def _labels(known: dict[tuple[str, str], _Parameter]) -> tuple[str, ...]:
-    """The labels of the points: those that one parameter cannot hold (255) go on in LABELS2 and so forth."""
+    """The labels of the points: those that one parameter cannot hold (255) go on in LABELS2 and so
+    forth."""
     labels = list(_texts(known.get(("POINT", "LABELS"))))
     number = 2
     while ("POINT", f"LABELS{number}") in known:

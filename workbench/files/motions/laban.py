@@ -1,4 +1,5 @@
-"""Labanotation as text (`.laban`): one movement a line, its beat, how many beats, the part, direction and level."""
+"""Labanotation as text (`.laban`): one movement a line, its beat, how many beats, the part,
+direction and level."""
 
 from __future__ import annotations
 
@@ -23,10 +24,11 @@ _MOST_LINES = 100_000
 def read_score(path: str | Path) -> Score:
     """A score of movements.
 
-    First `key: value` lines: `tempo: 90` (beats a minute, needed), `title`, `step: 500 mm`. Then a line for each
-    movement: `BEAT BEATS PART DIRECTION LEVEL`, or `BEAT BEATS PART hold`; beats count from 1 and may be fractions
-    (1.5, 3/2). What follows a # is a remark. InputError, with the line, for what is not understood, for movements of
-    one part that overlap, and where nothing moves.
+    First `key: value` lines: `tempo: 90` (beats a minute, needed), `title`, `step: 500 mm`. Then a
+    line for each movement: `BEAT BEATS PART DIRECTION LEVEL`, or `BEAT BEATS PART hold`; beats
+    count from 1 and may be fractions (1.5, 3/2). What follows a # is a remark. InputError, with the
+    line, for what is not understood, for movements of one part that overlap, and where nothing
+    moves.
     """
     source = Path(path)
     about: dict[str, tuple[int, str]] = {}
@@ -48,7 +50,9 @@ def read_score(path: str | Path) -> Score:
     number, word = about["tempo"]
     tempo = _number(f"{source}, line {number}", "tempo", word)
     if not 1 <= tempo <= 1000:
-        raise InputError(f"{source}, line {number}: tempo {word}: 1 to 1000 beats a minute are possible")
+        raise InputError(
+            f"{source}, line {number}: tempo {word}: 1 to 1000 beats a minute are possible"
+        )
     ordered = tuple(sorted(movements, key=lambda m: (m.begin, PARTS.index(m.part))))
     return Score(ordered, tempo, _step(source, about), about.get("title", (0, ""))[1], str(source))
 
@@ -75,11 +79,16 @@ def _put(here: str, about: dict[str, tuple[int, str]], entry: tuple[str, int, st
 def _movement(here: str, text: str, number: int) -> Movement:
     words = text.lower().split()
     if len(words) < 4:
-        raise InputError(f"{here}: {text[:60]!r}: beat, beats, part, direction and level are needed (1 2 right arm "
-                         "forward high), or hold")  # fmt: skip
-    begin, beats = _number(here, "beat", words[0]), _number(here, "beats", words[1])
+        raise InputError(
+            f"{here}: {text[:60]!r}: beat, beats, part, direction and level are needed (1 2 right arm "
+            "forward high), or hold"
+        )
+    begin = _number(here, "beat", words[0])
+    beats = _number(here, "beats", words[1])
     if not 1 <= begin <= _MOST_BEATS or not 1e-3 <= beats <= _MOST_BEATS:
-        raise InputError(f"{here}: beat {words[0]} for {words[1]} beats: beats count from 1, and last longer than 0")
+        raise InputError(
+            f"{here}: beat {words[0]} for {words[1]} beats: beats count from 1, and last longer than 0"
+        )
     part, rest = _part(here, words[2:])
     sign = None if rest == "hold" else _sign(here, part, rest)
     return Movement(part, sign, begin, beats, number)
@@ -107,11 +116,15 @@ def _sign(here: str, part: str, words: str) -> Sign:
     swapped = " ".join(reversed(direction.split()))  # "forward left" is "left forward"
     direction = direction if direction in DIRECTIONS else swapped
     if level not in LEVELS or direction not in DIRECTIONS:
-        raise InputError(f"{here}: {part}: {words!r} is no direction and level: one of {', '.join(DIRECTIONS)}, then "
-                         f"{', '.join(LEVELS)}; or hold")  # fmt: skip
+        raise InputError(
+            f"{here}: {part}: {words!r} is no direction and level: one of {', '.join(DIRECTIONS)}, then "
+            f"{', '.join(LEVELS)}; or hold"
+        )
     if (direction, level) == ("place", "middle") and part not in ("support", *SUBPARTS):
-        raise InputError(f"{here}: {part}: place middle is no direction; only a support, a whole arm or a whole leg "
-                         "has it")  # fmt: skip
+        raise InputError(
+            f"{here}: {part}: place middle is no direction; only a support, a whole arm or a whole leg "
+            "has it"
+        )
     return Sign(direction, level)
 
 
@@ -131,7 +144,8 @@ def _step(path: Path, about: dict[str, tuple[int, str]]) -> float:
 
 def _refuse_overlaps(path: Path, movements: list[Movement]) -> None:
     """InputError where two lines are about one part, or a part and its limb, at the same time."""
-    # parts of limbs first: in a limb's own turn none of them overlaps itself, so few are active at once
+    # parts of limbs first: in a limb's own turn none of them overlaps itself, so few are active at
+    # once
     for part in sorted(PARTS, key=SUBPARTS.__contains__):
         own = [m for m in movements if m.part == part or m.part in SUBPARTS.get(part, ())]
         own.sort(key=lambda m: (m.begin, m.line))
@@ -140,6 +154,8 @@ def _refuse_overlaps(path: Path, movements: list[Movement]) -> None:
             active = [m for m in active if m.begin + m.beats > move.begin + 1e-9] + [move]
             for one, other in combinations(active, 2):
                 if part in (one.part, other.part) and move in (one, other):
-                    raise InputError(f"{path}, line {max(one.line, other.line)}: {other.part} at beat {other.begin:g}: "
-                                     f"the {one.part} of line {min(one.line, other.line)} moves or holds until beat "
-                                     f"{one.begin + one.beats:g}")  # fmt: skip
+                    raise InputError(
+                        f"{path}, line {max(one.line, other.line)}: {other.part} at beat {other.begin:g}: "
+                        f"the {one.part} of line {min(one.line, other.line)} moves or holds until beat "
+                        f"{one.begin + one.beats:g}"
+                    )

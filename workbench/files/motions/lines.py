@@ -1,4 +1,5 @@
-"""Text of motion files, line by line: numbered, of numbers only where numbers belong, never held whole."""
+"""Text of motion files, line by line: numbered, of numbers only where numbers belong, never held
+whole."""
 
 from __future__ import annotations
 
@@ -24,13 +25,15 @@ MOST_NUMBERS = 2_000_000_000
 """Numbers of one file that are kept at most (16 GB, in a temporary file)."""
 _BLOCK = 2048
 _LARGEST = 1e15
-"""Numbers of a motion at most: far beyond any angle, length or time, and their squares are finite."""
+"""Numbers of a motion at most: far beyond any angle, length or time, and their squares are
+finite."""
 _COUNT = re.compile(r"[0-9]{1,9}(\.0*)?")
 
 
 @dataclass(frozen=True)
 class Pick:
-    """Which frames of a file are kept: from `start` to `end` [s] on the file's clock, every `every`-th of them."""
+    """Which frames of a file are kept: from `start` to `end` [s] on the file's clock, every
+    `every`-th of them."""
 
     start: float = -np.inf
     end: float = np.inf
@@ -47,8 +50,8 @@ ALL = Pick()
 
 
 class Rows(NamedTuple):
-    """Rows of numbers: values (P, width) of those that were wanted, how many there were in all, and the lines (P,) of
-    those that were wanted."""
+    """Rows of numbers: values (P, width) of those that were wanted, how many there were in all, and
+    the lines (P,) of those that were wanted."""
 
     values: Floats
     total: int
@@ -56,8 +59,8 @@ class Rows(NamedTuple):
 
 
 def numbered(path: Path) -> Iterator[tuple[int, str]]:
-    """The lines of a text file with their numbers from 1, control characters escaped. InputError where it is missing,
-    empty or no text."""
+    """The lines of a text file with their numbers from 1, control characters escaped. InputError
+    where it is missing, empty or no text."""
     empty = True
     with opened(path, "a motion file") as file:
         lines = TextIOWrapper(file, encoding="utf-8-sig", errors="replace", newline=None)
@@ -71,22 +74,32 @@ def numbered(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def count_in(word: str) -> int | None:
-    """The number that a count in a header says; None where it is no whole number of up to nine digits."""
+    """The number that a count in a header says; None where it is no whole number of up to nine
+    digits."""
     return int(float(word)) if _COUNT.fullmatch(word) else None
 
 
 def number_rows(
-    path: Path, lines: Iterator[tuple[int, list[str]]], width: int, *, rows: Sequence[str] = (), blank: bool = False,
-    keep: Pick = ALL, clock: tuple[int | None, float] = (0, 1.0),
-) -> Rows:  # fmt: skip
-    """Rows of `width` numbers (P, width), only those of `keep`; many are kept in a file (`workbench.model.spool`).
+    path: Path,
+    lines: Iterator[tuple[int, list[str]]],
+    width: int,
+    *,
+    rows: Sequence[str] = (),
+    blank: bool = False,
+    keep: Pick = ALL,
+    clock: tuple[int | None, float] = (0, 1.0),
+) -> Rows:
+    """Rows of `width` numbers (P, width), only those of `keep`; many are kept in a file
+    (`workbench.model.spool`).
 
-    lines: line numbers with the words of each line. blank: an empty word is a gap (NaN). clock: the column that holds
-    the time and one unit of it [s], or None and the step between rows [s]. InputError names line and column of what is
-    no finite number, rows of another length, times that do not rise, and a file too long to keep.
+    lines: line numbers with the words of each line. blank: an empty word is a gap (NaN). clock: the
+    column that holds the time and one unit of it [s], or None and the step between rows [s].
+    InputError names line and column of what is no finite number, rows of another length, times that
+    do not rise, and a file too long to keep.
     """
     column, unit = clock
-    kept, wanted = Spool(width), array("q")
+    kept = Spool(width)
+    wanted = array("q")
     block: list[list[float]] = []
     count = inside = 0
     before = -math.inf
@@ -113,7 +126,9 @@ def number_rows(
         wanted.append(number)
         if len(block) == _BLOCK:
             if len(wanted) * width > MOST_NUMBERS:
-                raise InputError(f"{path}: too long: read a part of it (start, end) or every n-th frame")
+                raise InputError(
+                    f"{path}: too long: read a part of it (start, end) or every n-th frame"
+                )
             kept.add(np.array(block))
             block = []
     kept.add(np.array(block, dtype=np.float64).reshape(-1, width))
@@ -121,7 +136,8 @@ def number_rows(
 
 
 def _finite(row: list[float], words: Sequence[str], blank: bool) -> bool:
-    """Whether a row holds only finite numbers of a size that can be reckoned with; empty words may be gaps."""
+    """Whether a row holds only finite numbers of a size that can be reckoned with; empty words may
+    be gaps."""
     given = [v for v, w in zip(row, words, strict=True) if w] if blank else row
     if not all(map(math.isfinite, given)):
         return False
@@ -131,8 +147,10 @@ def _finite(row: list[float], words: Sequence[str], blank: bool) -> bool:
 def _refuse_time(here: str, frame: int, now: float, before: float) -> None:
     if math.isnan(now):
         raise InputError(f"{here}: frame {frame} has no time")
-    raise InputError(f"{here}: frames are out of order: frame {frame} is at {now:g} s, after frame {frame - 1} at "
-                     f"{before:g} s")  # fmt: skip
+    raise InputError(
+        f"{here}: frames are out of order: frame {frame} is at {now:g} s, after frame {frame - 1} at "
+        f"{before:g} s"
+    )
 
 
 def _refuse(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) -> None:
@@ -143,5 +161,9 @@ def _refuse(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) 
             value = math.nan
         if not abs(value) <= _LARGEST:
             where = f"column {k + 1}" + (f" ({rows[k]})" if k < len(rows) else "")
-            what = f"is too large (most: {_LARGEST:g})" if math.isfinite(value) else "is not a finite number"
+            what = (
+                f"is too large (most: {_LARGEST:g})"
+                if math.isfinite(value)
+                else "is not a finite number"
+            )
             raise InputError(f"{path}, line {number}, {where}: {word[:60]!r} {what}")

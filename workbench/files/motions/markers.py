@@ -23,12 +23,14 @@ __all__ = ["read_c3d", "read_trc"]
 _MOST_NUMBERS = 100_000_000
 """Numbers of markers that are held in memory at most (0.8 GB, a few times over)."""
 _LOW = re.compile(r"heel|hee|hel|ank|toe|mt\d|foo|calc|malleol")
-_HIGH = re.compile(r"asi|psi|head|fhd|bhd|c7|t10|shoulder|sho|fsh|acrom|clav|strn|stern|iliac|wt$|gtr|hip|sacr")
+_HIGH = re.compile(
+    r"asi|psi|head|fhd|bhd|c7|t10|shoulder|sho|fsh|acrom|clav|strn|stern|iliac|wt$|gtr|hip|sacr"
+)
 
 
 def read_trc(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Markers:
-    """Markers of a TRC file; empty cells are gaps. up: the file's upward axis; where None, the one along which hips
-    and head are above the feet.
+    """Markers of a TRC file; empty cells are gaps. up: the file's upward axis; where None, the one
+    along which hips and head are above the feet.
 
     InputError with the line for a broken header, counts that are not so, rows of another length.
     """
@@ -37,50 +39,65 @@ def read_trc(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Ma
     about, names = _trc_head(source, lines)
     unit = str(about.get("units", ""))
     if unit not in metres_in:
-        raise InputError(f"{source}, line 3: unit {unit!r} is not known; valid: {', '.join(metres_in)}")
+        raise InputError(
+            f"{source}, line 3: unit {unit!r} is not known; valid: {', '.join(metres_in)}"
+        )
     width = 2 + 3 * len(names)
     rows = ((number, _padded(line, width)) for number, line in lines if line.strip())
     columns = ["frame", "time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
-    table, count, _ = number_rows(source, rows, width, rows=columns, blank=True, keep=keep, clock=(1, 1.0))
+    table, count, _ = number_rows(
+        source, rows, width, rows=columns, blank=True, keep=keep, clock=(1, 1.0)
+    )
     if table.size > _MOST_NUMBERS:
-        raise InputError(f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame")
+        raise InputError(
+            f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame"
+        )
     said = about.get("numframes", str(count))
     if count_in(said) != count:
         raise InputError(f"{source}, line 3: says {said[:20]} frames, {count} are there")
     if not len(table):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
     position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
-    position[np.isnan(position).any(axis=-1)] = np.nan  # a marker without one of its coordinates is a gap
+    position[np.isnan(position).any(axis=-1)] = (
+        np.nan
+    )  # a marker without one of its coordinates is a gap
     return _markers(source, names, position, (table[:, 1], up, ""))
 
 
 def read_c3d(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Markers:
     """Markers of a C3D file; what was not seen is a gap, repeated labels are numbered.
 
-    up as in `read_trc`; the file's own Y_SCREEN goes before the guess. InputError for a broken file or one without
-    markers.
+    up as in `read_trc`; the file's own Y_SCREEN goes before the guess. InputError for a broken file
+    or one without markers.
     """
     source = Path(path)
     found = read_points(source)
     if found.count == 0 or len(found.frames) == 0:
         raise InputError(f"{source}: holds no marker")
     if found.unit not in metres_in or not found.rate > 0:
-        raise InputError(f"{source}: POINT:UNITS is {found.unit!r}, POINT:RATE is {found.rate:g}: a unit of length and "
-                         "a rate are needed")  # fmt: skip
+        raise InputError(
+            f"{source}: POINT:UNITS is {found.unit!r}, POINT:RATE is {found.rate:g}: a unit of length and "
+            "a rate are needed"
+        )
     time = (found.first + np.arange(len(found.frames))) / found.rate
     rows = np.flatnonzero((time >= keep.start) & (time <= keep.end))[:: keep.every]
     if not len(rows):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
     if len(rows) * found.count * 3 > _MOST_NUMBERS:
-        raise InputError(f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame")
-    labels = [*found.labels, *(f"marker {k + 1}" for k in range(len(found.labels), found.count))][: found.count]
+        raise InputError(
+            f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame"
+        )
+    labels = [*found.labels, *(f"marker {k + 1}" for k in range(len(found.labels), found.count))][
+        : found.count
+    ]
     position = found.position(rows) * metres_in[found.unit]
     made = _markers(source, labels, position, (time[rows], up, found.screen.lower().lstrip("+")))
     return replace(made, notes=(*found.notes, *made.notes))
 
 
 def _trc_head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str], list[str]]:
-    """What the header says, by its names in lower case, and the markers' names; the line of X1 Y1 Z1 is passed."""
+    """What the header says, by its names in lower case, and the markers' names; the line of X1 Y1
+    Z1 is passed."""
     head: list[list[str]] = []
     for number, line in lines:
         head.append([word.strip() for word in _cells(line)])
@@ -110,9 +127,12 @@ def _padded(line: str, width: int) -> list[str]:
     return cells + [""] * (width - len(cells)) if len(cells) >= 2 else cells
 
 
-def _markers(path: Path, labels: list[str], position: Floats, about: tuple[Floats, str | None, str]) -> Markers:
+def _markers(
+    path: Path, labels: list[str], position: Floats, about: tuple[Floats, str | None, str]
+) -> Markers:
     time, up, told = about
-    names, notes = unique_names(labels, "marker"), []
+    names = unique_names(labels, "marker")
+    notes = []
     twice = [label for label, count in Counter(labels).items() if count > 1]
     if twice:
         notes.append(f"markers of the same name are numbered: {', '.join(twice)}")
@@ -125,14 +145,19 @@ def _markers(path: Path, labels: list[str], position: Floats, about: tuple[Float
 def _upward(names: list[str], position: Floats) -> str:
     """The axis along which the markers of head and hips lie above those of the feet."""
     middle = np.array(
-        [np.nanmedian(p, axis=0) if np.isfinite(p).any() else np.full(3, np.nan) for p in position.swapaxes(0, 1)]
+        [
+            np.nanmedian(p, axis=0) if np.isfinite(p).any() else np.full(3, np.nan)
+            for p in position.swapaxes(0, 1)
+        ]
     )
     plain = [re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower()) for name in names]
     known = np.isfinite(middle[:, 0])
     low = np.array([bool(_LOW.search(name)) for name in plain]) & known
     high = np.array([bool(_HIGH.search(name)) for name in plain]) & known & ~low
     if not low.any() or not high.any():
-        raise InputError("the upward axis cannot be told from the markers' names: state it (up: x, y, z, -x, -y or -z)")
+        raise InputError(
+            "the upward axis cannot be told from the markers' names: state it (up: x, y, z, -x, -y or -z)"
+        )
     rise = middle[high].mean(axis=0) - middle[low].mean(axis=0)
     k = int(np.argmax(np.abs(rise)))
     return ("-" if rise[k] < 0 else "") + "xyz"[k]

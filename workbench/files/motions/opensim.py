@@ -1,7 +1,9 @@
-"""OpenSim motions (.mot, .sto): joint angles by the coordinate names of the gait and full-body models.
+"""OpenSim motions (.mot, .sto): joint angles by the coordinate names of the gait and full-body
+models.
 
-Both dialects of the header are read: `nRows`, `nColumns`, `inDegrees`, `endheader` (storage and motion files), and
-`datacolumns`, `datarows`, `range` (SIMM motion files, always degrees). x is forward, y up, z to the right.
+Both dialects of the header are read: `nRows`, `nColumns`, `inDegrees`, `endheader` (storage and
+motion files), and `datacolumns`, `datarows`, `range` (SIMM motion files, always degrees). x is
+forward, y up, z to the right.
 """
 
 from __future__ import annotations
@@ -24,10 +26,13 @@ from workbench.model.spool import pieces
 __all__ = ["Coordinates", "coordinate_pieces", "coordinate_poses"]
 
 _MOST_TURNS = 13.0
-# joint -> (coordinate, axis in x forward y left z up), in the order in which OpenSim turns; {s}: l or r
+# joint -> (coordinate, axis in x forward y left z up), in the order in which OpenSim turns; {s}: l
+# or r
 _Rows = tuple[tuple[str, tuple[float, float, float]], ...]
 _PLACES = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
-_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+_X = (1.0, 0.0, 0.0)
+_Y = (0.0, 1.0, 0.0)
+_Z = (0.0, 0.0, 1.0)
 _RIGHT = (0.0, -1.0, 0.0)
 _PELVIS = (("pelvis_tilt", _RIGHT), ("pelvis_list", _X), ("pelvis_rotation", _Z))
 _TRUNK = (("lumbar_extension", _RIGHT), ("lumbar_bending", _X), ("lumbar_rotation", _Z))
@@ -39,13 +44,13 @@ _LIMBS = {
     "S": (("arm_flex_{s}", _RIGHT), ("arm_add_{s}", _X), ("arm_rot_{s}", _Z)),
     "E": (("elbow_flex_{s}", _RIGHT),),
     "W": (("pro_sup_{s}", _Z), ("wrist_flex_{s}", _X), ("wrist_dev_{s}", _Y)),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Named coordinates of a motion: values (P, C) in radians, pelvis_tx, _ty, _tz in metres; time (P,) [s]; negative:
-    the knees that are negative in flexion."""
+    """Named coordinates of a motion: values (P, C) in radians, pelvis_tx, _ty, _tz in metres; time
+    (P,) [s]; negative: the knees that are negative in flexion."""
 
     names: tuple[str, ...]
     values: Floats
@@ -57,8 +62,8 @@ class Coordinates:
 def coordinate_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Coordinates]:
     """Coordinates of a .mot or .sto file, some frames at a time.
 
-    InputError with the line for a broken header, rows of another length, wrong counts, or angles of many turns (degrees
-    taken for radians).
+    InputError with the line for a broken header, rows of another length, wrong counts, or angles of
+    many turns (degrees taken for radians).
     """
     source = Path(path)
     lines = numbered(source)
@@ -79,10 +84,14 @@ def coordinate_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Coordin
         values = found.values[:, k] * scale[column]
         worst = int(np.argmax(np.abs(values)))
         if not _is_place(names[k]) and abs(values[worst]) > _MOST_TURNS:
-            guess = "" if degrees else ": the header says radians; are these degrees (inDegrees=yes)?"
-            raise InputError(f"{source}, line {found.lines[worst]}: {names[k]} is {found.values[worst, k]:g} at "
-                             f"{time[worst]:g} s, {abs(values[worst]) / (2 * np.pi):.0f} whole turns"
-                             f"{guess}")  # fmt: skip
+            guess = (
+                "" if degrees else ": the header says radians; are these degrees (inDegrees=yes)?"
+            )
+            raise InputError(
+                f"{source}, line {found.lines[worst]}: {names[k]} is {found.values[worst, k]:g} at "
+                f"{time[worst]:g} s, {abs(values[worst]) / (2 * np.pi):.0f} whole turns"
+                f"{guess}"
+            )
         if names[k].startswith("knee_angle") and np.median(values) < 0:
             negative.add(names[k])
     called = tuple(names[k] for k in others)
@@ -92,14 +101,16 @@ def coordinate_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Coordin
 
 
 def coordinate_poses(body: Body, found: Coordinates) -> tuple[Poses, tuple[str, ...]]:
-    """Poses of a body with the paper's joints from OpenSim coordinates, and what was assumed or left out.
+    """Poses of a body with the paper's joints from OpenSim coordinates, and what was assumed or
+    left out.
 
-    The turn of the one lumbar joint is shared by waist and solar plexus. InputError where neither hips nor arms are
-    there.
+    The turn of the one lumbar joint is shared by waist and solar plexus. InputError where neither
+    hips nor arms are there.
     """
     reader = _Reader(found)
     rotations = np.tile([1.0, 0.0, 0.0, 0.0], (len(found.time), len(body.joints), 1))
-    pelvis, trunk = reader.turn(_PELVIS), reader.turn(_TRUNK)
+    pelvis = reader.turn(_PELVIS)
+    trunk = reader.turn(_TRUNK)
     rotations[:, body.joint("PV")] = pelvis
     half = trunk + np.array([1.0, 0.0, 0.0, 0.0]) * np.where(trunk[:, :1] < 0, -1.0, 1.0)
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
@@ -140,10 +151,16 @@ class _Reader:
         """What was assumed, and which columns were not used; InputError where no limb was found."""
         if not self.used & {"hip_flexion_r", "hip_flexion_l", "arm_flex_r", "arm_flex_l"}:
             some = ", ".join(self.found.names[:20])
-            raise InputError(f"{self.found.file}: holds no joint angles of a person (hip_flexion_r, ...): {some}")
+            raise InputError(
+                f"{self.found.file}: holds no joint angles of a person (hip_flexion_r, ...): {some}"
+            )
         left = [name for name in self.found.names if name not in self.used and name not in _PLACES]
         more = f" and {len(left) - 20} more" if len(left) > 20 else ""
-        return tuple(dict.fromkeys(self.notes + ([f"not used: {', '.join(left[:20])}{more}"] if left else [])))
+        return tuple(
+            dict.fromkeys(
+                self.notes + ([f"not used: {', '.join(left[:20])}{more}"] if left else [])
+            )
+        )
 
     def _value(self, key: str) -> Floats:
         values = np.asarray(self.known[key])
@@ -161,7 +178,8 @@ def _is_place(name: str) -> bool:
 
 
 def _header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[bool, dict[str, int], list[str]]:
-    """Whether angles are degrees, what the header says of rows and columns, the names of the columns."""
+    """Whether angles are degrees, what the header says of rows and columns, the names of the
+    columns."""
     degrees: bool | None = None
     said: dict[str, int] = {}
     ended = False
@@ -185,12 +203,18 @@ def _header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[bool, dict[st
                 raise InputError(f"{path}, line {number}: inDegrees must be yes or no")
             degrees = words[1].lower() == "yes"
         elif ended:
-            raise InputError(f"{path}, line {number}: the column 'time' must come first, got {words[0]!r}")
+            raise InputError(
+                f"{path}, line {number}: the column 'time' must come first, got {words[0]!r}"
+            )
     else:
-        raise InputError(f"{path}: no line of column names beginning with 'time': no OpenSim motion, or cut short")
+        raise InputError(
+            f"{path}: no line of column names beginning with 'time': no OpenSim motion, or cut short"
+        )
     names = line.split()
     if len(set(names)) != len(names):
         raise InputError(f"{path}, line {number}: a column is there twice")
     if degrees is None:
-        raise InputError(f"{path}: the header does not say whether angles are degrees: state inDegrees=yes or no")
+        raise InputError(
+            f"{path}: the header does not say whether angles are degrees: state inDegrees=yes or no"
+        )
     return degrees, said, names

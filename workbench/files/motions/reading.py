@@ -1,4 +1,5 @@
-"""Any motion file as what it holds: poses, bones, markers, coordinates, segments or a score; by ending and header."""
+"""Any motion file as what it holds: poses, bones, markers, coordinates, segments or a score; by
+ending and header."""
 
 from __future__ import annotations
 
@@ -23,17 +24,21 @@ MOTIONS = (".csv", ".bvh", ".trc", ".c3d", ".mot", ".sto", ".laban")
 Recorded = tuple[Poses, tuple[str, ...]] | Bones | Markers | Coordinates | SegmentTrack | Score
 
 
-def read_motion(path: str | Path, body: Body, *, up: str | None = None, keep: Pick = ALL) -> Iterator[Recorded]:
-    """Read a motion file, some frames at a time where its form allows (bones, coordinates, single segments); what it
-    holds is then made poses of a body by `workbench.study.motions`.
+def read_motion(
+    path: str | Path, body: Body, *, up: str | None = None, keep: Pick = ALL
+) -> Iterator[Recorded]:
+    """Read a motion file, some frames at a time where its form allows (bones, coordinates, single
+    segments); what it holds is then made poses of a body by `workbench.study.motions`.
 
-    up: the upward axis of a marker file, found from the markers where None. UsageError where `up` does not belong to
-    the format; InputError for an unknown ending and for every fault of the file.
+    up: the upward axis of a marker file, found from the markers where None. UsageError where `up`
+    does not belong to the format; InputError for an unknown ending and for every fault of the file.
     """
     source = Path(path)
     ending = source.suffix.lower()
     if up is not None and ending not in (".bvh", ".trc", ".c3d"):
-        raise UsageError(f"{source}: up is for BVH and marker files; {ending or 'this'} says its own axes")
+        raise UsageError(
+            f"{source}: up is for BVH and marker files; {ending or 'this'} says its own axes"
+        )
     if ending == ".csv" and table_kind(source) == "segments":
         yield from segment_pieces(source, keep=keep)
     elif ending == ".csv":
@@ -47,4 +52,6 @@ def read_motion(path: str | Path, body: Body, *, up: str | None = None, keep: Pi
     elif ending in (".trc", ".c3d"):
         yield (read_trc if ending == ".trc" else read_c3d)(source, up=up, keep=keep)
     else:
-        raise InputError(f"{source}: {ending or 'no ending'} is no motion format; {one_of(ending, MOTIONS)}")
+        raise InputError(
+            f"{source}: {ending or 'no ending'} is no motion format; {one_of(ending, MOTIONS)}"
+        )

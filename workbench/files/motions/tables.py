@@ -1,4 +1,5 @@
-"""Motions as tables: the project's own CSV of joint angles, and CSV of single segments; units in the header."""
+"""Motions as tables: the project's own CSV of joint angles, and CSV of single segments; units in
+the header."""
 
 from __future__ import annotations
 
@@ -40,7 +41,8 @@ class _Column:
 
 @dataclass(frozen=True, eq=False)
 class _Table:
-    """A table's columns (without the clock), its numbers with all columns, and where each column stands in them."""
+    """A table's columns (without the clock), its numbers with all columns, and where each column
+    stands in them."""
 
     path: Path
     about: dict[str, str]
@@ -67,16 +69,20 @@ def table_kind(path: str | Path) -> str:
     return "segments" if placed else "angles"
 
 
-def read_angle_table(path: str | Path, body: Body, *, keep: Pick = ALL) -> tuple[Poses, tuple[str, ...]]:
+def read_angle_table(
+    path: str | Path, body: Body, *, keep: Pick = ALL
+) -> tuple[Poses, tuple[str, ...]]:
     """The project's own CSV as poses of a body, and what should be noticed.
 
-    First lines `# key: value` (body, reference), then the header: `time [s]`, the placement of the reference segment
-    `x [mm], y [mm], z [mm]` and `qw, qx, qy, qz` or `roll [deg], pitch [deg], yaw [deg]`, and joint angles as
-    `LH.flexion [deg]`, or `LH.qw` ... `LH.qz`. What is not there is 0. InputError with file, line and column. A long
-    motion is worked on in pieces and kept in a file.
+    First lines `# key: value` (body, reference), then the header: `time [s]`, the placement of the
+    reference segment `x [mm], y [mm], z [mm]` and `qw, qx, qy, qz` or `roll [deg], pitch [deg], yaw
+    [deg]`, and joint angles as `LH.flexion [deg]`, or `LH.qw` ... `LH.qz`. What is not there is 0.
+    InputError with file, line and column. A long motion is worked on in pieces and kept in a file.
     """
     table = _read(Path(path), keep)
-    largest = max((_largest(table, k) for k, c in enumerate(table.columns) if _is_angle(c)), default=0.0)
+    largest = max(
+        (_largest(table, k) for k, c in enumerate(table.columns) if _is_angle(c)), default=0.0
+    )
     poses = stacked(_angle_poses(table.rows(rows), body) for rows in pieces(len(table.time)))
     small = any(c.unit == "deg" for c in table.columns) and 1e-3 < largest < np.radians(3.2)
     return poses, ("no joint angle exceeds 3.2 degrees: are these radians?",) if small else ()
@@ -101,13 +107,19 @@ def _angle_poses(table: _Table, body: Body) -> Poses:
             try:
                 axis, sign = motion_of(body, j, tail)
             except InputError as error:
-                raise InputError(f"{table.path}, line {table.header_line}, {column.name}: {error}") from None
+                raise InputError(
+                    f"{table.path}, line {table.header_line}, {column.name}: {error}"
+                ) from None
             angles[:, j, axis] += sign * values * _RADIANS[column.unit]
     rotations = compose(body, angles)
     for j, given in quaternions.items():
         rotations[:, j] = _unit_quaternions(table, body.joints[j], given)
     world = np.concatenate(
-        [_attitude(table, place), np.stack([place.get(k, np.zeros(len(angles))) for k in "xyz"], -1)[..., None]], -1
+        [
+            _attitude(table, place),
+            np.stack([place.get(k, np.zeros(len(angles))) for k in "xyz"], -1)[..., None],
+        ],
+        -1,
     )
     return Poses(rotations, reference, world, table.time)
 
@@ -115,9 +127,10 @@ def _angle_poses(table: _Table, body: Body) -> Poses:
 def segment_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[SegmentTrack]:
     """Segments that are given one by one, some frames at a time.
 
-    Columns: `time [ms]`, then for each segment `H.x [mm], H.y [mm], H.z [mm]` of its centre of gravity and its
-    attitude, `H.qw ... H.qz` or `H.roll [deg], H.pitch [deg], H.yaw [deg]` about x, y, z in the order yaw, pitch, roll.
-    x forward, y left, z up. InputError with file, line and column.
+    Columns: `time [ms]`, then for each segment `H.x [mm], H.y [mm], H.z [mm]` of its centre of
+    gravity and its attitude, `H.qw ... H.qz` or `H.roll [deg], H.pitch [deg], H.yaw [deg]` about x,
+    y, z in the order yaw, pitch, roll. x forward, y left, z up. InputError with file, line and
+    column.
     """
     table = _read(Path(path), keep)
     for rows in pieces(len(table.time)):
@@ -135,32 +148,44 @@ def _track(table: _Table) -> SegmentTrack:
                 own[tail] = table.column(k) * _unit(table, column, tail)
         lacking = [k for k in "xyz" if k not in own]
         if lacking or not (set(_ATTITUDES) <= own.keys() or set(_QUATERNION) <= own.keys()):
-            raise InputError(f"{table.path}, line {table.header_line}: segment {name} needs columns {name}.x, .y, "
-                             f".z and .qw to .qz or .roll, .pitch, .yaw")  # fmt: skip
+            raise InputError(
+                f"{table.path}, line {table.header_line}: segment {name} needs columns {name}.x, .y, "
+                f".z and .qw to .qz or .roll, .pitch, .yaw"
+            )
         world[:, n, :, :3] = _attitude(table, own)
         world[:, n, :, 3] = np.stack([own[k] for k in "xyz"], axis=-1)
     return SegmentTrack(tuple(names), world, table.time, str(table.path))
 
 
 def angle_table_text(body: Body, poses: Poses) -> Iterator[str]:
-    """Lines of the project's own CSV for a motion: what `read_angle_table` gives back within 1e-6 degrees."""
+    """Lines of the project's own CSV for a motion: what `read_angle_table` gives back within 1e-6
+    degrees."""
     yield "# workbench motion\n"
     yield f"# body: {body.name}\n# reference: {body.segments[poses.reference]}\n"
     names = [
-        f"{joint}.{body.stops.motions[j][axis][0]} [deg]" for j, joint in enumerate(body.joints) for axis in range(3)
+        f"{joint}.{body.stops.motions[j][axis][0]} [deg]"
+        for j, joint in enumerate(body.joints)
+        for axis in range(3)
     ]
     yield ", ".join(["time [s]", "x [mm]", "y [mm]", "z [mm]", *_QUATERNION, *names]) + "\n"
     for rows in pieces(len(poses)):
         some = poses.rows(rows)
         angles = np.degrees(angles_of(body, some)).reshape(len(some), -1) + 0.0
-        place, time = some.world_from_reference, poses.clock[rows]
+        place = some.world_from_reference
+        time = poses.clock[rows]
         turn = from_matrices(place[:, :, :3])
         for p in range(len(some)):
-            row = [f"{time[p]:.9g}", *(f"{1000 * v:.6f}" for v in place[p, :, 3]), *(f"{v:.12f}" for v in turn[p])]
+            row = [
+                f"{time[p]:.9g}",
+                *(f"{1000 * v:.6f}" for v in place[p, :, 3]),
+                *(f"{v:.12f}" for v in turn[p]),
+            ]
             yield ", ".join([*row, *(f"{v:.7g}" for v in angles[p])]) + "\n"
 
 
-def _head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str], list[_Column], int]:
+def _head(
+    path: Path, lines: Iterator[tuple[int, str]]
+) -> tuple[dict[str, str], list[_Column], int]:
     about: dict[str, str] = {}
     for number, line in lines:
         if line.startswith("#"):
@@ -172,7 +197,9 @@ def _head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str],
             for word in words:
                 found = re.fullmatch(r"([\w.]+)\s*(?:\[\s*(\w+)\s*\])?", word)
                 if not found:
-                    raise InputError(f"{path}, line {number}: {word!r} is no column: name [unit] is needed")
+                    raise InputError(
+                        f"{path}, line {number}: {word!r} is no column: name [unit] is needed"
+                    )
                 columns.append(_Column(found[1], found[2] or ""))
             twice = [name for name, count in Counter(c.name for c in columns).items() if count > 1]
             if twice:
@@ -191,14 +218,22 @@ def _read(path: Path, keep: Pick) -> _Table:
     if unit not in _SECONDS:
         raise InputError(f"{path}, line {number}: time needs its unit, [s] or [ms], got [{unit}]")
     rows = (
-        (at, [w.strip() for w in line.split(",")]) for at, line in lines if line.strip() and not line.startswith("#")
+        (at, [w.strip() for w in line.split(",")])
+        for at, line in lines
+        if line.strip() and not line.startswith("#")
     )
     names = [c.name for c in columns]
-    found = number_rows(path, rows, len(columns), rows=names, keep=keep, clock=(clock, _SECONDS[unit]))
+    found = number_rows(
+        path, rows, len(columns), rows=names, keep=keep, clock=(clock, _SECONDS[unit])
+    )
     if not len(found.values):
         raise InputError(
             f"{path}: "
-            + ("holds no frame" if not found.total else f"no frame between {keep.start:g} and {keep.end:g} s")
+            + (
+                "holds no frame"
+                if not found.total
+                else f"no frame between {keep.start:g} and {keep.end:g} s"
+            )
         )
     others = tuple(k for k in range(len(columns)) if k != clock)
     time = rising_time(found.values[:, clock] * _SECONDS[unit], str(path))
@@ -212,15 +247,19 @@ def _is_angle(column: _Column) -> bool:
 
 def _unit(table: _Table, column: _Column, what: str) -> float:
     """Factor to SI of a placement column."""
-    valid: Mapping[str, float] = metres_in if what in "xyz" else _RADIANS if what in _ATTITUDES else {"": 1.0}
+    valid: Mapping[str, float] = (
+        metres_in if what in "xyz" else _RADIANS if what in _ATTITUDES else {"": 1.0}
+    )
     if what not in ("x", "y", "z", *_ATTITUDES, *_QUATERNION):
         known = ["x", "y", "z", *_QUATERNION, *_ATTITUDES, "JOINT.motion"]
         raise InputError(
             f"{table.path}, line {table.header_line}: no column {column.name!r}; {one_of(column.name, known)}"
         )
     if column.unit not in valid:
-        raise InputError(f"{table.path}, line {table.header_line}: column {column.name} needs its unit: "
-                         f"{', '.join(f'[{u}]' for u in valid)}; got [{column.unit}]")  # fmt: skip
+        raise InputError(
+            f"{table.path}, line {table.header_line}: column {column.name} needs its unit: "
+            f"{', '.join(f'[{u}]' for u in valid)}; got [{column.unit}]"
+        )
     return valid[column.unit]
 
 
@@ -235,22 +274,28 @@ def _largest(table: _Table, k: int) -> float:
     """The largest angle [rad] of a column. InputError, with its line, where it is of many turns."""
     column = table.columns[k]
     if column.unit not in _RADIANS:
-        raise InputError(f"{table.path}, line {table.header_line}: column {column.name} needs its unit, [deg] or "
-                         f"[rad], got [{column.unit}]")  # fmt: skip
+        raise InputError(
+            f"{table.path}, line {table.header_line}: column {column.name} needs its unit, [deg] or "
+            f"[rad], got [{column.unit}]"
+        )
     values = np.abs(table.column(k)) * _RADIANS[column.unit]
     worst = int(np.argmax(values))
     if values[worst] > _MOST_TURNS:
         guess = ": is this column in degrees?" if column.unit == "rad" else ""
-        raise InputError(f"{table.path}, line {table.lines[worst]}: {column.name} is {table.column(k)[worst]:g} "
-                         f"{column.unit} at {table.time[worst]:g} s, {values[worst] / (2 * np.pi):.0f} whole turns"
-                         f"{guess}")  # fmt: skip
+        raise InputError(
+            f"{table.path}, line {table.lines[worst]}: {column.name} is {table.column(k)[worst]:g} "
+            f"{column.unit} at {table.time[worst]:g} s, {values[worst] / (2 * np.pi):.0f} whole turns"
+            f"{guess}"
+        )
     return float(values[worst])
 
 
 def _attitude(table: _Table, given: Mapping[str, Floats]) -> Floats:
     frames = len(table.time)
     if set(_QUATERNION) <= given.keys():
-        given_turn = _unit_quaternions(table, "the placement", np.stack([given[k] for k in _QUATERNION], axis=-1))
+        given_turn = _unit_quaternions(
+            table, "the placement", np.stack([given[k] for k in _QUATERNION], axis=-1)
+        )
         return matrices(given_turn)
     zero = np.zeros(frames)
     rows = zip(*(given.get(k, zero) for k in _ATTITUDES), strict=True)
@@ -258,10 +303,14 @@ def _attitude(table: _Table, given: Mapping[str, Floats]) -> Floats:
 
 
 def _unit_quaternions(table: _Table, what: str, given: Floats) -> Floats:
-    with np.errstate(over="ignore"):  # a length too large for a number is infinite, and not 1 either
+    with np.errstate(
+        over="ignore"
+    ):  # a length too large for a number is infinite, and not 1 either
         length = np.linalg.norm(given, axis=-1)
     wrong = np.flatnonzero(np.abs(length - 1.0) > 1e-3)
     if len(wrong):
-        raise InputError(f"{table.path}, line {table.lines[wrong[0]]}: the quaternion of {what} has length "
-                         f"{length[wrong[0]]:.4g} at {table.time[wrong[0]]:g} s; 1 is needed")  # fmt: skip
+        raise InputError(
+            f"{table.path}, line {table.lines[wrong[0]]}: the quaternion of {what} has length "
+            f"{length[wrong[0]]:.4g} at {table.time[wrong[0]]:g} s; 1 is needed"
+        )
     return np.asarray(given / length[:, None])

@@ -1,1 +1,2 @@
-"""Spheres against polygons and spheres: trees, grids of distances, and the loops that search them."""
+"""Spheres against polygons and spheres: trees, grids of distances, and the loops that search
+them."""

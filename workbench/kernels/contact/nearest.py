@@ -1,8 +1,10 @@
 """Exact signed distance of points to a closed triangle mesh, and largest balls inside it.
 
-Nearest triangle by a tree of boxes; inside or outside by the pseudo-normal of the nearest face, edge or vertex, which
-is exact for a closed mesh that does not cross itself (Baerentzen & Aanaes, IEEE TVCG 11(3), 2005, DOI
-10.1109/TVCG.2005.49). Nearest point on a triangle: Ericson, Real-Time Collision Detection, 2005, 5.1.5.
+Nearest triangle by a tree of boxes; inside or outside by the pseudo-normal of the nearest face,
+edge or vertex, which is exact for a closed mesh that does not cross itself (Baerentzen & Aanaes,
+IEEE TVCG 11(3), 2005, DOI
+10.1109/TVCG.2005.49). Nearest point on a triangle: Ericson, Real-Time Collision Detection, 2005,
+5.1.5.
 """
 
 from __future__ import annotations
@@ -16,12 +18,20 @@ from numpy.typing import NDArray
 from workbench.kernels.compiled import njit
 from workbench.kernels.contact.tree import box_gap, build_tree
 
-__all__ = ["Solid", "build_solid", "mesh_distance", "morton_order", "nearest_triangle", "shrink_balls"]
+__all__ = [
+    "Solid",
+    "build_solid",
+    "mesh_distance",
+    "morton_order",
+    "nearest_triangle",
+    "shrink_balls",
+]
 
 
 class Solid(NamedTuple):
-    """Triangles in the order of the tree's leaves. corner (T, 3, 3); normal (T, 7, 3): of the face, of corners 0, 1, 2
-    and of edges 01, 12, 20; face (T,): each one's number in the mesh; low, high, child, first, last: the tree."""
+    """Triangles in the order of the tree's leaves. corner (T, 3, 3); normal (T, 7, 3): of the face,
+    of corners 0, 1, 2 and of edges 01, 12, 20; face (T,): each one's number in the mesh; low, high,
+    child, first, last: the tree."""
 
     corner: NDArray[np.float64]
     normal: NDArray[np.float64]
@@ -43,30 +53,43 @@ def build_solid(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> Soli
     flat = np.cross(side[:, 0], side[:, 1])
     flat /= np.maximum(np.linalg.norm(flat, axis=1), 1e-300)[:, None]
     long = np.maximum(np.linalg.norm(side, axis=2), 1e-300)
-    cosine = -np.einsum("tkc,tkc->tk", side, np.roll(side, 1, axis=1)) / (long * np.roll(long, 1, axis=1))
+    cosine = -np.einsum("tkc,tkc->tk", side, np.roll(side, 1, axis=1)) / (
+        long * np.roll(long, 1, axis=1)
+    )
     angle = np.arccos(np.clip(cosine, -1.0, 1.0))
     at_corner = np.zeros_like(vertices)
     for k in range(3):
         for axis in range(3):
-            at_corner[:, axis] += np.bincount(faces[:, k], angle[:, k] * flat[:, axis], minlength=len(vertices))
-    tail, head = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+            at_corner[:, axis] += np.bincount(
+                faces[:, k], angle[:, k] * flat[:, axis], minlength=len(vertices)
+            )
+    tail = faces.ravel()
+    head = np.roll(faces, -1, axis=1).ravel()
     key = np.minimum(tail, head) * len(vertices) + np.maximum(tail, head)
     edge = np.unique(key, return_inverse=True)[1]
     spread = np.repeat(flat, 3, axis=0)
     at_edge = np.stack([np.bincount(edge, spread[:, axis]) for axis in range(3)], axis=1)
-    normal = np.concatenate([flat[:, None], at_corner[faces], at_edge[edge].reshape(-1, 3, 3)], axis=1)
+    normal = np.concatenate(
+        [flat[:, None], at_corner[faces], at_edge[edge].reshape(-1, 3, 3)], axis=1
+    )
     return Solid(corner[item], normal[item], item, low, high, child, first, last)
 
 
 def morton_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """An order of points (n, 3) in which neighbours in the list are near in space (Z curve, 2^16 cells a side)."""
+    """An order of points (n, 3) in which neighbours in the list are near in space (Z curve, 2^16
+    cells a side)."""
     low = points.min(axis=0)
     size = max(float((points.max(axis=0) - low).max()), 1e-300)
     cell = np.minimum((points - low) * (65535.0 / size), 65535.0).astype(np.uint64)
     key = np.zeros(len(points), dtype=np.uint64)
     for axis in range(3):
         bits = cell[:, axis]
-        for shift, mask in ((16, 0x0000FF0000FF), (8, 0x00F00F00F00F), (4, 0x0C30C30C30C3), (2, 0x249249249249)):
+        for shift, mask in (
+            (16, 0x0000FF0000FF),
+            (8, 0x00F00F00F00F),
+            (4, 0x0C30C30C30C3),
+            (2, 0x249249249249),
+        ):
             bits = (bits | (bits << np.uint64(shift))) & np.uint64(mask)
         key |= bits << np.uint64(axis)
     return np.argsort(key, kind="stable")
@@ -75,36 +98,56 @@ def morton_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
 @njit(cache=True)
 def _on_edge(x, y, z, a, b):  # type: ignore[no-untyped-def]
     """Nearest point of an edge: squared distance, end (0, 1; 2 between), point."""
-    u, v, w = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    u = b[0] - a[0]
+    v = b[1] - a[1]
+    w = b[2] - a[2]
     square = u * u + v * v + w * w
     t = ((x - a[0]) * u + (y - a[1]) * v + (z - a[2]) * w) / square if square > 0.0 else 0.0
     end = 2
     if t <= 0.0:
-        t, end = 0.0, 0
+        t = 0.0
+        end = 0
     elif t >= 1.0:
-        t, end = 1.0, 1
-    qx, qy, qz = a[0] + t * u, a[1] + t * v, a[2] + t * w
+        t = 1.0
+        end = 1
+    qx = a[0] + t * u
+    qy = a[1] + t * v
+    qz = a[2] + t * w
     return (x - qx) ** 2 + (y - qy) ** 2 + (z - qz) ** 2, end, qx, qy, qz
 
 
 @njit(cache=True)
 def _on_triangle(x, y, z, c, n):  # type: ignore[no-untyped-def]
-    """Nearest point of a triangle with unit normal n: squared distance, feature (index into Solid.normal), point."""
-    a0, a1, a2 = x - c[0, 0], y - c[0, 1], z - c[0, 2]
+    """Nearest point of a triangle with unit normal n: squared distance, feature (index into
+    Solid.normal), point."""
+    a0 = x - c[0, 0]
+    a1 = y - c[0, 1]
+    a2 = z - c[0, 2]
     h = a0 * n[0] + a1 * n[1] + a2 * n[2]
     crossed = 0
-    best, feature, bx, by, bz = np.inf, 0, x, y, z
+    best = np.inf
+    feature = 0
+    bx = x
+    by = y
+    bz = z
     for k in range(3):
         i = (k + 1) % 3
-        u, v, w = c[i, 0] - c[k, 0], c[i, 1] - c[k, 1], c[i, 2] - c[k, 2]
-        p, q, r = x - c[k, 0], y - c[k, 1], z - c[k, 2]
+        u = c[i, 0] - c[k, 0]
+        v = c[i, 1] - c[k, 1]
+        w = c[i, 2] - c[k, 2]
+        p = x - c[k, 0]
+        q = y - c[k, 1]
+        r = z - c[k, 2]
         side = n[0] * (v * r - w * q) + n[1] * (w * p - u * r) + n[2] * (u * q - v * p)
         if side >= 0.0 and (n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0):
             crossed += 1
             continue
         gap, end, qx, qy, qz = _on_edge(x, y, z, c[k], c[i])
         if gap < best:
-            best, bx, by, bz = gap, qx, qy, qz
+            best = gap
+            bx = qx
+            by = qy
+            bz = qz
             feature = 1 + k if end == 0 else (1 + i if end == 1 else 4 + k)
     if crossed == 3:
         return h * h, 0, x - h * n[0], y - h * n[1], z - h * n[2]
@@ -113,18 +156,30 @@ def _on_triangle(x, y, z, c, n):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def nearest_triangle(x, y, z, solid, hint, limit, any_will_do):  # type: ignore[no-untyped-def]
-    """Nearest triangle: squared distance, triangle (-1: none within sqrt(limit)), feature, point; `hint` tried first.
+    """Nearest triangle: squared distance, triangle (-1: none within sqrt(limit)), feature, point;
+    `hint` tried first.
 
     any_will_do: the first one found within the limit is enough.
     """
-    best, found, feature, bx, by, bz = limit, -1, 0, x, y, z
+    best = limit
+    found = -1
+    feature = 0
+    bx = x
+    by = y
+    bz = z
     if hint >= 0:
         gap, part, qx, qy, qz = _on_triangle(x, y, z, solid.corner[hint], solid.normal[hint, 0])
         if gap < best:
-            best, found, feature, bx, by, bz = gap, hint, part, qx, qy, qz
+            best = gap
+            found = hint
+            feature = part
+            bx = qx
+            by = qy
+            bz = qz
             if any_will_do:
                 return best, found, feature, bx, by, bz
-    stack, gaps = np.empty(64, np.int64), np.empty(64)
+    stack = np.empty(64, np.int64)
+    gaps = np.empty(64)
     stack[0], gaps[0], size = 0, box_gap(x, y, z, solid.low[0], solid.high[0]), 1
     while size > 0:
         size -= 1
@@ -136,7 +191,12 @@ def nearest_triangle(x, y, z, solid, hint, limit, any_will_do):  # type: ignore[
             for t in range(solid.first[m], solid.last[m]):
                 gap, part, qx, qy, qz = _on_triangle(x, y, z, solid.corner[t], solid.normal[t, 0])
                 if gap < best:
-                    best, found, feature, bx, by, bz = gap, t, part, qx, qy, qz
+                    best = gap
+                    found = t
+                    feature = part
+                    bx = qx
+                    by = qy
+                    bz = qz
                     if any_will_do:
                         return best, found, feature, bx, by, bz
             continue
@@ -146,50 +206,69 @@ def nearest_triangle(x, y, z, solid, hint, limit, any_will_do):  # type: ignore[
         if b < a:
             near, far, a, b = far, near, b, a
         if b < best:
-            stack[size], gaps[size] = far, b
+            stack[size] = far
+            gaps[size] = b
             size += 1
         if a < best:
-            stack[size], gaps[size] = near, a
+            stack[size] = near
+            gaps[size] = a
             size += 1
     return best, found, feature, bx, by, bz
 
 
 @njit(cache=True)
 def mesh_distance(points, solid, distance, face, foot):  # type: ignore[no-untyped-def]
-    """Signed distance of points (n, 3) to a closed mesh, negative inside; fills distance (n,), face (n,), foot (n, 3).
+    """Signed distance of points (n, 3) to a closed mesh, negative inside; fills distance (n,), face
+    (n,), foot (n, 3).
 
     Fastest when points stand in an order in which neighbours are near (`morton_order`).
     """
     hint = -1
     for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        x = points[i, 0]
+        y = points[i, 1]
+        z = points[i, 2]
         square, hint, feature, qx, qy, qz = nearest_triangle(x, y, z, solid, hint, np.inf, False)
         n = solid.normal[hint, feature]
         outside = (x - qx) * n[0] + (y - qy) * n[1] + (z - qz) * n[2] >= 0.0
         distance[i] = math.sqrt(square) if outside else -math.sqrt(square)
         face[i] = solid.face[hint]
-        foot[i, 0], foot[i, 1], foot[i, 2] = qx, qy, qz
+        foot[i, 0] = qx
+        foot[i, 1] = qy
+        foot[i, 2] = qz
 
 
 @njit(cache=True)
 def shrink_balls(points, normals, greatest, slack, solid, centre):  # type: ignore[no-untyped-def]
-    """Balls under the surface points (n, 3): from radius `greatest` shrunk until no surface is deeper than slack.
+    """Balls under the surface points (n, 3): from radius `greatest` shrunk until no surface is
+    deeper than slack.
 
     greatest, slack (n,) [m]. Source of the step: Ma, Bae & Choi, Visual Computer 28, 2012, DOI
     10.1007/s00371-011-0594-7. Fills centre (n, 3).
     """
     for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], points[i, 2]
-        u, v, w = normals[i, 0], normals[i, 1], normals[i, 2]
-        r, hint = greatest[i], -1
+        x = points[i, 0]
+        y = points[i, 1]
+        z = points[i, 2]
+        u = normals[i, 0]
+        v = normals[i, 1]
+        w = normals[i, 2]
+        r = greatest[i]
+        hint = -1
         for _ in range(40):
-            cx, cy, cz = x - r * u, y - r * v, z - r * w
+            cx = x - r * u
+            cy = y - r * v
+            cz = z - r * w
             empty = max(r - slack[i], 0.25 * r)
             _, hint, _, qx, qy, qz = nearest_triangle(cx, cy, cz, solid, hint, empty * empty, False)
             if hint < 0:
                 break
-            a, b, c = x - qx, y - qy, z - qz
+            a = x - qx
+            b = y - qy
+            c = z - qz
             along = a * u + b * v + c * w
             touching = (a * a + b * b + c * c) / (2.0 * along) if along > 0.0 else 0.0
             r = min(0.95 * r, max(touching, 0.3 * r))
-        centre[i, 0], centre[i, 1], centre[i, 2] = x - r * u, y - r * v, z - r * w
+        centre[i, 0] = x - r * u
+        centre[i, 1] = y - r * v
+        centre[i, 2] = z - r * w

@@ -1,7 +1,8 @@
-"""Distances of a point to eight triangles or convex quadrangles at once, in single precision: nearly exact.
+"""Distances of a point to eight triangles or convex quadrangles at once, in single precision:
+nearly exact.
 
-Each lies in a frame of its own, its longest side from the origin along the first axis. For a polygon with more corners
-a triangle around it stands, and the distance is then only a lower bound.
+Each lies in a frame of its own, its longest side from the origin along the first axis. For a
+polygon with more corners a triangle around it stands, and the distance is then only a lower bound.
 """
 
 from __future__ import annotations
@@ -17,12 +18,15 @@ from workbench.kernels.lanes import LANES, eight, larger, load, root, smaller, w
 __all__ = ["ROWS", "SPARE", "rows_of", "triangle_ways"]
 
 ROWS = 23
-"""Origin, the three axes of the frame; length of the first side; direction and length of the side from the origin, of
-that from the end of the first and of the one between their ends; 0, or FAR where the distance is only a lower bound."""
+"""Origin, the three axes of the frame; length of the first side; direction and length of the side
+from the origin, of that from the end of the first and of the one between their ends; 0, or FAR
+where the distance is only a lower bound."""
 SPARE = 4e-6
-"""More than the rounding of a distance, as a part of the grid's size, where no angle is too small."""
+"""More than the rounding of a distance, as a part of the grid's size, where no angle is too
+small."""
 THIN = 0.995
-"""Cosine of an angle of six degrees: with a smaller one what is computed is taken for a lower bound only."""
+"""Cosine of an angle of six degrees: with a smaller one what is computed is taken for a lower bound
+only."""
 FAR = 1e18
 EDGES = 10
 """Where the edges begin in a polygon's record."""
@@ -30,8 +34,10 @@ EDGES = 10
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
 def triangle_ways(x, y, z, tri, m):  # type: ignore[no-untyped-def]
-    """Distances of a point, about the grid's origin, to the eight polygons of patch m: from below, and from above."""
-    step, at = np.uint64(LANES), np.uint64(m) * np.uint64(ROWS * LANES)
+    """Distances of a point, about the grid's origin, to the eight polygons of patch m: from below,
+    and from above."""
+    step = np.uint64(LANES)
+    at = np.uint64(m) * np.uint64(ROWS * LANES)
     p = eight(x) - load(tri, at)
     q = eight(y) - load(tri, at + step)
     r = eight(z) - load(tri, at + step * np.uint64(2))
@@ -41,26 +47,36 @@ def triangle_ways(x, y, z, tri, m):  # type: ignore[no-untyped-def]
     v = v + r * load(tri, at + step * np.uint64(8))
     h = p * load(tri, at + step * np.uint64(9)) + q * load(tri, at + step * np.uint64(10))
     h = h + r * load(tri, at + step * np.uint64(11))
-    none, long = eight(np.float32(0.0)), load(tri, at + step * np.uint64(12))
+    none = eight(np.float32(0.0))
+    long = load(tri, at + step * np.uint64(12))
     out = u - smaller(larger(u, none), long)
     best = out * out + v * v
     inner = v
-    a, b = load(tri, at + step * np.uint64(13)), load(tri, at + step * np.uint64(14))
-    along, across = u * a + v * b, u * b - v * a
+    a = load(tri, at + step * np.uint64(13))
+    b = load(tri, at + step * np.uint64(14))
+    along = u * a + v * b
+    across = u * b - v * a
     out = along - smaller(larger(along, none), load(tri, at + step * np.uint64(15)))
-    best, inner = smaller(best, out * out + across * across), smaller(inner, across)
-    a, b = load(tri, at + step * np.uint64(16)), load(tri, at + step * np.uint64(17))
+    best = smaller(best, out * out + across * across)
+    inner = smaller(inner, across)
+    a = load(tri, at + step * np.uint64(16))
+    b = load(tri, at + step * np.uint64(17))
     s = u - long
-    along, across = s * a + v * b, v * a - s * b
+    along = s * a + v * b
+    across = v * a - s * b
     out = along - smaller(larger(along, none), load(tri, at + step * np.uint64(18)))
-    best, inner = smaller(best, out * out + across * across), smaller(inner, across)
+    best = smaller(best, out * out + across * across)
+    inner = smaller(inner, across)
     far = load(tri, at + step * np.uint64(15))
     s = u - far * load(tri, at + step * np.uint64(13))
     t = v - far * load(tri, at + step * np.uint64(14))
-    a, b = load(tri, at + step * np.uint64(19)), load(tri, at + step * np.uint64(20))
-    along, across = s * a + t * b, s * b - t * a
+    a = load(tri, at + step * np.uint64(19))
+    b = load(tri, at + step * np.uint64(20))
+    along = s * a + t * b
+    across = s * b - t * a
     out = along - smaller(larger(along, none), load(tri, at + step * np.uint64(21)))
-    best, inner = smaller(best, out * out + across * across), smaller(inner, across)
+    best = smaller(best, out * out + across * across)
+    inner = smaller(inner, across)
     way = root(h * h + where_below(inner, none, best, none))
     return way, way + load(tri, at + step * np.uint64(22))
 
@@ -73,7 +89,8 @@ def _unit(a, other):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _frame(first, normal):  # type: ignore[no-untyped-def]
-    """Axes (3, 3): along `first`, across, and the part of `normal` square to it; any where there is none."""
+    """Axes (3, 3): along `first`, across, and the part of `normal` square to it; any where there is
+    none."""
     axes = np.zeros((3, 3))
     axes[0] = _unit(first, np.array([1.0, 0.0, 0.0]))
     spare = np.zeros(3)
@@ -91,7 +108,8 @@ def _frame(first, normal):  # type: ignore[no-untyped-def]
 def _flat(record, begin, end, axes, o):  # type: ignore[no-untyped-def]
     """Low and high of a polygon's corners about o along the axes (3, 3), as rows (2, 3)."""
     span = np.empty((2, 3))
-    span[0], span[1] = np.inf, -np.inf
+    span[0] = np.inf
+    span[1] = -np.inf
     for e in range(begin, end, 6):
         for k in range(3):
             value = 0.0
@@ -103,18 +121,25 @@ def _flat(record, begin, end, axes, o):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _ring(record, begin, end, lead, axes, ring):  # type: ignore[no-untyped-def]
-    """Write the corners of a triangle or quadrangle into ring (4, 2), from edge `lead` on, about its head along two
-    axes, a triangle's last twice. True where it is convex and no angle of it too small."""
-    many, o = (end - begin) // 6, record[lead : lead + 3]
+    """Write the corners of a triangle or quadrangle into ring (4, 2), from edge `lead` on, about
+    its head along two axes, a triangle's last twice. True where it is convex and no angle of it too
+    small."""
+    many = (end - begin) // 6
+    o = record[lead : lead + 3]
     for c in range(4):
         e = begin + (lead - begin + 6 * min(c, many - 1)) % (end - begin)
         for k in range(2):
             ring[c, k] = np.sum(axes[k] * (record[e : e + 3] - o))
     turn = -1.0 if ring[2, 1] < 0.0 else 1.0
     for c in range(many):
-        u, v = ring[(c + 1) % many] - ring[c], ring[(c - 1) % many] - ring[c]
+        u = ring[(c + 1) % many] - ring[c]
+        v = ring[(c - 1) % many] - ring[c]
         far = math.sqrt(np.sum(u * u) * np.sum(v * v))
-        if turn * (u[0] * v[1] - u[1] * v[0]) < 0.0 or not np.sum(u * v) <= THIN * far or far < 1e-150:
+        if (
+            turn * (u[0] * v[1] - u[1] * v[0]) < 0.0
+            or not np.sum(u * v) <= THIN * far
+            or far < 1e-150
+        ):
             return False
     return True
 
@@ -128,15 +153,21 @@ def _side(row, at, u, v):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def _row(record, begin, end, row):  # type: ignore[no-untyped-def]
-    """Write one polygon's rows, its origin still in the world; how far its corners lie off what stands for it."""
-    lead, long, chained = begin, -1.0, end - begin in (18, 24)
+    """Write one polygon's rows, its origin still in the world; how far its corners lie off what
+    stands for it."""
+    lead = begin
+    long = -1.0
+    chained = end - begin in (18, 24)
     for e in range(begin, end, 6):
         square = np.sum((record[e + 3 : e + 6] - record[e : e + 3]) ** 2)
         if square > long:
-            lead, long = e, square
+            lead = e
+            long = square
         after = e + 6 if e + 6 < end else begin
         chained = chained and bool(np.all(record[e + 3 : e + 6] == record[after : after + 3]))
-    o, side, ring = record[lead : lead + 3].copy(), math.sqrt(long), np.zeros((4, 2))
+    o = record[lead : lead + 3].copy()
+    side = math.sqrt(long)
+    ring = np.zeros((4, 2))
     axes = _frame(record[lead + 3 : lead + 6] - o, record[begin - EDGES : begin - EDGES + 3])
     exact = chained and _ring(record, begin, end, lead, axes, ring)
     span = _flat(record, begin, end, axes, o)
@@ -145,7 +176,8 @@ def _row(record, begin, end, row):  # type: ignore[no-untyped-def]
     elif not exact:
         # the right triangle around the rectangle around all
         o = o + axes[0] * span[0, 0] + axes[1] * span[0, 1]
-        side, ring[2:] = 2.0 * (span[1, 0] - span[0, 0]), 0.0
+        side = 2.0 * (span[1, 0] - span[0, 0])
+        ring[2:] = 0.0
         ring[2, 1] = ring[3, 1] = 2.0 * (span[1, 1] - span[0, 1])
     row[:3] = o
     row[3:12] = axes.reshape(-1)
@@ -155,7 +187,9 @@ def _row(record, begin, end, row):  # type: ignore[no-untyped-def]
     if exact and end - begin == 24:
         _side(row, 19, ring[2, 0] - ring[3, 0], ring[2, 1] - ring[3, 1])
     else:  # as far as can be, and on neither side of it
-        row[19], row[20], row[21] = 0.0, 0.0, -FAR
+        row[19] = 0.0
+        row[20] = 0.0
+        row[21] = -FAR
     row[22] = 0.0 if exact else FAR
     return max(-span[0, 2], span[1, 2])
 
@@ -171,10 +205,13 @@ def _fill(record, begin, patch, rows):  # type: ignore[no-untyped-def]
 
 
 def rows_of(
-    patch: NDArray[np.int32], record: NDArray[np.float64], begin: NDArray[np.int64], origin: NDArray[np.float64]
+    patch: NDArray[np.int32],
+    record: NDArray[np.float64],
+    begin: NDArray[np.int64],
+    origin: NDArray[np.float64],
 ) -> tuple[NDArray[np.float32], float]:
-    """Rows (B, ROWS, LANES) of the polygons patch (B, LANES), about an origin (3,), and how far corners lie off them
-    [m]."""
+    """Rows (B, ROWS, LANES) of the polygons patch (B, LANES), about an origin (3,), and how far
+    corners lie off them [m]."""
     rows = np.zeros((len(patch), LANES, ROWS))
     off = _fill(record, begin, patch, rows)
     rows[..., :3] -= origin

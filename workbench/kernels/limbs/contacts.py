@@ -1,4 +1,5 @@
-"""What the spheres of limbs of a family's bodies enter, and walls in its place that they must stay behind."""
+"""What the spheres of limbs of a family's bodies enter, and walls in its place that they must stay
+behind."""
 
 from __future__ import annotations
 
@@ -19,8 +20,18 @@ from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spher
 from workbench.kernels.inner import inlined, inner
 from workbench.kernels.lanes import first_bit
 
-__all__ = ["DEEPEST", "Limbs", "Obstacles", "Space", "least_heights", "limb_contacts", "new_space", "overlaps",
-           "touch", "wall"]  # fmt: skip
+__all__ = [
+    "DEEPEST",
+    "Limbs",
+    "Obstacles",
+    "Space",
+    "least_heights",
+    "limb_contacts",
+    "new_space",
+    "overlaps",
+    "touch",
+    "wall",
+]
 
 
 DEEPEST = 16
@@ -28,9 +39,10 @@ DEEPEST = 16
 
 
 class Obstacles(NamedTuple):
-    """Parts in the way: faces, shells, field, whose second group of parts stands aside by shift (B, 3) [m] for each
-    body; owner (F,) the part of each polygon, allowed (N, parts) [m], moving (parts,): 1 in the second group, normal
-    (F, 3), least (N, groups) [m] that is allowed anywhere in a group."""
+    """Parts in the way: faces, shells, field, whose second group of parts stands aside by shift (B,
+    3) [m] for each body; owner (F,) the part of each polygon, allowed (N, parts) [m], moving
+    (parts,): 1 in the second group, normal (F, 3), least (N, groups) [m] that is allowed anywhere
+    in a group."""
 
     faces: Faces
     shells: Shells
@@ -44,8 +56,8 @@ class Obstacles(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Working space: rotations (1, J, 4), world (1, N, 3, 4), centres (1, S, 3), stack, gaps; found (1,
-    DEEPEST, 7): excess, sphere, polygon, point (3), 1 where the centre is inside."""
+    """Working space: rotations (1, J, 4), world (1, N, 3, 4), centres (1, S, 3), stack, gaps; found
+    (1, DEEPEST, 7): excess, sphere, polygon, point (3), 1 where the centre is inside."""
 
     rotations: NDArray[np.float64]
     world: NDArray[np.float64]
@@ -58,7 +70,8 @@ class Space(NamedTuple):
 @njit(cache=True)
 def new_space(limbs, joints):  # type: ignore[no-untyped-def]
     """An empty working space for bodies of so many joints."""
-    spheres, segments = limbs.centre.shape[2], limbs.skin.shown.shape[0]
+    spheres = limbs.centre.shape[2]
+    segments = limbs.skin.shown.shape[0]
     return Space(
         np.zeros((1, joints, 4)),
         np.zeros((1, segments, 3, 4)),
@@ -70,13 +83,13 @@ def new_space(limbs, joints):  # type: ignore[no-untyped-def]
 
 
 class Limbs(NamedTuple):
-    """The moving segments of B bodies of a family, S spheres of theirs: skin, chain as for one body; of each body its
-    own centre, out, across (B, 3, S), radius, twist_share, blend_share (B, S), twist_axis (B, N, 3), blend_point
-    (B, S, 3), at_came, at_to (B, M, 3).
+    """The moving segments of B bodies of a family, S spheres of theirs: skin, chain as for one
+    body; of each body its own centre, out, across (B, 3, S), radius, twist_share, blend_share (B,
+    S), twist_axis (B, N, 3), blend_point (B, S, 3), at_came, at_to (B, M, 3).
 
-    solid (B, S): those that may meet obstacles; segment (S,); link (S,): the link of the chain that carries each,
-    carrier (S,): that link's segment. joint (K,): the body's joints of the chain, free (K,): 1 where they turn. base:
-    the held segment.
+    solid (B, S): those that may meet obstacles; segment (S,); link (S,): the link of the chain that
+    carries each, carrier (S,): that link's segment. joint (K,): the body's joints of the chain,
+    free (K,): 1 where they turn. base: the held segment.
     """
 
     skin: Skin
@@ -104,17 +117,25 @@ class Limbs(NamedTuple):
 @inner
 def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
     """Write exp(swing) exp(twist) of angles[p, k] about axes[j] into out[0, j]."""
-    s0, s1, t = angles[p, k, 0], angles[p, k, 1], angles[p, k, 2]
+    s0 = angles[p, k, 0]
+    s1 = angles[p, k, 1]
+    t = angles[p, k, 2]
     x = s0 * axes[j, 0, 0] + s1 * axes[j, 1, 0]
     y = s0 * axes[j, 0, 1] + s1 * axes[j, 1, 1]
     z = s0 * axes[j, 0, 2] + s1 * axes[j, 1, 2]
     size = math.sqrt(x * x + y * y + z * z)
-    w, scale = math.cos(0.5 * size), 0.5
+    w = math.cos(0.5 * size)
+    scale = 0.5
     if size > 1e-9:
         scale = math.sin(0.5 * size) / size
-    x, y, z = x * scale, y * scale, z * scale
-    a, b = math.cos(0.5 * t), math.sin(0.5 * t)
-    u, v, r = b * axes[j, 2, 0], b * axes[j, 2, 1], b * axes[j, 2, 2]
+    x = x * scale
+    y = y * scale
+    z = z * scale
+    a = math.cos(0.5 * t)
+    b = math.sin(0.5 * t)
+    u = b * axes[j, 2, 0]
+    v = b * axes[j, 2, 1]
+    r = b * axes[j, 2, 2]
     out[0, j, 0] = w * a - x * u - y * v - z * r
     out[0, j, 1] = w * u + x * a + y * r - z * v
     out[0, j, 2] = w * v + y * a + z * u - x * r
@@ -124,7 +145,9 @@ def _quaternion(axes, angles, p, k, out, j):  # type: ignore[no-untyped-def]
 @inner
 def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyped-def]
     """Place the limb of body b, held[p], base[p], at angles[q]: frames and spheres into space."""
-    rotations, world, centres = space.rotations, space.world, space.centres
+    rotations = space.rotations
+    world = space.world
+    centres = space.centres
     for j in range(rotations.shape[1]):
         for i in range(4):
             rotations[0, j, i] = held[p, j, i]
@@ -134,20 +157,35 @@ def _placed(limbs, b, held, base, p, angles, q, space):  # type: ignore[no-untyp
     for i in range(3):
         for m in range(4):
             world[0, limbs.base, i, m] = base[p, i, m]
-    c, s = limbs.chain, limbs.skin
+    c = limbs.chain
+    s = limbs.skin
     chain = Chain(c.to, c.came, c.joint, c.upward, limbs.at_came[b], limbs.at_to[b])
     chain_transforms(rotations, chain, 0, world)
     skin = Skin(
-        limbs.centre[b], limbs.out[b], limbs.across[b], s.start, s.twist_joint, s.joint_axis, limbs.twist_axis[b],
-        limbs.twist_share[b], s.shown, s.blend_joint, limbs.blend_share[b], limbs.blend_point[b], s.blended,
-        s.blend_start, s.distal, s.twist_shared,
-    )  # fmt: skip
+        limbs.centre[b],
+        limbs.out[b],
+        limbs.across[b],
+        s.start,
+        s.twist_joint,
+        s.joint_axis,
+        limbs.twist_axis[b],
+        limbs.twist_share[b],
+        s.shown,
+        s.blend_joint,
+        limbs.blend_share[b],
+        limbs.blend_point[b],
+        s.blended,
+        s.blend_start,
+        s.distal,
+        s.twist_shared,
+    )
     place_spheres(rotations, world, skin, centres)
 
 
 @inner
 def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
-    """Insert (excess, sphere, polygon, x, y, z, inside) by its excess among found[p], deepest first; the new count."""
+    """Insert (excess, sphere, polygon, x, y, z, inside) by its excess among found[p], deepest
+    first; the new count."""
     most = found.shape[1]
     if count == most and found[p, most - 1, 0] >= values[0]:
         return count
@@ -163,10 +201,16 @@ def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
 
 @inner
 def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-untyped-def]
-    """Keep what sphere s of segment n, at (x, y, z) with radius r, enters of group g by more than -clear beyond what
-    is allowed."""
-    faces, shells, field, owner, allowed = room.faces, room.shells, room.field, room.owner, room.allowed
-    stack, gaps, found = space.stack, space.gaps, space.found
+    """Keep what sphere s of segment n, at (x, y, z) with radius r, enters of group g by more than
+    -clear beyond what is allowed."""
+    faces = room.faces
+    shells = room.shells
+    field = room.field
+    owner = room.owner
+    allowed = room.allowed
+    stack = space.stack
+    gaps = space.gaps
+    found = space.found
     square, sure = square_bound(x, y, z, field, g)
     near = max(r + clear - room.least[n, g], 0.0)
     limit = wider(near * near)
@@ -181,7 +225,8 @@ def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-
             if excess > -clear:
                 _, u, v, w = point_polygon(x, y, z, faces, deep, np.inf)
                 count = _keep(found, 0, count, (excess, float(s), float(deep), u, v, w, 1.0))
-    stack[0], size = field.root[g], 1
+    stack[0] = field.root[g]
+    size = 1
     point = point_lanes(x, y, z)
     while size > 0:
         size -= 1
@@ -209,9 +254,11 @@ def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-
 
 @inner
 def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignore[no-untyped-def]
-    """Place the limb of body b, held[p], base[p], at angles[q], and find what it enters by more than -near [m] beyond
-    what is allowed: into space.found, deepest first; returns how many."""
-    field, shift, count = room.field, room.shift, np.int64(0)
+    """Place the limb of body b, held[p], base[p], at angles[q], and find what it enters by more
+    than -near [m] beyond what is allowed: into space.found, deepest first; returns how many."""
+    field = room.field
+    shift = room.shift
+    count = np.int64(0)
     _placed(limbs, b, held, base, p, angles, q, space)
     for g in range(field.root.shape[0]):
         if field.root[g] < 0:
@@ -219,44 +266,66 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
         x, y, z = (shift[b, 0], shift[b, 1], shift[b, 2]) if g == 1 else (0.0, 0.0, 0.0)
         for s in range(limbs.centre.shape[2]):
             if limbs.solid[b, s]:
-                u, v, w = space.centres[0, s, 0] - x, space.centres[0, s, 1] - y, space.centres[0, s, 2] - z
-                count = _sphere(u, v, w, limbs.radius[b, s], s, limbs.segment[s], g, room, near, count, space)
+                u = space.centres[0, s, 0] - x
+                v = space.centres[0, s, 1] - y
+                w = space.centres[0, s, 2] - z
+                count = _sphere(
+                    u, v, w, limbs.radius[b, s], s, limbs.segment[s], g, room, near, count, space
+                )
     return count
 
 
 @inlined
 def wall(limbs, b, room, i, space):  # type: ignore[no-untyped-def]
-    """What space.found[0, i] makes of a part: sphere, outward normal (3), height of the surface along it where parts
-    are that do not move [m], part."""
-    found, centres = space.found, space.centres
-    s, f = int(found[0, i, 1]), int(found[0, i, 2])
-    x, y, z = 0.0, 0.0, 0.0
+    """What space.found[0, i] makes of a part: sphere, outward normal (3), height of the surface
+    along it where parts are that do not move [m], part."""
+    found = space.found
+    centres = space.centres
+    s = int(found[0, i, 1])
+    f = int(found[0, i, 2])
+    x = 0.0
+    y = 0.0
+    z = 0.0
     if room.field.root.shape[0] > 1 and room.moving[room.owner[f]] > 0:
-        x, y, z = room.shift[b, 0], room.shift[b, 1], room.shift[b, 2]
-    u, v, w = found[0, i, 3], found[0, i, 4], found[0, i, 5]
-    n0, n1, n2 = centres[0, s, 0] - x - u, centres[0, s, 1] - y - v, centres[0, s, 2] - z - w
+        x = room.shift[b, 0]
+        y = room.shift[b, 1]
+        z = room.shift[b, 2]
+    u = found[0, i, 3]
+    v = found[0, i, 4]
+    w = found[0, i, 5]
+    n0 = centres[0, s, 0] - x - u
+    n1 = centres[0, s, 1] - y - v
+    n2 = centres[0, s, 2] - z - w
     if found[0, i, 6] > 0.0:
-        n0, n1, n2 = -n0, -n1, -n2
+        n0 = -n0
+        n1 = -n1
+        n2 = -n2
     size = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
     if size > 1e-9:
-        n0, n1, n2 = n0 / size, n1 / size, n2 / size
+        n0 = n0 / size
+        n1 = n1 / size
+        n2 = n2 / size
     else:
-        n0, n1, n2 = room.normal[f, 0], room.normal[f, 1], room.normal[f, 2]
+        n0 = room.normal[f, 0]
+        n1 = room.normal[f, 1]
+        n2 = room.normal[f, 2]
     return s, n0, n1, n2, n0 * u + n1 * v + n2 * w, room.owner[f]
 
 
 @njit(cache=True, nogil=True)
 def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):  # type: ignore[no-untyped-def]
-    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and find what they enter.
+    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and find what
+    they enter.
 
-    held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4). reach [m]: how near what counts
-    is, how far it is to be kept off. out: planes (P, DEEPEST, 8): link, point (3), normal (3), offset; many (P,), part
-    (P, DEEPEST), overlap (P,) [m] beyond what is allowed.
+    held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4). reach [m]:
+    how near what counts is, how far it is to be kept off. out: planes (P, DEEPEST, 8): link, point
+    (3), normal (3), offset; many (P,), part (P, DEEPEST), overlap (P,) [m] beyond what is allowed.
     """
     planes, many, part, overlap = out
     near, clear = reach
     space = new_space(limbs, held.shape[1])
-    centres, world = space.centres, space.world
+    centres = space.centres
+    world = space.world
     for p in range(begin, end):
         b = who[p]
         many[p] = touch(limbs, b, held, base, p, angles, p, room, near, space)
@@ -264,24 +333,29 @@ def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):
         for i in range(many[p]):
             s, n0, n1, n2, high, part[p, i] = wall(limbs, b, room, i, space)
             k = limbs.carrier[s]
-            d0, d1, d2 = (
-                centres[0, s, 0] - world[0, k, 0, 3],
-                centres[0, s, 1] - world[0, k, 1, 3],
-                centres[0, s, 2] - world[0, k, 2, 3],
-            )
+            d0 = centres[0, s, 0] - world[0, k, 0, 3]
+            d1 = centres[0, s, 1] - world[0, k, 1, 3]
+            d2 = centres[0, s, 2] - world[0, k, 2, 3]
             planes[p, i, 0] = limbs.link[s]
             for m in range(3):
-                planes[p, i, 1 + m] = world[0, k, 0, m] * d0 + world[0, k, 1, m] * d1 + world[0, k, 2, m] * d2
-            planes[p, i, 4], planes[p, i, 5], planes[p, i, 6] = n0, n1, n2
+                planes[p, i, 1 + m] = (
+                    world[0, k, 0, m] * d0 + world[0, k, 1, m] * d1 + world[0, k, 2, m] * d2
+                )
+            planes[p, i, 4] = n0
+            planes[p, i, 5] = n1
+            planes[p, i, 6] = n2
             if room.field.root.shape[0] > 1 and room.moving[part[p, i]] > 0:
                 high += n0 * room.shift[b, 0] + n1 * room.shift[b, 1] + n2 * room.shift[b, 2]
-            planes[p, i, 7] = high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part[p, i]] + 2.0 * clear
+            planes[p, i, 7] = (
+                high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part[p, i]] + 2.0 * clear
+            )
 
 
 @njit(cache=True, nogil=True)
 def overlaps(limbs, who, held, base, angles, room, near, out, begin, end):  # type: ignore[no-untyped-def]
-    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and fill out (P,) with how deep
-    they enter obstacles beyond what is allowed [m]; 0 where by less than -near [m].
+    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and fill out
+    (P,) with how deep they enter obstacles beyond what is allowed [m]; 0 where by less than -near
+    [m].
 
     held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4).
     """
@@ -293,10 +367,13 @@ def overlaps(limbs, who, held, base, angles, room, near, out, begin, end):  # ty
 
 @njit(cache=True, nogil=True)
 def least_heights(limbs, who, held, base, ways, out, begin, end):  # type: ignore[no-untyped-def]
-    """Place the segments of rows begin..end, row p of body who[p], and fill out (P, W) with the least height of their
-    spheres along each way. ways: vectors (W, 3) and which segments count (W, N)."""
+    """Place the segments of rows begin..end, row p of body who[p], and fill out (P, W) with the
+    least height of their spheres along each way. ways: vectors (W, 3) and which segments count (W,
+    N)."""
     way, counts = ways
-    spheres, space, angles = limbs.centre.shape[2], new_space(limbs, held.shape[1]), np.zeros((1, 1, 3))
+    spheres = limbs.centre.shape[2]
+    space = new_space(limbs, held.shape[1])
+    angles = np.zeros((1, 1, 3))
     centres = space.centres
     for p in range(begin, end):
         b = who[p]
@@ -305,5 +382,9 @@ def least_heights(limbs, who, held, base, ways, out, begin, end):  # type: ignor
             out[p, w] = np.inf
             for s in range(spheres):
                 if counts[w, limbs.segment[s]]:
-                    high = way[w, 0] * centres[0, s, 0] + way[w, 1] * centres[0, s, 1] + way[w, 2] * centres[0, s, 2]
+                    high = (
+                        way[w, 0] * centres[0, s, 0]
+                        + way[w, 1] * centres[0, s, 1]
+                        + way[w, 2] * centres[0, s, 2]
+                    )
                     out[p, w] = min(out[p, w], high - limbs.radius[b, s])

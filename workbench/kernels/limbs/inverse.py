@@ -1,6 +1,8 @@
-"""Batch inverse kinematics: a chain a row, each from its own start, from seeds, or from the row that it follows.
+"""Batch inverse kinematics: a chain a row, each from its own start, from seeds, or from the row
+that it follows.
 
-A row that follows another starts from that one's solution with that one's multipliers, and is there in a few steps.
+A row that follows another starts from that one's solution with that one's multipliers, and is there
+in a few steps.
 """
 
 from __future__ import annotations
@@ -11,14 +13,25 @@ import numpy as np
 
 from workbench.kernels.compiled import njit
 from workbench.kernels.inner import inlined, inner
-from workbench.kernels.limbs.descent import LAST, REACHED, approach, descend, look, put_row, take, take_row
+from workbench.kernels.limbs.descent import (
+    LAST,
+    REACHED,
+    approach,
+    descend,
+    look,
+    put_row,
+    take,
+    take_row,
+)
 from workbench.kernels.limbs.limits import within
 from workbench.kernels.limbs.linkage import move, new_state
 from workbench.kernels.limbs.newton import new_work
 
 __all__ = ["LEGAL", "breaches", "holder", "next_seed", "solve_chains", "tips", "worth"]
 
-COLD, WARM, FAR = 0, 1, 2
+COLD = 0
+WARM = 1
+FAR = 2
 """How a descent begins: from nothing, with multipliers, with those of a target that was missed."""
 HASTE = 10
 """Steps after which a descent from another row's solution is given up for one from the start."""
@@ -31,7 +44,8 @@ LEGAL = 5e-4
 @inlined
 def worth(goal, p, state):  # type: ignore[no-untyped-def]
     """Distance from the goal and greatest breach of a state whose rooms are there."""
-    breach, gap = 0.0, 0.0
+    breach = 0.0
+    gap = 0.0
     for r in range(state.used[0]):
         breach = max(breach, -state.room[r])
     for i in range(6):
@@ -41,24 +55,29 @@ def worth(goal, p, state):  # type: ignore[no-untyped-def]
 
 @inner
 def next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
-    """The seed not yet tried whose tip and direction (M, 6), in the frame of the held link, are nearest to the goal."""
-    best, least = -1, np.inf
+    """The seed not yet tried whose tip and direction (M, 6), in the frame of the held link, are
+    nearest to the goal."""
+    best = -1
+    least = np.inf
     for s in range(seeds.shape[0]):
         gap = 0.0
         for i in range(6):
             local = 0.0
             for m in range(3):
-                local += base[p, m, i % 3] * (goal[p, m + i - i % 3] - (base[p, m, 3] if i < 3 else 0.0))
+                local += base[p, m, i % 3] * (
+                    goal[p, m + i - i % 3] - (base[p, m, 3] if i < 3 else 0.0)
+                )
             gap += (goal[p, 6 + i] * (local - seeds[s, i])) ** 2
         if gap < least and tried[s] == 0:
-            best, least = s, gap
+            best = s
+            least = gap
     return best
 
 
 @inlined
 def holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
-    """Fill numbers[p, 3:]: joint, axis, side of the stop under most pressure (or -1 and a plane's number), how much it
-    would give [m/rad, m/m] and 1.0; zeros where nothing is held."""
+    """Fill numbers[p, 3:]: joint, axis, side of the stop under most pressure (or -1 and a plane's
+    number), how much it would give [m/rad, m/m] and 1.0; zeros where nothing is held."""
     best = -1
     for i in range(3, 8):
         numbers[p, i] = 0.0
@@ -68,18 +87,22 @@ def holder(state, press, force, p, numbers):  # type: ignore[no-untyped-def]
     if best >= 0 and force > 0.0:
         for i in range(3):
             numbers[p, 3 + i] = state.label[best, i]
-        numbers[p, 6], numbers[p, 7] = press[best] / force, 1.0
+        numbers[p, 6] = press[best] / force
+        numbers[p, 7] = 1.0
 
 
 @inner
 def _attempt(link, b, problem, planes, most, out, p, mode, before, state, work, best):  # type: ignore[no-untyped-def]
-    """Solve row p from the angles of a state: straight for it; if that fails as near as can be; in comfort if that gets
-    there. Keeps in best what is better than before (distance, breach), and returns the better."""
+    """Solve row p from the angles of a state: straight for it; if that fails as near as can be; in
+    comfort if that gets there. Keeps in best what is better than before (distance, breach), and
+    returns the better."""
     base, goal = problem
     rows, start = planes
     _, numbers, held = out
     error, breach = before
-    span, far, pull = (start[p], start[p + 1]), mode == FAR, LAST
+    span = (start[p], start[p + 1])
+    far = mode == FAR
+    pull = LAST
     for turn in range(3):
         if turn == 1:
             steps, pull = approach(link, b, problem, p, rows, span, most, state, work)
@@ -93,8 +116,11 @@ def _attempt(link, b, problem, planes, most, out, p, mode, before, state, work, 
         within(link, state.angles)
         look(link, b, base, p, rows, span, state)
         gap, past = worth(goal, p, state)
-        if (past < LEGAL and breach >= LEGAL) or (past < max(LEGAL, breach) and (gap < error or gap < REACHED)):
-            error, breach = gap, past
+        if (past < LEGAL and breach >= LEGAL) or (
+            past < max(LEGAL, breach) and (gap < error or gap < REACHED)
+        ):
+            error = gap
+            breach = past
             take(state.angles, best)
             for i in range(6 + link.rows.shape[0]):
                 held[p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
@@ -110,13 +136,20 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
     base, goal = problem
     most, seeds, seed_tips, again = settings
     angles, numbers, held = out
-    stops, free, lead = link.rows.shape[0], link.mode.shape[0], follow[p]
-    error, breach, mode, few = np.inf, np.inf, COLD, again
+    stops = link.rows.shape[0]
+    free = link.mode.shape[0]
+    lead = follow[p]
+    error = np.inf
+    breach = np.inf
+    mode = COLD
+    few = again
     take_row(angles, p, best)
     tried[:] = 0
     if lead >= 0 and numbers[lead, 1] < LEGAL:
         mode, few = (
-            (WARM, again) if numbers[lead, 0] < REACHED else (FAR, min(again, 1 if numbers[lead, 0] < WIDE else -1))
+            (WARM, again)
+            if numbers[lead, 0] < REACHED
+            else (FAR, min(again, 1 if numbers[lead, 0] < WIDE else -1))
         )
         work.press[:] = 0.0
         for i in range(6 + stops):
@@ -135,36 +168,46 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
             tried[at] = 1
         take_row(angles, p, state.angles)
         for d in range(free):
-            k, axis = link.free_joint[d], link.free_axis[d]
+            k = link.free_joint[d]
+            axis = link.free_axis[d]
             if attempt < 0:
                 state.angles[k, axis] = angles[lead, k, axis]
             elif attempt > 0:
                 state.angles[k, axis] = seeds[at, k, axis]
-        error, breach = _attempt(link, b, problem, planes, most, out, p, mode, (error, breach), state, work, best)
+        error, breach = _attempt(
+            link, b, problem, planes, most, out, p, mode, (error, breach), state, work, best
+        )
         if (error < REACHED and breach < LEGAL) or attempt >= few:
             break
         mode = COLD
     put_row(best, angles, p)
-    numbers[p, 0], numbers[p, 1] = error, breach
+    numbers[p, 0] = error
+    numbers[p, 1] = breach
 
 
 @njit(cache=True, nogil=True)
 def solve_chains(link, who, problem, planes, settings, out, follow, begin, end):  # type: ignore[no-untyped-def]
     """Solve the chains begin..end of P, chain p of body who[p].
 
-    problem: base (P, 3, 4), goal (P, 12): target, direction, weights of each. planes: rows of Planes and start
-    (P + 1,). settings: most steps, seeds (M, K, 3) to begin again from with their tips and directions (M, 6), how many
-    of them. out: angles (P, K, 3), the start in and the solution out; numbers (P, 8): error, breach, steps, and what
-    holds (5); held (P, 6 + R): multipliers of target and stops. follow (P,): the row, in begin..p, from whose solution
-    to begin, -1 for the row's own start, p where out already holds what was found for the row, with another target or
-    other planes. Where the one followed has missed, at most the row's own start is tried besides.
+    problem: base (P, 3, 4), goal (P, 12): target, direction, weights of each. planes: rows of
+    Planes and start (P + 1,). settings: most steps, seeds (M, K, 3) to begin again from with their
+    tips and directions (M, 6), how many of them. out: angles (P, K, 3), the start in and the
+    solution out; numbers (P, 8): error, breach, steps, and what holds (5); held (P, 6 + R):
+    multipliers of target and stops. follow (P,): the row, in begin..p, from whose solution to
+    begin, -1 for the row's own start, p where out already holds what was found for the row, with
+    another target or other planes. Where the one followed has missed, at most the row's own start
+    is tried besides.
     """
     start = planes[1]
-    joints, free, widest = link.axes.shape[0], link.mode.shape[0], 0
+    joints = link.axes.shape[0]
+    free = link.mode.shape[0]
+    widest = 0
     for p in range(begin, end):
         widest = max(widest, start[p + 1] - start[p])
-    state, work = new_state(joints, free, len(link.rows) + widest), new_work(joints, free, len(link.rows) + widest)
-    tried, best = np.zeros(len(settings[1]), np.int64), np.zeros((joints, 3))
+    state = new_state(joints, free, len(link.rows) + widest)
+    work = new_work(joints, free, len(link.rows) + widest)
+    tried = np.zeros(len(settings[1]), np.int64)
+    best = np.zeros((joints, 3))
     for p in range(begin, end):
         _row(link, who[p], problem, planes, settings, out, p, follow, state, work, tried, best)
 
@@ -182,9 +225,11 @@ def tips(link, who, base, angles, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def breaches(link, planes, angles, out):  # type: ignore[no-untyped-def]
-    """Bring angles (P, K, 3) inside what can be clipped, and fill out (P,) with the greatest breach that is left."""
+    """Bring angles (P, K, 3) inside what can be clipped, and fill out (P,) with the greatest breach
+    that is left."""
     state = new_state(link.axes.shape[0], link.mode.shape[0], len(link.rows))
-    base, none = np.zeros((1, 3, 4)), np.int64(0)  # a plain 0 would have all compiled for itself
+    base = np.zeros((1, 3, 4))
+    none = np.int64(0)  # a plain 0 would have all compiled for itself
     for i in range(3):
         base[0, i, i] = 1.0
     for p in range(len(angles)):

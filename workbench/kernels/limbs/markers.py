@@ -1,4 +1,5 @@
-"""Joint angles from markers: weighted least squares on the whole chain, frame after frame (Lu & O'Connor 1999)."""
+"""Joint angles from markers: weighted least squares on the whole chain, frame after frame (Lu &
+O'Connor 1999)."""
 
 from __future__ import annotations
 
@@ -20,9 +21,10 @@ _CLOSE = 1e-5
 class MarkerChain(NamedTuple):
     """A body as a chain below its placed segment, and markers on it.
 
-    segment k hangs on segment parent[k] (0: the placed one) by joint k - 1; at_parent, at_child: the joint in both
-    frames; axes (K, 3, 3): two swing axes and the twist axis of each joint; half (K, 3): the angle [rad] that costs as
-    much as a marker one unit off; marker_segment (M,), local (M, 3) [m], weight (M,) [1/m].
+    segment k hangs on segment parent[k] (0: the placed one) by joint k - 1; at_parent, at_child:
+    the joint in both frames; axes (K, 3, 3): two swing axes and the twist axis of each joint; half
+    (K, 3): the angle [rad] that costs as much as a marker one unit off; marker_segment (M,), local
+    (M, 3) [m], weight (M,) [1/m].
     """
 
     parent: NDArray[np.int64]
@@ -48,8 +50,12 @@ def _turned(q, x, y, z):  # type: ignore[no-untyped-def]
     """q turned further by a rotation vector in the outer frame, of unit length."""
     angle = np.sqrt(x * x + y * y + z * z)
     s = 0.5 - angle * angle / 48.0 if angle < 1e-4 else np.sin(0.5 * angle) / angle
-    step, out = np.empty(4), np.empty(4)
-    step[0], step[1], step[2], step[3] = np.cos(0.5 * angle), s * x, s * y, s * z
+    step = np.empty(4)
+    out = np.empty(4)
+    step[0] = np.cos(0.5 * angle)
+    step[1] = s * x
+    step[2] = s * y
+    step[3] = s * z
     _product(step, q, out)
     return out / np.sqrt(out[0] ** 2 + out[1] ** 2 + out[2] ** 2 + out[3] ** 2)
 
@@ -63,9 +69,14 @@ def _angles(q, axes, out):  # type: ignore[no-untyped-def]
         twist -= 2.0 * np.pi
     elif twist < -np.pi:
         twist += 2.0 * np.pi
-    back, swing = np.empty(4), np.empty(4)
-    c, s = np.cos(0.5 * twist), -np.sin(0.5 * twist)
-    back[0], back[1], back[2], back[3] = c, s * axes[2, 0], s * axes[2, 1], s * axes[2, 2]
+    back = np.empty(4)
+    swing = np.empty(4)
+    c = np.cos(0.5 * twist)
+    s = -np.sin(0.5 * twist)
+    back[0] = c
+    back[1] = s * axes[2, 0]
+    back[2] = s * axes[2, 1]
+    back[3] = s * axes[2, 2]
     _product(q, back, swing)
     if swing[0] < 0.0:
         swing *= -1.0
@@ -80,21 +91,29 @@ def _angles(q, axes, out):  # type: ignore[no-untyped-def]
 def _chain(rotations, place, chain, world, joint):  # type: ignore[no-untyped-def]
     world[0] = place
     for k in range(1, chain.parent.shape[0]):
-        p, q = chain.parent[k], rotations[k]
+        p = chain.parent[k]
+        q = rotations[k]
         r = quaternion_matrix(q[0], q[1], q[2], q[3])
         for i in range(3):
-            u, v, w = world[p, i, 0], world[p, i, 1], world[p, i, 2]
-            a, b, c = u * r[0] + v * r[3] + w * r[6], u * r[1] + v * r[4] + w * r[7], u * r[2] + v * r[5] + w * r[8]
+            u = world[p, i, 0]
+            v = world[p, i, 1]
+            w = world[p, i, 2]
+            a = u * r[0] + v * r[3] + w * r[6]
+            b = u * r[1] + v * r[4] + w * r[7]
+            c = u * r[2] + v * r[5] + w * r[8]
             at = chain.at_parent[k]
             joint[k, i] = world[p, i, 3] + u * at[0] + v * at[1] + w * at[2]
             back = chain.at_child[k]
-            world[k, i, 0], world[k, i, 1], world[k, i, 2] = a, b, c
+            world[k, i, 0] = a
+            world[k, i, 1] = b
+            world[k, i, 2] = c
             world[k, i, 3] = joint[k, i] - (a * back[0] + b * back[1] + c * back[2])
 
 
 @njit(cache=True)
 def _add(matrix, right, at, other, blocks):  # type: ignore[no-untyped-def]
-    """Add one block pair's product to the normal matrix; where both are the same, the right side too."""
+    """Add one block pair's product to the normal matrix; where both are the same, the right side
+    too."""
     one, two, gap = blocks
     for i in range(3):
         for j in range(3):
@@ -109,30 +128,41 @@ def _add(matrix, right, at, other, blocks):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _marker_rows(seen, chain, state, system):  # type: ignore[no-untyped-def]
-    """Normal equations of the markers seen; block 0 turns the placed segment, K moves it, k turns joint k."""
+    """Normal equations of the markers seen; block 0 turns the placed segment, K moves it, k turns
+    joint k."""
     world, joint = state
     matrix, right = system
     count = chain.parent.shape[0]
-    path, blocks, gap, p = np.empty(16, np.int64), np.empty((16, 3, 3)), np.empty(3), np.empty(3)
+    path = np.empty(16, np.int64)
+    blocks = np.empty((16, 3, 3))
+    gap = np.empty(3)
+    p = np.empty(3)
     for m in range(seen.shape[0]):
         if not np.isfinite(seen[m, 0]):
             continue
-        n, w = chain.marker_segment[m], chain.weight[m]
+        n = chain.marker_segment[m]
+        w = chain.weight[m]
         for i in range(3):
             p[i] = world[n, i, 3]
             for j in range(3):
                 p[i] += world[n, i, j] * chain.local[m, j]
             gap[i] = w * (seen[m, i] - p[i])
-        length, k = 0, n
+        length = 0
+        k = n
         while True:
             about = world[0, :, 3] if k == 0 else joint[k]
-            x, y, z = w * (p[0] - about[0]), w * (p[1] - about[1]), w * (p[2] - about[2])
+            x = w * (p[0] - about[0])
+            y = w * (p[1] - about[1])
+            z = w * (p[2] - about[2])
             path[length] = k
             block = blocks[length]
             block[0, 0] = block[1, 1] = block[2, 2] = 0.0
-            block[0, 1], block[0, 2] = z, -y
-            block[1, 0], block[1, 2] = -z, x
-            block[2, 0], block[2, 1] = y, -x
+            block[0, 1] = z
+            block[0, 2] = -y
+            block[1, 0] = -z
+            block[1, 2] = x
+            block[2, 0] = y
+            block[2, 1] = -x
             length += 1
             if k == 0:
                 break
@@ -151,12 +181,17 @@ def _joint_rows(rotations, chain, state, system):  # type: ignore[no-untyped-def
     """Normal equations of the pull of each joint toward its neutral angles, by differences."""
     world, _ = state
     matrix, right = system
-    now, near, block, gap = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty(3)
+    now = np.empty(3)
+    near = np.empty(3)
+    block = np.empty((3, 3))
+    gap = np.empty(3)
     for k in range(1, chain.parent.shape[0]):
         _angles(rotations[k], chain.axes[k], now)
         p = chain.parent[k]
         for j in range(3):
-            turned = _turned(rotations[k], 1e-6 * world[p, j, 0], 1e-6 * world[p, j, 1], 1e-6 * world[p, j, 2])
+            turned = _turned(
+                rotations[k], 1e-6 * world[p, j, 0], 1e-6 * world[p, j, 1], 1e-6 * world[p, j, 2]
+            )
             _angles(turned, chain.axes[k], near)
             for i in range(3):
                 block[i, j] = 1e6 * (near[i] - now[i]) / chain.half[k, i]
@@ -194,7 +229,9 @@ def _advance(rotations, turn, place, chain, step, world):  # type: ignore[no-unt
     count = chain.parent.shape[0]
     most = 0.0
     for k in range(count + 1):
-        x, y, z = step[3 * k], step[3 * k + 1], step[3 * k + 2]
+        x = step[3 * k]
+        y = step[3 * k + 1]
+        z = step[3 * k + 2]
         size = np.sqrt(x * x + y * y + z * z)
         most = max(most, size)
         if k == count:
@@ -203,15 +240,19 @@ def _advance(rotations, turn, place, chain, step, world):  # type: ignore[no-unt
             place[2, 3] += z
             break
         if size > _MOST_TURN:
-            x, y, z = x * _MOST_TURN / size, y * _MOST_TURN / size, z * _MOST_TURN / size
+            x = x * _MOST_TURN / size
+            y = y * _MOST_TURN / size
+            z = z * _MOST_TURN / size
         if k == 0:
             turn[:] = _turned(turn, x, y, z)
             continue
         f = world[chain.parent[k]]
         rotations[k] = _turned(
-            rotations[k], f[0, 0] * x + f[1, 0] * y + f[2, 0] * z, f[0, 1] * x + f[1, 1] * y + f[2, 1] * z,
+            rotations[k],
+            f[0, 0] * x + f[1, 0] * y + f[2, 0] * z,
+            f[0, 1] * x + f[1, 1] * y + f[2, 1] * z,
             f[0, 2] * x + f[1, 2] * y + f[2, 2] * z,
-        )  # fmt: skip
+        )
     r = quaternion_matrix(turn[0], turn[1], turn[2], turn[3])
     for i in range(3):
         for j in range(3):
@@ -221,20 +262,25 @@ def _advance(rotations, turn, place, chain, step, world):  # type: ignore[no-unt
 
 @njit(cache=True, nogil=True)
 def solve_markers(seen, chain, rotations, turns, places, modelled):  # type: ignore[no-untyped-def]
-    """Fill rotations (P, K, 4), turns (P, 4) and places (P, 3, 4) of the placed segment, and modelled (P, M, 3).
+    """Fill rotations (P, K, 4), turns (P, 4) and places (P, 3, 4) of the placed segment, and
+    modelled (P, M, 3).
 
-    seen (P, M, 3): NaN where a marker was not seen. The first frame starts from what the arrays hold, every other
-    from the one before it.
+    seen (P, M, 3): NaN where a marker was not seen. The first frame starts from what the arrays
+    hold, every other from the one before it.
     """
     count = chain.parent.shape[0]
-    world, joint = np.empty((count, 3, 4)), np.zeros((count, 3))
+    world = np.empty((count, 3, 4))
+    joint = np.zeros((count, 3))
     size = 3 * (count + 1)
     for p in range(seen.shape[0]):
         if p:
-            rotations[p], turns[p], places[p] = rotations[p - 1], turns[p - 1], places[p - 1]
+            rotations[p] = rotations[p - 1]
+            turns[p] = turns[p - 1]
+            places[p] = places[p - 1]
         for _ in range(_STEPS if p else 5 * _STEPS):
             _chain(rotations[p], places[p], chain, world, joint)
-            matrix, right = np.zeros((size, size)), np.zeros(size)
+            matrix = np.zeros((size, size))
+            right = np.zeros(size)
             for i in range(size):
                 matrix[i, i] = 1e-6
             _marker_rows(seen[p], chain, (world, joint), (matrix, right))

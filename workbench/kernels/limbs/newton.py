@@ -1,7 +1,8 @@
-"""One damped Newton step of a chain toward the least of a sum, held by stops and planes with multipliers.
+"""One damped Newton step of a chain toward the least of a sum, held by stops and planes with
+multipliers.
 
-The stops and planes that hold a step are found by turns; they count by the method of multipliers (augmented Lagrangian;
-Nocedal & Wright 2006, Numerical Optimization, chapter 17).
+The stops and planes that hold a step are found by turns; they count by the method of multipliers
+(augmented Lagrangian; Nocedal & Wright 2006, Numerical Optimization, chapter 17).
 """
 
 from __future__ import annotations
@@ -23,14 +24,15 @@ HOLD = 1e5
 INSIDE = 1e-6
 """How far [rad, m] inside a stop a solution is brought, so that rounding does not put it past."""
 UNSURE = 30.0
-"""How hard [1/rad, 1/m] at most a stop is taken to hold more than its multiplier says, in its curvature."""
+"""How hard [1/rad, 1/m] at most a stop is taken to hold more than its multiplier says, in its
+curvature."""
 MOST_STEP = 0.6
 MOST_TURNS = 6
 
 
 class Work(NamedTuple):
-    """Working space of a descent: matrix, whole (n, n), right, side, step (n,), active (R,), force, pushed (6,), press
-    (R,), kept (K, 3), bend (6,): the pull in the curvature."""
+    """Working space of a descent: matrix, whole (n, n), right, side, step (n,), active (R,), force,
+    pushed (6,), press (R,), kept (K, 3), bend (6,): the pull in the curvature."""
 
     matrix: NDArray[np.float64]
     whole: NDArray[np.float64]
@@ -65,10 +67,13 @@ def new_work(joints, free, rows):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def equations(link, goal, p, state, work, pull, ease, bent):  # type: ignore[no-untyped-def]
-    """Normal equations of the step without the stops: matrix (n, n), lower triangle, and right side (n,). The second
-    derivative of a turn after a turn is the cross product of the outer rate of turn with the inner slope; it counts
-    times work.bend (6,), the force that will hold the tip and its direction."""
-    n, f, directed = link.mode.shape[0], work.force, goal[p, 9] > 0.0
+    """Normal equations of the step without the stops: matrix (n, n), lower triangle, and right side
+    (n,). The second derivative of a turn after a turn is the cross product of the outer rate of
+    turn with the inner slope; it counts times work.bend (6,), the force that will hold the tip and
+    its direction."""
+    n = link.mode.shape[0]
+    f = work.force
+    directed = goal[p, 9] > 0.0
     for i in range(n):
         off = link.mode[i] - state.angles[link.free_joint[i], link.free_axis[i]]
         right = ease * link.weight[i] * off
@@ -80,43 +85,69 @@ def equations(link, goal, p, state, work, pull, ease, bent):  # type: ignore[no-
         work.right[i] = right
     f = work.bend
     tilt = pull * goal[p, 9] * goal[p, 9]
-    p0, p1, p2 = pull * goal[p, 6] ** 2, pull * goal[p, 7] ** 2, pull * goal[p, 8] ** 2
+    p0 = pull * goal[p, 6] ** 2
+    p1 = pull * goal[p, 7] ** 2
+    p2 = pull * goal[p, 8] ** 2
     for j in range(n):  # free angles run outward from the held link, so j is the outer one
-        t0, t1, t2 = p0 * state.slope[j, 0], p1 * state.slope[j, 1], p2 * state.slope[j, 2]
-        w0, w1, w2 = state.spin[j, 0], state.spin[j, 1], state.spin[j, 2]
+        t0 = p0 * state.slope[j, 0]
+        t1 = p1 * state.slope[j, 1]
+        t2 = p2 * state.slope[j, 2]
+        w0 = state.spin[j, 0]
+        w1 = state.spin[j, 1]
+        w2 = state.spin[j, 2]
         if bent:
-            t0, t1, t2 = t0 - f[1] * w2 + f[2] * w1, t1 - f[2] * w0 + f[0] * w2, t2 - f[0] * w1 + f[1] * w0
+            t0 = t0 - f[1] * w2 + f[2] * w1
+            t1 = t1 - f[2] * w0 + f[0] * w2
+            t2 = t2 - f[0] * w1 + f[1] * w0
         for i in range(j, n):
-            work.matrix[i, j] = state.slope[i, 0] * t0 + state.slope[i, 1] * t1 + state.slope[i, 2] * t2
+            work.matrix[i, j] = (
+                state.slope[i, 0] * t0 + state.slope[i, 1] * t1 + state.slope[i, 2] * t2
+            )
         if directed:
-            t0, t1, t2 = tilt * state.slope[j, 3], tilt * state.slope[j, 4], tilt * state.slope[j, 5]
+            t0 = tilt * state.slope[j, 3]
+            t1 = tilt * state.slope[j, 4]
+            t2 = tilt * state.slope[j, 5]
             if bent:
-                t0, t1, t2 = t0 - f[4] * w2 + f[5] * w1, t1 - f[5] * w0 + f[3] * w2, t2 - f[3] * w1 + f[4] * w0
+                t0 = t0 - f[4] * w2 + f[5] * w1
+                t1 = t1 - f[5] * w0 + f[3] * w2
+                t2 = t2 - f[3] * w1 + f[4] * w0
             for i in range(j, n):
-                work.matrix[i, j] += state.slope[i, 3] * t0 + state.slope[i, 4] * t1 + state.slope[i, 5] * t2
+                work.matrix[i, j] += (
+                    state.slope[i, 3] * t0 + state.slope[i, 4] * t1 + state.slope[i, 5] * t2
+                )
         work.matrix[j, j] += ease * link.weight[j]
     if bent:
-        point, force = (state.at[0], state.at[1], state.at[2]), (f[0], f[1], f[2])
+        point = (state.at[0], state.at[1], state.at[2])
+        force = (f[0], f[1], f[2])
         _swings(link, state, work.matrix, (0, link.axes.shape[0]), point, True, force)
         if directed:
-            point, force = (state.at[3], state.at[4], state.at[5]), (f[3], f[4], f[5])
+            point = (state.at[3], state.at[4], state.at[5])
+            force = (f[3], f[4], f[5])
             _swings(link, state, work.matrix, (0, link.axes.shape[0]), point, False, force)
         _bend_of_stops(link, state, work)
 
 
 @inlined
 def _swings(link, state, matrix, span, point, fixed, force):  # type: ignore[no-untyped-def]
-    """Less the second derivatives, times a force, of a point (of a direction where not fixed) by swings of one and the
-    same joint, as far as a turn after a turn does not make them. Of the joints span[0]..span[1]."""
-    free_of, pivot, bend = link.free_of, state.pivot, state.bend
+    """Less the second derivatives, times a force, of a point (of a direction where not fixed) by
+    swings of one and the same joint, as far as a turn after a turn does not make them. Of the
+    joints span[0]..span[1]."""
+    free_of = link.free_of
+    pivot = state.pivot
+    bend = state.bend
     for k in range(span[0], span[1]):
-        j, i = free_of[k, 0], free_of[k, 1]
+        j = free_of[k, 0]
+        i = free_of[k, 1]
         if j < 0 or i < 0:
             continue
         x, y, z = point
         if fixed:
-            x, y, z = x - pivot[k, 0], y - pivot[k, 1], z - pivot[k, 2]
-        u, v, w = y * force[2] - z * force[1], z * force[0] - x * force[2], x * force[1] - y * force[0]
+            x = x - pivot[k, 0]
+            y = y - pivot[k, 1]
+            z = z - pivot[k, 2]
+        u = y * force[2] - z * force[1]
+        v = z * force[0] - x * force[2]
+        w = x * force[1] - y * force[0]
         matrix[j, j] -= bend[k, 0, 0] * u + bend[k, 0, 1] * v + bend[k, 0, 2] * w
         matrix[i, j] -= bend[k, 1, 0] * u + bend[k, 1, 1] * v + bend[k, 1, 2] * w
         matrix[i, i] -= bend[k, 2, 0] * u + bend[k, 2, 1] * v + bend[k, 2, 2] * w
@@ -124,9 +155,11 @@ def _swings(link, state, matrix, span, point, fixed, force):  # type: ignore[no-
 
 @inlined
 def _turns(link, state, matrix, span, point, fixed, force):  # type: ignore[no-untyped-def]
-    """Less the second derivatives, times a force, of a point (of a direction where not fixed) by turns of the joints
-    span[0]..span[1]."""
-    joint, spin, pivot = link.free_joint, state.spin, state.pivot
+    """Less the second derivatives, times a force, of a point (of a direction where not fixed) by
+    turns of the joints span[0]..span[1]."""
+    joint = link.free_joint
+    spin = state.spin
+    pivot = state.pivot
     f0, f1, f2 = force
     for i in range(joint.shape[0]):
         k = joint[i]
@@ -134,7 +167,9 @@ def _turns(link, state, matrix, span, point, fixed, force):  # type: ignore[no-u
             continue
         x, y, z = point
         if fixed:
-            x, y, z = x - pivot[k, 0], y - pivot[k, 1], z - pivot[k, 2]
+            x = x - pivot[k, 0]
+            y = y - pivot[k, 1]
+            z = z - pivot[k, 2]
         s0 = spin[i, 1] * z - spin[i, 2] * y
         s1 = spin[i, 2] * x - spin[i, 0] * z
         s2 = spin[i, 0] * y - spin[i, 1] * x
@@ -148,21 +183,35 @@ def _turns(link, state, matrix, span, point, fixed, force):  # type: ignore[no-u
 
 @inner
 def _bend_of_stops(link, state, work):  # type: ignore[no-untyped-def]
-    """The curvature of cones, polygon and planes that hold, times what they hold with. Of one that only just holds,
-    what it will hold with is not known yet: it counts little, since much of it would bend too much."""
-    matrix, press, held = work.matrix, work.press, state.held
+    """The curvature of cones, polygon and planes that hold, times what they hold with. Of one that
+    only just holds, what it will hold with is not known yet: it counts little, since much of it
+    would bend too much."""
+    matrix = work.matrix
+    press = work.press
+    held = state.held
     for r in range(state.used[0]):
         push = min(press[r] + HOLD * (INSIDE - state.room[r]), press[r] + UNSURE)
         if not push > 0.0:
             continue
         plane = r >= link.rows.shape[0]
         if plane or link.rows[r, 1] == WHOLE_POLYGON:
-            first, last = (0, int(held[r, 6])) if plane else (link.polygon_link, link.rows[r, 0] + 1)
+            first, last = (
+                (0, int(held[r, 6])) if plane else (link.polygon_link, link.rows[r, 0] + 1)
+            )
             force = (push * held[r, 3], push * held[r, 4], push * held[r, 5])
-            _turns(link, state, matrix, (first, last), (held[r, 0], held[r, 1], held[r, 2]), plane, force)
+            _turns(
+                link,
+                state,
+                matrix,
+                (first, last),
+                (held[r, 0], held[r, 1], held[r, 2]),
+                plane,
+                force,
+            )
         elif link.rows[r, 1] == WHOLE_CONE:
             k = link.rows[r, 0]
-            j, i = link.free_of[k, 0], link.free_of[k, 1]
+            j = link.free_of[k, 0]
+            i = link.free_of[k, 1]
             if j >= 0 and i >= 0:
                 matrix[j, j] += push * held[r, 0]
                 matrix[i, j] += push * held[r, 1]
@@ -171,7 +220,8 @@ def _bend_of_stops(link, state, work):  # type: ignore[no-untyped-def]
 
 @inlined
 def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
-    """Solve by Cholesky's factors of the lower triangle, in place; False where it is not positive."""
+    """Solve by Cholesky's factors of the lower triangle, in place; False where it is not
+    positive."""
     n = right.shape[0]
     for j in range(n):
         value = matrix[j, j]
@@ -200,8 +250,12 @@ def _cholesky(matrix, right, step):  # type: ignore[no-untyped-def]
 
 @inner
 def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
-    """The damped step, with the stops that hold it found by turns; False where the equations are not positive."""
-    n, slope, press, active = link.mode.shape[0], state.slope_of_room, work.press, work.active
+    """The damped step, with the stops that hold it found by turns; False where the equations are
+    not positive."""
+    n = link.mode.shape[0]
+    slope = state.slope_of_room
+    press = work.press
+    active = work.active
     for r in range(state.used[0]):
         active[r] = 1 if press[r] + HOLD * (INSIDE - state.room[r]) > 0.0 else 0
     for _ in range(MOST_TURNS):
@@ -228,7 +282,8 @@ def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
                 after += slope[r, i] * work.step[i]
             holds = 1 if press[r] - HOLD * after > 0.0 else 0
             if holds != active[r]:
-                active[r], changed = holds, True
+                active[r] = holds
+                changed = True
         if not changed:
             return True
     return True
@@ -236,13 +291,15 @@ def newton(link, state, work, damping):  # type: ignore[no-untyped-def]
 
 @inlined
 def go(link, state, work):  # type: ignore[no-untyped-def]
-    """Add the step, bounded, to the angles, and keep the old ones; returns the greatest change of an angle."""
+    """Add the step, bounded, to the angles, and keep the old ones; returns the greatest change of
+    an angle."""
     largest = 0.0
     for i in range(link.mode.shape[0]):
         largest = max(largest, abs(work.step[i]))
     scale = min(1.0, MOST_STEP / max(largest, 1e-300))
     for i in range(link.mode.shape[0]):
-        k, axis = link.free_joint[i], link.free_axis[i]
+        k = link.free_joint[i]
+        axis = link.free_axis[i]
         work.kept[k, axis] = state.angles[k, axis]
         state.angles[k, axis] += scale * work.step[i]
     return scale * largest
@@ -252,7 +309,8 @@ def go(link, state, work):  # type: ignore[no-untyped-def]
 def back(link, state, work):  # type: ignore[no-untyped-def]
     """Take the last step back."""
     for i in range(link.mode.shape[0]):
-        k, axis = link.free_joint[i], link.free_axis[i]
+        k = link.free_joint[i]
+        axis = link.free_axis[i]
         state.angles[k, axis] = work.kept[k, axis]
 
 

@@ -1,5 +1,5 @@
-"""How far every joint of one pose is past its stop, as a turn to be taken back: fast enough for each step of a
-simulation, where solve.stops gives exact margins of whole batches."""
+"""How far every joint of one pose is past its stop, as a turn to be taken back: fast enough for
+each step of a simulation, where solve.stops gives exact margins of whole batches."""
 
 from __future__ import annotations
 
@@ -14,17 +14,20 @@ from workbench.kernels.limbs.limits import nearest_side
 
 __all__ = ["StopPack", "past_stops"]
 
-_CONE, _HINGE, _POLYGON = 1, 2, 3
+_CONE = 1
+_HINGE = 2
+_POLYGON = 3
 _LEAST = 1e-9
 
 
 class StopPack(NamedTuple):
-    """The stops of J joints: kind (J,), axes (J, 3, 3), limits (J, 3, 2), play (J,) as model.stops has them.
+    """The stops of J joints: kind (J,), axes (J, 3, 3), limits (J, 3, 2), play (J,) as model.stops
+    has them.
 
-    coupling (M, 9): joint, axis, side, driver joint and axis, two driver angles, two limits. sides (J, V, 5, 3),
-    corners (J,): the spherical polygons side by side (first corner, inward normal, normals of its ends, normal of the
-    plane through centre and corner); limb (J, 3); before (J, B): joints from the polygon's frame to this one, -1 where
-    there are none.
+    coupling (M, 9): joint, axis, side, driver joint and axis, two driver angles, two limits. sides
+    (J, V, 5, 3), corners (J,): the spherical polygons side by side (first corner, inward normal,
+    normals of its ends, normal of the plane through centre and corner); limb (J, 3); before (J, B):
+    joints from the polygon's frame to this one, -1 where there are none.
     """
 
     kind: NDArray[np.int64]
@@ -41,7 +44,9 @@ class StopPack(NamedTuple):
 @njit(cache=True)
 def _turned(q, x, y, z):  # type: ignore[no-untyped-def]
     """A vector turned by a quaternion."""
-    tx, ty, tz = 2 * (q[2] * z - q[3] * y), 2 * (q[3] * x - q[1] * z), 2 * (q[1] * y - q[2] * x)
+    tx = 2 * (q[2] * z - q[3] * y)
+    ty = 2 * (q[3] * x - q[1] * z)
+    tz = 2 * (q[1] * y - q[2] * x)
     return (
         x + q[0] * tx + q[2] * tz - q[3] * ty,
         y + q[0] * ty + q[3] * tx - q[1] * tz,
@@ -67,7 +72,8 @@ def _angles(q, axes, out):  # type: ignore[no-untyped-def]
     along = q[1] * u[0] + q[2] * u[1] + q[3] * u[2]
     twist = 2.0 * math.atan2(along, q[0])
     twist -= 2 * math.pi * round(twist / (2 * math.pi))
-    c, s = math.cos(0.5 * twist), math.sin(0.5 * twist)
+    c = math.cos(0.5 * twist)
+    s = math.sin(0.5 * twist)
     turn = (c, s * u[0], s * u[1], s * u[2])
     swing = _product(q, (c, -turn[1], -turn[2], -turn[3]))
     sign = -1.0 if swing[0] < 0 else 1.0
@@ -87,7 +93,8 @@ def _beyond(value, first, second):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _polygon(q, j, pack, rotations, out):  # type: ignore[no-untyped-def]
-    """Add the turn, in the joint's distal frame, by which the limb is outside its spherical polygon."""
+    """Add the turn, in the joint's distal frame, by which the limb is outside its spherical
+    polygon."""
     before = (1.0, 0.0, 0.0, 0.0)
     for b in range(pack.before.shape[1]):
         if pack.before[j, b] >= 0:
@@ -111,8 +118,9 @@ def _polygon(q, j, pack, rotations, out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def past_stops(rotations, pack, angles, limits, past):  # type: ignore[no-untyped-def]
-    """Fill angles (J, 3), limits (J, 3, 2) with couplings applied, and past (J, 3): the rotation vector [rad], in the
-    distal segment's frame, from the nearest legal rotation (cones: along the ray from zero) to this one."""
+    """Fill angles (J, 3), limits (J, 3, 2) with couplings applied, and past (J, 3): the rotation
+    vector [rad], in the distal segment's frame, from the nearest legal rotation (cones: along the
+    ray from zero) to this one."""
     joints = pack.kind.shape[0]
     limits[:] = pack.limits
     for j in range(joints):
@@ -130,21 +138,27 @@ def past_stops(rotations, pack, angles, limits, past):  # type: ignore[no-untype
         turn = _angles(rotations[j], pack.axes[j], angles[j])
         a, b, t = angles[j]
         slack = pack.play[j] if kind == _HINGE else 0.0
-        da, db = 0.0, 0.0
+        da = 0.0
+        db = 0.0
         if kind == _CONE:
             first = max(limits[j, 0, 0 if a >= 0 else 1], _LEAST)
             second = max(limits[j, 1, 0 if b >= 0 else 1], _LEAST)
             root = math.sqrt((a / first) ** 2 + (b / second) ** 2)
             if root > 1.0:
-                da, db = a - a / root, b - b / root
+                da = a - a / root
+                db = b - b / root
         elif kind == _HINGE:
             da = _beyond(a, limits[j, 0, 0], limits[j, 0, 1])
             db = _beyond(b, limits[j, 1, 0] + slack, limits[j, 1, 1] + slack)
         dt = _beyond(t, limits[j, 2, 0] + slack, limits[j, 2, 1] + slack)
         axes = pack.axes[j]
         back = (turn[0], -turn[1], -turn[2], -turn[3])
-        e = _turned(back, da * axes[0, 0] + db * axes[1, 0], da * axes[0, 1] + db * axes[1, 1],
-                    da * axes[0, 2] + db * axes[1, 2])  # fmt: skip
+        e = _turned(
+            back,
+            da * axes[0, 0] + db * axes[1, 0],
+            da * axes[0, 1] + db * axes[1, 1],
+            da * axes[0, 2] + db * axes[1, 2],
+        )
         for k in range(3):
             past[j, k] = e[k] + dt * axes[2, k]
         if kind == _POLYGON:

@@ -1,8 +1,9 @@
-"""The tilts of a trunk in side view that come nearest to wanted angles, the line from hip to eye held.
+"""The tilts of a trunk in side view that come nearest to wanted angles, the line from hip to eye
+held.
 
-Five angles in units of their scatter, least squares by Gauss and Newton's steps within the bounds of the joints; each
-step's bounds by an active set (Nocedal & Wright 2006, Numerical Optimization, chapters 10 and 16). The line is one more
-angle with a scatter next to nothing.
+Five angles in units of their scatter, least squares by Gauss and Newton's steps within the bounds
+of the joints; each step's bounds by an active set (Nocedal & Wright 2006, Numerical Optimization,
+chapters 10 and 16). The line is one more angle with a scatter next to nothing.
 """
 
 from __future__ import annotations
@@ -17,27 +18,37 @@ __all__ = ["trunk_turns"]
 
 LINE = 1e-4
 """Scatter [rad] of the line from hip to eye: its error stays below a millionth."""
-STEPS, SETTLED, MOST_STEP = 60, 1e-10, 0.4
+STEPS = 60
+SETTLED = 1e-10
+MOST_STEP = 0.4
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _residuals(links, turns, wanted, spread, off, slope):  # type: ignore[no-untyped-def]
-    """Fill off (6,) and slope (6, 5): how far hip to eye, pelvis, abdomen, thorax, neck and head are from what is
-    wanted, in units of spread, and how that changes with the turns (5,) of the lower torso and the four joints."""
+    """Fill off (6,) and slope (6, 5): how far hip to eye, pelvis, abdomen, thorax, neck and head
+    are from what is wanted, in units of spread, and how that changes with the turns (5,) of the
+    lower torso and the four joints."""
     tilt = 0.0
     for r in range(6):
         off[r] = 0.0
         for k in range(5):
             slope[r, k] = 0.0
-    whole_x, whole_z, neck_x, neck_z = 0.0, 0.0, 0.0, 0.0
+    whole_x = 0.0
+    whole_z = 0.0
+    neck_x = 0.0
+    neck_z = 0.0
     for m in range(6):
         if m < 5:
             tilt = turns[0] if m == 0 else tilt - turns[m]
-        c, s = math.cos(tilt), math.sin(tilt)
-        x, z = links[m, 0] * c - links[m, 1] * s, links[m, 0] * s + links[m, 1] * c
-        whole_x, whole_z = whole_x + x, whole_z + z
+        c = math.cos(tilt)
+        s = math.sin(tilt)
+        x = links[m, 0] * c - links[m, 1] * s
+        z = links[m, 0] * s + links[m, 1] * c
+        whole_x = whole_x + x
+        whole_z = whole_z + z
         if m in (3, 4):
-            neck_x, neck_z = neck_x + x, neck_z + z
+            neck_x = neck_x + x
+            neck_z = neck_z + z
         if m in (0, 1, 2, 5):
             off[m + 1 if m < 3 else 5] = math.atan2(-x, z) if m < 3 else math.atan2(z, x)
         for k in range(min(m, 4) + 1):
@@ -51,8 +62,10 @@ def _residuals(links, turns, wanted, spread, off, slope):  # type: ignore[no-unt
     for m in range(6):
         if m < 5:
             tilt = turns[0] if m == 0 else tilt - turns[m]
-        c, s = math.cos(tilt), math.sin(tilt)
-        x, z = links[m, 0] * c - links[m, 1] * s, links[m, 0] * s + links[m, 1] * c
+        c = math.cos(tilt)
+        s = math.sin(tilt)
+        x = links[m, 0] * c - links[m, 1] * s
+        z = links[m, 0] * s + links[m, 1] * c
         along = (x * whole_x + z * whole_z) / (whole_x * whole_x + whole_z * whole_z)
         bent = (x * neck_x + z * neck_z) / (neck_x * neck_x + neck_z * neck_z)
         for k in range(min(m, 4) + 1):
@@ -69,7 +82,8 @@ def _residuals(links, turns, wanted, spread, off, slope):  # type: ignore[no-unt
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _solve(matrix, right, fixed, step):  # type: ignore[no-untyped-def]
-    """Solve for the free of five unknowns by elimination, the matrix being positive; the fixed ones stand in step."""
+    """Solve for the free of five unknowns by elimination, the matrix being positive; the fixed ones
+    stand in step."""
     for i in range(5):
         for j in range(5):
             if fixed[j] != 0 and fixed[i] == 0:
@@ -95,8 +109,12 @@ def _solve(matrix, right, fixed, step):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _step(off, slope, turns, bounds, fixed, step):  # type: ignore[no-untyped-def]
-    """The step of least squares within the bounds: what goes beyond is held there, what is pulled inward let go."""
-    whole, side, matrix, right = np.zeros((5, 5)), np.zeros(5), np.zeros((5, 5)), np.zeros(5)
+    """The step of least squares within the bounds: what goes beyond is held there, what is pulled
+    inward let go."""
+    whole = np.zeros((5, 5))
+    side = np.zeros(5)
+    matrix = np.zeros((5, 5))
+    right = np.zeros(5)
     for i in range(5):
         fixed[i] = 0
         for r in range(6):
@@ -109,22 +127,26 @@ def _step(off, slope, turns, bounds, fixed, step):  # type: ignore[no-untyped-de
             for j in range(5):
                 matrix[i, j] = whole[i, j]
         _solve(matrix, right, fixed, step)
-        worst, beyond = -1, 1e-12
+        worst = -1
+        beyond = 1e-12
         for i in range(5):
             past = max(bounds[i, 0] - turns[i] - step[i], turns[i] + step[i] - bounds[i, 1])
             if fixed[i] == 0 and past > beyond:
-                worst, beyond = i, past
+                worst = i
+                beyond = past
         if worst >= 0:
             fixed[worst] = -1 if turns[worst] + step[worst] < bounds[worst, 0] else 1
             step[worst] = bounds[worst, 0 if fixed[worst] < 0 else 1] - turns[worst]
             continue
-        loose, pull = -1, 1e-9
+        loose = -1
+        pull = 1e-9
         for i in range(5):
             force = side[i]
             for j in range(5):
                 force -= whole[i, j] * step[j]
             if fixed[i] != 0 and -fixed[i] * force > pull:
-                loose, pull = i, -fixed[i] * force
+                loose = i
+                pull = -fixed[i] * force
         if loose < 0:
             return
         fixed[loose] = 0
@@ -132,12 +154,17 @@ def _step(off, slope, turns, bounds, fixed, step):  # type: ignore[no-untyped-de
 
 @njit(cache=True, nogil=True)
 def trunk_turns(links, wanted, spread, bounds, turns):  # type: ignore[no-untyped-def]
-    """Bring the turns (P, 5) [rad] of P trunks, a start in and the answer out, to where the angles are nearest to those
-    wanted (P, 6): hip to eye (held), pelvis, abdomen, thorax, neck, head; spread (P, 5) of the last five.
+    """Bring the turns (P, 5) [rad] of P trunks, a start in and the answer out, to where the angles
+    are nearest to those wanted (P, 6): hip to eye (held), pelvis, abdomen, thorax, neck, head;
+    spread (P, 5) of the last five.
 
     links (P, 6, 2) [m]: forward and up, upright; bounds (P, 5, 2) [rad].
     """
-    off, slope, fixed, step, scale = np.zeros(6), np.zeros((6, 5)), np.zeros(5, np.int64), np.zeros(5), np.zeros(6)
+    off = np.zeros(6)
+    slope = np.zeros((6, 5))
+    fixed = np.zeros(5, np.int64)
+    step = np.zeros(5)
+    scale = np.zeros(6)
     for p in range(len(turns)):
         scale[0] = LINE
         for k in range(5):

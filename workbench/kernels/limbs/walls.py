@@ -16,15 +16,19 @@ __all__ = ["CLEAR", "MOST_WALLS", "Desk", "build", "new_desk"]
 
 MOST_WALLS = 16
 CLEAR = 2e-4
-"""How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
-SAME, ALIKE = 0.9, 0.95
-"""Cosine between normals of walls before the same sphere that are taken to be one: over several turns, at once."""
+"""How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not
+touch them."""
+SAME = 0.9
+ALIKE = 0.95
+"""Cosine between normals of walls before the same sphere that are taken to be one: over several
+turns, at once."""
 
 
 class Desk(NamedTuple):
-    """Working space: walls (MOST_WALLS, 6): sphere, normal (3), height [m], part; the planes made of them; many (1,):
-    how many there are. trial (1, K, 3), free (K, 3): angles; tried (M,): 1 for a seed that was used; kept (M, K, 3),
-    depth (M,) [m]: postures to begin at and how deep they enter."""
+    """Working space: walls (MOST_WALLS, 6): sphere, normal (3), height [m], part; the planes made
+    of them; many (1,): how many there are. trial (1, K, 3), free (K, 3): angles; tried (M,): 1 for
+    a seed that was used; kept (M, K, 3), depth (M,) [m]: postures to begin at and how deep they
+    enter."""
 
     walls: NDArray[np.float64]
     planes: Planes
@@ -40,7 +44,10 @@ class Desk(NamedTuple):
 def new_desk(joints, seeds):  # type: ignore[no-untyped-def]
     """An empty working space."""
     planes = Planes(
-        np.zeros(MOST_WALLS, np.int64), np.zeros((MOST_WALLS, 3)), np.zeros((MOST_WALLS, 3)), np.zeros(MOST_WALLS)
+        np.zeros(MOST_WALLS, np.int64),
+        np.zeros((MOST_WALLS, 3)),
+        np.zeros((MOST_WALLS, 3)),
+        np.zeros(MOST_WALLS),
     )
     return Desk(
         np.zeros((MOST_WALLS, 6)),
@@ -57,43 +64,60 @@ def new_desk(joints, seeds):  # type: ignore[no-untyped-def]
 @inner
 def _plane(limbs, b, room, space, desk):  # type: ignore[no-untyped-def]
     """Make planes of the walls for body b, whose spheres stand as they do in space."""
-    walls, planes, centres, world = desk.walls, desk.planes, space.centres, space.world
+    walls = desk.walls
+    planes = desk.planes
+    centres = space.centres
+    world = space.world
     for m in range(desk.many[0]):
-        s, part = int(walls[m, 0]), int(walls[m, 5])
-        n0, n1, n2 = walls[m, 1], walls[m, 2], walls[m, 3]
-        k, high = limbs.carrier[s], walls[m, 4]
-        d0, d1, d2 = (
-            centres[0, s, 0] - world[0, k, 0, 3],
-            centres[0, s, 1] - world[0, k, 1, 3],
-            centres[0, s, 2] - world[0, k, 2, 3],
-        )
+        s = int(walls[m, 0])
+        part = int(walls[m, 5])
+        n0 = walls[m, 1]
+        n1 = walls[m, 2]
+        n2 = walls[m, 3]
+        k = limbs.carrier[s]
+        high = walls[m, 4]
+        d0 = centres[0, s, 0] - world[0, k, 0, 3]
+        d1 = centres[0, s, 1] - world[0, k, 1, 3]
+        d2 = centres[0, s, 2] - world[0, k, 2, 3]
         for i in range(3):
-            planes.point[m, i] = world[0, k, 0, i] * d0 + world[0, k, 1, i] * d1 + world[0, k, 2, i] * d2
+            planes.point[m, i] = (
+                world[0, k, 0, i] * d0 + world[0, k, 1, i] * d1 + world[0, k, 2, i] * d2
+            )
         if room.field.root.shape[0] > 1 and room.moving[part] > 0:
             high += n0 * room.shift[b, 0] + n1 * room.shift[b, 1] + n2 * room.shift[b, 2]
         planes.link[m] = limbs.link[s]
-        planes.normal[m, 0], planes.normal[m, 1], planes.normal[m, 2] = n0, n1, n2
-        planes.offset[m] = high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part] + 2.0 * CLEAR
+        planes.normal[m, 0] = n0
+        planes.normal[m, 1] = n1
+        planes.normal[m, 2] = n2
+        planes.offset[m] = (
+            high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part] + 2.0 * CLEAR
+        )
 
 
 @inlined
 def _contrary(room, i, count, space):  # type: ignore[no-untyped-def]
-    """Whether contact i is from outside a part that the same sphere's centre is inside of: it would push farther in."""
+    """Whether contact i is from outside a part that the same sphere's centre is inside of: it would
+    push farther in."""
     found = space.found
     if found[0, i, 6] > 0.0:
         return False
     part = room.owner[int(found[0, i, 2])]
     for m in range(count):
-        if found[0, m, 6] > 0.0 and found[0, m, 1] == found[0, i, 1] and room.owner[int(found[0, m, 2])] == part:
+        if (
+            found[0, m, 6] > 0.0
+            and found[0, m, 1] == found[0, i, 1]
+            and room.owner[int(found[0, m, 2])] == part
+        ):
             return True
     return False
 
 
 @inner
 def build(limbs, b, room, count, stops, anew, space, desk, work):  # type: ignore[no-untyped-def]
-    """Walls of the `count` contacts in space, deepest first: new ones only where `anew`; else besides those there are,
-    in the place of those they follow upon."""
-    walls, many = desk.walls, desk.many
+    """Walls of the `count` contacts in space, deepest first: new ones only where `anew`; else
+    besides those there are, in the place of those they follow upon."""
+    walls = desk.walls
+    many = desk.many
     if anew:
         many[0] = 0
     for i in range(count):
@@ -117,6 +141,10 @@ def build(limbs, b, room, count, stops, anew, space, desk, work):  # type: ignor
                 if work.press[stops + m] < work.press[stops + at]:
                     at = m
             work.press[stops + at] = 0.0
-        walls[at, 0], walls[at, 1], walls[at, 2], walls[at, 3] = s, n0, n1, n2
-        walls[at, 4], walls[at, 5] = high, part
+        walls[at, 0] = s
+        walls[at, 1] = n0
+        walls[at, 2] = n1
+        walls[at, 3] = n2
+        walls[at, 4] = high
+        walls[at, 5] = part
     _plane(limbs, b, room, space, desk)

@@ -1,4 +1,5 @@
-"""Putting a picture together from its layers, pixel by pixel. Pictures are (height, width, 3) of 0 to 255."""
+"""Putting a picture together from its layers, pixel by pixel. Pictures are (height, width, 3) of 0
+to 255."""
 
 from __future__ import annotations
 
@@ -19,21 +20,26 @@ def compose_solids(
     veil: float,
     picture: Floats,
 ) -> None:
-    """Walls, paler the farther they are, and bodies over them, behind a veil of what stands in front.
+    """Walls, paler the farther they are, and bodies over them, behind a veil of what stands in
+    front.
 
-    wall (T + 2, 3): colour of each triangle, then that of cut faces, then paper. layers: triangle, depth, section,
-    sphere, body_depth, each (height, width), -1 or -inf for nothing. fade (3,): the depth [m] from which walls fade,
-    over how much they do, and the share of paper that is never exceeded. body (height, width, 3): read where a sphere
-    is. veil: opacity of what is in front of a body.
+    wall (T + 2, 3): colour of each triangle, then that of cut faces, then paper. layers: triangle,
+    depth, section, sphere, body_depth, each (height, width), -1 or -inf for nothing. fade (3,): the
+    depth [m] from which walls fade, over how much they do, and the share of paper that is never
+    exceeded. body (height, width, 3): read where a sphere is. veil: opacity of what is in front of
+    a body.
     """
     triangle, depth, section, sphere, body_depth = layers
     height, width = triangle.shape
-    paper, cut = len(wall) - 1, len(wall) - 2
+    paper = len(wall) - 1
+    cut = len(wall) - 2
     for row in range(height):
         for column in range(width):
-            number, here = triangle[row, column], sphere[row, column] >= 0
+            number = triangle[row, column]
+            here = sphere[row, column] >= 0
             front = veil if here and depth[row, column] > body_depth[row, column] else 0.0
-            share, source = 0.0, paper
+            share = 0.0
+            source = paper
             if section[row, column]:
                 source = cut
             elif number >= 0:
@@ -57,10 +63,11 @@ def compose_veils(
     inks: Floats,
     out: Ints,
 ) -> None:
-    """Glass where it is the foremost thing, then lines in ink, into `out` (height, width, 3) of whole numbers.
+    """Glass where it is the foremost thing, then lines in ink, into `out` (height, width, 3) of
+    whole numbers.
 
-    tinted (height, width): -1 without glass; lines (height, width): opacity of ink, 0 to 255. inks (2, 4): colour and
-    opacity of glass, colour of lines.
+    tinted (height, width): -1 without glass; lines (height, width): opacity of ink, 0 to 255. inks
+    (2, 4): colour and opacity of glass, colour of lines.
     """
     height, width = lines.shape
     for row in range(height):
@@ -79,9 +86,11 @@ def compose_veils(
 
 @njit(cache=True)
 def darken_rims(body: Floats, depth: Floats, width: int, jump: float, share: float) -> None:
-    """Multiply `body` (height, width, 3) by `share` within `width` pixels of a place that lies `jump` [m] farther.
+    """Multiply `body` (height, width, 3) by `share` within `width` pixels of a place that lies
+    `jump` [m] farther.
 
-    That is a silhouette, or a limb before the trunk. depth (height, width): of bodies, -inf where there are none.
+    That is a silhouette, or a limb before the trunk. depth (height, width): of bodies, -inf where
+    there are none.
     """
     height, across = depth.shape
     for row in range(height):

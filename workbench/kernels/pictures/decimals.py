@@ -1,4 +1,5 @@
-"""Numbers as text with a fixed number of decimals, row by row: drawings hold thousands, one call for all of them."""
+"""Numbers as text with a fixed number of decimals, row by row: drawings hold thousands, one call
+for all of them."""
 
 from __future__ import annotations
 
@@ -10,12 +11,15 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["write_rows"]
 
-_ZERO, _POINT, _MINUS = 48, 46, 45
+_ZERO = 48
+_POINT = 46
+_MINUS = 45
 
 
 @njit(cache=True)
 def _put(value: float, places: int, out: Ints, at: int) -> int:
-    """Write a number from `at` on, rounded half away from zero; where it ends. No minus sign before 0."""
+    """Write a number from `at` on, rounded half away from zero; where it ends. No minus sign before
+    0."""
     unit = 1
     for _ in range(places):
         unit *= 10
@@ -26,7 +30,8 @@ def _put(value: float, places: int, out: Ints, at: int) -> int:
     digits = places + 1
     rest = whole // (10 * unit)
     while rest > 0:
-        digits, rest = digits + 1, rest // 10
+        digits = digits + 1
+        rest = rest // 10
     last = at + digits + (1 if places > 0 else 0)
     k = last - 1
     for n in range(digits):
@@ -40,11 +45,15 @@ def _put(value: float, places: int, out: Ints, at: int) -> int:
 
 
 @njit(cache=True)
-def write_rows(values: Floats, places: Ints, words: Ints, word_start: Ints, out: Ints, start: Ints) -> None:
-    """Rows of text into the bytes `out`: word 0, the first of values (M, K) with places[0] decimals, word 1, and so on.
+def write_rows(
+    values: Floats, places: Ints, words: Ints, word_start: Ints, out: Ints, start: Ints
+) -> None:
+    """Rows of text into the bytes `out`: word 0, the first of values (M, K) with places[0]
+    decimals, word 1, and so on.
 
-    words: the bytes of K + 1 words, each from word_start (K + 2,); start (M + 1,) receives where rows begin. Values
-    are finite, with at most 12 digits before the point; out holds 20 bytes a value more than the words.
+    words: the bytes of K + 1 words, each from word_start (K + 2,); start (M + 1,) receives where
+    rows begin. Values are finite, with at most 12 digits before the point; out holds 20 bytes a
+    value more than the words.
     """
     at = NONE
     for row in range(len(values)):

@@ -1,7 +1,9 @@
-"""The paper's raster display at the speed of a film: projection, order, painting. One picture, three loops.
+"""The paper's raster display at the speed of a film: projection, order, painting. One picture,
+three loops.
 
-A lens (18,) packs a camera: right, up, toward and centre, three numbers each; then scale [pixels / m], bend [1/m], the
-picture's middle x and y [pixels], the nearest depth that is drawn and the eye's distance [m].
+A lens (18,) packs a camera: right, up, toward and centre, three numbers each; then scale [pixels /
+m], bend [1/m], the picture's middle x and y [pixels], the nearest depth that is drawn and the eye's
+distance [m].
 """
 
 from __future__ import annotations
@@ -16,23 +18,41 @@ __all__ = ["disk_span", "paint_disks", "project_spheres", "resort"]
 
 @njit(cache=True)
 def project_spheres(
-    centre: Floats, radius: Floats, lens: Floats, view: Floats, shown: Floats, disk: Floats, front: Floats
+    centre: Floats,
+    radius: Floats,
+    lens: Floats,
+    view: Floats,
+    shown: Floats,
+    disk: Floats,
+    front: Floats,
 ) -> int:
     """Spheres centre (S, 3), radius (S,) [m] to their disks; how many are drawn.
 
-    view (S, 4) [m]: to the right, up and toward the viewer; and the radius. disk (S, 3): x, y, radius [pixels]: the
-    paper's circle, in inverse proportion to the distance of the centre along the view. front (S,) [m]: the depth of
-    the frontmost point. What the nearest plane cuts ends there: the disk of a sphere that loses its centre is that of
-    the cut face. shown (S, 2) [m]: depth and radius of what the disk shows, the centre's or the face's. Spheres that
-    hold the eye, or are all cut away, have disk 0 and front -inf.
+    view (S, 4) [m]: to the right, up and toward the viewer; and the radius. disk (S, 3): x, y,
+    radius [pixels]: the paper's circle, in inverse proportion to the distance of the centre along
+    the view. front (S,) [m]: the depth of the frontmost point. What the nearest plane cuts ends
+    there: the disk of a sphere that loses its centre is that of the cut face. shown (S, 2) [m]:
+    depth and radius of what the disk shows, the centre's or the face's. Spheres that hold the eye,
+    or are all cut away, have disk 0 and front -inf.
     """
-    nearest, distance, drawn = lens[16], lens[17], 0
+    nearest = lens[16]
+    distance = lens[17]
+    drawn = 0
     for s in range(len(radius)):
-        x, y, z, size, holds = 0.0, 0.0, 0.0, radius[s], False
+        x = 0.0
+        y = 0.0
+        z = 0.0
+        size = radius[s]
+        holds = False
         for k in range(3):
             away = centre[s, k] - lens[9 + k]
-            x, y, z = x + lens[k] * away, y + lens[3 + k] * away, z + lens[6 + k] * away
-        view[s, 0], view[s, 1], view[s, 2], view[s, 3] = x, y, z, size
+            x = x + lens[k] * away
+            y = y + lens[3 + k] * away
+            z = z + lens[6 + k] * away
+        view[s, 0] = x
+        view[s, 1] = y
+        view[s, 2] = z
+        view[s, 3] = size
         if lens[13] > 0.0:
             holds = x * x + y * y + (distance - z) * (distance - z) <= size * size
         beyond = max(z - nearest, 0.0)
@@ -42,23 +62,30 @@ def project_spheres(
             continue
         front[s] = min(z + size, nearest)
         if beyond > 0.0:
-            size, z = math.sqrt(size * size - beyond * beyond), nearest
+            size = math.sqrt(size * size - beyond * beyond)
+            z = nearest
         scale = lens[12] / (1.0 - z * lens[13])
-        shown[s, 0], shown[s, 1] = z, size
-        disk[s, 0], disk[s, 1], disk[s, 2] = lens[14] + scale * x, lens[15] - scale * y, scale * size
+        shown[s, 0] = z
+        shown[s, 1] = size
+        disk[s, 0] = lens[14] + scale * x
+        disk[s, 1] = lens[15] - scale * y
+        disk[s, 2] = scale * size
         drawn += 1
     return drawn
 
 
 @njit(cache=True)
 def resort(order: Ints, front: Floats) -> int:
-    """Sort `order` (S,) in place back to front, by insertion; how many times one sphere was moved by one place.
+    """Sort `order` (S,) in place back to front, by insertion; how many times one sphere was moved
+    by one place.
 
-    Of equal fronts (S,) the lower number comes first. From the order of a frame before, n spheres take a few n moves.
+    Of equal fronts (S,) the lower number comes first. From the order of a frame before, n spheres
+    take a few n moves.
     """
     moves = 0
     for k in range(1, len(order)):
-        moved, place = order[k], k
+        moved = order[k]
+        place = k
         depth = front[moved]
         while place > 0:
             before = order[place - 1]
@@ -73,17 +100,20 @@ def resort(order: Ints, front: Floats) -> int:
 
 @njit(cache=True)
 def disk_span(row: int, x: float, y: float, radius: float, width: int) -> tuple[int, int]:
-    """First and one past the last column of a disk in a row; the first is not below the second where there is none.
+    """First and one past the last column of a disk in a row; the first is not below the second
+    where there is none.
 
-    The square root gives the ends to within rounding; the last steps use the very predicate that defines the disk, so
-    that spans and a pixel-by-pixel test agree on every pixel.
+    The square root gives the ends to within rounding; the last steps use the very predicate that
+    defines the disk, so that spans and a pixel-by-pixel test agree on every pixel.
     """
     dy = row + 0.5 - y
-    square, limit = dy * dy, radius * radius
+    square = dy * dy
+    limit = radius * radius
     if square > limit:
         return 0, 0
     half = math.sqrt(limit - square)
-    first, last = math.ceil(x - half - 0.5), math.floor(x + half - 0.5)
+    first = math.ceil(x - half - 0.5)
+    last = math.floor(x + half - 0.5)
     if (first - 0.5 - x) * (first - 0.5 - x) + square <= limit:
         first -= 1
     elif (first + 0.5 - x) * (first + 0.5 - x) + square > limit:
@@ -103,23 +133,34 @@ def _fill(line: Ints, first: int, end: int, value: int, blank: int) -> None:
 
 
 @njit(cache=True)
-def paint_disks(disk: Floats, order: Ints, value: Ints, blank: int, picture: Ints, covered: Ints) -> None:
-    """What a painter sees who lays disks (S, 3) x, y, radius [pixels] over one another in `order` (K,).
+def paint_disks(
+    disk: Floats, order: Ints, value: Ints, blank: int, picture: Ints, covered: Ints
+) -> None:
+    """What a painter sees who lays disks (S, 3) x, y, radius [pixels] over one another in `order`
+    (K,).
 
-    Each pixel gets the `value` (S,) of the last disk that holds its centre; picture (height, width) comes filled with
-    `blank`, which no value may equal. Painted from the last disk to the first, each pixel once: covered (height, 4)
-    holds two runs of columns of each row, from and to, that are known to be painted, and most disks fall inside.
+    Each pixel gets the `value` (S,) of the last disk that holds its centre; picture (height, width)
+    comes filled with `blank`, which no value may equal. Painted from the last disk to the first,
+    each pixel once: covered (height, 4) holds two runs of columns of each row, from and to, that
+    are known to be painted, and most disks fall inside.
     """
     height, width = picture.shape
     covered[:] = 0
     for n in range(len(order) - 1, -1, -1):
         sphere = order[n]
-        x, y, radius, colour = disk[sphere, 0], disk[sphere, 1], disk[sphere, 2], value[sphere]
-        left, right = max(math.floor(x - radius), 0), min(math.ceil(x + radius), width)
+        x = disk[sphere, 0]
+        y = disk[sphere, 1]
+        radius = disk[sphere, 2]
+        colour = value[sphere]
+        left = max(math.floor(x - radius), 0)
+        right = min(math.ceil(x + radius), width)
         if left >= right:
             continue
         for row in range(max(0, math.floor(y - radius)), min(height, math.ceil(y + radius))):
-            a, b, c, d = covered[row, 0], covered[row, 1], covered[row, 2], covered[row, 3]
+            a = covered[row, 0]
+            b = covered[row, 1]
+            c = covered[row, 2]
+            d = covered[row, 3]
             if (a <= left and b >= right) or (c <= left and d >= right):
                 continue
             first, end = disk_span(row, x, y, radius, width)
@@ -138,4 +179,5 @@ def paint_disks(disk: Floats, order: Ints, value: Ints, blank: int, picture: Int
                 _fill(line, first, end, colour, blank)
                 slot = 0 if b - a < d - c else 2
                 if end - first > covered[row, slot + 1] - covered[row, slot]:
-                    covered[row, slot], covered[row, slot + 1] = first, end
+                    covered[row, slot] = first
+                    covered[row, slot + 1] = end

@@ -1,12 +1,14 @@
-"""Which spheres hide which part of another sphere's rim: one interval of angle for every pair, in closed form.
+"""Which spheres hide which part of another sphere's rim: one interval of angle for every pair, in
+closed form.
 
-Parallel view: the rim of sphere i is a circle at the constant depth z_i. With z = z_i - step, sphere j hides a rim
-point exactly where its distance from j's centre in the picture is below rho, rho^2 = r_j^2 - max(z - z_j, 0)^2.
-Perspective: with the eye at the origin, d the distance of a centre and t = sqrt(d^2 - r^2) the length of the tangent,
-rim i is the circle t_i u of unit vectors u at the angle asin(r_i / d_i) round its axis. Sphere j hides what lies
-t = t_i + step along u exactly where u . c_j > t_j if t >= t_j, and where u . c_j > (t^2 + t_j^2) / (2 t) if not.
-Either is linear in the cosine of the angle from the direction of j, so the hidden part is one interval. With the same
-formula and no regard to depth, r_j or t_j gives the interval that lies over j's disk.
+Parallel view: the rim of sphere i is a circle at the constant depth z_i. With z = z_i - step,
+sphere j hides a rim point exactly where its distance from j's centre in the picture is below rho,
+rho^2 = r_j^2 - max(z - z_j, 0)^2. Perspective: with the eye at the origin, d the distance of a
+centre and t = sqrt(d^2 - r^2) the length of the tangent, rim i is the circle t_i u of unit vectors
+u at the angle asin(r_i / d_i) round its axis. Sphere j hides what lies t = t_i + step along u
+exactly where u . c_j > t_j if t >= t_j, and where u . c_j > (t^2 + t_j^2) / (2 t) if not. Either is
+linear in the cosine of the angle from the direction of j, so the hidden part is one interval. With
+the same formula and no regard to depth, r_j or t_j gives the interval that lies over j's disk.
 
 `step` is 0, or for spheres of segments that are joined the least step of depth that is drawn.
 """
@@ -45,11 +47,11 @@ _FEW = 6
 class Rims(NamedTuple):
     """What the kernels know of S rims.
 
-    balls: in a parallel view (S, 4) x, y, depth (larger is nearer), radius; in perspective (S, 15) x, y, distance
-    along the view, radius, d, t, then three unit vectors: the axis, and two across it from which the angle is
-    measured. near (S,): larger is nearer. box (S, 4): least and greatest x, y of a rim, in any unit. segment, body
-    (S,); joined (N, N); step (S,): towards spheres of segments that are joined to its own, in the unit of depth.
-    lens: 1 perspective.
+    balls: in a parallel view (S, 4) x, y, depth (larger is nearer), radius; in perspective (S, 15)
+    x, y, distance along the view, radius, d, t, then three unit vectors: the axis, and two across
+    it from which the angle is measured. near (S,): larger is nearer. box (S, 4): least and greatest
+    x, y of a rim, in any unit. segment, body (S,); joined (N, N); step (S,): towards spheres of
+    segments that are joined to its own, in the unit of depth. lens: 1 perspective.
     """
 
     balls: Floats
@@ -70,58 +72,88 @@ def parallel_rims(balls: Floats, segment: Ints, body: Ints, joined: Bools, step:
 
 
 def perspective_rims(balls: Floats, segment: Ints, body: Ints, joined: Bools, step: Floats) -> Rims:
-    """Rims of spheres `balls` (S, 4): x, y, distance along the view from the eye, radius in one unit.
+    """Rims of spheres `balls` (S, 4): x, y, distance along the view from the eye, radius in one
+    unit.
 
-    The angle of a rim is 0 at its outermost point from the middle of the picture and grows from +x to +y. None holds
-    the eye.
+    The angle of a rim is 0 at its outermost point from the middle of the picture and grows from +x
+    to +y. None holds the eye.
     """
     x, y, along, radius = balls.T
-    off, far = np.hypot(x, y), np.sqrt(np.sum(balls[:, :3] ** 2, axis=1))
+    off = np.hypot(x, y)
+    far = np.sqrt(np.sum(balls[:, :3] ** 2, axis=1))
     tangent = np.sqrt(np.maximum(far * far - radius * radius, 0.0))
     turned = off > 1e-12 * far
     safe = np.where(turned, off, 1.0)
-    hx, hy = np.where(turned, x / safe, 1.0), np.where(turned, y / safe, 0.0)
-    sine, cosine = off / far, along / far
-    axes = [hx * sine, hy * sine, cosine, hx * cosine, hy * cosine, -sine, -hy, hx, np.zeros(len(balls))]
+    hx = np.where(turned, x / safe, 1.0)
+    hy = np.where(turned, y / safe, 0.0)
+    sine = off / far
+    cosine = along / far
+    axes = [
+        hx * sine,
+        hy * sine,
+        cosine,
+        hx * cosine,
+        hy * cosine,
+        -sine,
+        -hy,
+        hx,
+        np.zeros(len(balls)),
+    ]
     packed = np.column_stack([balls, far, tangent, *axes])
     box = np.column_stack([*_ends(x, along, radius), *_ends(y, along, radius)])[:, [0, 2, 1, 3]]
     return Rims(np.ascontiguousarray(packed), -tangent, box, segment, body, joined, step, 1)
 
 
 def _ends(across: Floats, along: Floats, radius: Floats) -> tuple[Floats, Floats]:
-    """Least and greatest across / along of spheres; infinite for those that reach beside the eye."""
+    """Least and greatest across / along of spheres; infinite for those that reach beside the
+    eye."""
     ahead = along > radius
     square = np.where(ahead, along * along - radius * radius, 1.0)
     root = radius * np.sqrt(np.maximum(across * across + along * along - radius * radius, 0.0))
-    low, high = (across * along - root) / square, (across * along + root) / square
+    low = (across * along - root) / square
+    high = (across * along + root) / square
     return np.where(ahead, low, -np.inf), np.where(ahead, high, np.inf)
 
 
 @njit(cache=True)
-def pair_cosines(i: int, j: int, balls: Floats, lens: int, offset: float) -> tuple[float, float, float, float, float]:
-    """How sphere j covers rim i: direction x, y; cosine of half the hidden angle, of half that over j's disk; apart.
+def pair_cosines(
+    i: int, j: int, balls: Floats, lens: int, offset: float
+) -> tuple[float, float, float, float, float]:
+    """How sphere j covers rim i: direction x, y; cosine of half the hidden angle, of half that over
+    j's disk; apart.
 
     A cosine of 1 or more: nothing; of -1 or less: all. apart: 0 where the two rims are one.
     """
     if lens == 0:
-        dx, dy = balls[j, 0] - balls[i, 0], balls[j, 1] - balls[i, 1]
-        radius, other = balls[i, 3], balls[j, 3]
+        dx = balls[j, 0] - balls[i, 0]
+        dy = balls[j, 1] - balls[i, 1]
+        radius = balls[i, 3]
+        other = balls[j, 3]
         square = dx * dx + dy * dy
         apart = math.sqrt(square)
         below = max(balls[i, 2] - offset - balls[j, 2], 0.0)
-        over, side = square + radius * radius - other * other, 2.0 * apart * radius
-        hidden, unlike = over + below * below, apart + abs(radius - other)
+        over = square + radius * radius - other * other
+        side = 2.0 * apart * radius
+        hidden = over + below * below
+        unlike = apart + abs(radius - other)
     else:
-        dot, dx, dy = 0.0, 0.0, 0.0
+        dot = 0.0
+        dx = 0.0
+        dy = 0.0
         for k in range(3):
             dot += balls[j, k] * balls[i, 6 + k]
             dx += balls[j, k] * balls[i, 9 + k]
             dy += balls[j, k] * balls[i, 12 + k]
-        reach, other = balls[i, 5] + offset, balls[j, 5]
-        sine, cosine = balls[i, 3] / balls[i, 4], balls[i, 5] / balls[i, 4]
+        reach = balls[i, 5] + offset
+        other = balls[j, 5]
+        sine = balls[i, 3] / balls[i, 4]
+        cosine = balls[i, 5] / balls[i, 4]
         apart = math.sqrt(dx * dx + dy * dy)
-        over, side = other - cosine * dot, sine * apart
-        hidden = over if reach >= other else over + (reach - other) * (reach - other) / (2.0 * reach)
+        over = other - cosine * dot
+        side = sine * apart
+        hidden = (
+            over if reach >= other else over + (reach - other) * (reach - other) / (2.0 * reach)
+        )
         unlike = 100.0 * (apart / balls[j, 4] + abs(sine - balls[j, 3] / balls[j, 4]))
     if unlike < COINCIDE:
         return dx, dy, 2.0, 2.0, 0.0
@@ -132,23 +164,34 @@ def pair_cosines(i: int, j: int, balls: Floats, lens: int, offset: float) -> tup
 
 @njit(cache=True)
 def grid_of(box: Floats, near: Floats) -> tuple[Ints, Ints, Ints, Floats]:
-    """Rims sorted into cells about as wide as a usual rim: start (C + 1,) of each cell, rims, cells each way, frame.
+    """Rims sorted into cells about as wide as a usual rim: start (C + 1,) of each cell, rims, cells
+    each way, frame.
 
-    box (S, 4); nearest rims come first in each cell. frame: least x, y and cells a unit; infinite ends lie outside.
+    box (S, 4); nearest rims come first in each cell. frame: least x, y and cells a unit; infinite
+    ends lie outside.
     """
-    low, high, wide, found = np.empty(2), np.empty(2), 0.0, 0
-    low[0], low[1], high[0], high[1] = np.inf, np.inf, -np.inf, -np.inf
+    low = np.empty(2)
+    high = np.empty(2)
+    wide = 0.0
+    found = 0
+    low[0] = np.inf
+    low[1] = np.inf
+    high[0] = -np.inf
+    high[1] = -np.inf
     for n in range(len(box)):
         if math.isfinite(box[n, 0] + box[n, 1] + box[n, 2] + box[n, 3]):
             for k in range(2):
                 low[k], high[k] = min(low[k], box[n, k]), max(high[k], box[n, 2 + k])
-            wide, found = wide + box[n, 2] - box[n, 0], found + 1
-    cells, frame = np.ones(2, np.int64), np.zeros(4)
+            wide = wide + box[n, 2] - box[n, 0]
+            found = found + 1
+    cells = np.ones(2, np.int64)
+    frame = np.zeros(4)
     if found and wide > 0.0:
         for k in range(2):
             cells[k] = min(max(int((high[k] - low[k]) * found / wide), 1), 2048)
             frame[k], frame[2 + k] = low[k], cells[k] / max(high[k] - low[k], 1e-300)
-    order, farness = np.empty(len(near), np.int64), np.empty(len(near))
+    order = np.empty(len(near), np.int64)
+    farness = np.empty(len(near))
     for n in range(len(near)):
         farness[n] = -near[n]
     stable_order(farness, len(near), order, np.empty(len(near), np.int64))
@@ -185,9 +228,17 @@ def cells_of(box: Floats, cells: Ints, frame: Floats) -> tuple[int, int, int, in
 
 @njit(cache=True)
 def candidates(
-    i: int, box: Floats, start: Ints, rims: Ints, cells: Ints, frame: Floats, stamp: Ints, found: Ints
+    i: int,
+    box: Floats,
+    start: Ints,
+    rims: Ints,
+    cells: Ints,
+    frame: Floats,
+    stamp: Ints,
+    found: Ints,
 ) -> int:
-    """Rims j != i whose boxes meet that of i, into `found`; how many. stamp (S,) holds no i before the call."""
+    """Rims j != i whose boxes meet that of i, into `found`; how many. stamp (S,) holds no i before
+    the call."""
     count = 0
     a, b, c, d = cells_of(box[i], cells, frame)
     stamp[i] = i
@@ -199,7 +250,12 @@ def candidates(
                 if stamp[j] == i:
                     continue
                 stamp[j] = i
-                if box[j, 0] < box[i, 2] and box[i, 0] < box[j, 2] and box[j, 1] < box[i, 3] and box[i, 1] < box[j, 3]:
+                if (
+                    box[j, 0] < box[i, 2]
+                    and box[i, 0] < box[j, 2]
+                    and box[j, 1] < box[i, 3]
+                    and box[i, 1] < box[j, 3]
+                ):
                     found[count] = j
                     count += 1
     return count
@@ -207,7 +263,8 @@ def candidates(
 
 @njit(cache=True)
 def diamond(x: float, y: float) -> float:
-    """Which way a vector points, from 0 along +x to below 4: it grows with its angle and takes no arc tangent."""
+    """Which way a vector points, from 0 along +x to below 4: it grows with its angle and takes no
+    arc tangent."""
     if y >= 0.0:
         return y / (x + y) if x > 0.0 else (1.0 - x / (y - x) if y > 0.0 or x < 0.0 else 0.0)
     return 2.0 - y / (-x - y) if x < 0.0 else 3.0 + x / (x - y)
@@ -230,7 +287,8 @@ def diamond_angle(way: float) -> float:
 
 @njit(cache=True)
 def diamond_span(x: float, y: float, cosine: float) -> tuple[float, float]:
-    """From and to, in ways of `diamond`, of what lies within the angle with this cosine round (x, y)."""
+    """From and to, in ways of `diamond`, of what lies within the angle with this cosine round (x,
+    y)."""
     sine = math.sqrt(max(1.0 - cosine * cosine, 0.0))
     first = diamond(x * cosine + y * sine, y * cosine - x * sine)
     width = diamond(x * cosine - y * sine, y * cosine + x * sine) - first
@@ -239,12 +297,14 @@ def diamond_span(x: float, y: float, cosine: float) -> tuple[float, float]:
 
 @njit(cache=True)
 def covered_by_few(pairs: Floats, count: int) -> tuple[float, float]:
-    """From and to, in ways of `diamond`, what the few widest hidden intervals of a rim cover in one run.
+    """From and to, in ways of `diamond`, what the few widest hidden intervals of a rim cover in one
+    run.
 
     pairs (K, 4): x, y and cosines. A whole turn of 4 or more: all. Most hidden rims are so by
     three others.
     """
-    widest, most = np.empty(_FEW, np.int64), 0
+    widest = np.empty(_FEW, np.int64)
+    most = 0
     for k in range(count):
         if pairs[k, 2] >= 0.9 or (most == _FEW and pairs[k, 2] >= pairs[widest[most - 1], 2]):
             continue
@@ -265,33 +325,46 @@ def covered_by_few(pairs: Floats, count: int) -> tuple[float, float]:
             k = widest[n]
             first, end = diamond_span(pairs[k, 0], pairs[k, 1], pairs[k, 2])
             if n == 0:
-                low, high, used[0], grown = first, end, True, True
+                low = first
+                high = end
+                used[0] = True
+                grown = True
                 continue
-            width, first = end - first, low + wrapped(first - low)
+            width = end - first
+            first = low + wrapped(first - low)
             if first - 4.0 + width >= low:  # it comes round to the beginning
                 first -= 4.0
             if first <= high:
-                low, high = min(low, first), max(high, first + width)
-                used[n], grown = True, True
+                low = min(low, first)
+                high = max(high, first + width)
+                used[n] = True
+                grown = True
     return low, high
 
 
 @njit(cache=True)
 def keep_uncovered(low: float, high: float, found: Ints, pairs: Floats, count: int) -> int:
-    """Of the pairs (K, 4) only those that reach out of the hidden part from low to high (ways of `diamond`).
+    """Of the pairs (K, 4) only those that reach out of the hidden part from low to high (ways of
+    `diamond`).
 
-    An interval of half width h round v is inside one of half width H round m where the angle between them is at most
-    H - h. Those that lie inside over their whole disk go; of the others nothing is changed. Returns how many are kept.
+    An interval of half width h round v is inside one of half width H round m where the angle
+    between them is at most H - h. Those that lie inside over their whole disk go; of the others
+    nothing is changed. Returns how many are kept.
     """
     if high <= low:
         return count
-    begin, kept = diamond_angle(low), 0
+    begin = diamond_angle(low)
+    kept = 0
     half = 0.5 * ((diamond_angle(high) - begin) % math.tau)
-    mx, my, least = math.cos(begin + half), math.sin(begin + half), math.cos(half)
+    mx = math.cos(begin + half)
+    my = math.sin(begin + half)
+    least = math.cos(half)
     for k in range(count):
         cosine = pairs[k, 3]
         if cosine > -1.0 and cosine >= least:
-            along = (mx * pairs[k, 0] + my * pairs[k, 1]) / math.sqrt(pairs[k, 0] ** 2 + pairs[k, 1] ** 2)
+            along = (mx * pairs[k, 0] + my * pairs[k, 1]) / math.sqrt(
+                pairs[k, 0] ** 2 + pairs[k, 1] ** 2
+            )
             sine = math.sqrt(max((1.0 - along * along) * (1.0 - cosine * cosine), 0.0))
             if along > -cosine and along * cosine - sine >= least:
                 continue

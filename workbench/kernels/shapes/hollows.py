@@ -1,4 +1,5 @@
-"""Patches of a union's exposed spheres that lie deep under a closed mesh: proved patch by patch, cut where unproved."""
+"""Patches of a union's exposed spheres that lie deep under a closed mesh: proved patch by patch,
+cut where unproved."""
 
 from __future__ import annotations
 
@@ -15,12 +16,16 @@ __all__ = ["deep_patches"]
 @njit(cache=True)
 def _overlapping(a, centre, radius, near):  # type: ignore[no-untyped-def]
     """Write the balls that overlap ball a into near, largest overlap first; returns how many."""
-    count, deep = 0, np.empty(len(radius))
+    count = 0
+    deep = np.empty(len(radius))
     for b in range(len(radius)):
-        u, v, w = centre[b, 0] - centre[a, 0], centre[b, 1] - centre[a, 1], centre[b, 2] - centre[a, 2]
+        u = centre[b, 0] - centre[a, 0]
+        v = centre[b, 1] - centre[a, 1]
+        w = centre[b, 2] - centre[a, 2]
         gap = math.sqrt(u * u + v * v + w * w) - radius[b]
         if b != a and gap < radius[a]:
-            near[count], deep[count] = b, gap
+            near[count] = b
+            deep[count] = gap
             count += 1
     near[:count] = near[:count][np.argsort(deep[:count], kind="mergesort")]
     return count
@@ -28,26 +33,34 @@ def _overlapping(a, centre, radius, near):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _patch(corner, c, r, middle):  # type: ignore[no-untyped-def]
-    """Write the middle of a spherical triangle (3, 3: unit vectors) of a ball; returns how far its corners are."""
+    """Write the middle of a spherical triangle (3, 3: unit vectors) of a ball; returns how far its
+    corners are."""
     x = corner[0, 0] + corner[1, 0] + corner[2, 0]
     y = corner[0, 1] + corner[1, 1] + corner[2, 1]
     z = corner[0, 2] + corner[1, 2] + corner[2, 2]
     long = math.sqrt(x * x + y * y + z * z)
-    x, y, z = x / long, y / long, z / long
+    x = x / long
+    y = y / long
+    z = z / long
     far = 0.0
     for k in range(3):
         far = max(far, (corner[k, 0] - x) ** 2 + (corner[k, 1] - y) ** 2 + (corner[k, 2] - z) ** 2)
-    middle[0], middle[1], middle[2] = c[0] + r * x, c[1] + r * y, c[2] + r * z
+    middle[0] = c[0] + r * x
+    middle[1] = c[1] + r * y
+    middle[2] = c[2] + r * z
     return r * math.sqrt(far)
 
 
 @njit(cache=True)
 def _buried(p, reach, near, count, centre, radius):  # type: ignore[no-untyped-def]
-    """How p lies to the other balls: 2 where one of them holds all within reach of p, 1 where one holds p, 0 else."""
+    """How p lies to the other balls: 2 where one of them holds all within reach of p, 1 where one
+    holds p, 0 else."""
     held = 0
     for k in range(count):
         b = near[k]
-        u, v, w = p[0] - centre[b, 0], p[1] - centre[b, 1], p[2] - centre[b, 2]
+        u = p[0] - centre[b, 0]
+        v = p[1] - centre[b, 1]
+        w = p[2] - centre[b, 2]
         square = u * u + v * v + w * w
         inner = radius[b] - reach
         if inner > 0.0 and square <= inner * inner:
@@ -60,7 +73,8 @@ def _buried(p, reach, near, count, centre, radius):  # type: ignore[no-untyped-d
 @njit(cache=True)
 def _quarter(stack, size):  # type: ignore[no-untyped-def]
     """Replace the top patch of the stack by its four quarters; returns the new size."""
-    a, m = stack[size - 1].copy(), np.empty((3, 3))
+    a = stack[size - 1].copy()
+    m = np.empty((3, 3))
     for k in range(3):
         long = 0.0
         for x in range(3):
@@ -68,24 +82,31 @@ def _quarter(stack, size):  # type: ignore[no-untyped-def]
             long += m[k, x] * m[k, x]
         m[k] /= math.sqrt(long)
     for k in range(3):
-        stack[size - 1 + k, 0], stack[size - 1 + k, 1], stack[size - 1 + k, 2] = a[k], m[k], m[(k + 2) % 3]
+        stack[size - 1 + k, 0] = a[k]
+        stack[size - 1 + k, 1] = m[k]
+        stack[size - 1 + k, 2] = m[(k + 2) % 3]
     stack[size + 2] = m
     return size + 3
 
 
 @njit(cache=True)
 def deep_patches(centre, radius, first, solid, inward, fine, most, points, depth):  # type: ignore[no-untyped-def]
-    """Places on the union of balls (m, 3), (m,) not proved to be at most `inward` [m] under the mesh.
+    """Places on the union of balls (m, 3), (m,) not proved to be at most `inward` [m] under the
+    mesh.
 
-    first (20, 3, 3): unit patches of a sphere. A patch is let go where another ball holds it, or where the mesh is
-    near enough to its middle; it is reported where its middle is exposed and deeper, or where it is no larger than
-    `fine` [m]. At most `most` places a ball; fills points (k, 3) and depth (k,), a bound for what was looked at;
-    returns how many.
+    first (20, 3, 3): unit patches of a sphere. A patch is let go where another ball holds it, or
+    where the mesh is near enough to its middle; it is reported where its middle is exposed and
+    deeper, or where it is no larger than `fine` [m]. At most `most` places a ball; fills points (k,
+    3) and depth (k,), a bound for what was looked at; returns how many.
     """
-    near, stack, p = np.empty(len(radius), np.int64), np.empty((96, 3, 3)), np.empty(3)
-    used, hint = 0, -1
+    near = np.empty(len(radius), np.int64)
+    stack = np.empty((96, 3, 3))
+    p = np.empty(3)
+    used = 0
+    hint = -1
     for a in range(len(radius)):
-        count, found = _overlapping(a, centre, radius, near), 0
+        count = _overlapping(a, centre, radius, near)
+        found = 0
         size = len(first)
         stack[:size] = first
         while size > 0 and found < most and used < len(depth):
@@ -96,19 +117,24 @@ def deep_patches(centre, radius, first, solid, inward, fine, most, points, depth
                 continue
             room = inward - reach
             if room > 0.0:
-                _, hit, _, _, _, _ = nearest_triangle(p[0], p[1], p[2], solid, hint, room * room, True)
+                _, hit, _, _, _, _ = nearest_triangle(
+                    p[0], p[1], p[2], solid, hint, room * room, True
+                )
                 if hit >= 0:
                     hint = hit
                     size -= 1
                     continue
             if reach <= fine or (held == 0 and room > 0.0):
-                square, hint, feature, x, y, z = nearest_triangle(p[0], p[1], p[2], solid, hint, np.inf, False)
+                square, hint, feature, x, y, z = nearest_triangle(
+                    p[0], p[1], p[2], solid, hint, np.inf, False
+                )
                 n = solid.normal[hint, feature]
                 outside = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2] >= 0.0
                 deep = -math.sqrt(square) if outside else math.sqrt(square)
                 sure = held == 0 and deep > inward
                 if sure or (reach <= fine and deep + reach > inward):
-                    points[used], depth[used] = p, deep if sure else deep + reach
+                    points[used] = p
+                    depth[used] = deep if sure else deep + reach
                     used += 1
                     found += 1
                     size -= 1

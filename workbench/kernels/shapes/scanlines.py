@@ -1,7 +1,7 @@
 """Volumes of a closed mesh, of a union of balls, and of what they share, by parallel lines.
 
-Along each line (upright, through the middle of a square of a grid) the lengths inside both are exact; only the spacing
-of the lines is an approximation.
+Along each line (upright, through the middle of a square of a grid) the lengths inside both are
+exact; only the spacing of the lines is an approximation.
 """
 
 from __future__ import annotations
@@ -17,13 +17,20 @@ __all__ = ["shared_volume"]
 
 
 def shared_volume(
-    corners: NDArray[np.float64], centre: NDArray[np.float64], radius: NDArray[np.float64], pitch: float
+    corners: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    pitch: float,
 ) -> tuple[float, float, float]:
     """Volumes [m3] of the mesh, of the union of the balls, and of their intersection.
 
-    corners (T, 3, 3) of a closed mesh wound outward; centre (m, 3), radius (m,); pitch [m] between lines.
+    corners (T, 3, 3) of a closed mesh wound outward; centre (m, 3), radius (m,); pitch [m] between
+    lines.
     """
-    low = np.minimum(corners.min(axis=(0, 1)), (centre - radius[:, None]).min(axis=0))[:2] - pitch * 0.381966
+    low = (
+        np.minimum(corners.min(axis=(0, 1)), (centre - radius[:, None]).min(axis=0))[:2]
+        - pitch * 0.381966
+    )
     high = np.maximum(corners.max(axis=(0, 1)), (centre + radius[:, None]).max(axis=0))[:2]
     size = np.ceil((high - low) / pitch).astype(np.int64) + 1
     lines = int(size[0] * size[1])
@@ -48,7 +55,10 @@ def _cross(corners, low, size, pitch, fill, free, marks):  # type: ignore[no-unt
     """Where the lines cross the triangles: height and +1 going in, -1 going out (upward)."""
     for t in range(len(corners)):
         c = corners[t]
-        ux, uy, vx, vy = c[1, 0] - c[0, 0], c[1, 1] - c[0, 1], c[2, 0] - c[0, 0], c[2, 1] - c[0, 1]
+        ux = c[1, 0] - c[0, 0]
+        uy = c[1, 1] - c[0, 1]
+        vx = c[2, 0] - c[0, 0]
+        vy = c[2, 1] - c[0, 1]
         area = ux * vy - uy * vx
         if area == 0.0:
             continue
@@ -58,8 +68,10 @@ def _cross(corners, low, size, pitch, fill, free, marks):  # type: ignore[no-unt
         top = min(size[1] - 1, math.floor((c[:, 1].max() - low[1]) / pitch))
         for i in range(first, last + 1):
             for j in range(bottom, top + 1):
-                px, py = low[0] + i * pitch - c[0, 0], low[1] + j * pitch - c[0, 1]
-                a, b = (px * vy - py * vx) / area, (ux * py - uy * px) / area
+                px = low[0] + i * pitch - c[0, 0]
+                py = low[1] + j * pitch - c[0, 1]
+                a = (px * vy - py * vx) / area
+                b = (ux * py - uy * px) / area
                 if a < 0.0 or b < 0.0 or a + b > 1.0:
                     continue
                 line = i * size[1] + j
@@ -86,29 +98,42 @@ def _pierce(centre, radius, low, size, pitch, fill, free, spans):  # type: ignor
                 line = i * size[1] + j
                 if fill:
                     half = math.sqrt(square)
-                    spans[free[line], 0], spans[free[line], 1] = centre[s, 2] - half, centre[s, 2] + half
+                    spans[free[line], 0] = centre[s, 2] - half
+                    spans[free[line], 1] = centre[s, 2] + half
                 free[line] += 1
 
 
 @njit(cache=True)
 def _lengths(counts, marks, spans):  # type: ignore[no-untyped-def]
     """Summed lengths inside the mesh, inside the union, inside both."""
-    mesh, union, both = 0.0, 0.0, 0.0
+    mesh = 0.0
+    union = 0.0
+    both = 0.0
     for line in range(counts.shape[1] - 1):
         cut = marks[counts[0, line] : counts[0, line + 1]]
         run = spans[counts[1, line] : counts[1, line + 1]]
         n = len(cut) + 2 * len(run)
         if n == 0:
             continue
-        place, kind, step = np.empty(n), np.empty(n, np.int64), np.empty(n)
+        place = np.empty(n)
+        kind = np.empty(n, np.int64)
+        step = np.empty(n)
         for k in range(len(cut)):
-            place[k], kind[k], step[k] = cut[k, 0], 0, cut[k, 1]
+            place[k] = cut[k, 0]
+            kind[k] = 0
+            step[k] = cut[k, 1]
         for k in range(len(run)):
             a = len(cut) + 2 * k
-            place[a], kind[a], step[a] = run[k, 0], 1, 1.0
-            place[a + 1], kind[a + 1], step[a + 1] = run[k, 1], 1, -1.0
+            place[a] = run[k, 0]
+            kind[a] = 1
+            step[a] = 1.0
+            place[a + 1] = run[k, 1]
+            kind[a + 1] = 1
+            step[a + 1] = -1.0
         order = np.argsort(place, kind="mergesort")
-        winding, deep, before = 0.0, 0.0, 0.0
+        winding = 0.0
+        deep = 0.0
+        before = 0.0
         for e in order:
             length = place[e] - before
             if winding > 0.5:

@@ -1,7 +1,9 @@
-"""Set cover: few rows that together hold every item. Greedy, pruned, and improved in small neighbourhoods.
+"""Set cover: few rows that together hold every item. Greedy, pruned, and improved in small
+neighbourhoods.
 
-Rows are lists of items in flat arrays (start, item); the transposed lists say which rows hold an item. All choices are
-made in a fixed order or from a seeded generator of our own, so the answer is the same on every machine.
+Rows are lists of items in flat arrays (start, item); the transposed lists say which rows hold an
+item. All choices are made in a fixed order or from a seeded generator of our own, so the answer is
+the same on every machine.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ def transposed(start, item, items):  # type: ignore[no-untyped-def]
     for x in item:
         begin[x + 1] += 1
     begin = np.cumsum(begin)
-    free, row = begin[:-1].copy(), np.empty(len(item), np.int32)
+    free = begin[:-1].copy()
+    row = np.empty(len(item), np.int32)
     for j in range(len(start) - 1):
         for k in range(start[j], start[j + 1]):
             x = item[k]
@@ -49,11 +52,17 @@ def _change(j, start, item, times, by):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def greedy_cover(start, item, times, chosen):  # type: ignore[no-untyped-def]
-    """Take the row with the most items not yet held until nothing is gained (lazily: gains only fall).
+    """Take the row with the most items not yet held until nothing is gained (lazily: gains only
+    fall).
 
-    times (items,): how many chosen rows hold each item; chosen (m,): both are updated. Within ln(n) + 1 of the fewest.
+    times (items,): how many chosen rows hold each item; chosen (m,): both are updated. Within ln(n)
+    + 1 of the fewest.
     """
-    heap = [(start[j] - start[j + 1], j) for j in range(len(chosen)) if chosen[j] == 0 and start[j + 1] > start[j]]
+    heap = [
+        (start[j] - start[j + 1], j)
+        for j in range(len(chosen))
+        if chosen[j] == 0 and start[j + 1] > start[j]
+    ]
     heapq.heapify(heap)
     while len(heap) > 0:
         known, j = heap[0]
@@ -80,7 +89,8 @@ def _needless(j, start, item, times):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def prune_cover(start, item, times, chosen, fixed):  # type: ignore[no-untyped-def]
-    """Drop chosen rows that hold nothing alone, those with the fewest items first; fixed (m,) stay."""
+    """Drop chosen rows that hold nothing alone, those with the fewest items first; fixed (m,)
+    stay."""
     rows = np.flatnonzero(chosen)
     order = rows[np.argsort((start[rows + 1] - start[rows]).astype(np.float64), kind="mergesort")]
     for j in order:
@@ -91,7 +101,8 @@ def prune_cover(start, item, times, chosen, fixed):  # type: ignore[no-untyped-d
 
 @njit(cache=True)
 def _next(state):  # type: ignore[no-untyped-def]
-    """A generator small enough to be the same compiled and not: numbers from 0 to 2^31 - 1 (Park & Miller, 1988)."""
+    """A generator small enough to be the same compiled and not: numbers from 0 to 2^31 - 1 (Park &
+    Miller, 1988)."""
     return (state * 48271) % 2147483647
 
 
@@ -107,16 +118,19 @@ def _neighbours(seat, size, held, centre, near, far):  # type: ignore[no-untyped
             continue
         place = count if count < size else size - 1
         while place > 0 and far[place - 1] > d:
-            far[place], near[place] = far[place - 1], near[place - 1]
+            far[place] = far[place - 1]
+            near[place] = near[place - 1]
             place -= 1
-        far[place], near[place] = d, k
+        far[place] = d
+        near[place] = k
         count = min(count + 1, size)
     return count
 
 
 @njit(cache=True)
 def _refill(open_items, start, item, begin, row, times, most, noise, state, work):  # type: ignore[no-untyped-def]
-    """Cover the open items anew, greedily with noise, by at most `most` rows. Returns rows used (or most + 1)."""
+    """Cover the open items anew, greedily with noise, by at most `most` rows. Returns rows used (or
+    most + 1)."""
     gain, touched, taken = work
     count = 0
     for x in open_items:
@@ -125,16 +139,19 @@ def _refill(open_items, start, item, begin, row, times, most, noise, state, work
                 touched[count] = row[k]
                 count += 1
             gain[row[k]] += 1
-    left, used = len(open_items), 0
+    left = len(open_items)
+    used = 0
     while left > 0 and used < most:
-        best, pick = -1.0, -1
+        best = -1.0
+        pick = -1
         for t in range(count):
             g = gain[touched[t]]
             if g > best * (1.0 - noise):
                 state = _next(state)
                 score = g * (1.0 - noise * (state / 2147483647.0))
                 if score > best:
-                    best, pick = score, touched[t]
+                    best = score
+                    pick = touched[t]
         if pick < 0 or gain[pick] == 0:
             break
         taken[used] = pick
@@ -153,17 +170,24 @@ def _refill(open_items, start, item, begin, row, times, most, noise, state, work
 
 @njit(cache=True)
 def improve_cover(start, item, begin, row, times, chosen, fixed, centre, moves, target, seed):  # type: ignore[no-untyped-def]
-    """Large-neighbourhood search: drop 3 to 12 neighbouring rows, cover what opened anew; keep what is no worse.
+    """Large-neighbourhood search: drop 3 to 12 neighbouring rows, cover what opened anew; keep what
+    is no worse.
 
-    centre (m, 3): places of the rows, which make neighbourhoods. Ends after `moves` tries or once no more than target
-    rows are chosen. Source: Shaw, CP 1998, DOI 10.1007/3-540-49481-2_30.
+    centre (m, 3): places of the rows, which make neighbourhoods. Ends after `moves` tries or once
+    no more than target rows are chosen. Source: Shaw, CP 1998, DOI 10.1007/3-540-49481-2_30.
     """
     held = np.flatnonzero(chosen - fixed)
-    count, state = len(held), 1 + seed % 2147483646
+    count = len(held)
+    state = 1 + seed % 2147483646
     free = np.full(len(held), -1, np.int64)
     free[: len(held)] = held
-    near, far = np.empty(12, np.int64), np.empty(12)
-    work = (np.zeros(len(chosen), np.int64), np.empty(len(chosen), np.int64), np.empty(64, np.int64))
+    near = np.empty(12, np.int64)
+    far = np.empty(12)
+    work = (
+        np.zeros(len(chosen), np.int64),
+        np.empty(len(chosen), np.int64),
+        np.empty(64, np.int64),
+    )
     goal = target - int(fixed.sum())
     for _ in range(moves if count > 1 else 0):
         if count <= goal:
@@ -177,7 +201,8 @@ def improve_cover(start, item, begin, row, times, chosen, fixed, centre, moves, 
         old = free[gone].copy()
         for j in old:
             _change(j, start, item, times, -1)
-        room, opens = 0, 0
+        room = 0
+        opens = 0
         for j in old:
             room += start[j + 1] - start[j]
         opened = np.empty(room, np.int64)
@@ -189,7 +214,9 @@ def improve_cover(start, item, begin, row, times, chosen, fixed, centre, moves, 
                     opens += 1
         for k in range(opens):
             times[opened[k]] = 0
-        used, state = _refill(opened[:opens], start, item, begin, row, times, size, 0.25, state, work)
+        used, state = _refill(
+            opened[:opens], start, item, begin, row, times, size, 0.25, state, work
+        )
         if used > size:
             for k in range(used - size - 1):
                 _change(work[2][k], start, item, times, -1)

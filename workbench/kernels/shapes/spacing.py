@@ -1,4 +1,5 @@
-"""Thinning of points so that no two are nearer than a spacing: the accepted darts of dart throwing."""
+"""Thinning of points so that no two are nearer than a spacing: the accepted darts of dart
+throwing."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ __all__ = ["thin_points"]
 
 
 def thin_points(points: NDArray[np.float64], spacing: float) -> NDArray[np.int64]:
-    """Numbers of the points (n, 3) that stay when each, in order, is kept unless a kept one is nearer than spacing."""
+    """Numbers of the points (n, 3) that stay when each, in order, is kept unless a kept one is
+    nearer than spacing."""
     cell = np.floor((points - points.min(axis=0)) / spacing).astype(np.int64)
     bits = max(4, int(np.ceil(np.log2(2 * len(points) + 2))))
     kept = np.zeros(len(points), dtype=np.bool_)
@@ -26,7 +28,8 @@ def _slot(i, j, k, mask):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _thin(points, cell, square, mask, kept):  # type: ignore[no-untyped-def]
-    head, after = np.full(mask + 1, -1, np.int64), np.full(len(points), -1, np.int64)
+    head = np.full(mask + 1, -1, np.int64)
+    after = np.full(len(points), -1, np.int64)
     for p in range(len(points)):
         free = True
         for i in range(cell[p, 0] - 1, cell[p, 0] + 2):
@@ -34,7 +37,9 @@ def _thin(points, cell, square, mask, kept):  # type: ignore[no-untyped-def]
                 for k in range(cell[p, 2] - 1, cell[p, 2] + 2):
                     q = head[_slot(i, j, k, mask)]
                     while q >= 0 and free:
-                        u, v, w = points[p, 0] - points[q, 0], points[p, 1] - points[q, 1], points[p, 2] - points[q, 2]
+                        u = points[p, 0] - points[q, 0]
+                        v = points[p, 1] - points[q, 1]
+                        w = points[p, 2] - points[q, 2]
                         free = u * u + v * v + w * w >= square
                         q = after[q]
                     if not free:
@@ -45,4 +50,6 @@ def _thin(points, cell, square, mask, kept):  # type: ignore[no-untyped-def]
                 break
         if free:
             slot = _slot(cell[p, 0], cell[p, 1], cell[p, 2], mask)
-            after[p], head[slot], kept[p] = head[slot], p, True
+            after[p] = head[slot]
+            head[slot] = p
+            kept[p] = True

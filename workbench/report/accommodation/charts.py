@@ -1,4 +1,5 @@
-"""Small charts of an accommodation as SVG: one a table row, as wide as its cell, so that text stays readable."""
+"""Small charts of an accommodation as SVG: one a table row, as wide as its cell, so that text stays
+readable."""
 
 from __future__ import annotations
 
@@ -26,20 +27,26 @@ _MOST = 0.4  # [m] margins beyond are shown at the end of the axis
 
 
 def bar(whole: float, part: float, *, most: float, said: str) -> str:
-    """A bar of a share with a darker part at its beginning; most: the share at the right end of the cell."""
+    """A bar of a share with a darker part at its beginning; most: the share at the right end of the
+    cell."""
     scale = 100 / max(most, 1e-9)
     shapes = [
         f'<rect x="0" y="4" width="{min(share * scale, 100):.2f}%" height="12" rx="1.5" fill="{colour}"/>'
-        for share, colour in ((whole, OUT), (part, ALONE)) if share > 0
-    ]  # fmt: skip
+        for share, colour in ((whole, OUT), (part, ALONE))
+        if share > 0
+    ]
     return _picture([*shapes, f'<path d="M0.5 1v18" stroke="{GRID}"/>'], said)
 
 
 def whisker(low: float, share: float, high: float, *, least: float, said: str) -> str:
-    """A share as a dot on its interval; least: the share at the left end of the cell, 1 at its right."""
+    """A share as a dot on its interval; least: the share at the left end of the cell, 1 at its
+    right."""
     x = [f"{4 + 92 * (value - least) / max(1 - least, 1e-9):.2f}%" for value in (low, share, high)]
     shapes = [f'<line x1="{x[0]}" x2="{x[2]}" y1="10" y2="10" stroke="{BLUE}" stroke-width="2"/>']
-    shapes += [f'<line x1="{end}" x2="{end}" y1="5" y2="15" stroke="{BLUE}" stroke-width="2"/>' for end in x[::2]]
+    shapes += [
+        f'<line x1="{end}" x2="{end}" y1="5" y2="15" stroke="{BLUE}" stroke-width="2"/>'
+        for end in x[::2]
+    ]
     shapes.append(f'<circle cx="{x[1]}" cy="10" r="4.5" fill="{BLUE}"/>')
     return _picture(shapes, said)
 
@@ -53,13 +60,18 @@ def share_axis(least: float) -> str:
 
 
 def change_whisker(low: float, change: float, high: float, *, reach: float, said: str) -> str:
-    """A change of a share as a dot on its interval about a zero in the middle; reach: the change at the right end.
-    Green where all of the interval is a gain, red where all is a loss."""
+    """A change of a share as a dot on its interval about a zero in the middle; reach: the change at
+    the right end. Green where all of the interval is a gain, red where all is a loss."""
     colour = "#1f7a4d" if low > 0 else ALONE if high < 0 else BLUE
     x = [f"{50 + 46 * value / reach:.2f}%" for value in (low, change, high)]
     shapes = [f'<line x1="50%" x2="50%" y1="0" y2="{_HEIGHT}" stroke="#8d99a8"/>']
-    shapes.append(f'<line x1="{x[0]}" x2="{x[2]}" y1="10" y2="10" stroke="{colour}" stroke-width="2"/>')
-    shapes += [f'<line x1="{end}" x2="{end}" y1="5" y2="15" stroke="{colour}" stroke-width="2"/>' for end in x[::2]]
+    shapes.append(
+        f'<line x1="{x[0]}" x2="{x[2]}" y1="10" y2="10" stroke="{colour}" stroke-width="2"/>'
+    )
+    shapes += [
+        f'<line x1="{end}" x2="{end}" y1="5" y2="15" stroke="{colour}" stroke-width="2"/>'
+        for end in x[::2]
+    ]
     return _picture([*shapes, f'<circle cx="{x[1]}" cy="10" r="4.5" fill="{colour}"/>'], said)
 
 
@@ -73,7 +85,8 @@ def changes_axis(reach: float) -> str:
 
 
 def margin_range(spread: Floats) -> tuple[float, float]:
-    """Least and greatest margin [m] of the axis that all strips share, from the spreads (R, 5) [m]; zero is on it."""
+    """Least and greatest margin [m] of the axis that all strips share, from the spreads (R, 5) [m];
+    zero is on it."""
     known = spread[np.isfinite(spread)]
     low = float(np.clip(known.min(), -_MOST, 0)) if len(known) else 0.0
     high = float(np.clip(known.max(), 0, _MOST)) if len(known) else 0.0
@@ -82,8 +95,9 @@ def margin_range(spread: Floats) -> tuple[float, float]:
 
 
 def margin_strip(spread: Floats, ends: tuple[float, float], *, said: str) -> str:
-    """The spread (5,) [m] of a margin at 1, 5, 50, 95 and 99 %: a line, a box from 5 to 95 %, a stroke at the median;
-    what is below zero is red. What lies beyond the ends of the axis ends in an arrow."""
+    """The spread (5,) [m] of a margin at 1, 5, 50, 95 and 99 %: a line, a box from 5 to 95 %, a
+    stroke at the median; what is below zero is red. What lies beyond the ends of the axis ends in
+    an arrow."""
     if not np.isfinite(spread).all():
         return ""
     zero = _along(0.0, ends)
@@ -92,17 +106,24 @@ def margin_strip(spread: Floats, ends: tuple[float, float], *, said: str) -> str
     shapes += [
         f'<rect x="{low:.2f}%" y="{y}" width="{max(high - low, 0.15):.2f}%" height="{height}" fill="{colour}"/>'
         for first, last, y, height in ((x[0], x[4], 9, 2), (x[1], x[3], 5, 10))
-        for low, high, colour in ((first, min(last, zero), ALONE), (max(first, zero), last, "#7fa3cc"))
+        for low, high, colour in (
+            (first, min(last, zero), ALONE),
+            (max(first, zero), last, "#7fa3cc"),
+        )
         if high > low or first == last == low == high
     ]
-    shapes.append(f'<line x1="{zero:.2f}%" x2="{zero:.2f}%" y1="0" y2="{_HEIGHT}" stroke="#1d2733"/>')
+    shapes.append(
+        f'<line x1="{zero:.2f}%" x2="{zero:.2f}%" y1="0" y2="{_HEIGHT}" stroke="#1d2733"/>'
+    )
     if ends[0] <= spread[2] <= ends[1]:
         median = f'x1="{x[2]:.2f}%" x2="{x[2]:.2f}%" y1="3" y2="17"'
         shapes.append(f'<line {median} stroke="#1d2733" stroke-width="2.4"/>')
     if spread[0] < ends[0]:
         shapes.append('<path d="M7 6L1 10L7 14Z" fill="#b3261e"/>')
     if spread[4] > ends[1]:
-        shapes.append('<svg x="100%" overflow="visible"><path d="M-7 6L-1 10L-7 14Z" fill="#7fa3cc"/></svg>')
+        shapes.append(
+            '<svg x="100%" overflow="visible"><path d="M-7 6L-1 10L-7 14Z" fill="#7fa3cc"/></svg>'
+        )
     return _picture(shapes, said)
 
 
@@ -111,7 +132,10 @@ def margin_axis(ends: tuple[float, float]) -> str:
     step = _step(1000 * (ends[1] - ends[0]))
     first = math.ceil(1000 * ends[0] / step)
     numbers = [step * k for k in range(first, math.floor(1000 * ends[1] / step) + 1)]
-    return _picture(_ticks([(_along(n / 1000, ends), f"{n:g}".replace("-", "−")) for n in numbers], ""), "margin in mm")
+    return _picture(
+        _ticks([(_along(n / 1000, ends), f"{n:g}".replace("-", "−")) for n in numbers], ""),
+        "margin in mm",
+    )
 
 
 def _along(value: float, ends: tuple[float, float]) -> float:
@@ -124,8 +148,10 @@ def _ticks(marks: list[tuple[float, str]], unit: str) -> list[str]:
     for k, (x, text) in enumerate(marks):
         anchor = "start" if x < 5 else "end" if x > 95 else "middle"
         shapes.append(f'<line x1="{x:.2f}%" x2="{x:.2f}%" y1="15" y2="20" stroke="{SOFT}"/>')
-        shapes.append(f'<text x="{x:.2f}%" y="12" text-anchor="{anchor}" font-size="11.5" fill="{SOFT}">'
-                      f"{text}{unit if k == len(marks) - 1 else ''}</text>")  # fmt: skip
+        shapes.append(
+            f'<text x="{x:.2f}%" y="12" text-anchor="{anchor}" font-size="11.5" fill="{SOFT}">'
+            f"{text}{unit if k == len(marks) - 1 else ''}</text>"
+        )
     return shapes
 
 
@@ -136,5 +162,7 @@ def _step(span: float, *, wanted: int = 5) -> float:
 
 
 def _picture(shapes: list[str], said: str) -> str:
-    return (f'<svg class="small" width="100%" height="{_HEIGHT}" role="img"><title>{escape(said)}</title>'
-            f"{''.join(shapes)}</svg>")  # fmt: skip
+    return (
+        f'<svg class="small" width="100%" height="{_HEIGHT}" role="img"><title>{escape(said)}</title>'
+        f"{''.join(shapes)}</svg>"
+    )

@@ -22,14 +22,19 @@ from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
 from workbench.people.share import percent, percent_number
-from workbench.report.accommodation.words import accommodation_headline, gain_sentence, no_gain_words
+from workbench.report.accommodation.words import (
+    accommodation_headline,
+    gain_sentence,
+    no_gain_words,
+)
 from workbench.report.tables import csv_text
 
 __all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables", "people_table"]
 
 
 def accommodation_lines(result: Accommodation) -> list[str]:
-    """What the command line says: requirements that leave anybody out, worst first, gains, then groups."""
+    """What the command line says: requirements that leave anybody out, worst first, gains, then
+    groups."""
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
     count = len(result.served)
     lines = [
@@ -59,21 +64,49 @@ def accommodation_file(result: Accommodation) -> AccommodationResultFile:
         seed=study.seed,
         confidence=study.confidence,
         headline=accommodation_headline(result),
-        shares=[GroupRow(group=s.group, share=_share(s.share), low=_share(s.low), high=_share(s.high), count=s.count)
-                for s in result.shares],
+        shares=[
+            GroupRow(
+                group=s.group,
+                share=_share(s.share),
+                low=_share(s.low),
+                high=_share(s.high),
+                count=s.count,
+            )
+            for s in result.shares
+        ],
         requirements=[_requirement(result, r) for r in range(len(result.requirements))],
         hardest=[_hard(result, row) for row in result.hardest],
-        gains=[GainRow(words=g.words, requirement=g.requirement, move_mm=_mm(g.move), rate_per_mm=_share(g.rate / 1000),
-                       margin_rate=None if math.isnan(g.margin_rate) else round(g.margin_rate, 4) + 0.0,
-                       before=_share(g.before), after=_share(g.after), joint_before=_share(g.joint_before),
-                       joint_after=_share(g.joint_after)) for g in result.gains],
-        maps=[MapRow(part=m.task.part, grip=m.task.grip, zone=m.task.zone, hand=m.task.hand, points_mm=_rows(m.points),
-                     flat_mm=_rows(m.flat), share=[_share(v) for v in m.share.tolist()]) for m in result.maps],
+        gains=[
+            GainRow(
+                words=g.words,
+                requirement=g.requirement,
+                move_mm=_mm(g.move),
+                rate_per_mm=_share(g.rate / 1000),
+                margin_rate=None if math.isnan(g.margin_rate) else round(g.margin_rate, 4) + 0.0,
+                before=_share(g.before),
+                after=_share(g.after),
+                joint_before=_share(g.joint_before),
+                joint_after=_share(g.joint_after),
+            )
+            for g in result.gains
+        ],
+        maps=[
+            MapRow(
+                part=m.task.part,
+                grip=m.task.grip,
+                zone=m.task.zone,
+                hand=m.task.hand,
+                points_mm=_rows(m.points),
+                flat_mm=_rows(m.flat),
+                share=[_share(v) for v in m.share.tolist()],
+            )
+            for m in result.maps
+        ],
         reasons=list(result.reasons),
         people=_people(result),
         warnings=list(result.warnings),
         provenance={key: dict(rows) for key, rows in result.provenance.items()},
-    )  # fmt: skip
+    )
 
 
 def _requirement(result: Accommodation, r: int) -> RequirementRow:
@@ -97,7 +130,9 @@ def _people(result: Accommodation) -> PeopleRow:
         label=_labels(result),
         sex=[SEXES[int(code)] for code in people.sex],
         weight=people.weight.tolist(),
-        stature_mm=[_mm(v) for v in people.column("stature").tolist()] if "stature" in people.names else None,
+        stature_mm=[_mm(v) for v in people.column("stature").tolist()]
+        if "stature" in people.names
+        else None,
         served=result.served.tolist(),
         limiting=list(result.limiting),
         seat_mm=_rows(result.seat),
@@ -120,44 +155,119 @@ def _hard(result: Accommodation, row: int) -> HardRow:
 
 
 def accommodation_tables(result: Accommodation, rows: AccommodationResultFile) -> dict[str, str]:
-    """File name to CSV text: shares, requirements, gains, and everybody with measures, margins and what limits."""
+    """File name to CSV text: shares, requirements, gains, and everybody with measures, margins and
+    what limits."""
     header, body = people_table(result)
-    levels = ["margin_1_percent_mm", "margin_5_percent_mm", "margin_50_percent_mm", "margin_95_percent_mm",
-              "margin_99_percent_mm"]  # fmt: skip
+    levels = [
+        "margin_1_percent_mm",
+        "margin_5_percent_mm",
+        "margin_50_percent_mm",
+        "margin_95_percent_mm",
+        "margin_99_percent_mm",
+    ]
     return {
-        "shares.csv": csv_text(["group", "share", "low", "high", "people"],
-                               ([s.group, s.share, s.low, s.high, s.count] for s in rows.shares)),
+        "shares.csv": csv_text(
+            ["group", "share", "low", "high", "people"],
+            ([s.group, s.share, s.low, s.high, s.count] for s in rows.shares),
+        ),
         "requirements.csv": csv_text(
-            ["requirement", "criterion", "check", "target", "zone", "share", "without", "alone", *levels],
-            ([q.name, q.criterion, q.check, q.target, q.zone, q.share, q.without, q.alone, *q.spread_mm]
-             for q in rows.requirements),
+            [
+                "requirement",
+                "criterion",
+                "check",
+                "target",
+                "zone",
+                "share",
+                "without",
+                "alone",
+                *levels,
+            ],
+            (
+                [
+                    q.name,
+                    q.criterion,
+                    q.check,
+                    q.target,
+                    q.zone,
+                    q.share,
+                    q.without,
+                    q.alone,
+                    *q.spread_mm,
+                ]
+                for q in rows.requirements
+            ),
         ),
         "gains.csv": csv_text(
-            ["change", "requirement", "move_mm", "share_per_mm", "margin_per_mm", "before", "after", "joint_before",
-             "joint_after"],
-            ([g.words, g.requirement, g.move_mm, g.rate_per_mm, g.margin_rate, g.before, g.after, g.joint_before,
-              g.joint_after] for g in rows.gains),
+            [
+                "change",
+                "requirement",
+                "move_mm",
+                "share_per_mm",
+                "margin_per_mm",
+                "before",
+                "after",
+                "joint_before",
+                "joint_after",
+            ],
+            (
+                [
+                    g.words,
+                    g.requirement,
+                    g.move_mm,
+                    g.rate_per_mm,
+                    g.margin_rate,
+                    g.before,
+                    g.after,
+                    g.joint_before,
+                    g.joint_after,
+                ]
+                for g in rows.gains
+            ),
         ),
         "people.csv": csv_text(header, body),
-    }  # fmt: skip
+    }
 
 
 def people_table(result: Accommodation) -> tuple[list[str], Iterable[list[object]]]:
-    """Header and rows of everybody: who, seat, verdict, a margin and what limits for each requirement, measures."""
+    """Header and rows of everybody: who, seat, verdict, a margin and what limits for each
+    requirement, measures."""
     people = result.study.people
     names = [row.name for row in result.requirements]
     measures = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
-    header = ["person", "sex", "weight", "served", "limiting", "seat_forward_mm", "seat_up_mm",
-              *(f"{name} [mm]" for name in names), *(f"{name}: limited by" for name in names), *measures]  # fmt: skip
+    header = [
+        "person",
+        "sex",
+        "weight",
+        "served",
+        "limiting",
+        "seat_forward_mm",
+        "seat_up_mm",
+        *(f"{name} [mm]" for name in names),
+        *(f"{name}: limited by" for name in names),
+        *measures,
+    ]
     factor = np.array([1.0 if name == MASS else 1000.0 for name in people.names])
     sizes = np.round(people.measures * factor, 1).tolist()
 
     def rows() -> Iterable[list[object]]:
-        words = np.array([*result.reasons, ""], dtype=object)[result.reason].tolist()  # -1: the last, nothing
-        served, seat, margins = result.served.tolist(), _cells(result.seat), _cells(result.margin)
+        words = np.array([*result.reasons, ""], dtype=object)[
+            result.reason
+        ].tolist()  # -1: the last, nothing
+        served = result.served.tolist()
+        seat = _cells(result.seat)
+        margins = _cells(result.margin)
         for p, label in enumerate(_labels(result)):
-            yield [label, SEXES[int(people.sex[p])], float(people.weight[p]), "yes" if served[p] else "no",
-                   result.limiting[p], *seat[p], *margins[p], *words[p], *sizes[p]]  # fmt: skip
+            yield [
+                label,
+                SEXES[int(people.sex[p])],
+                float(people.weight[p]),
+                "yes" if served[p] else "no",
+                result.limiting[p],
+                *seat[p],
+                *margins[p],
+                *words[p],
+                *sizes[p],
+            ]
 
     return header, rows()
 

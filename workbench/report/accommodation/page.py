@@ -1,4 +1,5 @@
-"""report.html of an accommodation study: who fits, who does not, by what and by how much; for a design review."""
+"""report.html of an accommodation study: who fits, who does not, by what and by how much; for a
+design review."""
 
 from __future__ import annotations
 
@@ -45,8 +46,12 @@ __all__ = ["accommodation_page"]
 
 _PICTURE = 520
 _MOST_MEASURES = 12
-_FROM = {"front": "from the front", "left": "from the left", "top": "from above",
-         "three_quarter": "from the front left"}  # fmt: skip
+_FROM = {
+    "front": "from the front",
+    "left": "from the left",
+    "top": "from above",
+    "three_quarter": "from the front left",
+}
 _NUMBERS = ("no", "one", "two", "three", "four", "five")
 
 
@@ -85,7 +90,9 @@ def accommodation_page(
         measures=_measures(result),
         gains=[_gain(result, index) for index in range(len(result.gains))],
         no_gain=no_gain_words(result),
-        cases=_NUMBERS[len(result.hardest)] if len(result.hardest) < len(_NUMBERS) else str(len(result.hardest)),
+        cases=_NUMBERS[len(result.hardest)]
+        if len(result.hardest) < len(_NUMBERS)
+        else str(len(result.hardest)),
         hardest=[_person(result, index) for index in range(len(result.hardest))],
         maps=[_map(result, found) for found in result.maps],
         key=_key(),
@@ -100,8 +107,13 @@ def _group(result: Accommodation, index: int, least: float) -> dict[str, Any]:
     interval = f"{low} to {high} %"
     said = f"{group.group}: {share} ({interval})"
     chart = whisker(group.low, group.share, group.high, least=least, said=said)
-    return {"name": group.group, "share": share, "interval": interval, "count": f"{group.count:,}",
-            "chart": Markup(chart)}  # fmt: skip
+    return {
+        "name": group.group,
+        "share": share,
+        "interval": interval,
+        "count": f"{group.count:,}",
+        "chart": Markup(chart),
+    }
 
 
 def _weights(result: Accommodation) -> Floats:
@@ -111,15 +123,25 @@ def _weights(result: Accommodation) -> Floats:
 
 
 def _criteria(result: Accommodation) -> list[dict[str, Any]]:
-    """For each criterion the share that fails any of its requirements, and nothing of the others; worst first."""
-    weight, met = _weights(result), result.met
+    """For each criterion the share that fails any of its requirements, and nothing of the others;
+    worst first."""
+    weight = _weights(result)
+    met = result.met
     count = len(met)
     rows: list[dict[str, Any]] = []
     for name in dict.fromkeys(r.criterion for r in result.requirements):
         mine = np.array([r.criterion == name for r in result.requirements])
-        failed, others = ~met[:, mine].all(axis=1), met[:, ~mine].all(axis=1)
-        rows.append({"name": plain(name), "count": int(mine.sum()), "people": int(failed.sum()),
-                     "out": float(weight @ failed), "alone": float(weight @ (failed & others))})  # fmt: skip
+        failed = ~met[:, mine].all(axis=1)
+        others = met[:, ~mine].all(axis=1)
+        rows.append(
+            {
+                "name": plain(name),
+                "count": int(mine.sum()),
+                "people": int(failed.sum()),
+                "out": float(weight @ failed),
+                "alone": float(weight @ (failed & others)),
+            }
+        )
     rows.sort(key=lambda row: -row["out"])
     most = max([row["out"] for row in rows] + [0.05])
     for row in rows:
@@ -135,27 +157,45 @@ def _criteria(result: Accommodation) -> list[dict[str, Any]]:
 
 
 def _requirements(result: Accommodation, ends: tuple[float, float]) -> list[dict[str, Any]]:
-    """A row for each requirement, worst first: shares, charts, margins in millimetres, what limits most often."""
-    weight, met, sex = _weights(result), result.met, result.study.people.sex
+    """A row for each requirement, worst first: shares, charts, margins in millimetres, what limits
+    most often."""
+    weight = _weights(result)
+    met = result.met
+    sex = result.study.people.sex
     count = len(met)
     most = max(float(1 - result.single.min()), 0.05)
     rows = []
     for r in np.lexsort((result.spread[:, 1], result.single)).tolist():
-        requirement, out, alone = result.requirements[r], float(1 - result.single[r]), float(result.alone[r])
+        requirement = result.requirements[r]
+        out = float(1 - result.single[r])
+        alone = float(result.alone[r])
         name = plain(requirement.name)
         by_sex = [_share_of_some(weight, sex == s, met[:, r]) for s in (1, 0)]
-        figures = [f"{round(1000 * v) + 0:d}".replace("-", "−") if np.isfinite(v) else "–" for v in result.spread[r]]
+        figures = [
+            f"{round(1000 * v) + 0:d}".replace("-", "−") if np.isfinite(v) else "–"
+            for v in result.spread[r]
+        ]
         said = f"{name}: margins at 1, 5, 50, 95 and 99 %: {', '.join(figures)} mm"
-        rows.append({
-            "name": name, "criterion": plain(requirement.criterion), "zone": requirement.zone or "",
-            "met": percent(1 - out, count), "left": percent(out, count), "only": percent(alone, count),
-            "all": bool(met[:, r].all()),
-            "people": int((~met[:, r]).sum()), "by_sex": by_sex, "figures": figures,
-            "bar": Markup(bar(out, alone, most=most, said=f"{name}: {percent(out, count)} left out")),
-            "strip": Markup(margin_strip(result.spread[r], ends, said=said)),
-            "applies": bool(np.isfinite(result.margin[:, r]).any()),
-            "reason": _reason(result, r),
-        })  # fmt: skip
+        rows.append(
+            {
+                "name": name,
+                "criterion": plain(requirement.criterion),
+                "zone": requirement.zone or "",
+                "met": percent(1 - out, count),
+                "left": percent(out, count),
+                "only": percent(alone, count),
+                "all": bool(met[:, r].all()),
+                "people": int((~met[:, r]).sum()),
+                "by_sex": by_sex,
+                "figures": figures,
+                "bar": Markup(
+                    bar(out, alone, most=most, said=f"{name}: {percent(out, count)} left out")
+                ),
+                "strip": Markup(margin_strip(result.spread[r], ends, said=said)),
+                "applies": bool(np.isfinite(result.margin[:, r]).any()),
+                "reason": _reason(result, r),
+            }
+        )
     return rows
 
 
@@ -179,7 +219,8 @@ def _reason(result: Accommodation, index: int) -> str:
 
 def _measures(result: Accommodation) -> list[dict[str, Any]]:
     """For each limiting measure the people it limits, most first, and how they compare with all."""
-    people, weight = result.study.people, result.study.people.weight
+    people = result.study.people
+    weight = result.study.people.weight
     limiting = np.array(result.limiting)
     total = float(weight[limiting != ""].sum())
     rows: list[dict[str, Any]] = []
@@ -191,7 +232,8 @@ def _measures(result: Accommodation) -> list[dict[str, Any]]:
             "share": float(weight[mine].sum()) / total,
         }
         if name in people.names:
-            values, factor = people.column(name), 1.0 if name == MASS else 1000.0
+            values = people.column(name)
+            factor = 1.0 if name == MASS else 1000.0
             low, high = np.percentile(values, [5, 95])
             rank = np.mean([(values < v).mean() + (values == v).mean() / 2 for v in values[mine]])
             row["way"] = "small" if rank < 0.35 else "large" if rank > 0.65 else "either way"
@@ -201,7 +243,9 @@ def _measures(result: Accommodation) -> list[dict[str, Any]]:
     rows.sort(key=lambda row: (-row["share"], row["name"]))
     for row in rows:
         said = f"{row['name']}: {row['people']} people"
-        row["chart"] = Markup(bar(row["share"], row["share"], most=max(r["share"] for r in rows), said=said))
+        row["chart"] = Markup(
+            bar(row["share"], row["share"], most=max(r["share"] for r in rows), said=said)
+        )
         row["percent"] = percent(row["share"], int((limiting != "").sum()))
     return rows[:_MOST_MEASURES]
 
@@ -211,8 +255,10 @@ def _range(low: float, high: float) -> str:
 
 
 def _gain(result: Accommodation, index: int) -> dict[str, Any]:
-    """One change as a sentence, with what a millimetre of it gives at first where that says something."""
-    gain, count = result.gains[index], len(result.served)
+    """One change as a sentence, with what a millimetre of it gives at first where that says
+    something."""
+    gain = result.gains[index]
+    count = len(result.served)
     joint = gain.joint_after - gain.joint_before
     helps = joint > 1e-9 or (gain.after > gain.before + 1e-9 and joint > -1e-9)
     told = []
@@ -239,14 +285,28 @@ def _picture(result: Accommodation, found: Shown) -> dict[str, str]:
     if found.target is not None:
         reach = result.requirements[found.requirement].check == "reach"
         to = found.tip if found.tip is not None and found.tip != found.target else None
-        marks = (Mark(found.target, lack, "missed" if reach else "clearance" if to else "contact", to),)
-    scene = Scene((SceneBody(found.placed, 0, "warm"),), found.environment, marks, name, "as found at the worst")
+        marks = (
+            Mark(found.target, lack, "missed" if reach else "clearance" if to else "contact", to),
+        )
+    scene = Scene(
+        (SceneBody(found.placed, 0, "warm"),),
+        found.environment,
+        marks,
+        name,
+        "as found at the worst",
+    )
     views = four_views(scene, width=_PICTURE, height=_PICTURE)
     view, camera = max(views, key=lambda pair: (_length(pair[1], found), pair[0] == "left"))
-    out = io.BytesIO()  # to look for the smallest file takes longer than to draw it, and saves a tenth
+    out = (
+        io.BytesIO()
+    )  # to look for the smallest file takes longer than to draw it, and saves a tenth
     disks(scene, camera).save(out, "PNG")
     text = "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
-    return {"png": text, "view": _FROM[view], "alt": f"{name}: {lack} are lacking, seen {_FROM[view]}"}
+    return {
+        "png": text,
+        "view": _FROM[view],
+        "alt": f"{name}: {lack} are lacking, seen {_FROM[view]}",
+    }
 
 
 def _length(camera: Camera, found: Shown) -> float:
@@ -259,19 +319,27 @@ def _length(camera: Camera, found: Shown) -> float:
 
 def _map(result: Accommodation, found: ReachMap) -> dict[str, Any]:
     """A reach map's picture, its caption, and the shares at the controls near it."""
-    task, environment = found.task, result.study.environment
+    task = found.task
+    environment = result.study.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
     people = len(result.served)
     controls = []
     for control in map_controls(found, environment):
         nearest = int(np.argmin(np.linalg.norm(found.points - control.at, axis=1)))
-        controls.append({"name": plain(control.name), "share": percent(float(found.share[nearest]), people)})
+        controls.append(
+            {"name": plain(control.name), "share": percent(float(found.share[nearest]), people)}
+        )
     points = len(found.points)
-    area = [f"{percent(float(np.mean(found.share >= level)), points)} by {100 * level:.0f} %" for level in LEVELS]
+    area = [
+        f"{percent(float(np.mean(found.share >= level)), points)} by {100 * level:.0f} %"
+        for level in LEVELS
+    ]
     return {
         "part": plain(task.part),
         "how": f"{hand}, {task.grip}, zone {task.zone}, {points:,} points",
-        "svg": Markup(reach_map_svg(found, environment, sitter=environment.seat(result.study.seat).srp)),
+        "svg": Markup(
+            reach_map_svg(found, environment, sitter=environment.seat(result.study.seat).srp)
+        ),
         "controls": controls,
         "areas": f"Reached of its points: {', '.join(area)} of the people or more.",
     }
@@ -281,4 +349,7 @@ def _key() -> list[dict[str, str]]:
     """The colours of a reach map in words."""
     edges = [f"{100 * level:.0f}" for level in LEVELS]
     words = [f"under {edges[0]} %", *(f"{a} to {b} %" for a, b in pairwise(edges))]
-    return [{"words": w, "colour": c} for w, c in zip([*words, f"{edges[-1]} % and more"], BANDS, strict=True)]
+    return [
+        {"words": w, "colour": c}
+        for w, c in zip([*words, f"{edges[-1]} % and more"], BANDS, strict=True)
+    ]

@@ -1,4 +1,5 @@
-"""An accommodation in words: who fits, who is left out, by what and by how many millimetres; the same every time."""
+"""An accommodation in words: who fits, who is left out, by what and by how many millimetres; the
+same every time."""
 
 from __future__ import annotations
 
@@ -39,8 +40,10 @@ def interval_words(group: GroupShare, confidence: float) -> str:
 
 
 def accommodation_headline(result: Accommodation) -> str:
-    """The whole result in two sentences: the share that fits with its interval, and what leaves out most."""
-    everybody, count = result.shares[0], len(result.served)
+    """The whole result in two sentences: the share that fits with its interval, and what leaves out
+    most."""
+    everybody = result.shares[0]
+    count = len(result.served)
     interval = interval_words(everybody, result.study.confidence)
     if count == 1:
         return f"The one person {'fits' if result.served[0] else 'does not fit'}." + _worst(result)
@@ -70,20 +73,24 @@ def requirement_sentence(result: Accommodation) -> str:
     """Which requirement is met least by itself, and which would gain most if it were dropped."""
     if result.served.all():
         return "Everybody meets every requirement."
-    most, gain = int(np.argmin(result.single)), int(np.argmax(result.alone))
+    most = int(np.argmin(result.single))
+    gain = int(np.argmax(result.alone))
     count = len(result.served)
     out = percent(1 - float(result.single[most]), count)
     text = f"“{plain(result.requirements[most].name)}” leaves out most people: {out}."
     if result.alone[gain] <= 0:
-        return text + " No requirement leaves anybody out by itself: to drop a single one would gain nothing."
+        return (
+            text
+            + " No requirement leaves anybody out by itself: to drop a single one would gain nothing."
+        )
     shares = f"from {percent(result.shares[0].share, count)} to {percent(float(result.without[gain]), count)}"
     name = "it" if gain == most else f"“{plain(result.requirements[gain].name)}”"
     return text + f" Dropping {name} would gain most: the share that meets all would go {shares}."
 
 
 def gain_sentence(gain: Gain, count: int) -> str:
-    """ "Moving flaps 32 mm aft takes “reach flaps” from 88 to 95 %, and all together from 81 to 84 %." of so many
-    people."""
+    """ "Moving flaps 32 mm aft takes “reach flaps” from 88 to 95 %, and all together from 81 to 84
+    %." of so many people."""
     shares = (gain.before, gain.after, gain.joint_before, gain.joint_after)
     one, two, all_one, all_two = (percent_number(share, count) for share in shares)
     joint = f"leaves all requirements together at {all_one} %"
@@ -91,26 +98,33 @@ def gain_sentence(gain: Gain, count: int) -> str:
         joint = f"all requirements together from {all_one} to {all_two} %"
     own = f"takes “{plain(gain.requirement)}” from {one} to {two} %"
     if one == two:
-        own = f"leaves “{plain(gain.requirement)}” at {one} %" + (" and takes" if all_one != all_two else "")
+        own = f"leaves “{plain(gain.requirement)}” at {one} %" + (
+            " and takes" if all_one != all_two else ""
+        )
         return f"{_capital(plain(gain.words))} {own} {joint if all_one != all_two else 'and ' + joint}."
     return f"{_capital(plain(gain.words))} {own} and {joint}."
 
 
 def no_gain_words(result: Accommodation) -> list[str]:
-    """That no proposal gains anything, where people are left out and no changes were asked for; else nothing."""
+    """That no proposal gains anything, where people are left out and no changes were asked for;
+    else nothing."""
     if result.gains or result.served.all() or result.study.changes:
         return []
-    return ["No straight move of a single control, part or end of the seat's travel, up to 100 mm, was found that lets "
-            "more people meet all requirements together."]  # fmt: skip
+    return [
+        "No straight move of a single control, part or end of the seat's travel, up to 100 mm, was found that lets "
+        "more people meet all requirements together."
+    ]
 
 
 def person_sentence(result: Accommodation, row: int) -> str:
-    """Who it is and what is farthest from being met: "A woman of 1,512 mm (female 31): her right hand stays 41 mm short
-    of flaps in zone 2, limited by the length of the arm. Her popliteal height is 352 mm; 97 % of the women here have
-    more. 2 more requirements are not met."."""
+    """Who it is and what is farthest from being met: "A woman of 1,512 mm (female 31): her right
+    hand stays 41 mm short of flaps in zone 2, limited by the length of the arm. Her popliteal
+    height is 352 mm; 97 % of the women here have more. 2 more requirements are not met."."""
     people = result.study.people
     noun, whose, _ = _NOUNS[("male", "female")[int(people.sex[row])]]
-    tall = f" of {1000 * people.column('stature')[row]:,.0f} mm" if "stature" in people.names else ""
+    tall = (
+        f" of {1000 * people.column('stature')[row]:,.0f} mm" if "stature" in people.names else ""
+    )
     label = person_name(people.labels[row] if people.labels else str(row + 1))
     text = f"A {noun}{tall} ({label}): "
     short = np.flatnonzero(~result.met[row])
@@ -119,7 +133,9 @@ def person_sentence(result: Accommodation, row: int) -> str:
     worst = int(short[np.argmin(result.margin[row, short])])
     text += _lacks(result, row, worst, whose) + "." + limiting_words(result, row)
     more = len(short) - 1
-    return text + (f" {more} more requirement{'s are' if more > 1 else ' is'} not met." if more else "")
+    return text + (
+        f" {more} more requirement{'s are' if more > 1 else ' is'} not met." if more else ""
+    )
 
 
 def person_name(label: str) -> str:
@@ -129,7 +145,8 @@ def person_name(label: str) -> str:
 
 def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
     """What one requirement lacks of one person, with what limits it."""
-    requirement, lack = result.requirements[index], f"{millimetres_short(-result.margin[row, index])} mm"
+    requirement = result.requirements[index]
+    lack = f"{millimetres_short(-result.margin[row, index])} mm"
     found = next((s for s in result.shown if s.row == row and s.requirement == index), None)
     limb = found.limb if found is not None else ""
     code = int(result.reason[row, index])
@@ -137,7 +154,9 @@ def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
     name = f"“{plain(requirement.name)}”"
     if requirement.check == "reach":
         who = f"{whose} {limb}" if limb else "the reach"
-        target = plain(requirement.target) + (f" in zone {requirement.zone}" if requirement.zone else "")
+        target = plain(requirement.target) + (
+            f" in zone {requirement.zone}" if requirement.zone else ""
+        )
         if reason in result.study.environment.parts:
             return f"{who} lacks {lack} to {target}: the {plain(reason)} is in the way"
         by = f", limited by {reason_words(reason, limb or requirement.target)}" if reason else ""
@@ -146,7 +165,9 @@ def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
     if requirement.check in ("clearance", "contact"):
         if " at " in reason:
             who, part = reason.split(" at ", 1)
-            return f"{whose} {plain(limb or who)} is {lack} nearer to the {plain(part)} than it may be"
+            return (
+                f"{whose} {plain(limb or who)} is {lack} nearer to the {plain(part)} than it may be"
+            )
         return f"{whose} {limb or 'body'} is {lack} nearer to the {plain(requirement.target)} than it may be{why}"
     if requirement.check == "vision" and reason.startswith("eyes too "):
         return f"{whose} eyes are {lack} {reason.removeprefix('eyes ')} for {name}"
@@ -157,7 +178,8 @@ def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
 
 
 def reason_words(reason: str, limb: str = "") -> str:
-    """What limits, as it stands in a sentence: "the length of the arm", "the right elbow (flexion)"."""
+    """What limits, as it stands in a sentence: "the length of the arm", "the right elbow
+    (flexion)"."""
     words = plain(reason)
     if words == "length of the limb":
         legs = any(part in limb for part in ("foot", "leg", "pedal", "heel"))
@@ -171,19 +193,24 @@ def reason_words(reason: str, limb: str = "") -> str:
 
 
 def limiting_words(result: Accommodation, row: int) -> str:
-    """ " Her popliteal height is 352 mm; 97 % of the women here have more.", "" where no measure is named."""
-    name, people = result.limiting[row], result.study.people
+    """ " Her popliteal height is 352 mm; 97 % of the women here have more.", "" where no measure is
+    named."""
+    name = result.limiting[row]
+    people = result.study.people
     if not name or name not in people.names:
         return ""
     _, whose, plural = _NOUNS[("male", "female")[int(people.sex[row])]]
-    values, value = people.column(name), float(people.column(name)[row])
+    values = people.column(name)
+    value = float(people.column(name)[row])
     unit = f"{value:.1f} kg" if name == MASS else f"{1000 * value:,.0f} mm"
     text = f" {_capital(whose)} {plain(name)} is {unit}"
     others: Bools = people.sex == people.sex[row]
     if int(others.sum()) < _FEW:
         return text + "."
     weight = people.weight[others] / people.weight[others].sum()
-    more, less = (float(weight @ found) for found in (values[others] > value, values[others] < value))
+    more, less = (
+        float(weight @ found) for found in (values[others] > value, values[others] < value)
+    )
     share, way = (more, "more") if more >= less else (less, "less")
     return f"{text}; {percent(share, min(int(others.sum()), TENTHS_FROM - 1))} of the {plural} here have {way}."
 

@@ -1,4 +1,5 @@
-"""Everything a comparison leaves behind: comparison.json, people.csv, requirements.csv and report.html."""
+"""Everything a comparison leaves behind: comparison.json, people.csv, requirements.csv and
+report.html."""
 
 from __future__ import annotations
 
@@ -18,7 +19,12 @@ from workbench.model.population import SEXES
 from workbench.people.share import percent
 from workbench.report.accommodation.charts import change_whisker, changes_axis
 from workbench.report.accommodation.words import plain
-from workbench.report.comparison.words import chance_words, change_sentence, comparison_headline, difference_words
+from workbench.report.comparison.words import (
+    chance_words,
+    change_sentence,
+    comparison_headline,
+    difference_words,
+)
 from workbench.report.page import template
 from workbench.report.tables import csv_text
 
@@ -40,11 +46,15 @@ def write_comparison(
     """
     rows = comparison_file(found, provenance=provenance or {})
     files: dict[str, Content] = {MARK: dump_json(rows), **comparison_tables(found)}
-    write_folder(folder, files | {"report.html": comparison_page(found, rows)}, holds="comparison", tell=tell)
+    write_folder(
+        folder, files | {"report.html": comparison_page(found, rows)}, holds="comparison", tell=tell
+    )
     return rows
 
 
-def comparison_file(found: Comparison, *, provenance: Mapping[str, Mapping[str, str]]) -> ComparisonFile:
+def comparison_file(
+    found: Comparison, *, provenance: Mapping[str, Mapping[str, str]]
+) -> ComparisonFile:
     """The comparison as plain rows."""
     changed = [("gained", row) for row in found.gained] + [("lost", row) for row in found.lost]
     return ComparisonFile(
@@ -60,20 +70,31 @@ def comparison_file(found: Comparison, *, provenance: Mapping[str, Mapping[str, 
         only_before=list(found.only_before),
         only_after=list(found.only_after),
         changed=[
-            ChangedPersonRow(person=found.before.labels[row], row=row, change=change,
-                             sentence=change_sentence(found, row))
+            ChangedPersonRow(
+                person=found.before.labels[row],
+                row=row,
+                change=change,
+                sentence=change_sentence(found, row),
+            )
             for change, row in changed
         ],
         provenance={kind: dict(rows) for kind, rows in provenance.items()},
-    )  # fmt: skip
+    )
 
 
 def _row(pair: PairedShare) -> PairRow:
     return PairRow(
-        name=pair.name, people=pair.count, before=_nine(pair.before), after=_nine(pair.after), gained=pair.gainers,
-        lost=pair.losers, difference=_nine(pair.difference), low=_nine(pair.low), high=_nine(pair.high),
+        name=pair.name,
+        people=pair.count,
+        before=_nine(pair.before),
+        after=_nine(pair.after),
+        gained=pair.gainers,
+        lost=pair.losers,
+        difference=_nine(pair.difference),
+        low=_nine(pair.low),
+        high=_nine(pair.high),
         chance=_nine(pair.chance),
-    )  # fmt: skip
+    )
 
 
 def _nine(value: float) -> float:
@@ -82,26 +103,65 @@ def _nine(value: float) -> float:
 
 
 def comparison_tables(found: Comparison) -> dict[str, str | bytes]:
-    """people.csv: everybody with both verdicts and the margins of every requirement; requirements.csv: the shares."""
+    """people.csv: everybody with both verdicts and the margins of every requirement;
+    requirements.csv: the shares."""
     shared = [pair.name for pair in found.pairs]
-    one, two = found.before, found.after
+    one = found.before
+    two = found.after
     columns = [(one.requirements.index(name), two.requirements.index(name)) for name in shared]
-    was, now = one.served, two.served
-    words = {(False, True): "gained", (True, False): "lost", (True, True): "fits", (False, False): "left out"}
+    was = one.served
+    now = two.served
+    words = {
+        (False, True): "gained",
+        (True, False): "lost",
+        (True, True): "fits",
+        (False, False): "left out",
+    }
     header = ["person", "sex", "weight", "stature_mm", "fits_before", "fits_after", "change"]
     header += [f"{name}: {when} [mm]" for name in shared for when in ("before", "after")]
     people = (
-        [label, SEXES[int(one.sex[p])], one.weight[p], _mm(one.stature[p]), _yes(was[p]), _yes(now[p]),
-         words[bool(was[p]), bool(now[p])],
-         *(_mm(m) for a, b in columns for m in (one.margin[p, a], two.margin[p, b]))]
+        [
+            label,
+            SEXES[int(one.sex[p])],
+            one.weight[p],
+            _mm(one.stature[p]),
+            _yes(was[p]),
+            _yes(now[p]),
+            words[bool(was[p]), bool(now[p])],
+            *(_mm(m) for a, b in columns for m in (one.margin[p, a], two.margin[p, b])),
+        ]
         for p, label in enumerate(one.labels)
-    )  # fmt: skip
+    )
     pairs = (
-        [kind, pair.name, pair.count, _nine(pair.before), _nine(pair.after), pair.gainers, pair.losers,
-         _nine(pair.difference), _nine(pair.low), _nine(pair.high), _nine(pair.chance)]
-        for kind, rows in (("all requirements", found.groups), ("requirement", found.pairs)) for pair in rows
-    )  # fmt: skip
-    heads = ["what", "name", "people", "before", "after", "gained", "lost", "difference", "low", "high", "chance"]
+        [
+            kind,
+            pair.name,
+            pair.count,
+            _nine(pair.before),
+            _nine(pair.after),
+            pair.gainers,
+            pair.losers,
+            _nine(pair.difference),
+            _nine(pair.low),
+            _nine(pair.high),
+            _nine(pair.chance),
+        ]
+        for kind, rows in (("all requirements", found.groups), ("requirement", found.pairs))
+        for pair in rows
+    )
+    heads = [
+        "what",
+        "name",
+        "people",
+        "before",
+        "after",
+        "gained",
+        "lost",
+        "difference",
+        "low",
+        "high",
+        "chance",
+    ]
     return {"people.csv": csv_text(header, people), "requirements.csv": csv_text(heads, pairs)}
 
 
@@ -115,7 +175,9 @@ def _yes(value: object) -> str:
 
 def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
     """The HTML text of a comparison; the same bytes for the same two results."""
-    reach = max([abs(v) for pair in (*found.groups, *found.pairs) for v in (pair.low, pair.high)] + [0.01])
+    reach = max(
+        [abs(v) for pair in (*found.groups, *found.pairs) for v in (pair.low, pair.high)] + [0.01]
+    )
     changed = [pair for pair in found.pairs if pair.gainers or pair.losers]
     changed.sort(key=lambda pair: -abs(pair.difference))
     return template("comparison/page.html.j2").render(
@@ -125,11 +187,19 @@ def comparison_page(found: Comparison, rows: ComparisonFile) -> str:
         same=len(found.pairs) - len(changed),
         axis=Markup(changes_axis(reach)),
         confidence=f"{100 * rows.confidence:g}",
-        only=[("before", [plain(n) for n in found.only_before]), ("after", [plain(n) for n in found.only_after])],
-        lists=[(word, len(who), [row.sentence for row in rows.changed if row.change == change][:_MOST])
-               for word, change, who in (("gain", "gained", found.gained), ("lose", "lost", found.lost))],
+        only=[
+            ("before", [plain(n) for n in found.only_before]),
+            ("after", [plain(n) for n in found.only_after]),
+        ],
+        lists=[
+            (word, len(who), [row.sentence for row in rows.changed if row.change == change][:_MOST])
+            for word, change, who in (
+                ("gain", "gained", found.gained),
+                ("lose", "lost", found.lost),
+            )
+        ],
         most=_MOST,
-    )  # fmt: skip
+    )
 
 
 def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:
@@ -142,5 +212,7 @@ def _shown(pair: PairedShare, reach: float) -> dict[str, Any]:
         "lost": f"{pair.losers:,}",
         "difference": difference_words(pair),
         "chance": chance_words(pair.chance),
-        "chart": Markup(change_whisker(pair.low, pair.difference, pair.high, reach=reach, said=said)),
+        "chart": Markup(
+            change_whisker(pair.low, pair.difference, pair.high, reach=reach, said=said)
+        ),
     }

@@ -16,7 +16,9 @@ _NOUNS = ("man", "woman")
 
 def difference_words(pair: PairedShare) -> str:
     """ "+3 points (95 % interval +1 to +5)" of a difference of shares, in points of per cent."""
-    difference, low, high = (_signed(share, pair.count) for share in (pair.difference, pair.low, pair.high))
+    difference, low, high = (
+        _signed(share, pair.count) for share in (pair.difference, pair.low, pair.high)
+    )
     return f"{difference} points ({100 * pair.confidence:g} % interval {low} to {high})"
 
 
@@ -34,16 +36,16 @@ def comparison_headline(found: Comparison) -> str:
     """The whole comparison in two sentences."""
     everybody = found.groups[0]
     count = everybody.count
-    shares = (
-        f"{percent(everybody.before, count)} of {count:,} people fit before and {percent(everybody.after, count)} after"
-    )
+    shares = f"{percent(everybody.before, count)} of {count:,} people fit before and {percent(everybody.after, count)} after"
     if not everybody.gainers and not everybody.losers:
         return f"{shares}: the same people, nobody gains and nobody loses."
     chance = f"so uneven a count would come by chance with a probability of {chance_words(everybody.chance)}"
     if everybody.chance >= 0.995:
         chance = "as even as chance would have it"
-    return (f"{shares}, {difference_words(everybody)}. {_people(everybody.gainers)} gain{_s(everybody.gainers)} and "
-            f"{_people(everybody.losers).lower()} lose{_s(everybody.losers)}: {chance}.")  # fmt: skip
+    return (
+        f"{shares}, {difference_words(everybody)}. {_people(everybody.gainers)} gain{_s(everybody.gainers)} and "
+        f"{_people(everybody.losers).lower()} lose{_s(everybody.losers)}: {chance}."
+    )
 
 
 def _people(count: int) -> str:
@@ -55,8 +57,9 @@ def _s(count: int) -> str:
 
 
 def change_sentence(found: Comparison, row: int) -> str:
-    """Why somebody fits in one design only: "female 31, a woman of 1,512 mm: “reach flaps” was 41 mm short, 12 mm to
-    spare now."; the requirement that was, or is, missed by most, and how many others there are."""
+    """Why somebody fits in one design only: "female 31, a woman of 1,512 mm: “reach flaps” was 41
+    mm short, 12 mm to spare now."; the requirement that was, or is, missed by most, and how many
+    others there are."""
     gained = row in found.gained
     failing, other = (found.before, found.after) if gained else (found.after, found.before)
     short = np.flatnonzero(~failing.met[row])
@@ -65,8 +68,14 @@ def change_sentence(found: Comparison, row: int) -> str:
     lack = f"{millimetres_short(-float(failing.margin[row, worst]))} mm short"
     spare = _spare(other, row, name)
     tall = found.before.stature[row]
-    who = f"a {_NOUNS[int(found.before.sex[row])]}" + (f" of {1000 * tall:,.0f} mm" if np.isfinite(tall) else "")
-    told = f"was {lack}, {spare} now" if gained else f"is {lack}, {spare.replace('is ', 'was ')} before"
+    who = f"a {_NOUNS[int(found.before.sex[row])]}" + (
+        f" of {1000 * tall:,.0f} mm" if np.isfinite(tall) else ""
+    )
+    told = (
+        f"was {lack}, {spare} now"
+        if gained
+        else f"is {lack}, {spare.replace('is ', 'was ')} before"
+    )
     more = f"; {len(short) - 1} more as well" if len(short) > 1 else ""
     return f"{person_name(found.before.labels[row])}, {who}: “{plain(name)}” {told}{more}."
 
@@ -78,4 +87,8 @@ def _spare(judged: Judged, row: int, name: str) -> str:
     margin = float(judged.margin[row, judged.requirements.index(name)])
     if np.isnan(margin):
         return "does not apply"
-    return f"{max(1000 * margin, 0):,.0f} mm to spare" if margin >= -MET else f"{millimetres_short(-margin)} mm short"
+    return (
+        f"{max(1000 * margin, 0):,.0f} mm to spare"
+        if margin >= -MET
+        else f"{millimetres_short(-margin)} mm short"
+    )

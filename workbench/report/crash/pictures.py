@@ -32,19 +32,23 @@ __all__ = ["FILM_CAPTION", "crash_film", "crash_strips"]
 FILM_CAPTION = "The motion in slow time."
 _SIZE = 420
 _FILM = (620, 500)
-_FPS, _SECONDS = 12.5, 5.0
+_FPS = 12.5
+_SECONDS = 5.0
 _COLOURS = ("warm", "blue")
 
 
 def crash_strips(study: CrashStudy, times: Floats) -> list[tuple[str, str]]:
-    """SVG and caption of a row of positions at times (F,) [s] for each motion of the study, seen from the side that
-    shows most of the way."""
+    """SVG and caption of a row of positions at times (F,) [s] for each motion of the study, seen
+    from the side that shows most of the way."""
     shown = _shown(study, times)
     camera = _camera(shown, (_SIZE, _SIZE))
     made = []
     for row, (who, placed) in enumerate(shown):
         near = _opened(who.cabin, placed, camera)
-        pictures = [outline(_scene(who, placed, k, (near, _COLOURS[row])), camera) for k in range(len(times))]
+        pictures = [
+            outline(_scene(who, placed, k, (near, _COLOURS[row])), camera)
+            for k in range(len(times))
+        ]
         told = [milliseconds(t) for t in times.tolist()]
         name = (study.motion_name, study.against_name)[row]
         caption = f"{study.person}{f' with {name}' if name else ''} from the {camera.name} at {', '.join(told)}"
@@ -52,9 +56,13 @@ def crash_strips(study: CrashStudy, times: Floats) -> list[tuple[str, str]]:
     return made
 
 
-def crash_film(study: CrashStudy, *, progress: Callable[[str], None] | None = None) -> tuple[str, bytes]:
-    """Name and bytes of a film of all motions of the study side by side: MP4 where its encoder is there, else GIF."""
-    start, end = study.motion.clock[0], study.motion.clock[-1]
+def crash_film(
+    study: CrashStudy, *, progress: Callable[[str], None] | None = None
+) -> tuple[str, bytes]:
+    """Name and bytes of a film of all motions of the study side by side: MP4 where its encoder is
+    there, else GIF."""
+    start = study.motion.clock[0]
+    end = study.motion.clock[-1]
     times = frame_times(start, end, fps=_FPS, speed=max(float(end - start), 1e-3) / _SECONDS)
     shown = _shown(study, times)
     camera = _camera(shown, _FILM)
@@ -63,8 +71,10 @@ def crash_film(study: CrashStudy, *, progress: Callable[[str], None] | None = No
     def frames() -> Iterator[Any]:
         names = [name or study.person for name in (study.motion_name, study.against_name)]
         for k, time in enumerate(times.tolist()):
-            panels = [disks(_scene(who, placed, k, (near[n], _COLOURS[n])), camera)
-                      for n, (who, placed) in enumerate(shown)]  # fmt: skip
+            panels = [
+                disks(_scene(who, placed, k, (near[n], _COLOURS[n])), camera)
+                for n, (who, placed) in enumerate(shown)
+            ]
             yield stamped(strip_image(panels, names[: len(panels)]), milliseconds(time))
             if progress is not None:
                 progress(f"frame {k + 1} of {len(times)} of the film")
@@ -83,21 +93,32 @@ def crash_film(study: CrashStudy, *, progress: Callable[[str], None] | None = No
 def _shown(study: CrashStudy, times: Floats) -> list[tuple[CrashStudy, Placed]]:
     """Each motion's study and the body at times (F,), held at its ends beyond them."""
     both = [study] if study.held is None else [study, study.held]
-    return [(who, place(who.body, poses_at(who.motion, np.clip(times, *who.motion.clock[[0, -1]])))) for who in both]
+    return [
+        (who, place(who.body, poses_at(who.motion, np.clip(times, *who.motion.clock[[0, -1]]))))
+        for who in both
+    ]
 
 
 def _camera(shown: list[tuple[CrashStudy, Placed]], size: tuple[int, int]) -> Camera:
     """What holds all bodies and the anchors of their belts."""
     ends = [(p.centres - p.body.radius[:, None]).min(axis=(0, 1)) for _, p in shown]
     ends += [(p.centres + p.body.radius[:, None]).max(axis=(0, 1)) for _, p in shown]
-    ends += [np.array(point.at) for who, _ in shown for belt in who.belts for point in belt.points if point.segment < 0]
-    low, high = np.min(ends, axis=0), np.max(ends, axis=0)
+    ends += [
+        np.array(point.at)
+        for who, _ in shown
+        for belt in who.belts
+        for point in belt.points
+        if point.segment < 0
+    ]
+    low = np.min(ends, axis=0)
+    high = np.max(ends, axis=0)
     view = "left" if high[0] - low[0] >= high[1] - low[1] else "front"
     return standard_view(view, np.array([low - 0.1, high + 0.1]), width=size[0], height=size[1])
 
 
 def _opened(cabin: Environment, placed: Placed, camera: Camera) -> Environment:
-    """The cabin without its half on the viewer's side of the body's middle, so that no wall comes and goes."""
+    """The cabin without its half on the viewer's side of the body's middle, so that no wall comes
+    and goes."""
     axis = np.eye(3)[1 if camera.name == "left" else 0]
     middle = placed.centres[0].mean(axis=0)
     reach = cabin.vertices @ axis
@@ -107,5 +128,8 @@ def _opened(cabin: Environment, placed: Placed, camera: Camera) -> Environment:
 def _scene(study: CrashStudy, placed: Placed, pose: int, shown: tuple[Environment, str]) -> Scene:
     """The body in one pose with its belts."""
     near, colour = shown
-    return Scene((SceneBody(placed, pose, colour),), with_belts(near, study.belts, placed, pose=pose),
-                 title=f"{study.person} {study.motion_name}".strip())  # fmt: skip
+    return Scene(
+        (SceneBody(placed, pose, colour),),
+        with_belts(near, study.belts, placed, pose=pose),
+        title=f"{study.person} {study.motion_name}".strip(),
+    )

@@ -1,4 +1,5 @@
-"""A crash in words: what meets what, when, how fast and how deep; one story from the same data every time."""
+"""A crash in words: what meets what, when, how fast and how deep; one story from the same data
+every time."""
 
 from __future__ import annotations
 
@@ -9,8 +10,14 @@ import numpy as np
 from workbench.model.crash import Agreement, CrashResult, Meeting, StopBreach
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, gained
 
-__all__ = ["agreement_sentence", "breach_sentence", "crash_headline", "meeting_sentence", "milliseconds",
-           "pulse_words"]  # fmt: skip
+__all__ = [
+    "agreement_sentence",
+    "breach_sentence",
+    "crash_headline",
+    "meeting_sentence",
+    "milliseconds",
+    "pulse_words",
+]
 
 
 def milliseconds(seconds: float) -> str:
@@ -20,7 +27,8 @@ def milliseconds(seconds: float) -> str:
 
 
 def meeting_sentence(meeting: Meeting) -> str:
-    """ "At 83.4 ms the head, forehead (front) meets the upper panel at 6.1 m/s and is 31.0 mm deep at 91.0 ms." """
+    """ "At 83.4 ms the head, forehead (front) meets the upper panel at 6.1 m/s and is 31.0 mm deep
+    at 91.0 ms." """
     other = meeting.other.replace("_", " ")
     deep = f"{1000 * meeting.depth:.1f} mm deep at {milliseconds(meeting.deepest)}"
     deep += f", pushed back with {_newtons(meeting.force)}" if meeting.force else ""
@@ -28,8 +36,10 @@ def meeting_sentence(meeting: Meeting) -> str:
     if meeting.began:
         text = f"From the beginning the {meeting.who} is in contact with the {other}; it is {deep}{allowed}"
     else:
-        text = (f"At {milliseconds(meeting.enter)} the {meeting.who} meets the {other} at {meeting.speed:.1f} m/s "
-                f"({max(meeting.normal, 0.0):.1f} m/s toward it) and is {deep}{allowed}")  # fmt: skip
+        text = (
+            f"At {milliseconds(meeting.enter)} the {meeting.who} meets the {other} at {meeting.speed:.1f} m/s "
+            f"({max(meeting.normal, 0.0):.1f} m/s toward it) and is {deep}{allowed}"
+        )
     return text + ("." if meeting.lasts else f"; they part at {milliseconds(meeting.leave)}.")
 
 
@@ -41,25 +51,34 @@ def pulse_words(pulse: Pulse) -> str:
     """ "half-sine of 16.0 g over 90 ms, 9.0 m/s in all"."""
     speed = float(gained(pulse, np.array([np.inf]))[0])
     peak = pulse.peak / STANDARD_GRAVITY
-    return (f"{pulse.shape} of {peak:.1f} g over {1000 * pulse.duration:g} ms, {speed:.1f} m/s "
-            "in all")  # fmt: skip
+    return (
+        f"{pulse.shape} of {peak:.1f} g over {1000 * pulse.duration:g} ms, {speed:.1f} m/s in all"
+    )
 
 
 def breach_sentence(breach: StopBreach, names: dict[str, str]) -> str:
-    """ "From 60.0 to 75.0 ms the neck pivot is past its stop in flexion, by 12.0 degrees at 70.0 ms." """
+    """ "From 60.0 to 75.0 ms the neck pivot is past its stop in flexion, by 12.0 degrees at 70.0
+    ms." """
     degrees = math.degrees(breach.worst)
-    when = f"At {milliseconds(breach.begin)}" if breach.end <= breach.begin else \
-        f"From {milliseconds(breach.begin)} to {milliseconds(breach.end)}"  # fmt: skip
-    return (f"{when} the {names[breach.joint]} is past its stop in {breach.motion.replace('_', ' ')}, by {degrees:.1f} "
-            f"degrees at {milliseconds(breach.at)}.")  # fmt: skip
+    when = (
+        f"At {milliseconds(breach.begin)}"
+        if breach.end <= breach.begin
+        else f"From {milliseconds(breach.begin)} to {milliseconds(breach.end)}"
+    )
+    return (
+        f"{when} the {names[breach.joint]} is past its stop in {breach.motion.replace('_', ' ')}, by {degrees:.1f} "
+        f"degrees at {milliseconds(breach.at)}."
+    )
 
 
 def agreement_sentence(rows: tuple[Agreement, ...], other: str) -> str:
     """The worst and the mean agreement of two motions."""
     worst = max(rows, key=lambda row: row.peak)
     mean = sum(row.rms for row in rows) / len(rows)
-    return (f"Against {other}, joints and segments are {1000 * mean:.0f} mm apart (mean of the root mean squares); the "
-            f"worst is the {worst.name}, {1000 * worst.peak:.0f} mm at {milliseconds(worst.at)}.")  # fmt: skip
+    return (
+        f"Against {other}, joints and segments are {1000 * mean:.0f} mm apart (mean of the root mean squares); the "
+        f"worst is the {worst.name}, {1000 * worst.peak:.0f} mm at {milliseconds(worst.at)}."
+    )
 
 
 def crash_headline(result: CrashResult) -> str:
@@ -68,13 +87,18 @@ def crash_headline(result: CrashResult) -> str:
     real = [m for m in result.meetings if not m.own and m.depth > m.allowed]
     failed = [v for v in result.verdicts if not v.passed]
     scope = f"{milliseconds(time[1] - time[0])} of {result.study.person}'s motion"
-    contacts = "nothing is touched" if not real else \
-        f"{len(real)} contact{'s' if len(real) > 1 else ''} with {len({m.other for m in real})} part" \
-        f"{'s' if len({m.other for m in real}) > 1 else ''}"  # fmt: skip
+    contacts = (
+        "nothing is touched"
+        if not real
+        else f"{len(real)} contact{'s' if len(real) > 1 else ''} with {len({m.other for m in real})} part"
+        f"{'s' if len({m.other for m in real}) > 1 else ''}"
+    )
     count = len(result.verdicts)
     if failed:
-        judged = f"{len(failed)} of {count} criteri{'a' if count > 1 else 'on'} failed: " + \
-            ", ".join(v.criterion.name for v in failed)  # fmt: skip
+        judged = (
+            f"{len(failed)} of {count} criteri{'a' if count > 1 else 'on'} failed: "
+            + ", ".join(v.criterion.name for v in failed)
+        )
     else:
         judged = "the criterion holds" if count == 1 else f"all {count} criteria hold"
     return f"{scope}: {contacts}; {judged}."

@@ -1,4 +1,5 @@
-"""The pictures of a reach envelope in a report: in the round over the person in place, and its sections."""
+"""The pictures of a reach envelope in a report: in the round over the person in place, and its
+sections."""
 
 from __future__ import annotations
 
@@ -19,11 +20,17 @@ _PARTS = 5
 
 
 def envelope_pictures(result: Result, envelope: Envelope) -> dict[str, Any]:
-    """Views and sections as names and SVG, and what the obstacles take that take most: part and litres."""
+    """Views and sections as names and SVG, and what the obstacles take that take most: part and
+    litres."""
     person = next(person for person in result.people if person.name == envelope.person)
     title = f"Reach envelope of {envelope.person}, {envelope.limb}"
     scene = Scene((SceneBody(person.placed, 0),), result.environment, (), title)
-    views = [(view.replace("_", " "), Markup(envelope_view(envelope, scene, view))) for view in VIEWS]
-    sections = [(name, Markup(svg)) for name, svg in envelope_sections(envelope, environment=result.environment)]
+    views = [
+        (view.replace("_", " "), Markup(envelope_view(envelope, scene, view))) for view in VIEWS
+    ]
+    sections = [
+        (name, Markup(svg))
+        for name, svg in envelope_sections(envelope, environment=result.environment)
+    ]
     taken = [(part, 1000 * litres) for part, litres in envelope.lost_to.items() if part][:_PARTS]
     return {"views": views, "main": sections[:2], "rest": sections[2:], "taken": taken}

@@ -18,9 +18,15 @@ from workbench.report.tables import csv_text
 __all__ = ["envelope_rows", "envelope_solids", "envelope_tables"]
 
 _LENGTHS = (
-    "outer_mm", "inner_mm", "clear_outer_mm", "clear_inner_mm", "easy_outer_mm", "easy_inner_mm", "moderate_outer_mm",
+    "outer_mm",
+    "inner_mm",
+    "clear_outer_mm",
+    "clear_inner_mm",
+    "easy_outer_mm",
+    "easy_inner_mm",
+    "moderate_outer_mm",
     "moderate_inner_mm",
-)  # fmt: skip
+)
 
 
 def envelope_rows(result: Result) -> list[EnvelopeRow]:
@@ -46,7 +52,8 @@ def envelope_rows(result: Result) -> list[EnvelopeRow]:
 def _ray(e: Envelope, about: RayReach, ray: int) -> EnvelopeRayRow:
     x, y, z = about.direction[ray].tolist()
     lost = np.flatnonzero(about.lost.ray == ray)
-    reached, clear = bool(about.reached[ray]), bool(about.clear[ray])
+    reached = bool(about.reached[ray])
+    clear = bool(about.clear[ray])
     return EnvelopeRayRow(
         azimuth_deg=round(math.degrees(math.atan2(y, x))) + 0.0,
         elevation_deg=round(math.degrees(math.asin(max(-1.0, min(1.0, z))))) + 0.0,
@@ -60,11 +67,14 @@ def _ray(e: Envelope, about: RayReach, ray: int) -> EnvelopeRayRow:
         moderate_outer_mm=_millimetres(about.easy_outer[1, ray]),
         moderate_inner_mm=_millimetres(about.easy_inner[1, ray]),
         lost=[
-            (round(1000 * float(about.lost.begin[k]), 1), round(1000 * float(about.lost.end[k]), 1),
-             e.parts[about.lost.part[k]] if about.lost.part[k] >= 0 else "")
+            (
+                round(1000 * float(about.lost.begin[k]), 1),
+                round(1000 * float(about.lost.end[k]), 1),
+                e.parts[about.lost.part[k]] if about.lost.part[k] >= 0 else "",
+            )
             for k in lost
         ],
-    )  # fmt: skip
+    )
 
 
 def _millimetres(value: float) -> float | None:
@@ -73,19 +83,30 @@ def _millimetres(value: float) -> float | None:
 
 
 def envelope_tables(result: ResultFile) -> dict[str, str]:
-    """envelopes.csv (a row a ray about the point) and envelope_levels.csv (a row a ray of a level section)."""
+    """envelopes.csv (a row a ray about the point) and envelope_levels.csv (a row a ray of a level
+    section)."""
     tables = {}
     for name, field, place in (
-        ("envelopes.csv", "rays", "elevation_deg"), ("envelope_levels.csv", "levels", "height_mm"),
-    ):  # fmt: skip
+        ("envelopes.csv", "rays", "elevation_deg"),
+        ("envelope_levels.csv", "levels", "height_mm"),
+    ):
         lines = [
-            [e.person, e.limb, e.zone, getattr(ray, place), ray.azimuth_deg,
-             *("" if getattr(ray, length) is None else getattr(ray, length) for length in _LENGTHS),
-             round(sum(end - begin for begin, end, _ in ray.lost), 1),
-             " ".join(dict.fromkeys(part for _, _, part in ray.lost if part))]
+            [
+                e.person,
+                e.limb,
+                e.zone,
+                getattr(ray, place),
+                ray.azimuth_deg,
+                *(
+                    "" if getattr(ray, length) is None else getattr(ray, length)
+                    for length in _LENGTHS
+                ),
+                round(sum(end - begin for begin, end, _ in ray.lost), 1),
+                " ".join(dict.fromkeys(part for _, _, part in ray.lost if part)),
+            ]
             for e in result.envelopes
             for ray in getattr(e, field)
-        ]  # fmt: skip
+        ]
         if lines:
             head = ["person", "limb", "zone", place, "azimuth_deg", *_LENGTHS, "lost_mm", "lost_to"]
             tables[name] = csv_text(head, lines)
@@ -93,10 +114,13 @@ def envelope_tables(result: ResultFile) -> dict[str, str]:
 
 
 def envelope_solids(result: Result) -> dict[str, Content]:
-    """The envelopes as closed surfaces (STL), obstacles aside and, where these are heeded, clear of them."""
+    """The envelopes as closed surfaces (STL), obstacles aside and, where these are heeded, clear of
+    them."""
     files: dict[str, Content] = {}
     for number, e in enumerate(result.envelopes, start=1):
-        name = re.sub(r"[^a-z0-9]+", "_", f"envelope_{number}_{e.person}_{e.limb}_zone_{e.zone}".lower()).strip("_")
+        name = re.sub(
+            r"[^a-z0-9]+", "_", f"envelope_{number}_{e.person}_{e.limb}_zone_{e.zone}".lower()
+        ).strip("_")
         files[f"{name}.stl"] = stl_bytes({name: e.surface()})
         if e.obstacles:
             files[f"{name}_clear.stl"] = stl_bytes({f"{name}_clear": e.surface(clear=True)})

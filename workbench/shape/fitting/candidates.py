@@ -1,7 +1,8 @@
-"""Candidate spheres: large ones inside the surface, each with its exact clearance, so that protrusion is bounded.
+"""Candidate spheres: large ones inside the surface, each with its exact clearance, so that
+protrusion is bounded.
 
-A sphere of radius r = d(c) + outward, d(c) the exact distance of its centre to the surface, never leaves the surface
-by more than `outward`: by construction, not by measurement.
+A sphere of radius r = d(c) + outward, d(c) the exact distance of its centre to the surface, never
+leaves the surface by more than `outward`: by construction, not by measurement.
 """
 
 from __future__ import annotations
@@ -17,19 +18,29 @@ from workbench.shape.fitting.regions import Regions
 from workbench.shape.fitting.sampling import Samples
 from workbench.shape.surface import Surface
 
-__all__ = ["LONGEST", "SHORTEST", "Candidates", "Limits", "bounded_radius", "inner_balls", "joined_candidates"]
+__all__ = [
+    "LONGEST",
+    "SHORTEST",
+    "Candidates",
+    "Limits",
+    "bounded_radius",
+    "inner_balls",
+    "joined_candidates",
+]
 
 
 _RETREATS = 8
 
 
-SHORTEST, LONGEST = 1e-5, 10.0
+SHORTEST = 1e-5
+LONGEST = 10.0
 """Radii and tolerances [m] that may be asked for."""
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a sphere may be [m]: radius least to greatest, out of the surface by outward; inward: what may stay bare."""
+    """What a sphere may be [m]: radius least to greatest, out of the surface by outward; inward:
+    what may stay bare."""
 
     least: float
     greatest: float
@@ -37,9 +48,11 @@ class Limits:
     inward: float
 
     @classmethod
-    def checked(cls, *, least_radius: float, greatest_radius: float, outward: float, inward: float) -> Limits:
-        """The limits as somebody gives them [m]; UsageError for lengths beyond SHORTEST to LONGEST, and for a least
-        radius that is greater than the greatest."""
+    def checked(
+        cls, *, least_radius: float, greatest_radius: float, outward: float, inward: float
+    ) -> Limits:
+        """The limits as somebody gives them [m]; UsageError for lengths beyond SHORTEST to LONGEST,
+        and for a least radius that is greater than the greatest."""
         given = {
             "least_radius": least_radius,
             "greatest_radius": greatest_radius,
@@ -48,7 +61,9 @@ class Limits:
         }
         for name, value in given.items():
             if not SHORTEST <= value <= LONGEST:
-                raise UsageError(f"{name}: expected a length of {SHORTEST:g} to {LONGEST:g} m, got {value:g}")
+                raise UsageError(
+                    f"{name}: expected a length of {SHORTEST:g} to {LONGEST:g} m, got {value:g}"
+                )
         if least_radius > greatest_radius:
             raise UsageError(
                 f"least_radius ({least_radius:g} m) is greater than greatest_radius ({greatest_radius:g} m)"
@@ -62,7 +77,8 @@ class Limits:
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Centres (m, 3), their depth (m,) [m] under the surface, and the bits (m,) of the segments they belong to."""
+    """Centres (m, 3), their depth (m,) [m] under the surface, and the bits (m,) of the segments
+    they belong to."""
 
     centre: Floats
     depth: Floats
@@ -77,22 +93,33 @@ class Candidates:
 
 
 def bounded_radius(depth: Floats, limits: Limits) -> Floats:
-    """Radii (m,) that use the outward tolerance up; 0 where the least radius would protrude more than that."""
+    """Radii (m,) that use the outward tolerance up; 0 where the least radius would protrude more
+    than that."""
     radius = np.minimum(depth + limits.outward, limits.greatest)
     return np.where(radius >= limits.least, radius, 0.0)
 
 
 def inner_balls(
-    surface: Surface, samples: Samples, limits: Limits, *, slack: Floats, bits: Ints, regions: Regions
+    surface: Surface,
+    samples: Samples,
+    limits: Limits,
+    *,
+    slack: Floats,
+    bits: Ints,
+    regions: Regions,
 ) -> Candidates:
-    """A candidate under each sample (n): shrunk from the greatest radius until the surface is at most `slack` (n,) [m]
-    deep in it.
+    """A candidate under each sample (n): shrunk from the greatest radius until the surface is at
+    most `slack` (n,) [m] deep in it.
 
-    bits (n,): the segment each is for. Its centre lies no deeper than about the bones of that segment, and not far
-    inside another's part: a sphere that did would leave its place when the joint turns.
+    bits (n,): the segment each is for. Its centre lies no deeper than about the bones of that
+    segment, and not far inside another's part: a sphere that did would leave its place when the
+    joint turns.
     """
     order = morton_order(samples.point)
-    point, normal, bits, slack = samples.point[order], samples.normal[order], bits[order], slack[order]
+    point = samples.point[order]
+    normal = samples.normal[order]
+    bits = bits[order]
+    slack = slack[order]
     centre = np.empty((len(order), 3))
     start = np.full(len(order), max(limits.greatest - limits.outward, limits.least))
     start = np.minimum(start, np.maximum(regions.reach(point, bits), limits.least))

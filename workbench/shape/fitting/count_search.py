@@ -1,4 +1,5 @@
-"""The tolerance that gives a wanted number of spheres, found on coarse samples first and then on fine ones."""
+"""The tolerance that gives a wanted number of spheres, found on coarse samples first and then on
+fine ones."""
 
 from __future__ import annotations
 
@@ -17,8 +18,9 @@ from workbench.shape.surface import Surface
 __all__ = ["covered_by_count"]
 
 _GREEDY = 1.5
-"""Spheres of the greedy cover for each one wanted. Improvement takes out 1 in 5; the rest goes by least loss, and the
-polish makes up for it. Measured on a body and parts: 10 % less mean error than 1.17, which takes out none by loss."""
+"""Spheres of the greedy cover for each one wanted. Improvement takes out 1 in 5; the rest goes by
+least loss, and the polish makes up for it. Measured on a body and parts: 10 % less mean error than
+1.17, which takes out none by loss."""
 _MOVES = 16
 
 
@@ -27,8 +29,8 @@ def covered_by_count(
 ) -> tuple[Problem, Limits, Ints]:
     """Exactly `count` spheres at about the tightest tolerance they allow.
 
-    Only the ratio of the two tolerances of `limits` counts. Returns the problem, the limits reached and the numbers of
-    the chosen candidates.
+    Only the ratio of the two tolerances of `limits` counts. Returns the problem, the limits reached
+    and the numbers of the chosen candidates.
     """
     thickness = 2 * surface.volume / surface.area
     guess = min(surface.area / (count * 16 * thickness), thickness)
@@ -38,20 +40,30 @@ def covered_by_count(
     limits = _bisected(coarse, limits, count)
     fine = _problem(surface, limits, count, about, seed, per_sphere=110, sources=40)
     for _ in range(3):
-        found = cover(_with_margin(fine, limits).targets, *_usable(fine, limits), required=len(joints.radius))
+        found = cover(
+            _with_margin(fine, limits).targets, *_usable(fine, limits), required=len(joints.radius)
+        )
         wanted = max(_GREEDY * count, count + 0.5)
         if 0.985 * wanted <= len(found.chosen) <= 1.015 * wanted:
             break
         limits = limits.scaled(float(np.clip((len(found.chosen) / wanted) ** 0.9, 0.7, 1.4)))
     for _ in range(30):
         fine = _with_margin(fine, limits)
-        found = cover(fine.targets, *_usable(fine, limits), required=len(joints.radius), moves=_MOVES,
-                      target=count, seed=seed)  # fmt: skip
+        found = cover(
+            fine.targets,
+            *_usable(fine, limits),
+            required=len(joints.radius),
+            moves=_MOVES,
+            target=count,
+            seed=seed,
+        )
         if len(found.chosen) == count:
             return fine, limits, found.chosen
         limits = limits.scaled(0.94)
     enough = len(found.chosen)
-    raise InputError(f"{count} spheres within these radii are more than the surface takes; {enough} are enough")
+    raise InputError(
+        f"{count} spheres within these radii are more than the surface takes; {enough} are enough"
+    )
 
 
 def _problem(
@@ -66,8 +78,15 @@ def _problem(
 ) -> Problem:
     samples = float(np.clip(per_sphere * count, 4_000, 400_000))
     spacing = float(np.sqrt(0.7 * surface.area / samples))
-    return prepared(surface, limits, spacing=spacing, sources=int(np.clip(sources * count, 3_000, 60_000)),
-                    joints=about[0], regions=about[1], seed=seed)  # fmt: skip
+    return prepared(
+        surface,
+        limits,
+        spacing=spacing,
+        sources=int(np.clip(sources * count, 3_000, 60_000)),
+        joints=about[0],
+        regions=about[1],
+        seed=seed,
+    )
 
 
 def _with_margin(problem: Problem, limits: Limits) -> Problem:
@@ -85,7 +104,8 @@ def _usable(problem: Problem, limits: Limits):  # type: ignore[no-untyped-def]
 def _bisected(problem: Problem, limits: Limits, count: int) -> Limits:
     """Limits whose greedy cover has about the wanted number of spheres."""
     wanted = max(_GREEDY * count, count + 0.5)
-    low, high = np.log(1 / 32), np.log(32)
+    low = np.log(1 / 32)
+    high = np.log(32)
     for _ in range(14):
         middle = 0.5 * (low + high)
         tried = limits.scaled(float(np.exp(middle)))

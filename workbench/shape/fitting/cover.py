@@ -1,7 +1,7 @@
 """Few spheres that hold every sample of a surface: set cover over candidate spheres.
 
-Required spheres first, then greedily, then without the needless ones, then improved in small neighbourhoods with a
-seeded generator: the same input gives the same spheres.
+Required spheres first, then greedily, then without the needless ones, then improved in small
+neighbourhoods with a seeded generator: the same input gives the same spheres.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ _WORK = 8e8
 
 @dataclass(frozen=True, eq=False)
 class Targets:
-    """What must be held: points (n, 3) [m], each at most margin (n,) [m] outside a sphere; may (n,): the bits of the
-    segments whose spheres count for it."""
+    """What must be held: points (n, 3) [m], each at most margin (n,) [m] outside a sphere; may
+    (n,): the bits of the segments whose spheres count for it."""
 
     point: Floats
     margin: Floats
@@ -41,7 +41,8 @@ class Targets:
 
 @dataclass(frozen=True, eq=False)
 class Cover:
-    """Numbers of the chosen candidates, required ones first (k,), and of the targets that no candidate holds (b,)."""
+    """Numbers of the chosen candidates, required ones first (k,), and of the targets that no
+    candidate holds (b,)."""
 
     chosen: Ints
     bare: Ints
@@ -51,43 +52,65 @@ def joined_targets(parts: list[Targets]) -> Targets:
     """All of several lists, in an order in which near ones are together."""
     point = np.concatenate([p.point for p in parts])
     order = morton_order(point)
-    margin, may = np.concatenate([p.margin for p in parts]), np.concatenate([p.may for p in parts])
+    margin = np.concatenate([p.margin for p in parts])
+    may = np.concatenate([p.may for p in parts])
     return Targets(point[order], margin[order], may[order])
 
 
 def held_rows(targets: Targets, candidates: Candidates, radius: Floats) -> tuple[Ints, Ints]:
-    """Which targets each candidate holds: start (m + 1,), item; candidate j holds item[start[j]:start[j + 1]]."""
+    """Which targets each candidate holds: start (m + 1,), item; candidate j holds
+    item[start[j]:start[j + 1]]."""
     start, item = covered_by(
-        targets.point, targets.margin, targets.may, block_bounds(targets.point, BLOCK),
-        block_bounds(targets.point, BLOCK * BLOCK), candidates.centre, radius, candidates.bits,
-    )  # fmt: skip
+        targets.point,
+        targets.margin,
+        targets.may,
+        block_bounds(targets.point, BLOCK),
+        block_bounds(targets.point, BLOCK * BLOCK),
+        candidates.centre,
+        radius,
+        candidates.bits,
+    )
     return start, item
 
 
 def cover(
-    targets: Targets, candidates: Candidates, radius: Floats, *, required: int = 0, begun: Ints | None = None,
-    moves: int = 0, target: int = 0, seed: int = 0,
-) -> Cover:  # fmt: skip
+    targets: Targets,
+    candidates: Candidates,
+    radius: Floats,
+    *,
+    required: int = 0,
+    begun: Ints | None = None,
+    moves: int = 0,
+    target: int = 0,
+    seed: int = 0,
+) -> Cover:
     """Choose few candidates that hold all targets.
 
-    The first `required` candidates are taken in any case and stay; `begun` are taken first and may go again; `moves`
-    tries of improvement for each sphere (each drops 3 to 12 neighbours and covers anew), fewer once `target` spheres
-    are enough.
+    The first `required` candidates are taken in any case and stay; `begun` are taken first and may
+    go again; `moves` tries of improvement for each sphere (each drops 3 to 12 neighbours and covers
+    anew), fewer once `target` spheres are enough.
     """
     start, item = held_rows(targets, candidates, radius)
     times = np.zeros(len(targets), np.int64)
-    chosen, fixed = np.zeros(len(radius), np.int64), np.zeros(len(radius), np.int64)
+    chosen = np.zeros(len(radius), np.int64)
+    fixed = np.zeros(len(radius), np.int64)
     fixed[:required] = 1
     for j in np.union1d(np.arange(required), begun if begun is not None else []).astype(np.int64):
         chosen[j] = 1
         times[item[start[j] : start[j + 1]]] += 1
     greedy_cover(start, item, times, chosen)
     prune_cover(start, item, times, chosen, fixed)
-    # a move looks at about 8 rows and all that could take their place: few large rows make dear moves
-    moves = min(moves * int(chosen.sum()), int(_WORK / max(1.0, len(item) * min(1.0, 8 / max(1, chosen.sum())))))
+    # a move looks at about 8 rows and all that could take their place: few large rows make dear
+    # moves
+    moves = min(
+        moves * int(chosen.sum()),
+        int(_WORK / max(1.0, len(item) * min(1.0, 8 / max(1, chosen.sum())))),
+    )
     if moves:
         begin, row = transposed(start, item, len(targets))
-        improve_cover(start, item, begin, row, times, chosen, fixed, candidates.centre, moves, target, seed)
+        improve_cover(
+            start, item, begin, row, times, chosen, fixed, candidates.centre, moves, target, seed
+        )
         times[:] = 0
         for j in np.flatnonzero(chosen):
             times[item[start[j] : start[j + 1]]] += 1

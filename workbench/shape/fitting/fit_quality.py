@@ -22,11 +22,12 @@ __all__ = ["FitQuality", "exposed_points", "fit_quality"]
 class FitQuality:
     """Figures of one fit; distances [m].
 
-    mean, p95: of the distance between the two surfaces, both ways together; to_spheres, to_surface: the largest found
-    from the surface to that of the spheres and back (a crease narrower than the tolerance that the spheres close counts
-    with its depth); outside: how far the true surface lies outside the spheres at most, hollows between the spheres
-    included; inside: how far the spheres reach out of the surface at most, both proved; volume_ratio: spheres to
-    surface; iou: shared volume by joined volume; seconds: processor time of the fit, this measuring not counted.
+    mean, p95: of the distance between the two surfaces, both ways together; to_spheres, to_surface:
+    the largest found from the surface to that of the spheres and back (a crease narrower than the
+    tolerance that the spheres close counts with its depth); outside: how far the true surface lies
+    outside the spheres at most, hollows between the spheres included; inside: how far the spheres
+    reach out of the surface at most, both proved; volume_ratio: spheres to surface; iou: shared
+    volume by joined volume; seconds: processor time of the fit, this measuring not counted.
     """
 
     spheres: int
@@ -47,10 +48,18 @@ class FitQuality:
 
 
 def fit_quality(
-    surface: Surface, centre: Floats, radius: Floats, *, samples: Samples | None = None, seconds: float = 0.0,
-    count: int = 40_000, seed: int = 1, proved: float | None = None,
-) -> FitQuality:  # fmt: skip
-    """Measure spheres (m, 3), (m,) against a surface with `count` samples each way (or the given ones).
+    surface: Surface,
+    centre: Floats,
+    radius: Floats,
+    *,
+    samples: Samples | None = None,
+    seconds: float = 0.0,
+    count: int = 40_000,
+    seed: int = 1,
+    proved: float | None = None,
+) -> FitQuality:
+    """Measure spheres (m, 3), (m,) against a surface with `count` samples each way (or the given
+    ones).
 
     proved [m]: a bound of `outside` that is known already, so that it need not be found.
     """
@@ -62,7 +71,9 @@ def fit_quality(
     signed = surface.distance(exposed)
     back = np.abs(signed)
     both = np.concatenate([there, back])
-    weight = np.concatenate([np.full(len(there), 0.5 / len(there)), np.full(len(back), 0.5 / max(len(back), 1))])
+    weight = np.concatenate(
+        [np.full(len(there), 0.5 / len(there)), np.full(len(back), 0.5 / max(len(back), 1))]
+    )
     order = np.argsort(both)
     p95 = both[order][np.searchsorted(np.cumsum(weight[order]), 0.95 * weight.sum())]
     pitch = max(float(np.ptp(surface.vertices, axis=0).max()) / 400, 1e-4)
@@ -74,18 +85,25 @@ def fit_quality(
         proved = deepest_hollow(surface, centre, radius, found)
     mesh, union, shared = shared_volume(surface.vertices[surface.faces], centre, radius, pitch)
     return FitQuality(
-        spheres=len(radius), mean=float(weight @ both), p95=float(p95), to_spheres=float(there.max()),
-        to_surface=float(back.max(initial=0.0)), outside=proved,
-        inside=max(0.0, float((radius - depth).max())), volume_ratio=union / mesh,
-        iou=shared / (mesh + union - shared), seconds=seconds,
-    )  # fmt: skip
+        spheres=len(radius),
+        mean=float(weight @ both),
+        p95=float(p95),
+        to_spheres=float(there.max()),
+        to_surface=float(back.max(initial=0.0)),
+        outside=proved,
+        inside=max(0.0, float((radius - depth).max())),
+        volume_ratio=union / mesh,
+        iou=shared / (mesh + union - shared),
+        seconds=seconds,
+    )
 
 
 def distance_to_union(points: Floats, exposed: Floats, centre: Floats, radius: Floats) -> Floats:
     """Distance (n,) [m] of points (n, 3) to the surface of the union.
 
-    Exact outside, and inside wherever the way straight out of the deepest sphere ends on the surface of the union;
-    elsewhere the nearest of the sampled `exposed` points, at most their spacing too long.
+    Exact outside, and inside wherever the way straight out of the deepest sphere ends on the
+    surface of the union; elsewhere the nearest of the sampled `exposed` points, at most their
+    spacing too long.
     """
     field, ball = union_field(points, centre, radius)
     away = points - centre[ball]
@@ -101,7 +119,8 @@ def distance_to_union(points: Floats, exposed: Floats, centre: Floats, radius: F
 def exposed_points(centre: Floats, radius: Floats, count: int) -> Floats:
     """About `count` points, uniform over the spheres' surface, less those inside other spheres.
 
-    Each sphere carries points on a spiral (Saff & Kuijlaars, Math. Intelligencer 19, 1997), in number as its area.
+    Each sphere carries points on a spiral (Saff & Kuijlaars, Math. Intelligencer 19, 1997), in
+    number as its area.
     """
     share = radius**2 / (radius**2).sum()
     # about a third of the spheres' area is exposed in a fitted body

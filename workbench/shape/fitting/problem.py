@@ -9,7 +9,13 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.kernels.shapes.spacing import thin_points
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.shape.fitting.candidates import Candidates, Limits, bounded_radius, inner_balls, joined_candidates
+from workbench.shape.fitting.candidates import (
+    Candidates,
+    Limits,
+    bounded_radius,
+    inner_balls,
+    joined_candidates,
+)
 from workbench.shape.fitting.cover import Targets, joined_targets
 from workbench.shape.fitting.polish import union_field
 from workbench.shape.fitting.regions import EVERYONE, Regions
@@ -33,7 +39,8 @@ class Joints:
 
 @dataclass(frozen=True, eq=False)
 class Bare:
-    """Places on the surface that the spheres of some segments leave open: samples (n), bits (n,) of those segments."""
+    """Places on the surface that the spheres of some segments leave open: samples (n), bits (n,) of
+    those segments."""
 
     samples: Samples
     bits: Ints
@@ -44,7 +51,8 @@ class Bare:
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """samples: points on the surface; targets: those and points inside; candidates: the joints first."""
+    """samples: points on the surface; targets: those and points inside; candidates: the joints
+    first."""
 
     surface: Surface
     regions: Regions
@@ -64,25 +72,39 @@ def density(surface: Surface, limits: Limits) -> tuple[float, int]:
     """Spacing [m] of samples and number of candidates that suit these tolerances."""
     thickness = 2 * surface.volume / surface.area
     expected = surface.area / (8 * thickness * min(limits.outward + limits.inward, thickness))
-    # what lies between the samples is proved, and added where it fails: no need of hundreds to a sphere
-    spacing = max(0.35 * (limits.outward + limits.inward), float(np.sqrt(0.7 * surface.area / (120 * expected + 500))))
+    # what lies between the samples is proved, and added where it fails: no need of hundreds to a
+    # sphere
+    spacing = max(
+        0.35 * (limits.outward + limits.inward),
+        float(np.sqrt(0.7 * surface.area / (120 * expected + 500))),
+    )
     return spacing, int(np.clip(60 * expected, 1_500, 60_000))
 
 
 def prepared(
-    surface: Surface, limits: Limits, *, spacing: float, sources: int, joints: Joints, regions: Regions, seed: int,
+    surface: Surface,
+    limits: Limits,
+    *,
+    spacing: float,
+    sources: int,
+    joints: Joints,
+    regions: Regions,
+    seed: int,
     eroded: bool = False,
-) -> Problem:  # fmt: skip
-    """Samples `spacing` [m] apart, candidates under about `sources` of them, and inner points against voids.
+) -> Problem:
+    """Samples `spacing` [m] apart, candidates under about `sources` of them, and inner points
+    against voids.
 
-    eroded: hold, in place of a sample, the point limits.inward below it wherever the part is that thick: no void can
-    then reach deeper than the tolerance.
+    eroded: hold, in place of a sample, the point limits.inward below it wherever the part is that
+    thick: no void can then reach deeper than the tolerance.
     """
     most = 0.7 * surface.area / spacing**2
     if most > _MOST_SAMPLES:
         reach = np.sqrt(most / _MOST_SAMPLES) * min(limits.outward, limits.inward) * 1e3
-        raise InputError(f"the tolerance asks for {most:.2g} samples of the surface, {_MOST_SAMPLES} are possible: "
-                         f"{reach:.2g} mm can be reached on a surface of this size")  # fmt: skip
+        raise InputError(
+            f"the tolerance asks for {most:.2g} samples of the surface, {_MOST_SAMPLES} are possible: "
+            f"{reach:.2g} mm can be reached on a surface of this size"
+        )
     samples = even_samples(surface, spacing, seed=seed)
     under = samples
     if len(samples) > 1.3 * sources:
@@ -102,12 +124,14 @@ def prepared(
     # near a border both segments must hold a place by themselves
     row, bits = singles(on_surface.may, regions.count)
     on_surface = replace(on_surface.at(row), may=bits)
-    targets, candidates = joined_targets([on_surface, inner]), joined_candidates([first, balls])
+    targets = joined_targets([on_surface, inner])
+    candidates = joined_candidates([first, balls])
     return Problem(surface, regions, joints, samples, targets, candidates)
 
 
 def _inner_targets(balls: Candidates, limits: Limits) -> Targets:
-    """Centres of candidates, thinned, that must lie inside the union: against voids in thick parts."""
+    """Centres of candidates, thinned, that must lie inside the union: against voids in thick
+    parts."""
     deep = np.flatnonzero((balls.depth > limits.inward) & (bounded_radius(balls.depth, limits) > 0))
     deep = deep[np.argsort(-balls.depth[deep], kind="stable")]
     if len(deep):
@@ -124,13 +148,15 @@ def packed(member: Bools) -> Ints:
 
 
 def singles(bits: Ints, count: int) -> tuple[Ints, Ints]:
-    """Row numbers (k,) of bits (n,), as often as each row has bits, and the one bit (k,) each stands for."""
+    """Row numbers (k,) of bits (n,), as often as each row has bits, and the one bit (k,) each
+    stands for."""
     row, segment = np.nonzero((bits[:, None] >> np.arange(count)) & 1)
     return row, np.int64(1) << segment
 
 
 def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> Problem:
-    """The problem with places found uncovered, on the surface and inside (k, 3), and spheres that hold them."""
+    """The problem with places found uncovered, on the surface and inside (k, 3), and spheres that
+    hold them."""
     targets = [problem.targets]
     balls = [problem.candidates]
     if len(bare):
@@ -138,18 +164,29 @@ def with_more(problem: Problem, limits: Limits, bare: Bare, hollow: Floats) -> P
         targets.append(Targets(bare.samples.point, margin, bare.bits))
         for share in (0.0, 0.5):
             slack = np.full(len(bare), share * limits.outward)
-            balls.append(inner_balls(problem.surface, bare.samples, limits, slack=slack, bits=bare.bits,
-                                     regions=problem.regions))  # fmt: skip
+            balls.append(
+                inner_balls(
+                    problem.surface,
+                    bare.samples,
+                    limits,
+                    slack=slack,
+                    bits=bare.bits,
+                    regions=problem.regions,
+                )
+            )
     if len(hollow):
         everyone = np.full(len(hollow), EVERYONE)
         # not at the rim of a sphere, where it was found, but well inside one
         targets.append(Targets(hollow, np.full(len(hollow), -0.03 * limits.inward), everyone))
-        balls.append(Candidates(hollow, -problem.surface.distance(hollow), problem.regions.own(hollow)))
+        balls.append(
+            Candidates(hollow, -problem.surface.distance(hollow), problem.regions.own(hollow))
+        )
     return replace(problem, targets=joined_targets(targets), candidates=joined_candidates(balls))
 
 
 def refuse_bare(problem: Problem, limits: Limits, bare: Ints) -> None:
-    """InputError that says what is reachable, where targets are held by no sphere the limits allow."""
+    """InputError that says what is reachable, where targets are held by no sphere the limits
+    allow."""
     radius = problem.radius(limits)
     useful = radius > 0
     point = problem.targets.point[bare]
@@ -164,15 +201,21 @@ def refuse_bare(problem: Problem, limits: Limits, bare: Ints) -> None:
         reached = max(float((need + np.maximum(deep, 0)).max()), limits.inward)
         way += f", or an inward tolerance of {reached * 1e3:.3g} mm"
     outward = max(limits.least * 1e3 - thinnest, limits.outward * 1e3)
-    raise InputError(f"the tolerance cannot be kept: {said} with {limits.outward * 1e3:.3g} mm outward; "
-                     f"it can be with {way}, or {outward:.3g} mm outward")  # fmt: skip
+    raise InputError(
+        f"the tolerance cannot be kept: {said} with {limits.outward * 1e3:.3g} mm outward; "
+        f"it can be with {way}, or {outward:.3g} mm outward"
+    )
 
 
 def inner_depth(problem: Problem, limits: Limits, bare: Ints) -> Floats:
-    """(k,) depth [m] of the largest ball that touches the surface nearest to each of these targets."""
+    """(k,) depth [m] of the largest ball that touches the surface nearest to each of these
+    targets."""
     _, face, foot = problem.surface.nearest(problem.targets.point[bare])
     solid = problem.surface.solid
     normal = np.empty((len(solid.face), 3))
     normal[solid.face] = solid.normal[:, 0]
-    samples, bits = Samples(foot, normal[face], face), np.ones(len(face), np.int64)
-    return inner_balls(problem.surface, samples, limits, slack=np.zeros(len(face)), bits=bits, regions=Regions()).depth
+    samples = Samples(foot, normal[face], face)
+    bits = np.ones(len(face), np.int64)
+    return inner_balls(
+        problem.surface, samples, limits, slack=np.zeros(len(face)), bits=bits, regions=Regions()
+    ).depth

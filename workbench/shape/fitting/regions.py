@@ -1,4 +1,5 @@
-"""Which segments' spheres must hold which part of a surface: the nearest bone, measured in the bone's own thickness."""
+"""Which segments' spheres must hold which part of a surface: the nearest bone, measured in the
+bone's own thickness."""
 
 from __future__ import annotations
 
@@ -21,12 +22,14 @@ _INSIDE = 0.45
 
 @dataclass(frozen=True, eq=False)
 class Regions:
-    """Bones from head (B, 3) to tail (B, 3) [m], the segment each belongs to, owner (B,), numbered from 0.
+    """Bones from head (B, 3) to tail (B, 3) [m], the segment each belongs to, owner (B,), numbered
+    from 0.
 
-    thickness (B, K) [m]: how deep under the surface the bone runs, at K even steps; a place 30 mm from a bone in a
-    thin arm is farther from it than one 60 mm from a bone in a thick trunk. beside (N, N): segments that share a joint
-    (or are the same). border: a place within 1 + border times the measure of its own segment is held by a neighbour
-    as well, so that both still meet when the joint bends. Without bones all belongs to one segment.
+    thickness (B, K) [m]: how deep under the surface the bone runs, at K even steps; a place 30 mm
+    from a bone in a thin arm is farther from it than one 60 mm from a bone in a thick trunk. beside
+    (N, N): segments that share a joint (or are the same). border: a place within 1 + border times
+    the measure of its own segment is held by a neighbour as well, so that both still meet when the
+    joint bends. Without bones all belongs to one segment.
     """
 
     head: Floats = field(default_factory=lambda: np.zeros((0, 3)))
@@ -42,13 +45,16 @@ class Regions:
         return len(self.beside)
 
     def measure(self, points: Floats) -> Floats:
-        """(n, N) distance of points (n, 3) to the bones of each segment, in units of the bone's thickness there."""
+        """(n, N) distance of points (n, 3) to the bones of each segment, in units of the bone's
+        thickness there."""
         far, share, beyond = bone_distance(points, self.head, self.tail)
         steps = self.thickness.shape[1] - 1
         low = np.minimum((share * steps).astype(np.int64), steps - 1)
-        part, bone = share * steps - low, np.arange(len(self.head))
+        part = share * steps - low
+        bone = np.arange(len(self.head))
         thick = (1 - part) * self.thickness[bone, low] + part * self.thickness[bone, low + 1]
-        # behind an end, as at a heel, bones that meet there are equally near: that which points there is the nearer
+        # behind an end, as at a heel, bones that meet there are equally near: that which points
+        # there is the nearer
         far = far + 0.1 * beyond
         found = np.full((len(points), self.count), np.inf)
         for b, owner in enumerate(self.owner):
@@ -56,8 +62,9 @@ class Regions:
         return found
 
     def reach(self, points: Floats, bits: Ints) -> Floats:
-        """(n,) how deep [m] under each point a sphere of a segment, given as its bit (n,), may have its centre: about
-        as deep as the segment's bones. A sphere beyond them would leave its place when the joint turns."""
+        """(n,) how deep [m] under each point a sphere of a segment, given as its bit (n,), may have
+        its centre: about as deep as the segment's bones. A sphere beyond them would leave its place
+        when the joint turns."""
         if self.count == 1:
             return np.full(len(points), np.inf)
         far = bone_distance(points, self.head, self.tail)[0]
@@ -66,11 +73,14 @@ class Regions:
         return _BEYOND * nearest
 
     def foreign(self, points: Floats, bits: Ints) -> Bools:
-        """(n,) True where a point lies far inside the part of another segment than that given by its bit (n,)."""
+        """(n,) True where a point lies far inside the part of another segment than that given by
+        its bit (n,)."""
         if self.count == 1:
             return np.zeros(len(points), dtype=np.bool_)
         found = self.measure(points)
-        mine = np.where((bits[:, None] >> np.arange(self.count)) & 1 == 1, found, np.inf).min(axis=1)
+        mine = np.where((bits[:, None] >> np.arange(self.count)) & 1 == 1, found, np.inf).min(
+            axis=1
+        )
         far: Bools = mine - found.min(axis=1) > _INSIDE
         return far
 
@@ -87,7 +97,8 @@ class Regions:
         return bit
 
     def shared(self, points: Floats) -> Bools:
-        """(n, N) the segments whose spheres must each hold a point: its own, and a neighbour near the border."""
+        """(n, N) the segments whose spheres must each hold a point: its own, and a neighbour near
+        the border."""
         if self.count == 1:
             return np.ones((len(points), 1), dtype=np.bool_)
         found = self.measure(points)
@@ -99,8 +110,8 @@ class Regions:
 
 
 def bone_distance(points: Floats, head: Floats, tail: Floats) -> tuple[Floats, Floats, Floats]:
-    """Distance (n, B) [m] of points (n, 3) to bones, as line segments, how far along each the foot is, 0 to 1, and
-    how far beyond an end [m] the point lies, along the bone."""
+    """Distance (n, B) [m] of points (n, 3) to bones, as line segments, how far along each the foot
+    is, 0 to 1, and how far beyond an end [m] the point lies, along the bone."""
     along = tail - head
     square = np.maximum(np.einsum("bc,bc->b", along, along), 1e-18)
     distance, share, beyond = np.empty((3, len(points), len(head)))

@@ -19,7 +19,8 @@ _DARTS = 4.0
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Points (n, 3) [m] on a surface, their outward unit normals (n, 3) smoothed over the faces, their faces (n,)."""
+    """Points (n, 3) [m] on a surface, their outward unit normals (n, 3) smoothed over the faces,
+    their faces (n,)."""
 
     point: Floats
     normal: Floats
@@ -34,7 +35,8 @@ class Samples:
 
 
 def random_samples(surface: Surface, count: int, *, seed: int = 0) -> Samples:
-    """`count` points, uniform over the area: one at random in each of `count` equal shares of it."""
+    """`count` points, uniform over the area: one at random in each of `count` equal shares of
+    it."""
     rng = np.random.default_rng(seed)
     corner = surface.vertices[surface.faces]
     cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -46,7 +48,8 @@ def random_samples(surface: Surface, count: int, *, seed: int = 0) -> Samples:
 
 
 def even_samples(surface: Surface, spacing: float, *, seed: int = 0) -> Samples:
-    """Points no two of which are nearer than `spacing` [m] and that leave no room for many more, near ones together."""
+    """Points no two of which are nearer than `spacing` [m] and that leave no room for many more,
+    near ones together."""
     count = max(64, int(_DARTS * 0.7 * surface.area / spacing**2))
     darts = random_samples(surface, count, seed=seed)
     shuffled = darts.at(np.random.default_rng(seed + 1).permutation(count))
@@ -65,7 +68,8 @@ def _on_faces(surface: Surface, face: Ints, uniform: Floats) -> Samples:
 
 
 def corner_normals(surface: Surface) -> Floats:
-    """(V, 3) unit normals at the vertices: means of the faces about each, weighted by their angles there."""
+    """(V, 3) unit normals at the vertices: means of the faces about each, weighted by their angles
+    there."""
     solid = surface.solid
     normal = np.zeros_like(surface.vertices)
     for k in range(3):

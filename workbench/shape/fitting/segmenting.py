@@ -1,8 +1,10 @@
-"""A body's surface and a skeleton cut into segments, each with spheres of its own; joint spheres shared.
+"""A body's surface and a skeleton cut into segments, each with spheres of its own; joint spheres
+shared.
 
-Each place of the surface belongs to its nearest bone, nearness measured in the thickness of the part about the bone.
-Every segment holds its own places by itself, and those of its neighbour near the border as well; a sphere sits exactly
-at each joint and serves both: so the surface has no notch when the joint bends.
+Each place of the surface belongs to its nearest bone, nearness measured in the thickness of the
+part about the bone. Every segment holds its own places by itself, and those of its neighbour near
+the border as well; a sphere sits exactly at each joint and serves both: so the surface has no notch
+when the joint bends.
 """
 
 from __future__ import annotations
@@ -31,7 +33,8 @@ _STEPS = 8
 
 @dataclass(frozen=True, eq=False)
 class Bones:
-    """B bones, middle lines of segments: the segment of each (a segment may have several), head, tail (B, 3) [m].
+    """B bones, middle lines of segments: the segment of each (a segment may have several), head,
+    tail (B, 3) [m].
 
     Ends of bones of different segments within 1 mm of each other are a joint.
     """
@@ -43,7 +46,9 @@ class Bones:
     def __post_init__(self) -> None:
         check_fields(self)
         for field in ("head", "tail"):
-            value = frozen(getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}")
+            value = frozen(
+                getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}"
+            )
             object.__setattr__(self, field, value)
         if not 1 <= len(self.names) <= _MOST:
             raise InputError(f"bones: 1 to {_MOST} segments are possible, got {len(self.names)}")
@@ -62,23 +67,28 @@ class Bones:
 
     def joints(self) -> tuple[Floats, Bools]:
         """Points (K, 3) where bones of two or more segments end, and which segments (K, N)."""
-        ends, owner = np.concatenate([self.head, self.tail]), np.tile(self.owner, 2)
+        ends = np.concatenate([self.head, self.tail])
+        owner = np.tile(self.owner, 2)
         places: list[Floats] = []
         served = []
         for end in ends:
             if any(np.linalg.norm(end - p) <= _SAME for p in places):
                 continue
-            met = np.isin(np.arange(len(self.names)), owner[np.linalg.norm(ends - end, axis=1) <= _SAME])
+            met = np.isin(
+                np.arange(len(self.names)), owner[np.linalg.norm(ends - end, axis=1) <= _SAME]
+            )
             if met.sum() > 1:
                 places.append(end)
                 served.append(met)
-        return np.array(places).reshape(-1, 3), np.array(served, dtype=np.bool_).reshape(-1, len(self.names))
+        return np.array(places).reshape(-1, 3), np.array(served, dtype=np.bool_).reshape(
+            -1, len(self.names)
+        )
 
 
 @dataclass(frozen=True, eq=False)
 class SegmentedFit:
-    """The fit of the whole; segments: N names; member (S, N): which spheres each segment has, joint spheres several;
-    parts: the figures of each segment."""
+    """The fit of the whole; segments: N names; member (S, N): which spheres each segment has, joint
+    spheres several; parts: the figures of each segment."""
 
     fit: SphereFit
     segments: tuple[str, ...]
@@ -92,19 +102,31 @@ class SegmentedFit:
 
 
 def fit_segments(
-    surface: Surface, bones: Bones, *, outward: float = 0.005, inward: float = 0.005, least_radius: float,
-    greatest_radius: float, count: int | None = None, border: float = 0.08, joint_radius: ArrayLike | None = None,
+    surface: Surface,
+    bones: Bones,
+    *,
+    outward: float = 0.005,
+    inward: float = 0.005,
+    least_radius: float,
+    greatest_radius: float,
+    count: int | None = None,
+    border: float = 0.08,
+    joint_radius: ArrayLike | None = None,
     seed: int = 0,
-) -> SegmentedFit:  # fmt: skip
-    """Cut a closed body surface by the nearest bone and fit each segment within the tolerances [m] (`decompose`).
+) -> SegmentedFit:
+    """Cut a closed body surface by the nearest bone and fit each segment within the tolerances [m]
+    (`decompose`).
 
-    Each segment's own spheres, joint spheres included, keep the inward tolerance on its own part of the surface, and
-    on the neighbour's where that lies less than 1 + border times as far from the bone (in units of its thickness) as
-    from the neighbour's. Bent by 90 degrees, such a lap stands out at the bend by border times the thickness at most.
-    count: that many spheres in all instead. joint_radius (K,) [m]: radii of the spheres at `bones.joints()`, those
-    that touch the surface from inside where not given. InputError where a joint or a bone lies outside the surface.
+    Each segment's own spheres, joint spheres included, keep the inward tolerance on its own part of
+    the surface, and on the neighbour's where that lies less than 1 + border times as far from the
+    bone (in units of its thickness) as from the neighbour's. Bent by 90 degrees, such a lap stands
+    out at the bend by border times the thickness at most. count: that many spheres in all instead.
+    joint_radius (K,) [m]: radii of the spheres at `bones.joints()`, those that touch the surface
+    from inside where not given. InputError where a joint or a bone lies outside the surface.
     """
-    limits = Limits.checked(least_radius=least_radius, greatest_radius=greatest_radius, outward=outward, inward=inward)
+    limits = Limits.checked(
+        least_radius=least_radius, greatest_radius=greatest_radius, outward=outward, inward=inward
+    )
     place, served = bones.joints()
     least = len(place) + len(bones.names)
     if count is not None and not least <= count <= MOST_SPHERES:
@@ -120,19 +142,25 @@ def fit_segments(
     tangent = np.minimum(depth, greatest_radius)
     radius = tangent if asked is None else np.minimum(asked, depth + outward)
     regions = regions_of(surface, bones, border=border)
-    fit = fit_regions(surface, limits, Joints(place, radius, packed(served)), regions, count=count, seed=seed)
+    fit = fit_regions(
+        surface, limits, Joints(place, radius, packed(served)), regions, count=count, seed=seed
+    )
     member: Bools = (fit.region[:, None] >> np.arange(len(bones.names))) & 1 == 1
-    return SegmentedFit(fit, bones.names, member, part_qualities(surface, regions, (fit.centre, fit.radius), member))
+    return SegmentedFit(
+        fit, bones.names, member, part_qualities(surface, regions, (fit.centre, fit.radius), member)
+    )
 
 
 def fit_whole(
     surface: Surface, limits: Limits, *, name: str, count: int | None = None, seed: int = 0
-) -> SegmentedFit:  # fmt: skip
+) -> SegmentedFit:
     """A surface as one segment without joints, with the same figures as `fit_segments`."""
     none = Joints(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
     fit = fit_regions(surface, limits, none, Regions(), count=count, seed=seed)
     member = np.ones((len(fit.radius), 1), dtype=np.bool_)
-    return SegmentedFit(fit, (name,), member, part_qualities(surface, Regions(), (fit.centre, fit.radius), member))
+    return SegmentedFit(
+        fit, (name,), member, part_qualities(surface, Regions(), (fit.centre, fit.radius), member)
+    )
 
 
 def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regions:
@@ -140,7 +168,8 @@ def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regio
     share = np.linspace(0.0, 1.0, _STEPS + 1)[None, :, None]
     along = bones.head[:, None] + share * (bones.tail - bones.head)[:, None]
     depth = -surface.distance(along.reshape(-1, 3)).reshape(len(bones.head), -1)
-    # bones that graze the skin, or run in an ear or a finger, still count as a quarter of the median
+    # bones that graze the skin, or run in an ear or a finger, still count as a quarter of the
+    # median
     thickness = np.maximum(depth, 0.25 * max(float(np.median(depth)), 1e-3))
     served = bones.joints()[1]
     beside = np.eye(len(bones.names), dtype=np.bool_) | (served.T.astype(np.int64) @ served > 0)
@@ -148,10 +177,12 @@ def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regio
 
 
 def _inside(surface: Surface, bones: Bones, place: Floats) -> Floats:
-    """(K,) depth of the joints under the surface; joints and the middles of bones must lie inside."""
+    """(K,) depth of the joints under the surface; joints and the middles of bones must lie
+    inside."""
     lost = surface.distance(0.5 * (bones.head + bones.tail)) > 0
     depth = -surface.distance(place) if len(place) else np.zeros(0)
-    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
+    low = surface.vertices.min(axis=0)
+    high = surface.vertices.max(axis=0)
     box = " to ".join("({})".format(", ".join(f"{x:.3f}" for x in p)) for p in (low, high))
     hint = f"the surface reaches from {box} m: another unit, axes, place or pose?"
     if lost.any():
@@ -159,5 +190,7 @@ def _inside(surface: Surface, bones: Bones, place: Floats) -> Floats:
         raise InputError(f"skeleton: the middle of {names} lies outside the surface; {hint}")
     if (depth <= 0).any():
         spot = ", ".join(f"{x:.3f}" for x in place[depth.argmin()])
-        raise InputError(f"skeleton: the joint at ({spot}) m lies {-depth.min() * 1e3:.3g} mm outside; {hint}")
+        raise InputError(
+            f"skeleton: the joint at ({spot}) m lies {-depth.min() * 1e3:.3g} mm outside; {hint}"
+        )
     return depth

@@ -13,22 +13,27 @@ from workbench.model.settled import settled
 
 __all__ = ["lengthened"]
 
-_LEAST, _MOST = 0.4, 2.0
-"""Factors beyond these are no person's that the body could be stretched to: a unit or a name is wrong."""
+_LEAST = 0.4
+_MOST = 2.0
+"""Factors beyond these are no person's that the body could be stretched to: a unit or a name is
+wrong."""
 
 
 def lengthened(body: Body, factors: Mapping[str, float]) -> Body:
-    """The body with each named segment that many times as long: spheres and joints move along z of its frame, in which
-    the limbs and the trunk of the paper's body lie.
+    """The body with each named segment that many times as long: spheres and joints move along z of
+    its frame, in which the limbs and the trunk of the paper's body lie.
 
-    Girths and segments that are not named stay as they are; masses of the named go with their lengths. The soles of
-    the zero pose stay where they are. InputError for a segment that is not there, or a factor below 0.4 or above 2.
+    Girths and segments that are not named stay as they are; masses of the named go with their
+    lengths. The soles of the zero pose stay where they are. InputError for a segment that is not
+    there, or a factor below 0.4 or above 2.
     """
     along = np.ones(len(body.segments))
     for segment, factor in factors.items():
         if not _LEAST <= factor <= _MOST:
-            raise InputError(f"segment {segment} of {body.name} would be {factor:.2f} times as long; {_LEAST:g} to "
-                             f"{_MOST:g} are possible: is the unit right?")  # fmt: skip
+            raise InputError(
+                f"segment {segment} of {body.name} would be {factor:.2f} times as long; {_LEAST:g} to "
+                f"{_MOST:g} are possible: is the unit right?"
+            )
         along[body.segment(segment)] = factor
     size = np.stack([np.ones_like(along), np.ones_like(along), along], axis=1)
     parent = body.parent[1:]

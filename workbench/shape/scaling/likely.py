@@ -1,5 +1,5 @@
-"""Whether a change of a body is one that people have: a family's coefficients within what is likely, no segment
-stretched beyond any person."""
+"""Whether a change of a body is one that people have: a family's coefficients within what is
+likely, no segment stretched beyond any person."""
 
 from __future__ import annotations
 
@@ -16,12 +16,16 @@ from workbench.shape.scaling.stretch import KNOBS
 
 __all__ = ["check_likely"]
 
-FACTORS, TAPER = (0.4, 1.8), 0.45
+FACTORS = (0.4, 1.8)
+TAPER = 0.45
 """How far a body of no family may be stretched."""
-CLOSED, CLOSED_TAPER = (0.75, 1.33), 0.25
-"""How far a body of a family may be: its family has the shapes of people, stretching closes what is left."""
+CLOSED = (0.75, 1.33)
+CLOSED_TAPER = 0.25
+"""How far a body of a family may be: its family has the shapes of people, stretching closes what is
+left."""
 RAREST = 8.0
-"""Standard deviations, along the most unlikely direction of the coefficients, beyond which nobody is."""
+"""Standard deviations, along the most unlikely direction of the coefficients, beyond which nobody
+is."""
 SMALLEST = 0.2
 """Share of its own radius that no sphere falls below."""
 
@@ -29,7 +33,8 @@ Measures = Mapping[str, float]
 
 
 def check_likely(space: ShapeSpace, values: Floats, manikin: Manikin, measures: Measures) -> None:
-    """InputError where the knobs (K,) make no person, with what is strained most and the measure that causes it.
+    """InputError where the knobs (K,) make no person, with what is strained most and the measure
+    that causes it.
 
     manikin: the body with these knobs; measures [m]: the given ones.
     """
@@ -39,7 +44,8 @@ def check_likely(space: ShapeSpace, values: Floats, manikin: Manikin, measures: 
 
 
 def _rare(space: ShapeSpace, values: Floats) -> str:
-    """The direction of the family's coefficients in which this body is farthest from people like the first one."""
+    """The direction of the family's coefficients in which this body is farthest from people like
+    the first one."""
     if not space.family:
         return ""
     variance, axes = space.likely
@@ -51,7 +57,8 @@ def _rare(space: ShapeSpace, values: Floats) -> str:
 
 def _strained(space: ShapeSpace, values: Floats) -> str:
     """A segment that would have to be less than half or nearly twice itself is no person's."""
-    body, groups = space.base.body, space.groups
+    body = space.base.body
+    groups = space.groups
     (least, greatest), bend = (CLOSED, CLOSED_TAPER) if space.family else (FACTORS, TAPER)
     table = values[space.family :].reshape(-1, KNOBS)
     strain = np.abs(np.log(np.maximum(table[:, :4], 1e-9)))
@@ -60,8 +67,10 @@ def _strained(space: ShapeSpace, values: Floats) -> str:
     if not least <= factor <= greatest:
         name = body.segment_names[int(np.flatnonzero(groups == group)[0])].removeprefix("left ")
         what = ("depth", "breadth", "length", "girth")[way]
-        return (f"the {name}'s {what} would have to change by a factor of {factor:.2f} "
-                f"({least:g} to {greatest:g} is possible)")  # fmt: skip
+        return (
+            f"the {name}'s {what} would have to change by a factor of {factor:.2f} "
+            f"({least:g} to {greatest:g} is possible)"
+        )
     most = int(np.argmax(np.abs(table[:, 4])))
     if abs(table[most, 4]) > bend:
         name = body.segment_names[int(np.flatnonzero(groups == most)[0])].removeprefix("left ")
@@ -80,7 +89,8 @@ def _vanished(space: ShapeSpace, manikin: Manikin) -> str:
 
 
 def _cause(space: ShapeSpace, measures: Measures) -> str:
-    """The measure whose change costs most, being held against the others: b_i lambda_i of the least change."""
+    """The measure whose change costs most, being held against the others: b_i lambda_i of the least
+    change."""
     if len(measures) < 2:
         return ""
     found = lengths(space.base, measures)

@@ -1,7 +1,9 @@
-"""A body held in the postures of anthropometry, so that lengths can be read off it as an anthropometer does.
+"""A body held in the postures of anthropometry, so that lengths can be read off it as an
+anthropometer does.
 
-Every length is a sum of reaches: how far a sphere's surface, or a joint, lies along a direction. With the extreme
-spheres held fixed a length is linear in the body's coordinates and radii, which is what scaling needs.
+Every length is a sum of reaches: how far a sphere's surface, or a joint, lies along a direction.
+With the extreme spheres held fixed a length is linear in the body's coordinates and radii, which is
+what scaling needs.
 """
 
 from __future__ import annotations
@@ -19,7 +21,19 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.shape.scaling.rig import POSTURES, Shape, rig_of
 
-__all__ = ["AXES", "BACK", "DOWN", "FRONT", "LEFT", "QUEUE", "RIGHT", "UP", "Length", "Manikin", "Reach"]
+__all__ = [
+    "AXES",
+    "BACK",
+    "DOWN",
+    "FRONT",
+    "LEFT",
+    "QUEUE",
+    "RIGHT",
+    "UP",
+    "Length",
+    "Manikin",
+    "Reach",
+]
 
 FRONT, BACK, LEFT, RIGHT, UP, DOWN = range(6)
 """Directions: x forward and back, y left and right, z up and down."""
@@ -31,7 +45,8 @@ QUEUE = {name: q for q, name in enumerate(POSTURES)}
 
 
 class Reach(NamedTuple):
-    """How far one point lies along a direction in a posture: a sphere's surface (`sphere`), or a joint (`joint`)."""
+    """How far one point lies along a direction in a posture: a sphere's surface (`sphere`), or a
+    joint (`joint`)."""
 
     posture: str
     direction: int
@@ -54,21 +69,30 @@ class Length:
         return self + other * -1.0
 
     def __mul__(self, factor: float) -> Length:
-        return Length(tuple((factor * sign, reach) for sign, reach in self.terms), factor * self.fixed)
+        return Length(
+            tuple((factor * sign, reach) for sign, reach in self.terms), factor * self.fixed
+        )
 
 
 class Manikin:
     """A body (or a change of one) in the postures of anthropometry."""
 
     def __init__(self, body: Body, shape: Shape | None = None) -> None:
-        """Raises InputError where the body lacks the joints that the postures name: it is not a human body."""
-        missing = sorted({joint for angles in POSTURES.values() for joint in angles} - set(body.joints))
+        """Raises InputError where the body lacks the joints that the postures name: it is not a
+        human body."""
+        missing = sorted(
+            {joint for angles in POSTURES.values() for joint in angles} - set(body.joints)
+        )
         if missing:
-            raise InputError(f"body {body.name} cannot be measured as a person: it has no joint {', '.join(missing)}")
+            raise InputError(
+                f"body {body.name} cannot be measured as a person: it has no joint {', '.join(missing)}"
+            )
         self.body = body
         self.rig = rig_of(body)
         self._found = _landmarks(body.segments, body.sphere_names, body.start.tobytes())
-        self._take(shape or Shape(body.centre, body.radius, body.joint_in_parent, body.joint_in_child))
+        self._take(
+            shape or Shape(body.centre, body.radius, body.joint_in_parent, body.joint_in_child)
+        )
 
     def _take(self, shape: Shape) -> None:
         self.shape = shape
@@ -76,8 +100,8 @@ class Manikin:
         self._seen: dict[int, tuple[Floats, Floats, Floats]] = {}
 
     def _posture(self, queue: int) -> tuple[Floats, Floats, Floats]:
-        """Sphere centres (S, 3) in a posture, worked out when first asked for; how far each sphere's middle and its
-        surface lie along each direction (6, S)."""
+        """Sphere centres (S, 3) in a posture, worked out when first asked for; how far each
+        sphere's middle and its surface lie along each direction (6, S)."""
         if queue not in self._seen:
             centres = self.rig.spheres(self.shape, self._origin, queue)
             middles = np.empty((6, len(centres)))
@@ -93,7 +117,9 @@ class Manikin:
     def changed(self, shape: Shape) -> Manikin:
         """The same body with another shape."""
         other = object.__new__(Manikin)
-        other.body, other.rig, other._found = self.body, self.rig, self._found
+        other.body = self.body
+        other.rig = self.rig
+        other._found = self._found
         other._take(shape)
         return other
 
@@ -102,11 +128,14 @@ class Manikin:
         return -float(self._posture(QUEUE["standing"])[2][DOWN].max())
 
     def overlaps(self) -> Floats:
-        """(N, N) greatest depth [m] two segments that share no joint overlap by, standing or sitting."""
+        """(N, N) greatest depth [m] two segments that share no joint overlap by, standing or
+        sitting."""
         deepest = np.zeros(self.body.allowance.shape)
         asked = ~self.body.adjacent
         for posture in ("standing", "sitting"):
-            segment_overlaps(self.centres(posture), self.shape.radius, self.body.start, asked, deepest)
+            segment_overlaps(
+                self.centres(posture), self.shape.radius, self.body.start, asked, deepest
+            )
         return deepest
 
     def value(self, length: Length) -> float:
@@ -128,20 +157,27 @@ class Manikin:
         return Length(((1.0, Reach(posture, direction, best)),))
 
     def band(
-        self, posture: str, direction: int, level: tuple[Length, float, Iterable[str]], *, along: int = UP
+        self,
+        posture: str,
+        direction: int,
+        level: tuple[Length, float, Iterable[str]],
+        *,
+        along: int = UP,
     ) -> Length:
-        """The farthest surface along a direction, of spheres near a level: (level along `along`, half width [m],
-        segments or subparts).
+        """The farthest surface along a direction, of spheres near a level: (level along `along`,
+        half width [m], segments or subparts).
 
-        A sphere beyond the half width counts less by STEEP times what it is beyond, so that a measure changes smoothly
-        where a sphere comes into reach.
+        A sphere beyond the half width counts less by STEEP times what it is beyond, so that a
+        measure changes smoothly where a sphere comes into reach.
         """
         height, half, where = level
         rows, (_, middles, surfaces) = self._rows(where), self._posture(QUEUE[posture])
         off = middles[along][rows] - self.value(height)
         beyond = np.abs(off) - half
         if not (beyond <= 0).any():
-            raise InputError(f"body {self.body.name} has no spheres within {1000 * half:.0f} mm of that level")
+            raise InputError(
+                f"body {self.body.name} has no spheres within {1000 * half:.0f} mm of that level"
+            )
         k = int((surfaces[direction][rows] - STEEP * np.maximum(beyond, 0.0)).argmax())
         best = int(rows[k])
         found = Length(((1.0, Reach(posture, direction, best)),))
@@ -161,7 +197,8 @@ class Manikin:
         return Length(((1.0, Reach(posture, direction, joint=self.body.joint(name))),))
 
     def _rows(self, where: Iterable[str]) -> Ints:
-        """The spheres of segments ("LF") or subparts ("LF/heel"); looked up once for all shapes of the body."""
+        """The spheres of segments ("LF") or subparts ("LF/heel"); looked up once for all shapes of
+        the body."""
         key = tuple(where)
         if key not in self._found:
             self._found[key] = np.array([row for name in key for row in self._named(name)])
@@ -172,15 +209,25 @@ class Manikin:
         rows = range(*self.body.spheres(self.body.segment(segment)).indices(len(self.rig.segment)))
         # what is worn over a subpart is called after it ("heel (boots)") and stands behind it
         worn = f"{subpart} ("
-        named = [row for row in rows if not subpart or (label := self.body.sphere_names[row]) == subpart
-                 or label.startswith(worn)]  # fmt: skip
+        named = [
+            row
+            for row in rows
+            if not subpart
+            or (label := self.body.sphere_names[row]) == subpart
+            or label.startswith(worn)
+        ]
         if not named:
-            raise InputError(f"body {self.body.name}: segment {segment} has no sphere named {subpart!r}")
+            raise InputError(
+                f"body {self.body.name}: segment {segment} has no sphere named {subpart!r}"
+            )
         return named
 
 
 @lru_cache(maxsize=16)
-def _landmarks(segments: tuple[str, ...], names: tuple[str, ...], start: bytes) -> dict[tuple[str, ...], Ints]:
-    """Where the spheres of landmarks are kept once looked up, for all bodies with the same names."""
+def _landmarks(
+    segments: tuple[str, ...], names: tuple[str, ...], start: bytes
+) -> dict[tuple[str, ...], Ints]:
+    """Where the spheres of landmarks are kept once looked up, for all bodies with the same
+    names."""
     del segments, names, start
     return {}

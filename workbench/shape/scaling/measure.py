@@ -1,8 +1,9 @@
-"""The virtual anthropometer: measures of a sphere body by the definitions of ANSUR II (NATICK/TR-15/007).
+"""The virtual anthropometer: measures of a sphere body by the definitions of ANSUR II
+(NATICK/TR-15/007).
 
-One function a measure; its docstring says what is measured from where to where on the sphere body. Measures are taken
-on the right side. Where a landmark of skin over bone has no sphere of its own, the joint beneath it stands in, and the
-docstring says so.
+One function a measure; its docstring says what is measured from where to where on the sphere body.
+Measures are taken on the right side. Where a landmark of skin over bone has no sphere of its own,
+the joint beneath it stands in, and the docstring says so.
 """
 
 from __future__ import annotations
@@ -58,7 +59,8 @@ def trochanterion_height(m: Manikin) -> Length:
 
 
 def lateral_femoral_epicondyle_height(m: Manikin) -> Length:
-    """Floor to the outer epicondyle of the thigh bone, standing; the knee joint stands in for it."""
+    """Floor to the outer epicondyle of the thigh bone, standing; the knee joint stands in for
+    it."""
     return _height(m, m.joint("standing", UP, "RK"))
 
 
@@ -98,7 +100,8 @@ def thigh_clearance(m: Manikin) -> Length:
 
 
 def knee_height_sitting(m: Manikin) -> Length:
-    """Sole to the top of the knee, sitting with the knee at a right angle: thigh and knee cap around the knee joint."""
+    """Sole to the top of the knee, sitting with the knee at a right angle: thigh and knee cap
+    around the knee joint."""
     return m.band("sitting", UP, _knee(m, ["RUL", "RLL/knee cap"]), along=FRONT) - _sole(m)
 
 
@@ -112,7 +115,8 @@ def _sole(m: Manikin) -> Length:
 
 
 def _knee(m: Manikin, where: list[str], behind: float = 0.0) -> tuple[Length, float, list[str]]:
-    """The stretch of 60 mm either way around the knee joint of a sitter, or around a place behind it."""
+    """The stretch of 60 mm either way around the knee joint of a sitter, or around a place behind
+    it."""
     share = behind / max(m.value(_thigh(m)), 1e-9)
     return m.joint("sitting", FRONT, "RK") - _thigh(m) * share, 0.06, where
 
@@ -133,10 +137,11 @@ def buttock_popliteal_length(m: Manikin) -> Length:
 
 
 def functional_leg_length(m: Manikin) -> Length:
-    """Rearmost point of the buttock to the sole of the foot, sitting with the leg stretched to the front.
+    """Rearmost point of the buttock to the sole of the foot, sitting with the leg stretched to the
+    front.
 
-    ANSUR II's own figure is about 80 mm longer than its buttock-knee length and knee height add up to; the cause is
-    not known here, so compare with care.
+    ANSUR II's own figure is about 80 mm longer than its buttock-knee length and knee height add up
+    to; the cause is not known here, so compare with care.
     """
     return m.farthest("legs_forward", FRONT, ["RF"]) - _rear(m, "legs_forward")
 
@@ -167,12 +172,16 @@ def bideltoid_breadth(m: Manikin) -> Length:
 
 def biacromial_breadth(m: Manikin) -> Length:
     """Between the two acromia: the middles of the shoulder point spheres."""
-    return m.middle("standing", LEFT, "LSM/shoulder point") + m.middle("standing", RIGHT, "RSM/shoulder point")
+    return m.middle("standing", LEFT, "LSM/shoulder point") + m.middle(
+        "standing", RIGHT, "RSM/shoulder point"
+    )
 
 
 def forearm_forearm_breadth(m: Manikin) -> Length:
     """Breadth over the elbows and forearms, sitting, upper arms hanging and forearms level."""
-    return m.farthest("sitting", LEFT, ["LUA", "LLA"]) + m.farthest("sitting", RIGHT, ["RUA", "RLA"])
+    return m.farthest("sitting", LEFT, ["LUA", "LLA"]) + m.farthest(
+        "sitting", RIGHT, ["RUA", "RLA"]
+    )
 
 
 def shoulder_elbow_length(m: Manikin) -> Length:
@@ -197,8 +206,11 @@ def forearm_hand_length(m: Manikin) -> Length:
 
 
 def forearm_center_of_grip_length(m: Manikin) -> Length:
-    """Back of the elbow point to the centre of a gripped rod, forearm level: midway from palm to index knuckle."""
-    grip = (m.middle("sitting", FRONT, "RHN/palm") + m.middle("sitting", FRONT, "RHN/index knuckle")) * 0.5
+    """Back of the elbow point to the centre of a gripped rod, forearm level: midway from palm to
+    index knuckle."""
+    grip = (
+        m.middle("sitting", FRONT, "RHN/palm") + m.middle("sitting", FRONT, "RHN/index knuckle")
+    ) * 0.5
     return grip - _elbow_back(m)
 
 
@@ -212,12 +224,16 @@ def hand_length(m: Manikin) -> Length:
 
 
 def hand_breadth(m: Manikin) -> Length:
-    """Breadth of the hand across the knuckles: index knuckle to the little finger's edge, without the thumb."""
-    return m.farthest("standing", FRONT, ["RHN/index knuckle"]) + m.farthest("standing", BACK, ["RHN"])
+    """Breadth of the hand across the knuckles: index knuckle to the little finger's edge, without
+    the thumb."""
+    return m.farthest("standing", FRONT, ["RHN/index knuckle"]) + m.farthest(
+        "standing", BACK, ["RHN"]
+    )
 
 
 def thumb_tip_reach(m: Manikin) -> Length:
-    """Wall behind the back to the tip of the thumb, arm level to the front, standing against the wall."""
+    """Wall behind the back to the tip of the thumb, arm level to the front, standing against the
+    wall."""
     back = m.farthest("arm_forward", BACK, TORSO) * -1.0
     return m.farthest("arm_forward", FRONT, ["RHN/thumb tip"]) - back
 
@@ -245,7 +261,9 @@ def head_length(m: Manikin) -> Length:
 def head_breadth(m: Manikin) -> Length:
     """Greatest breadth of the head above the ears: spheres at the height of the forehead."""
     level = m.middle("standing", UP, "H/forehead")
-    return m.band("standing", LEFT, (level, 0.02, ["H"])) + m.band("standing", RIGHT, (level, 0.02, ["H"]))
+    return m.band("standing", LEFT, (level, 0.02, ["H"])) + m.band(
+        "standing", RIGHT, (level, 0.02, ["H"])
+    )
 
 
 def tragion_top_of_head(m: Manikin) -> Length:
@@ -261,43 +279,87 @@ def interpupillary_breadth(m: Manikin) -> Length:
 def chest_depth(m: Manikin) -> Length:
     """Depth of the chest at the height of the breasts, standing."""
     level = m.middle("standing", UP, "UT/right breast")
-    return m.band("standing", FRONT, (level, 0.06, ["UT"])) + m.band("standing", BACK, (level, 0.06, ["UT"]))
+    return m.band("standing", FRONT, (level, 0.06, ["UT"])) + m.band(
+        "standing", BACK, (level, 0.06, ["UT"])
+    )
 
 
 def waist_depth(m: Manikin) -> Length:
     """Depth of the waist at the height of the navel, standing."""
     level = m.middle("standing", UP, "CT/navel")
-    return m.band("standing", FRONT, (level, 0.05, ["CT"])) + m.band("standing", BACK, (level, 0.05, ["CT", "LT"]))
+    return m.band("standing", FRONT, (level, 0.05, ["CT"])) + m.band(
+        "standing", BACK, (level, 0.05, ["CT", "LT"])
+    )
 
 
 def waist_breadth(m: Manikin) -> Length:
     """Breadth of the waist at the height of the navel, standing."""
     level = m.middle("standing", UP, "CT/navel")
-    return m.band("standing", LEFT, (level, 0.05, ["CT"])) + m.band("standing", RIGHT, (level, 0.05, ["CT"]))
+    return m.band("standing", LEFT, (level, 0.05, ["CT"])) + m.band(
+        "standing", RIGHT, (level, 0.05, ["CT"])
+    )
 
 
 def buttock_depth(m: Manikin) -> Length:
     """Depth of the body at the most protruding point of the buttock, standing."""
     level = m.middle("standing", UP, "LT/right buttock")
-    return m.band("standing", FRONT, (level, 0.05, ["LT", "RUL"])) + m.farthest("standing", BACK, ["LT"])
+    return m.band("standing", FRONT, (level, 0.05, ["LT", "RUL"])) + m.farthest(
+        "standing", BACK, ["LT"]
+    )
 
 
 _ALL: tuple[Callable[[Manikin], Length], ...] = (
-    stature, acromial_height, cervicale_height, trochanterion_height, lateral_femoral_epicondyle_height,
-    lateral_malleolus_height, sitting_height, eye_height_sitting, acromial_height_sitting, cervicale_height_sitting,
-    elbow_rest_height, thigh_clearance, knee_height_sitting, popliteal_height, buttock_knee_length,
-    buttock_popliteal_length, functional_leg_length, abdominal_extension_depth_sitting, hip_breadth_sitting,
-    hip_breadth, bideltoid_breadth, biacromial_breadth, forearm_forearm_breadth, shoulder_elbow_length,
-    acromion_radiale_length, radiale_stylion_length, forearm_hand_length, forearm_center_of_grip_length,
-    hand_length, hand_breadth, thumb_tip_reach, overhead_fingertip_reach_sitting, foot_length,
-    foot_breadth_horizontal, head_length, head_breadth, tragion_top_of_head, interpupillary_breadth, chest_depth,
-    waist_depth, waist_breadth, buttock_depth,
-)  # fmt: skip
-MEASURES: dict[str, Callable[[Manikin], Length]] = {function.__name__: function for function in _ALL}
+    stature,
+    acromial_height,
+    cervicale_height,
+    trochanterion_height,
+    lateral_femoral_epicondyle_height,
+    lateral_malleolus_height,
+    sitting_height,
+    eye_height_sitting,
+    acromial_height_sitting,
+    cervicale_height_sitting,
+    elbow_rest_height,
+    thigh_clearance,
+    knee_height_sitting,
+    popliteal_height,
+    buttock_knee_length,
+    buttock_popliteal_length,
+    functional_leg_length,
+    abdominal_extension_depth_sitting,
+    hip_breadth_sitting,
+    hip_breadth,
+    bideltoid_breadth,
+    biacromial_breadth,
+    forearm_forearm_breadth,
+    shoulder_elbow_length,
+    acromion_radiale_length,
+    radiale_stylion_length,
+    forearm_hand_length,
+    forearm_center_of_grip_length,
+    hand_length,
+    hand_breadth,
+    thumb_tip_reach,
+    overhead_fingertip_reach_sitting,
+    foot_length,
+    foot_breadth_horizontal,
+    head_length,
+    head_breadth,
+    tragion_top_of_head,
+    interpupillary_breadth,
+    chest_depth,
+    waist_depth,
+    waist_breadth,
+    buttock_depth,
+)
+MEASURES: dict[str, Callable[[Manikin], Length]] = {
+    function.__name__: function for function in _ALL
+}
 
 
 def lengths(manikin: Manikin, names: Iterable[str] | None = None) -> dict[str, Length]:
-    """The named measures (all of them where None) as lengths, their extreme spheres chosen on this manikin.
+    """The named measures (all of them where None) as lengths, their extreme spheres chosen on this
+    manikin.
 
     InputError for an unknown name.
     """
@@ -309,7 +371,7 @@ def lengths(manikin: Manikin, names: Iterable[str] | None = None) -> dict[str, L
 
 
 def measure(body: Body, names: Iterable[str] | None = None) -> dict[str, float]:
-    """The named measures [m] of a body, all of them where None. InputError for an unknown name or a body without the
-    landmarks of a person."""
+    """The named measures [m] of a body, all of them where None. InputError for an unknown name or a
+    body without the landmarks of a person."""
     manikin = Manikin(body)
     return {name: manikin.value(length) for name, length in lengths(manikin, names).items()}

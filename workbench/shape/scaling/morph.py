@@ -1,4 +1,5 @@
-"""Members of a family of bodies: any coefficients at any level of detail, on the skeleton of a member that is known."""
+"""Members of a family of bodies: any coefficients at any level of detail, on the skeleton of a
+member that is known."""
 
 from __future__ import annotations
 
@@ -25,19 +26,24 @@ TIED = 2e-6
 def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
     """The member of the template's family with these coefficients (K,) at a level of detail.
 
-    The template lends segments, stops, directions, allowances for soft flesh and density: masses go with the volume of
-    each segment. InputError where the template has no family, there is no such level, or there is no such member.
+    The template lends segments, stops, directions, allowances for soft flesh and density: masses go
+    with the volume of each segment. InputError where the template has no family, there is no such
+    level, or there is no such member.
     """
     basis = template.basis
     if basis is None:
         raise InputError(f"body {template.name} belongs to no family of bodies")
     z = np.asarray(at, dtype=np.float64)
     if z.shape != (len(basis),) or not np.all(np.isfinite(z)):
-        raise InputError(f"{basis.name}: {len(basis)} finite coefficients are needed, got {z.shape}")
+        raise InputError(
+            f"{basis.name}: {len(basis)} finite coefficients are needed, got {z.shape}"
+        )
     detail = basis.detail(level)
     shape = _member(basis, (detail, template.parent[1:]), z)
     if not np.all(shape.radius > 0):
-        raise InputError(f"{basis.name}: no body has these coefficients (a radius falls to nothing)")
+        raise InputError(
+            f"{basis.name}: no body has these coefficients (a radius falls to nothing)"
+        )
     start = np.searchsorted(detail.segment, np.arange(len(basis.segments) + 1))
     bare = replace(
         template,
@@ -60,13 +66,16 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
 
 
 def _member(basis: ShapeBasis, tree: tuple[Detail, Ints], z: Floats) -> Shape:
-    """Spheres and joints in the frames of their segments; a sphere on a joint has just its coordinates."""
+    """Spheres and joints in the frames of their segments; a sphere on a joint has just its
+    coordinates."""
     detail, parent = tree
     joint = basis.joint_mean + np.tensordot(z, basis.joint_basis, axes=1)
     origin = basis.origin_mean + np.tensordot(z, basis.origin_basis, axes=1)
     centre = detail.centre_mean + np.tensordot(z, detail.centre_basis, axes=1)
     gap = np.linalg.norm(detail.centre_mean[:, None] - basis.joint_mean[None], axis=-1)
-    near = (detail.segment[:, None] == parent[None]) | (detail.segment[:, None] == np.arange(1, len(origin))[None])
+    near = (detail.segment[:, None] == parent[None]) | (
+        detail.segment[:, None] == np.arange(1, len(origin))[None]
+    )
     sphere, at = np.nonzero((gap < TIED) & near)
     centre[sphere] = joint[at]
     return Shape(

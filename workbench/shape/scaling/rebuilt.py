@@ -1,4 +1,5 @@
-"""A body from the knobs of its space of shapes: on the floor, with its masses, twist lines and soft flesh."""
+"""A body from the knobs of its space of shapes: on the floor, with its masses, twist lines and soft
+flesh."""
 
 from __future__ import annotations
 
@@ -18,7 +19,8 @@ ENCLOSING_STEPS = 6
 
 
 def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
-    """The body with these knobs (K,), of which the manikin is. Masses go with the volume of each segment."""
+    """The body with these knobs (K,), of which the manikin is. Masses go with the volume of each
+    segment."""
     body = space.base.body
     shape = manikin.shape
     made = replace(
@@ -35,16 +37,19 @@ def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
 
 
 def _on_the_floor(body: Body, manikin: Manikin) -> Floats:
-    """Joint coordinates in the parents, the first joints raised so that the zero pose stands on the floor."""
+    """Joint coordinates in the parents, the first joints raised so that the zero pose stands on the
+    floor."""
     in_parent = manikin.shape.in_parent.copy()
     in_parent[body.parent[1:] == 0, 2] -= manikin.lowest()
     return in_parent
 
 
 def _flesh(space: ShapeSpace, manikin: Manikin) -> Floats:
-    """(N, N) [m] the allowance for soft flesh: grown by what standing and sitting overlap more than they did.
+    """(N, N) [m] the allowance for soft flesh: grown by what standing and sitting overlap more than
+    they did.
 
-    A stouter body presses more flesh together in the very postures in which the first one was not in contact.
+    A stouter body presses more flesh together in the very postures in which the first one was not
+    in contact.
     """
     body = space.base.body
     more = np.maximum(manikin.overlaps() - space.overlaps, 0.0)

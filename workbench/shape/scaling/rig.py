@@ -1,6 +1,8 @@
-"""What the postures of anthropometry do to a skeleton: how each turns the segments, and so each sphere and joint.
+"""What the postures of anthropometry do to a skeleton: how each turns the segments, and so each
+sphere and joint.
 
-Within a posture every place is linear in the body's coordinates, so a posture is a handful of matrices.
+Within a posture every place is linear in the body's coordinates, so a posture is a handful of
+matrices.
 """
 
 from __future__ import annotations
@@ -20,8 +22,8 @@ __all__ = ["POSTURES", "Rig", "Shape", "rig_of"]
 
 _SIDES = ("L", "R")
 _SIT = {f"{s}{joint}": {"flexion": 90.0} for s in _SIDES for joint in ("H", "K", "E")}
-# NATICK/TR-15/007 (ANSUR II): standing upright; sitting upright, thighs level, knees and elbows at right angles;
-# the arm level to the front; both arms overhead; the legs stretched to the front.
+# NATICK/TR-15/007 (ANSUR II): standing upright; sitting upright, thighs level, knees and elbows at
+# right angles; the arm level to the front; both arms overhead; the legs stretched to the front.
 POSTURES: dict[str, dict[str, dict[str, float]]] = {
     "standing": {},
     "sitting": _SIT,
@@ -38,8 +40,8 @@ POSTURES: dict[str, dict[str, dict[str, float]]] = {
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """What may change in a body: sphere centres (..., S, 3), radii (..., S), joint coordinates in parent and child
-    (..., J, 3)."""
+    """What may change in a body: sphere centres (..., S, 3), radii (..., S), joint coordinates in
+    parent and child (..., J, 3)."""
 
     centre: Floats
     radius: Floats
@@ -49,12 +51,14 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A skeleton of N segments, J joints and S spheres in Q postures, the stage unturned at the origin.
+    """A skeleton of N segments, J joints and S spheres in Q postures, the stage unturned at the
+    origin.
 
-    frames (Q, N, 3, 3): world from segment rotations; parent (J,); above (N, N): 1 where a segment hangs from another
-    or is it. segment (S,): of each sphere; turn (Q, S, 3, 3): world from centre, that of the segment or the mean of
-    two; blended (B,): spheres that are blended, joint (B,) the joint they are blended across, distal (B,) whether that
-    is the one above them, lever (Q, B, 3, 3): what the joint's coordinates add to their places.
+    frames (Q, N, 3, 3): world from segment rotations; parent (J,); above (N, N): 1 where a segment
+    hangs from another or is it. segment (S,): of each sphere; turn (Q, S, 3, 3): world from centre,
+    that of the segment or the mean of two; blended (B,): spheres that are blended, joint (B,) the
+    joint they are blended across, distal (B,) whether that is the one above them, lever (Q, B, 3,
+    3): what the joint's coordinates add to their places.
     """
 
     frames: Floats
@@ -76,10 +80,15 @@ class Rig:
         return origin, origin[..., self.parent, :] + down
 
     def spheres(self, shape: Shape, origin: Floats, queue: int) -> Floats:
-        """(S, 3) sphere centres in the world [m] in one posture, of a shape whose origins (Q, N, 3) are known."""
-        centres: Floats = origin[queue, self.segment] + np.einsum("sab,sb->sa", self.turn[queue], shape.centre)
+        """(S, 3) sphere centres in the world [m] in one posture, of a shape whose origins (Q, N, 3)
+        are known."""
+        centres: Floats = origin[queue, self.segment] + np.einsum(
+            "sab,sb->sa", self.turn[queue], shape.centre
+        )
         if len(self.blended):
-            point = np.where(self.distal[:, None], shape.in_child[self.joint], shape.in_parent[self.joint])
+            point = np.where(
+                self.distal[:, None], shape.in_child[self.joint], shape.in_parent[self.joint]
+            )
             centres[self.blended] += np.einsum("sab,sb->sa", self.lever[queue], point)
         return centres
 
@@ -89,7 +98,8 @@ def rig_of(body: Body) -> Rig:
     frames = _frames(body)
     segment = body.sphere_segment
     blended = np.flatnonzero((body.blend_joint >= 0) & (body.blend_share > 0))
-    joint, below = body.blend_joint[blended], distal(body)[blended]
+    joint = body.blend_joint[blended]
+    below = distal(body)[blended]
     turn = frames[:, segment]
     other = frames[:, np.where(below, body.parent[joint + 1], joint + 1)]
     lever = body.blend_share[blended, None, None] * (turn[:, blended] - other)
@@ -109,7 +119,8 @@ def _turned(body: Body, posture: str) -> Floats:
 
 
 class _Skeleton:
-    """A body as a key: two bodies with the same stops and the same tree are turned alike by a posture."""
+    """A body as a key: two bodies with the same stops and the same tree are turned alike by a
+    posture."""
 
     def __init__(self, body: Body) -> None:
         self.body = body

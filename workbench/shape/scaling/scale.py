@@ -1,9 +1,10 @@
-"""A body to given measures, or thousands of bodies: the least change that shows every given measure.
+"""A body to given measures, or thousands of bodies: the least change that shows every given
+measure.
 
-A body of a family moves within it, as likely as can be; what the family does not reach, and any body without one, is
-stretched. With the extreme spheres held fixed a measure is linear in all these knobs (see scaling.space), so the least
-change that gives the measures exactly is one linear system; it is solved again with the extreme spheres of the new
-shape until the measures stay.
+A body of a family moves within it, as likely as can be; what the family does not reach, and any
+body without one, is stretched. With the extreme spheres held fixed a measure is linear in all these
+knobs (see scaling.space), so the least change that gives the measures exactly is one linear system;
+it is solved again with the extreme spheres of the new shape until the measures stay.
 """
 
 from __future__ import annotations
@@ -26,9 +27,12 @@ from workbench.shape.scaling.space import ShapeSpace, shape_space
 
 __all__ = ["LONGER", "morph_to", "scale", "scale_many"]
 
-LEAST_STEPS, MOST_STEPS = 2, 14
-"""Steps of the least change from the unchanged body, then of the least change from the last step."""
-CLOSE, ENOUGH = 1e-5, 2e-4
+LEAST_STEPS = 2
+MOST_STEPS = 14
+"""Steps of the least change from the unchanged body, then of the least change from the last
+step."""
+CLOSE = 1e-5
+ENOUGH = 2e-4
 """[m] Stop at the first; after all steps the second is good enough."""
 PATIENCE = 4
 GIVE = 1e-9
@@ -59,13 +63,15 @@ Measures = Mapping[str, float]
 Fitted = tuple[Floats, Manikin]
 
 
-def scale(body: Body, measures: Measures, *, others: Measures | None = None, detail: str | None = None) -> Body:
+def scale(
+    body: Body, measures: Measures, *, others: Measures | None = None, detail: str | None = None
+) -> Body:
     """The body with the given measures [m] (see measure.MEASURES), and the least change else.
 
-    others: measures [m] that it should come near without having to, such as the means of people with the given ones.
-    detail: the level of detail of its family to make it in, its own where None. Masses go with the volume of each
-    segment. InputError where measures contradict one another, are no person's (see model.measures), or would bend
-    the body beyond any person.
+    others: measures [m] that it should come near without having to, such as the means of people
+    with the given ones. detail: the level of detail of its family to make it in, its own where
+    None. Masses go with the volume of each segment. InputError where measures contradict one
+    another, are no person's (see model.measures), or would bend the body beyond any person.
     """
     _refuse(measures)
     space = shape_space(morph_to(body, detail))
@@ -73,12 +79,17 @@ def scale(body: Body, measures: Measures, *, others: Measures | None = None, det
 
 
 def scale_many(
-    body: Body, people: Iterable[Measures], *, others: Iterable[Measures] | None = None, detail: str | None = None
+    body: Body,
+    people: Iterable[Measures],
+    *,
+    others: Iterable[Measures] | None = None,
+    detail: str | None = None,
 ) -> Iterator[Body | InputError]:
-    """Bodies to the measures of many people, in their order, one at a time; the error where there is no such body.
+    """Bodies to the measures of many people, in their order, one at a time; the error where there
+    is no such body.
 
-    Each is sought from the person before that is most like it, in fewer steps than from `body`; the figures are
-    those of `scale` to within the tolerance of both.
+    Each is sought from the person before that is most like it, in fewer steps than from `body`; the
+    figures are those of `scale` to within the tolerance of both.
     """
     space = shape_space(morph_to(body, detail))
     known: dict[tuple[str, ...], tuple[list[list[float]], list[Floats]]] = {}
@@ -105,7 +116,9 @@ def morph_to(body: Body, detail: str | None) -> Body:
     if detail is None:
         return body
     if body.basis is None:
-        raise InputError(f"body {body.name} belongs to no family of bodies, so it has no other level of detail")
+        raise InputError(
+            f"body {body.name} belongs to no family of bodies, so it has no other level of detail"
+        )
     return morph(body, body.basis_at, detail)
 
 
@@ -119,27 +132,40 @@ def _refuse(measures: Measures) -> None:
     faults = []
     for longer, shorter in LONGER:
         if longer in measures and shorter in measures and measures[longer] <= measures[shorter]:
-            faults.append(f"{longer} {1000 * measures[longer]:g} mm is shorter than {shorter} "
-                          f"{1000 * measures[shorter]:g} mm")  # fmt: skip
+            faults.append(
+                f"{longer} {1000 * measures[longer]:g} mm is shorter than {shorter} "
+                f"{1000 * measures[shorter]:g} mm"
+            )
     if faults:
         raise InputError(faults)
 
 
 def _fitted(space: ShapeSpace, measures: Measures, others: Measures, start: Floats) -> Fitted:
-    """The knobs (K,) of the least change that shows the measures, and the body with them; InputError where there are
-    none."""
+    """The knobs (K,) of the least change that shows the measures, and the body with them;
+    InputError where there are none."""
     soft = {name: value for name, value in others.items() if name not in measures}
     if wrong := [name for name, value in soft.items() if not (math.isfinite(value) and value > 0)]:
-        raise InputError(f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm")
+        raise InputError(
+            f"others: {wrong[0]}: expected a positive length, got {1000 * soft[wrong[0]]:g} mm"
+        )
     off, found = _sought(space, (measures, soft), start, LEAST_STEPS)
     if off > CLOSE:  # closed from where it is smallest, be it a trace dearer than the least change
-        off, found = min((off, found), _sought(space, (measures, None), found[0], MOST_STEPS), key=lambda each: each[0])
+        off, found = min(
+            (off, found),
+            _sought(space, (measures, None), found[0], MOST_STEPS),
+            key=lambda each: each[0],
+        )
     values, manikin = found
     if off > ENOUGH:
-        miss = {name: manikin.value(length) - measures[name] for name, length in lengths(manikin, measures).items()}
+        miss = {
+            name: manikin.value(length) - measures[name]
+            for name, length in lengths(manikin, measures).items()
+        }
         worst = max(miss, key=lambda name: abs(miss[name]))
-        raise InputError(f"no shape of {space.base.body.name} found with these measures: {worst} stays "
-                         f"{1000 * miss[worst]:+.1f} mm off")  # fmt: skip
+        raise InputError(
+            f"no shape of {space.base.body.name} found with these measures: {worst} stays "
+            f"{1000 * miss[worst]:+.1f} mm off"
+        )
     check_likely(space, values, manikin, measures)
     return found
 
@@ -149,24 +175,32 @@ def _sought(
 ) -> tuple[float, Fitted]:
     """The greatest miss [m] on the hard measures of a goal, and what has it.
 
-    With soft measures, or none of them ({}), each step is the least change from the unchanged body with the extreme
-    spheres of the last step; with None, the least change from the last step.
+    With soft measures, or none of them ({}), each step is the least change from the unchanged body
+    with the extreme spheres of the last step; with None, the least change from the last step.
     """
     measures, soft = goal
-    values, best = start, np.inf
+    values = start
+    best = np.inf
     nearest: Fitted | None = None
     rivals: dict[str, list[Length]] = {name: [] for name in measures}
     for step in range(most):
         manikin = space.manikin(values)
         hard = lengths(manikin, measures)
-        off = max((abs(manikin.value(length) - measures[name]) for name, length in hard.items()), default=0.0)
+        off = max(
+            (abs(manikin.value(length) - measures[name]) for name, length in hard.items()),
+            default=0.0,
+        )
         if nearest is None or (off < best and (step or soft is None)):
-            nearest, best = (values, manikin), off if step or soft is None else np.inf
+            nearest = (values, manikin)
+            best = off if step or soft is None else np.inf
         if best < CLOSE:
             break
-        # extreme spheres may take turns; from then on the last few of them are held at the measure together
+        # extreme spheres may take turns; from then on the last few of them are held at the measure
+        # together
         for name, length in hard.items():
-            rivals[name] = [length, *(other for other in rivals[name] if other != length)][: 1 + step // PATIENCE]
+            rivals[name] = [length, *(other for other in rivals[name] if other != length)][
+                : 1 + step // PATIENCE
+            ]
         rows = [(length, measures[name]) for name in measures for length in rivals[name]]
         if soft is None:
             values = _solve((space, manikin, values), rows, [])
@@ -178,12 +212,15 @@ def _sought(
 
 
 def _solve(
-    start: tuple[ShapeSpace, Manikin, Floats], hard: list[tuple[Length, float]], soft: list[tuple[Length, float]]
+    start: tuple[ShapeSpace, Manikin, Floats],
+    hard: list[tuple[Length, float]],
+    soft: list[tuple[Length, float]],
 ) -> Floats:
-    """The knobs of the cheapest change from a start (its manikin and knobs n) with the hard measures exact and the
-    soft ones near.
+    """The knobs of the cheapest change from a start (its manikin and knobs n) with the hard
+    measures exact and the soft ones near.
 
-    Least (v - n)' P (v - n) with R (v - n) = b: v = n + P^-1 R' (R P^-1 R' + D)^-1 b, D the give of each row.
+    Least (v - n)' P (v - n) with R (v - n) = b: v = n + P^-1 R' (R P^-1 R' + D)^-1 b, D the give of
+    each row.
     """
     space, manikin, values = start
     both = hard + soft

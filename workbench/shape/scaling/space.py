@@ -1,8 +1,10 @@
-"""All the shapes a body can be given: a vector of numbers ("knobs") that its coordinates and radii are linear in.
+"""All the shapes a body can be given: a vector of numbers ("knobs") that its coordinates and radii
+are linear in.
 
-A body of a family has the family's coefficients as knobs. Every body can be stretched: five numbers for each pair of
-segments, factors along x, y, z and for the radii, and a taper: how much thicker the one end gets than the other. Every
-posture of the anthropometer is linear too, so what each knob adds to any length is worked out once.
+A body of a family has the family's coefficients as knobs. Every body can be stretched: five numbers
+for each pair of segments, factors along x, y, z and for the radii, and a taper: how much thicker
+the one end gets than the other. Every posture of the anthropometer is linear too, so what each knob
+adds to any length is worked out once.
 """
 
 from __future__ import annotations
@@ -24,22 +26,26 @@ __all__ = ["ShapeSpace", "detail_of", "shape_space", "volumes"]
 
 _FIELDS = ("centre", "radius", "in_parent", "in_child")
 CLOSING = 4.0e3
-"""What a stretch costs a body of a family beside its coefficients: a factor of 1.02 about as much as one standard
-deviation, so that lengths are found within the family first and stretching closes what is left."""
+"""What a stretch costs a body of a family beside its coefficients: a factor of 1.02 about as much
+as one standard deviation, so that lengths are found within the family first and stretching closes
+what is left."""
 VOLUME_LINES = 14
 """Lines each way across a segment that its volume is found by."""
 NARROW = 0.02
-"""Least standard deviation of a coefficient among people of a kind: however narrow they are, some room is left."""
+"""Least standard deviation of a coefficient among people of a kind: however narrow they are, some
+room is left."""
 
 
 @dataclass(frozen=True, eq=False)
 class ShapeSpace:
-    """K knobs of a body of N segments; the first `family` of them are coefficients of its family, the rest stretch it.
+    """K knobs of a body of N segments; the first `family` of them are coefficients of its family,
+    the rest stretch it.
 
-    groups (N,): the group of each segment; neutral (K,): the knobs of the unchanged body; knobs: for the fields of
-    Shape what each knob adds (K, ...); price (K, K): the quadratic cost of knobs off neutral, cheap its inverse;
-    overlaps (N, N) [m], volume (N,) [m3]: of the unchanged body; tied: spheres that stand on a joint and these joints,
-    of the parents, then of the children; likely: variances and axes, in the family's coefficients, of people like it.
+    groups (N,): the group of each segment; neutral (K,): the knobs of the unchanged body; knobs:
+    for the fields of Shape what each knob adds (K, ...); price (K, K): the quadratic cost of knobs
+    off neutral, cheap its inverse; overlaps (N, N) [m], volume (N,) [m3]: of the unchanged body;
+    tied: spheres that stand on a joint and these joints, of the parents, then of the children;
+    likely: variances and axes, in the family's coefficients, of people like it.
     """
 
     base: Manikin
@@ -82,12 +88,16 @@ class ShapeSpace:
         return total
 
     def _reach_row(self, reach: Reach) -> Floats:
-        q, along = QUEUE[reach.posture], AXES[reach.direction]
+        q = QUEUE[reach.posture]
+        along = AXES[reach.direction]
         if reach.joint >= 0:
             places: Floats = self._joints[q, :, reach.joint] @ along
             return places
-        s, rig = reach.sphere, self.base.rig
-        places = self._origins[q, :, rig.segment[s]] @ along + self.knobs.centre[:, s] @ (along @ rig.turn[q, s])
+        s = reach.sphere
+        rig = self.base.rig
+        places = self._origins[q, :, rig.segment[s]] @ along + self.knobs.centre[:, s] @ (
+            along @ rig.turn[q, s]
+        )
         for b in np.flatnonzero(rig.blended == s):
             end = self.knobs.in_child if rig.distal[b] else self.knobs.in_parent
             places = places + end[:, rig.joint[b]] @ (along @ rig.lever[q, b])
@@ -107,7 +117,9 @@ def shape_space(body: Body) -> ShapeSpace:
     stretch = stretch_shapes(body, groups)
     neutral = np.tile([1.0, 1.0, 1.0, 1.0, 0.0], len(stretch.radius) // KNOBS)
     price = stretch_price(body, groups)
-    family, knobs, likely = 0, stretch, (np.zeros(0), np.zeros((0, 0)))
+    family = 0
+    knobs = stretch
+    likely = (np.zeros(0), np.zeros((0, 0)))
     if body.basis is not None:
         within = family_shapes(body)
         family = len(within.radius)
@@ -123,22 +135,29 @@ def shape_space(body: Body) -> ShapeSpace:
     measured = (price, cheap, base.overlaps(), volumes(body, base.shape), _tied(body), likely)
     stacked = np.concatenate([getattr(knobs, f).reshape(len(neutral), -1) for f in _FIELDS], axis=1)
     still = np.concatenate([getattr(base.shape, f).ravel() for f in _FIELDS])
-    return ShapeSpace(base, groups, family, neutral, knobs, *measured, *base.rig.origins(knobs), stacked, still)
+    return ShapeSpace(
+        base, groups, family, neutral, knobs, *measured, *base.rig.origins(knobs), stacked, still
+    )
 
 
 def _apart(flat: Floats, spheres: int) -> Shape:
-    """The shape of a flat row of numbers: centres, radii, joints in their parents, joints in their children."""
-    centre, radius, joints = flat[: 3 * spheres], flat[3 * spheres : 4 * spheres], flat[4 * spheres :]
+    """The shape of a flat row of numbers: centres, radii, joints in their parents, joints in their
+    children."""
+    centre = flat[: 3 * spheres]
+    radius = flat[3 * spheres : 4 * spheres]
+    joints = flat[4 * spheres :]
     in_parent, in_child = joints.reshape(2, -1, 3)
     return Shape(centre.reshape(-1, 3), radius, in_parent, in_child)
 
 
 def family_shapes(body: Body) -> Shape:
-    """What each coefficient of the body's family adds to its spheres and joints, in segment frames: (K, ...)."""
+    """What each coefficient of the body's family adds to its spheres and joints, in segment frames:
+    (K, ...)."""
     basis = body.basis
     assert basis is not None
     detail = detail_of(body)
-    joint, origin = basis.joint_basis, basis.origin_basis
+    joint = basis.joint_basis
+    origin = basis.origin_basis
     return Shape(
         detail.centre_basis - origin[:, detail.segment],
         detail.radius_basis,
@@ -148,15 +167,19 @@ def family_shapes(body: Body) -> Shape:
 
 
 def detail_of(body: Body) -> Detail:
-    """The level of detail of its family that a body has: the one with as many spheres in each segment."""
+    """The level of detail of its family that a body has: the one with as many spheres in each
+    segment."""
     assert body.basis is not None
     counts = np.diff(body.start)
     levels = body.basis.details.values()
-    return next(d for d in levels if np.array_equal(np.bincount(d.segment, minlength=len(counts)), counts))
+    return next(
+        d for d in levels if np.array_equal(np.bincount(d.segment, minlength=len(counts)), counts)
+    )
 
 
 def _likely(body: Body) -> tuple[Floats, Floats]:
-    """Variances (K,) and axes (K, K) of the coefficients among people like the nearest anchor of the family."""
+    """Variances (K,) and axes (K, K) of the coefficients among people like the nearest anchor of
+    the family."""
     basis = body.basis
     assert basis is not None
     variance, axes = np.linalg.eigh(basis.anchor_spread[basis.nearest_anchor(body.basis_at)])
@@ -166,7 +189,8 @@ def _likely(body: Body) -> tuple[Floats, Floats]:
 def _tied(body: Body) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
     """Spheres that stand on a joint below or above their segment, and these joints."""
     pairs: list[tuple[Ints, Ints]] = []
-    segment, child = body.sphere_segment, np.arange(1, len(body.segments))
+    segment = body.sphere_segment
+    child = np.arange(1, len(body.segments))
     for owner, at in ((body.parent[1:], body.joint_in_parent), (child, body.joint_in_child)):
         gap = np.linalg.norm(body.centre[:, None] - at[None], axis=-1)
         sphere, joint = np.nonzero((gap <= 2e-6) & (segment[:, None] == owner[None]))

@@ -1,7 +1,7 @@
 """Stretching a body: factors along x, y, z and for the radii of each pair of segments, and a taper.
 
-For what no family of bodies reaches, and for bodies that belong to none. Centres, joints and radii are linear in the
-factors.
+For what no family of bodies reaches, and for bodies that belong to none. Centres, joints and radii
+are linear in the factors.
 """
 
 from __future__ import annotations
@@ -16,7 +16,11 @@ __all__ = ["KNOBS", "groups_of", "stretch_price", "stretch_shapes"]
 
 KNOBS = 5
 """Numbers a group of segments: factors along x, y, z, factor of the radii, taper."""
-ROUND, ALONG, SMOOTH, LEAST, EVEN = 4.0, 0.5, 1.0, 0.25, 1.5
+ROUND = 4.0
+ALONG = 0.5
+SMOOTH = 1.0
+LEAST = 0.25
+EVEN = 1.5
 
 
 def groups_of(body: Body) -> Ints:
@@ -27,35 +31,49 @@ def groups_of(body: Body) -> Ints:
 
 
 def stretch_shapes(body: Body, groups: Ints) -> Shape:
-    """The stacked (K, ...) shapes whose sums with the factors as weights are all the shapes there are."""
+    """The stacked (K, ...) shapes whose sums with the factors as weights are all the shapes there
+    are."""
     segment = body.sphere_segment
-    parent, child = groups[body.parent[1:]], groups[1:]
+    parent = groups[body.parent[1:]]
+    child = groups[1:]
     shapes = []
     for group in range(int(groups.max()) + 1):
         mine = (groups[segment] == group)[:, None]
-        above, below = (parent == group)[:, None], (child == group)[:, None]
+        above = (parent == group)[:, None]
+        below = (child == group)[:, None]
         for axis in range(4):
             along = np.eye(4)[axis, :3]
-            shapes.append(Shape(
-                body.centre * mine * along,
-                body.radius * mine[:, 0] * float(axis == 3),
-                body.joint_in_parent * above * along,
-                body.joint_in_child * below * along,
-            ))  # fmt: skip
+            shapes.append(
+                Shape(
+                    body.centre * mine * along,
+                    body.radius * mine[:, 0] * float(axis == 3),
+                    body.joint_in_parent * above * along,
+                    body.joint_in_child * below * along,
+                )
+            )
         long, middle, half = _extent(body, groups, group)
         across = 1.0 - np.eye(3)[long]
 
-        def taper(points: Floats, long: int = long, middle: float = middle, half: float = half) -> Floats:
+        def taper(
+            points: Floats, long: int = long, middle: float = middle, half: float = half
+        ) -> Floats:
             share: Floats = (points[:, long : long + 1] - middle) / half
             return share
 
-        shapes.append(Shape(
-            body.centre * mine * across * taper(body.centre),
-            body.radius * mine[:, 0] * taper(body.centre)[:, 0],
-            body.joint_in_parent * above * across * taper(body.joint_in_parent),
-            body.joint_in_child * below * across * taper(body.joint_in_child),
-        ))  # fmt: skip
-    return Shape(*(np.stack([getattr(s, f) for s in shapes]) for f in ("centre", "radius", "in_parent", "in_child")))
+        shapes.append(
+            Shape(
+                body.centre * mine * across * taper(body.centre),
+                body.radius * mine[:, 0] * taper(body.centre)[:, 0],
+                body.joint_in_parent * above * across * taper(body.joint_in_parent),
+                body.joint_in_child * below * across * taper(body.joint_in_child),
+            )
+        )
+    return Shape(
+        *(
+            np.stack([getattr(s, f) for s in shapes])
+            for f in ("centre", "radius", "in_parent", "in_child")
+        )
+    )
 
 
 def _extent(body: Body, groups: Ints, group: int) -> tuple[int, float, float]:
@@ -65,12 +83,17 @@ def _extent(body: Body, groups: Ints, group: int) -> tuple[int, float, float]:
         return 2, 0.0, 1.0
     span = np.ptp(centres, axis=0)
     long = int(np.argmax(span))
-    return long, float(centres[:, long].min() + 0.5 * span[long]), max(float(0.5 * span[long]), 1e-3)
+    return (
+        long,
+        float(centres[:, long].min() + 0.5 * span[long]),
+        max(float(0.5 * span[long]), 1e-3),
+    )
 
 
 def stretch_price(body: Body, groups: Ints) -> Floats:
-    """(K, K) the quadratic cost of factors that leave 1, differ within a segment or between neighbours: cross
-    sections stay round (radius against the two axes across); lengths are freer to go their own way."""
+    """(K, K) the quadratic cost of factors that leave 1, differ within a segment or between
+    neighbours: cross sections stay round (radius against the two axes across); lengths are freer to
+    go their own way."""
     count = int(groups.max()) + 1
     unit = np.eye(KNOBS * count)
     rows = [LEAST * row for row in unit]
@@ -81,7 +104,8 @@ def stretch_price(body: Body, groups: Ints) -> Floats:
             rows.append((ALONG if axis == long else ROUND) * (unit[first + axis] - unit[first + 3]))
         rows.append(EVEN * unit[first + 4])
     for child in range(1, len(groups)):
-        one, other = groups[child], groups[body.parent[child]]
+        one = groups[child]
+        other = groups[body.parent[child]]
         if one != other:
             rows.append(SMOOTH * (unit[KNOBS * one + 3] - unit[KNOBS * other + 3]))
     stacked = np.array(rows)

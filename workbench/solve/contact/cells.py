@@ -14,16 +14,19 @@ __all__ = ["pack_cells", "scale_of"]
 
 Single = NDArray[np.float32]
 MANTISSA = 11
-"""Bits of a code's mantissa: what it stands for is less than it should be by a 2,048th at most, and d by half that."""
+"""Bits of a code's mantissa: what it stands for is less than it should be by a 2,048th at most, and
+d by half that."""
 
 
 def scale_of(square: Single) -> float:
-    """The power of two that codes are to be multiplied by so that the greatest of squares (., in size) has one."""
+    """The power of two that codes are to be multiplied by so that the greatest of squares (., in
+    size) has one."""
     return float(np.ldexp(1.0, int(np.frexp(np.abs(square).max(initial=0.0))[1]) + 95))
 
 
 def pack_cells(field: Field, square: Single, shells: Shells) -> None:
-    """Fill field.scale and field.cell by the signed squares of the nodes, and have the slack hold what that adds."""
+    """Fill field.scale and field.cell by the signed squares of the nodes, and have the slack hold
+    what that adds."""
     for g, (nx, ny, nz, first) in enumerate(field.shape.tolist()):
         nodes = square[first : first + nx * ny * nz].reshape(nx, ny, nz)
         scale = scale_of(nodes)
@@ -34,15 +37,28 @@ def pack_cells(field: Field, square: Single, shells: Shells) -> None:
         field.grid[g, 5] += 1e-6 * field.grid[g, 3] ** 2 + np.ldexp(scale, -137)
         cell = field.cell[LANES * first : LANES * (first + nx * ny * nz)].reshape(nx, ny, nz, LANES)
         for k in range(LANES):
-            i, j, m = k >> 2, k >> 1 & 1, k & 1
-            cell[: nx - 1, : ny - 1, : nz - 1, k] = code[i : nx - 1 + i, j : ny - 1 + j, m : nz - 1 + m]
+            i = k >> 2
+            j = k >> 1 & 1
+            m = k & 1
+            cell[: nx - 1, : ny - 1, : nz - 1, k] = code[
+                i : nx - 1 + i, j : ny - 1 + j, m : nz - 1 + m
+            ]
         unsure = np.zeros((nx, ny, nz), dtype=np.bool_)
         if g < len(field.root):
             mark_solids(unsure, field, shells, g)
             inside = nodes < 0
             for k in range(LANES):
-                i, j, m = k >> 2, k >> 1 & 1, k & 1
-                unsure[: nx - 1, : ny - 1, : nz - 1] |= inside[i : nx - 1 + i, j : ny - 1 + j, m : nz - 1 + m]
+                i = k >> 2
+                j = k >> 1 & 1
+                m = k & 1
+                unsure[: nx - 1, : ny - 1, : nz - 1] |= inside[
+                    i : nx - 1 + i, j : ny - 1 + j, m : nz - 1 + m
+                ]
         corner = cell[..., 0]
-        # the greatest odd number that is no more than the code says "perhaps", the greatest even one "no"
-        np.copyto(corner, np.where(unsure, np.maximum(corner, 1) - 1 | 1, corner & 0xFFFE), casting="unsafe")
+        # the greatest odd number that is no more than the code says "perhaps", the greatest even
+        # one "no"
+        np.copyto(
+            corner,
+            np.where(unsure, np.maximum(corner, 1) - 1 | 1, corner & 0xFFFE),
+            casting="unsafe",
+        )

@@ -1,4 +1,5 @@
-"""The three kinds of continuous contact: a moving body against an environment, another body, or itself."""
+"""The three kinds of continuous contact: a moving body against an environment, another body, or
+itself."""
 
 from __future__ import annotations
 
@@ -14,11 +15,13 @@ from workbench.solve.contact.moving import Mover
 __all__ = ["Rule", "body_chase", "environment_chase", "self_chase"]
 
 Rule = tuple[Chase, Ints, Floats]
-"""Who is after what; the parts (K,) that take part as 1, or the pairs of segments (Q, 2); depth that is no contact."""
+"""Who is after what; the parts (K,) that take part as 1, or the pairs of segments (Q, 2); depth
+that is no contact."""
 
 
 def environment_chase(mover: Mover, environment: Environment, tolerance: float) -> Rule:
-    """A body against the parts of an environment: hidden ones take no part, the others as deep as they allow."""
+    """A body against the parts of an environment: hidden ones take no part, the others as deep as
+    they allow."""
     checked = (~environment.hidden).astype(np.int64)
     allowed = allowed_depth(mover.body, environment) + tolerance
     return Chase(mover, (packed_faces(environment), packed_shells(environment))), checked, allowed
@@ -26,7 +29,8 @@ def environment_chase(mover: Mover, environment: Environment, tolerance: float) 
 
 def self_chase(mover: Mover, tolerance: float) -> Rule:
     """The non-adjacent segments of one body, as deep in each other as its soft flesh allows."""
-    body, shown = mover.body, mover.placed.window
+    body = mover.body
+    shown = mover.placed.window
     pairs = np.argwhere(np.triu(~body.adjacent) & np.outer(shown, shown))
     return Chase(mover, mover), pairs, body.allowance + tolerance
 
@@ -34,4 +38,8 @@ def self_chase(mover: Mover, tolerance: float) -> Rule:
 def body_chase(one: Mover, other: Mover, tolerance: float) -> Rule:
     """All segments of one body against all of another."""
     pairs = np.argwhere(np.outer(one.placed.window, other.placed.window))
-    return Chase(one, other), pairs, np.full((len(one.body.segments), len(other.body.segments)), tolerance)
+    return (
+        Chase(one, other),
+        pairs,
+        np.full((len(one.body.segments), len(other.body.segments)), tolerance),
+    )

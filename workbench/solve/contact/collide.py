@@ -1,4 +1,5 @@
-"""Contacts and clearance: spheres against spheres by the paper's three steps, spheres against polygons exactly."""
+"""Contacts and clearance: spheres against spheres by the paper's three steps, spheres against
+polygons exactly."""
 
 from __future__ import annotations
 
@@ -53,8 +54,9 @@ _ROWS = 1 << 18
 class SegmentClearance:
     """The nearest of all parts for every pose and segment.
 
-    distance (P, N) [m]: signed; infinite for segments without spheres, NaN outside the logical window. sphere, part,
-    polygon (P, N): -1 where none; point (P, N, 3) [m]: nearest point of the polygon.
+    distance (P, N) [m]: signed; infinite for segments without spheres, NaN outside the logical
+    window. sphere, part, polygon (P, N): -1 where none; point (P, N, 3) [m]: nearest point of the
+    polygon.
     """
 
     distance: Floats
@@ -74,56 +76,77 @@ def collides(
 ) -> Bools:
     """(P,) True where a pose overlaps a part by more than the part allows and `tolerance` [m].
 
-    The same as asking it of all of `clearance`, but it stops at the first.
-    Hidden parts and segments outside the logical window take no part. threads: all cores where None.
-    device: "cpu", or "cuda" for an NVIDIA card (needs numba-cuda; MissingPartError where that or a card is missing).
+    The same as asking it of all of `clearance`, but it stops at the first. Hidden parts and
+    segments outside the logical window take no part. threads: all cores where None. device: "cpu",
+    or "cuda" for an NVIDIA card (needs numba-cuda; MissingPartError where that or a card is
+    missing).
     """
     if on_cpu(device) and not pays(placed):
         deep = -_plain(placed, environment)[0] > allowed_depth(placed.body, environment) + tolerance
         return np.asarray(np.any(deep, axis=(1, 2)))
     groups, columns = allowed_groups(placed.body, environment)
-    return grouped_collides(placed, environment, groups, columns + tolerance, threads=threads, device=device)
+    return grouped_collides(
+        placed, environment, groups, columns + tolerance, threads=threads, device=device
+    )
 
 
 def by_segment(
     placed: Placed, environment: Environment, *, threads: int | None = None, device: str = "cpu"
 ) -> SegmentClearance:
-    """Signed clearance of every segment to the nearest of all parts: `nearest` reduced over the parts, and far faster.
+    """Signed clearance of every segment to the nearest of all parts: `nearest` reduced over the
+    parts, and far faster.
 
-    Of pairs equally near the lowest sphere is named, and of its polygons the lowest. device: as in `collides`.
+    Of pairs equally near the lowest sphere is named, and of its polygons the lowest. device: as in
+    `collides`.
     """
     parts = np.flatnonzero(~environment.hidden)
     some = tuple(parts.tolist())
     if on_cpu(device) and pays(placed):
-        distance, sphere, polygon, point = least_clearance(placed, environment, some, threads=threads)
+        distance, sphere, polygon, point = least_clearance(
+            placed, environment, some, threads=threads
+        )
     else:
         if on_cpu(device):
             distance, sphere, polygon = _least(*_plain(placed, environment)[:3])
         else:
-            distance, sphere, polygon = grouped_clearance(placed, environment, (some,), threads=threads, device=device)
+            distance, sphere, polygon = grouped_clearance(
+                placed, environment, (some,), threads=threads, device=device
+            )
         point = witnesses(placed, environment, (sphere, polygon))
-    distance, sphere, polygon, point = distance[..., 0], sphere[..., 0], polygon[..., 0], point[:, :, 0]
+    distance = distance[..., 0]
+    sphere = sphere[..., 0]
+    polygon = polygon[..., 0]
+    point = point[:, :, 0]
     distance[:, ~placed.window] = np.nan
     owner = np.append(environment.polygon_part, -1)
     return SegmentClearance(distance, sphere, owner[polygon], polygon, point)
 
 
 def contacts(
-    placed: Placed, environment: Environment, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
+    placed: Placed,
+    environment: Environment,
+    *,
+    margin: float = 0.0,
+    tolerance: float = TANGENT_TOLERANCE,
 ) -> Contacts:
     """All (sphere, polygon) pairs that overlap, or lie nearer than `margin` [m], in all poses.
 
-    A pair counts where its signed distance is below margin - tolerance: tangent spheres are not in contact. In a
-    solid part a sphere whose centre is inside has one row with the nearest polygon and a distance that is negative
-    all the way in. Rows are sorted by pose, sphere, part, polygon. Hidden parts are left out.
+    A pair counts where its signed distance is below margin - tolerance: tangent spheres are not in
+    contact. In a solid part a sphere whose centre is inside has one row with the nearest polygon
+    and a distance that is negative all the way in. Rows are sorted by pose, sphere, part, polygon.
+    Hidden parts are left out.
     """
     body = placed.body
     rows, numbers = touching(placed, environment, margin - tolerance)
     order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], rows[:, 0]))
-    rows, numbers = rows[order], numbers[order]
-    point, inside = numbers[:, 1:4], numbers[:, 4] > 0
+    rows = rows[order]
+    numbers = numbers[order]
+    point = numbers[:, 1:4]
+    inside = numbers[:, 4] > 0
     centre = placed.centres[rows[:, 0], rows[:, 1]]
-    normal = _unit(np.where(inside[:, None], point - centre, centre - point), environment.normal[rows[:, 3]])
+    normal = _unit(
+        np.where(inside[:, None], point - centre, centre - point), environment.normal[rows[:, 3]]
+    )
     segment = body.sphere_segment[rows[:, 1]]
     none = np.full(len(rows), -1)
     return Contacts(
@@ -143,31 +166,42 @@ def contacts(
     )
 
 
-def self_contacts(placed: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE) -> Contacts:
+def self_contacts(
+    placed: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
+) -> Contacts:
     """Sphere pairs of non-adjacent segments that overlap, or lie nearer than `margin` [m].
 
-    Overlap about a common joint is legal and left to the joint stops; `allowed` carries the body's allowance for
-    soft flesh, and a row is a fault where its excess is positive.
+    Overlap about a common joint is legal and left to the joint stops; `allowed` carries the body's
+    allowance for soft flesh, and a row is a fault where its excess is positive.
     """
     body = placed.body
     one, other = np.nonzero(np.triu(~body.adjacent))
     both = placed.window[one] & placed.window[other]
-    return _sphere_rows((placed, placed), np.stack([one, other], axis=1)[both], (margin - tolerance, body.allowance))
+    return _sphere_rows(
+        (placed, placed), np.stack([one, other], axis=1)[both], (margin - tolerance, body.allowance)
+    )
 
 
-def body_contacts(one: Placed, other: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE) -> Contacts:
-    """Sphere pairs of two bodies that overlap, or lie nearer than `margin` [m]. Both hold the same number of poses.
+def body_contacts(
+    one: Placed, other: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
+) -> Contacts:
+    """Sphere pairs of two bodies that overlap, or lie nearer than `margin` [m]. Both hold the same
+    number of poses.
 
     Any object made of spheres is such a body: one segment without joints will do.
     """
     pairs = _all_pairs(one, other)
-    return _sphere_rows((one, other), pairs, (margin - tolerance, np.zeros((len(one.window), len(other.window)))))
+    return _sphere_rows(
+        (one, other), pairs, (margin - tolerance, np.zeros((len(one.window), len(other.window))))
+    )
 
 
 def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") -> Floats:
-    """Signed clearance (P, N, parts) [m] of every segment to every part: negative is penetration depth.
+    """Signed clearance (P, N, parts) [m] of every segment to every part: negative is penetration
+    depth.
 
-    Infinite for hidden parts and segments without spheres, NaN outside the logical window. device: as in `collides`.
+    Infinite for hidden parts and segments without spheres, NaN outside the logical window. device:
+    as in `collides`.
     """
     if not on_cpu(device) or pays(placed):
         distance = grouped_clearance(placed, environment, _single(environment), device=device)[0]
@@ -180,10 +214,11 @@ def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") 
 def clearance_of_groups(
     placed: Placed, environment: Environment, groups: Groups, *, grid: bool | None = None
 ) -> Floats:
-    """Signed clearance (P, N, G) [m] of every segment to the nearest part of each group of shown parts.
+    """Signed clearance (P, N, G) [m] of every segment to the nearest part of each group of shown
+    parts.
 
-    Infinite and NaN where `clearance` is. grid: whether to go through a grid of the groups, which is made if it is not
-    there yet; where a batch is large enough for it if None.
+    Infinite and NaN where `clearance` is. grid: whether to go through a grid of the groups, which
+    is made if it is not there yet; where a batch is large enough for it if None.
     """
     if pays(placed) if grid is None else grid:
         distance = grouped_clearance(placed, environment, groups)[0]
@@ -196,14 +231,23 @@ def clearance_of_groups(
     return distance
 
 
-def clearance_of_rows(placed: Placed, environment: Environment, rows: Ints) -> tuple[Floats, Ints, Ints, Floats]:
-    """Signed clearance (R,) [m] of one segment to one part in one pose for each row (R, 3): pose, segment, part.
+def clearance_of_rows(
+    placed: Placed, environment: Environment, rows: Ints
+) -> tuple[Floats, Ints, Ints, Floats]:
+    """Signed clearance (R,) [m] of one segment to one part in one pose for each row (R, 3): pose,
+    segment, part.
 
-    With the sphere (R,), the polygon (R,) and its point (R, 3) [m] that are nearest; infinite, -1, -1 and NaN where the
-    segment has no sphere or the part no polygon. Needs no grid: for few rows.
+    With the sphere (R,), the polygon (R,) and its point (R, 3) [m] that are nearest; infinite, -1,
+    -1 and NaN where the segment has no sphere or the part no polygon. Needs no grid: for few rows.
     """
-    body, count = placed.body, len(rows)
-    out = np.full(count, np.inf), np.full(count, -1), np.full(count, -1), np.full((count, 3), np.nan)
+    body = placed.body
+    count = len(rows)
+    out = (
+        np.full(count, np.inf),
+        np.full(count, -1),
+        np.full(count, -1),
+        np.full((count, 3), np.nan),
+    )
     index = _faces(environment), packed_shells(environment)
     row_clearance(placed.centres, body.radius, body.start, np.ascontiguousarray(rows), *index, out)
     return out
@@ -212,7 +256,8 @@ def clearance_of_rows(placed: Placed, environment: Environment, rows: Ints) -> t
 def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = None) -> Clearance:
     """As `clearance`, with the spheres, polygons and points that are nearest.
 
-    rows (R, 3): pose, segment, part; only these are looked for, and elsewhere is what holds for hidden parts.
+    rows (R, 3): pose, segment, part; only these are looked for, and elsewhere is what holds for
+    hidden parts.
     """
     if rows is None and pays(placed):
         distance, sphere, polygon = grouped_clearance(placed, environment, _single(environment))
@@ -220,19 +265,31 @@ def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = Non
     else:
         distance, sphere, polygon, point = _plain(placed, environment, rows)
     distance[:, ~placed.window] = np.nan
-    return Clearance(placed.body, environment, distance, sphere, polygon, point,
-                     _near_side(placed, (distance, sphere, point)))  # fmt: skip
+    return Clearance(
+        placed.body,
+        environment,
+        distance,
+        sphere,
+        polygon,
+        point,
+        _near_side(placed, (distance, sphere, point)),
+    )
 
 
 def _least(distance: Floats, sphere: Ints, polygon: Ints) -> tuple[Floats, Ints, Ints]:
-    """The nearest of the last axis, which is left with length 1: ties to the lowest sphere, then to the first."""
+    """The nearest of the last axis, which is left with length 1: ties to the lowest sphere, then to
+    the first."""
     if not distance.shape[2]:
         none = np.full((*distance.shape[:2], 1), -1)
         return np.full(none.shape, np.inf), none, none
     ties = distance == distance.min(axis=2, keepdims=True)
     first = np.argmin(np.where(ties, sphere, np.iinfo(np.int64).max), axis=2)[..., None]
     least: Floats = np.take_along_axis(distance, first, axis=2)
-    return least, np.take_along_axis(sphere, first, axis=2), np.take_along_axis(polygon, first, axis=2)
+    return (
+        least,
+        np.take_along_axis(sphere, first, axis=2),
+        np.take_along_axis(polygon, first, axis=2),
+    )
 
 
 def _single(environment: Environment) -> Groups:
@@ -240,7 +297,9 @@ def _single(environment: Environment) -> Groups:
     return tuple(() if hidden else (k,) for k, hidden in enumerate(environment.hidden.tolist()))
 
 
-def _plain(placed: Placed, environment: Environment, rows: Ints | None = None) -> tuple[Floats, Ints, Ints, Floats]:
+def _plain(
+    placed: Placed, environment: Environment, rows: Ints | None = None
+) -> tuple[Floats, Ints, Ints, Floats]:
     """Distance, sphere, polygon (P, N, K) and point (P, N, K, 3) without grids, for small batches.
 
     rows (R, 3): pose, segment, part; all that are shown if None.
@@ -248,21 +307,26 @@ def _plain(placed: Placed, environment: Environment, rows: Ints | None = None) -
     shape = (len(placed), len(placed.window), len(environment.parts))
     if rows is None:
         rows = np.argwhere(np.broadcast_to(np.outer(placed.window, ~environment.hidden), shape))
-    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), np.full((*shape, 3), np.nan)
+    out = (
+        np.full(shape, np.inf),
+        np.full(shape, -1),
+        np.full(shape, -1),
+        np.full((*shape, 3), np.nan),
+    )
     for values, found in zip(out, clearance_of_rows(placed, environment, rows), strict=True):
         values[rows[:, 0], rows[:, 1], rows[:, 2]] = found
     return out
 
 
 def body_clearance(one: Placed, other: Placed) -> Clearance:
-    """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with the nearest
-    spheres; `point` lies on the other's sphere."""
+    """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with
+    the nearest spheres; `point` lies on the other's sphere."""
     return _pair_rows((one, other), _all_pairs(one, other))
 
 
 def self_clearance(placed: Placed) -> Clearance:
-    """Signed clearance (P, N, N) [m] of all non-adjacent segment pairs of one body, each pair once (row < column);
-    infinite elsewhere."""
+    """Signed clearance (P, N, N) [m] of all non-adjacent segment pairs of one body, each pair once
+    (row < column); infinite elsewhere."""
     body = placed.body
     pairs = np.argwhere(np.triu(~body.adjacent) & np.outer(placed.window, placed.window))
     return _pair_rows((placed, placed), pairs)
@@ -274,7 +338,8 @@ def _pair_rows(placed: tuple[Placed, Placed], pairs: Ints) -> Clearance:
 
 
 def allowed_depth(body: Body, environment: Environment) -> Floats:
-    """(N, parts) [m] how deep each segment may be in each part: the environment's rules read for this body."""
+    """(N, parts) [m] how deep each segment may be in each part: the environment's rules read for
+    this body."""
     depth = np.zeros((len(body.segments), len(environment.parts)))
     for rule in environment.allowances:
         for n, name in enumerate(body.segments):
@@ -284,28 +349,40 @@ def allowed_depth(body: Body, environment: Environment) -> Floats:
 
 
 def allowed_groups(body: Body, environment: Environment) -> tuple[Groups, Floats]:
-    """Parts that all segments may be equally deep in, as groups, and that depth (N, G) [m]; without hidden parts."""
+    """Parts that all segments may be equally deep in, as groups, and that depth (N, G) [m]; without
+    hidden parts."""
     parts = np.flatnonzero(~environment.hidden)
-    depth, which = np.unique(allowed_depth(body, environment)[:, parts], axis=1, return_inverse=True)
+    depth, which = np.unique(
+        allowed_depth(body, environment)[:, parts], axis=1, return_inverse=True
+    )
     which = which.reshape(-1)
     return tuple(tuple(parts[which == g].tolist()) for g in range(depth.shape[1])), depth
 
 
 def _all_pairs(one: Placed, other: Placed) -> Ints:
     if len(one) != len(other):
-        raise InputError(f"both bodies need the same number of poses, got {len(one)} and {len(other)}")
+        raise InputError(
+            f"both bodies need the same number of poses, got {len(one)} and {len(other)}"
+        )
     return np.argwhere(np.outer(one.window, other.window))
 
 
-def _sphere_rows(placed: tuple[Placed, Placed], pairs: Ints, rule: tuple[float, Floats]) -> Contacts:
+def _sphere_rows(
+    placed: tuple[Placed, Placed], pairs: Ints, rule: tuple[float, Floats]
+) -> Contacts:
     one, other = placed
     margin, allowance = rule
-    rows, distance = sphere_contacts(_spheres(one), _spheres(other), np.ascontiguousarray(pairs), margin)
+    rows, distance = sphere_contacts(
+        _spheres(one), _spheres(other), np.ascontiguousarray(pairs), margin
+    )
     order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
-    rows, distance = rows[order], distance[order]
-    a, b = one.centres[rows[:, 0], rows[:, 1]], other.centres[rows[:, 0], rows[:, 2]]
+    rows = rows[order]
+    distance = distance[order]
+    a = one.centres[rows[:, 0], rows[:, 1]]
+    b = other.centres[rows[:, 0], rows[:, 2]]
     normal = _unit(a - b, np.array([0.0, 0.0, 1.0]))
-    segment, other_segment = one.body.sphere_segment[rows[:, 1]], other.body.sphere_segment[rows[:, 2]]
+    segment = one.body.sphere_segment[rows[:, 1]]
+    other_segment = other.body.sphere_segment[rows[:, 2]]
     none = np.full(len(rows), -1)
     return Contacts(
         body=one.body,
@@ -325,13 +402,21 @@ def _sphere_rows(placed: tuple[Placed, Placed], pairs: Ints, rule: tuple[float, 
 
 
 def _spheres(placed: Placed) -> Spheres:
-    body, world = placed.body, placed.world_from_segment
+    body = placed.body
+    world = placed.world_from_segment
     around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre) + world[..., 3]
-    return placed.centres, body.radius, body.start, np.ascontiguousarray(around), body.enclosing_radius
+    return (
+        placed.centres,
+        body.radius,
+        body.start,
+        np.ascontiguousarray(around),
+        body.enclosing_radius,
+    )
 
 
 def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints:
-    """(C,) the entry of the six-direction table nearest to a world direction (C, 3), by (pose, segment)."""
+    """(C,) the entry of the six-direction table nearest to a world direction (C, 3), by (pose,
+    segment)."""
     pose, segment = where
     local = np.einsum("cji,cj->ci", placed.world_from_segment[pose, segment][..., :3], direction)
     side: Ints = np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
@@ -339,7 +424,8 @@ def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints
 
 
 def _near_side(placed: Placed, found: tuple[Floats, Ints, Floats]) -> Ints:
-    """(P, N, K) the side of each nearest sphere that faces the point; inside a solid, the side away from it."""
+    """(P, N, K) the side of each nearest sphere that faces the point; inside a solid, the side away
+    from it."""
     side = np.full(found[1].shape, -1)
     step = max(_ROWS // max(side[:1].size, 1), 1)
     for begin in range(0, len(side), step):

@@ -1,4 +1,5 @@
-"""The spheres of a body in clusters of neighbours, each with a ball around all of them however the joints turn."""
+"""The spheres of a body in clusters of neighbours, each with a ball around all of them however the
+joints turn."""
 
 from __future__ import annotations
 
@@ -29,11 +30,16 @@ def crowd_of(placed: Placed) -> Crowd:
 @lru_cache(maxsize=16)
 def _crowd(body: Body) -> Crowd:
     member: list[Ints] = []
-    middle, hubs, reach, start = [], [], [], [0]
+    middle = []
+    hubs = []
+    reach = []
+    start = [0]
     for n in range(len(body.segments)):
         rows = np.arange(body.start[n], body.start[n + 1])
         for group in _groups(body, rows):
-            hub, far, best = _ball(body, group) if not np.any(_moves(body, group)) else _middle(body, n, group)
+            hub, far, best = (
+                _ball(body, group) if not np.any(_moves(body, group)) else _middle(body, n, group)
+            )
             member.append(group)
             middle.append(best)
             hubs.append(hub)
@@ -68,19 +74,24 @@ def blocks_of(body: Body) -> Blocks:
 
 @lru_cache(maxsize=16)
 def lanes_of(body: Body) -> Lanes:
-    """The clusters of a body and their spheres in the frames of their segments, eight side by side."""
+    """The clusters of a body and their spheres in the frames of their segments, eight side by
+    side."""
     crowd = _crowd(body)
-    clusters, count = len(crowd.middle), np.diff(crowd.first)
+    clusters = len(crowd.middle)
+    count = np.diff(crowd.first)
     group = np.concatenate([[0], np.cumsum(-(-np.diff(crowd.start) // LANES))]).astype(np.int64)
     which = np.arange(clusters)
     lane = np.repeat(LANES * group[:-1] - crowd.start[:-1], np.diff(crowd.start)) + which
     cluster = np.full(LANES * int(group[-1]), -1)
     cluster[lane] = which
     hub = np.zeros((int(group[-1]), 4, LANES), dtype=np.float32)
-    ball, member = np.zeros((clusters, 4, LANES), dtype=np.float32), np.full((clusters, LANES), -1)
+    ball = np.zeros((clusters, 4, LANES), dtype=np.float32)
+    member = np.full((clusters, LANES), -1)
     hub[:, 3] = ball[:, 3] = -FAR_AWAY
     hub[lane // LANES, :3, lane % LANES] = crowd.hub
-    hub[lane // LANES, 3, lane % LANES] = np.nextafter(crowd.reach.astype(np.float32), np.float32(np.inf))
+    hub[lane // LANES, 3, lane % LANES] = np.nextafter(
+        crowd.reach.astype(np.float32), np.float32(np.inf)
+    )
     row = np.repeat(np.arange(clusters), count)
     column = np.arange(len(row)) - np.repeat(crowd.first[:-1], count)
     member[row, column] = crowd.member
@@ -93,20 +104,29 @@ def lanes_of(body: Body) -> Lanes:
     np.maximum.at(block_moves, lane // LANES, crowd.middle >= 0)
     extent = max(np.abs(body.centre).max(initial=0.0), np.abs(crowd.hub).max(initial=0.0))
     return Lanes(
-        group, hub.reshape(-1), cluster, block_moves, ball.reshape(-1), member.reshape(-1), moves,
-        np.flatnonzero(np.diff(crowd.start)), np.array([extent]),
-    )  # fmt: skip
+        group,
+        hub.reshape(-1),
+        cluster,
+        block_moves,
+        ball.reshape(-1),
+        member.reshape(-1),
+        moves,
+        np.flatnonzero(np.diff(crowd.start)),
+        np.array([extent]),
+    )
 
 
 def _moves(body: Body, rows: Ints) -> Bools:
-    """Which spheres move in the frame of their segment: they share a twist, or are blended across a joint."""
+    """Which spheres move in the frame of their segment: they share a twist, or are blended across a
+    joint."""
     twists = (body.twist_joint[body.sphere_segment[rows]] >= 0) & (body.twist_share[rows] > 0)
     moves: Bools = twists | ((body.blend_joint[rows] >= 0) & (body.blend_share[rows] > 0))
     return moves
 
 
 def _groups(body: Body, rows: Ints) -> list[Ints]:
-    """Clusters of a segment's spheres: alike in place, and in the joint and share they are blended by."""
+    """Clusters of a segment's spheres: alike in place, and in the joint and share they are blended
+    by."""
     blended = np.where(body.blend_share[rows] > 0, body.blend_joint[rows], -1)
     found = []
     for joint in np.unique(blended):
@@ -118,24 +138,33 @@ def _groups(body: Body, rows: Ints) -> list[Ints]:
 
 
 def _split(points: Floats, rows: Ints) -> list[Ints]:
-    """Rows halved at the middle of the longest side of their points until none is longer than CLUSTER; sorted."""
+    """Rows halved at the middle of the longest side of their points until none is longer than
+    CLUSTER; sorted."""
     if len(rows) <= CLUSTER:
         return [np.sort(rows)]
     order = np.argsort(points[:, np.argmax(np.ptp(points, axis=0))], kind="stable")
     half = len(rows) // 2
-    return [group for some in (order[:half], order[half:]) for group in _split(points[some], rows[some])]
+    return [
+        group for some in (order[:half], order[half:]) for group in _split(points[some], rows[some])
+    ]
 
 
 def _ball(body: Body, rows: Ints) -> tuple[Floats, float, int]:
-    """A small ball around spheres, its centre (3,), radius, and -1: pulled toward the farthest sphere, ever less."""
-    centre, radius = body.centre[rows], body.radius[rows]
-    hub: Floats = 0.5 * ((centre - radius[:, None]).min(axis=0) + (centre + radius[:, None]).max(axis=0))
-    best, least = hub, np.inf
+    """A small ball around spheres, its centre (3,), radius, and -1: pulled toward the farthest
+    sphere, ever less."""
+    centre = body.centre[rows]
+    radius = body.radius[rows]
+    hub: Floats = 0.5 * (
+        (centre - radius[:, None]).min(axis=0) + (centre + radius[:, None]).max(axis=0)
+    )
+    best = hub
+    least = np.inf
     for step in range(2, 100):
         far = np.linalg.norm(centre - hub, axis=1) + radius
         worst = int(np.argmax(far))
         if far[worst] < least:
-            best, least = hub, float(far[worst])
+            best = hub
+            least = float(far[worst])
         hub = hub + (centre[worst] - hub) / step
     return best, least, -1
 
@@ -143,11 +172,13 @@ def _ball(body: Body, rows: Ints) -> tuple[Floats, float, int]:
 def _middle(body: Body, n: int, rows: Ints) -> tuple[Floats, float, int]:
     """The sphere from whose centre the cluster extends least however the joints turn, and how far.
 
-    Two spheres whose shares of the twist differ move against each other by at most the arc of the difference. Blended
-    by v and w across one joint they stand at (1 - v) a + v Q a and (1 - w) b + w Q b from it, Q being some rotation:
-    apart by at most |a - b| + 2 |v - w| |b|.
+    Two spheres whose shares of the twist differ move against each other by at most the arc of the
+    difference. Blended by v and w across one joint they stand at (1 - v) a + v Q a and (1 - w) b +
+    w Q b from it, Q being some rotation: apart by at most |a - b| + 2 |v - w| |b|.
     """
-    c, share, blend = body.centre[rows], body.twist_share[rows], body.blend_share[rows]
+    c = body.centre[rows]
+    share = body.twist_share[rows]
+    blend = body.blend_share[rows]
     joint = blend_point(body)[rows]
     apart: Floats = np.linalg.norm(c[:, None] - c[None], axis=-1)
     far = np.linalg.norm(c - joint, axis=1)
@@ -164,7 +195,8 @@ def _middle(body: Body, n: int, rows: Ints) -> tuple[Floats, float, int]:
 
 
 def _about(body: Body, n: int, points: Floats) -> tuple[Floats, Floats]:
-    """Distance (n,) of points from the line that segment n twists about, and place (n,) along it [m]."""
+    """Distance (n,) of points from the line that segment n twists about, and place (n,) along it
+    [m]."""
     arm = points - body.twist_point[n]
     along = arm @ body.twist_axis[n]
     return np.linalg.norm(arm - np.outer(along, body.twist_axis[n]), axis=1), along

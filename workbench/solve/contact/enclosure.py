@@ -1,10 +1,11 @@
 """Find the open parts that a body stands in: where a part has no inside, nothing else would notice.
 
-From a point inside a closed surface every line of sight crosses it an odd number of times, whatever its winding; from
-a point outside an even number of times. Of a surface with holes both hold for the lines that miss the holes. A point
-counts as enclosed where more than `ENCLOSED` of `LINES` lines cross an odd number of times, and a body where most of
-its segments are, each at the centre of its largest sphere. A wall modelled with both its sides is crossed twice, so
-that a person between such walls is not in them.
+From a point inside a closed surface every line of sight crosses it an odd number of times, whatever
+its winding; from a point outside an even number of times. Of a surface with holes both hold for the
+lines that miss the holes. A point counts as enclosed where more than `ENCLOSED` of `LINES` lines
+cross an odd number of times, and a body where most of its segments are, each at the centre of its
+largest sphere. A wall modelled with both its sides is crossed twice, so that a person between such
+walls is not in them.
 """
 
 from __future__ import annotations
@@ -23,16 +24,18 @@ __all__ = ["ENCLOSED", "LINES", "enclosed"]
 LINES = 96
 """Directions, spread evenly over the sphere."""
 ENCLOSED = 0.6
-"""Share of the lines from a point that must cross an odd number of times: 5/6 do in the middle of a cube with one
-face missing, one half in the middle of a face that is missing, less outside."""
+"""Share of the lines from a point that must cross an odd number of times: 5/6 do in the middle of a
+cube with one face missing, one half in the middle of a face that is missing, less outside."""
 
 
 def enclosed(placed: Placed, environment: Environment, part: int) -> Floats:
-    """(P,) the share of the body's segments that a part encloses, pose by pose; segments out of sight do not count."""
+    """(P,) the share of the body's segments that a part encloses, pose by pose; segments out of
+    sight do not count."""
     body = placed.body
     rows = _largest(body)[placed.window[np.diff(body.start) > 0]]
     points = np.ascontiguousarray(placed.centres[:, rows].reshape(-1, 3))
-    faces, shells = packed_faces(environment), packed_shells(environment)
+    faces = packed_faces(environment)
+    shells = packed_shells(environment)
     share = np.zeros(len(points))
     odd_shares(points, _directions(), faces, shells, part, np.empty(64, dtype=np.int64), share)
     inside: Floats = (share.reshape(len(placed), -1) > ENCLOSED).mean(axis=1)

@@ -39,14 +39,17 @@ def episodes(
     tolerance: float = TANGENT_TOLERANCE,
     threads: int | None = None,
 ) -> Episodes:
-    """Every spell of contact of a motion with an environment: when it began, was deepest, and ended.
+    """Every spell of contact of a motion with an environment: when it began, was deepest, and
+    ended.
 
-    motion: F frames, with `between` in between; time is `motion.time` [s], or the frames' numbers where it has none.
-    by: "segment", an episode for each segment and part, or "sphere", for each sphere and part. Contact is what it is
-    in `sweep`: deeper than the part's allowance and `tolerance` [m], and hidden parts take no part.
+    motion: F frames, with `between` in between; time is `motion.time` [s], or the frames' numbers
+    where it has none. by: "segment", an episode for each segment and part, or "sphere", for each
+    sphere and part. Contact is what it is in `sweep`: deeper than the part's allowance and
+    `tolerance` [m], and hidden parts take no part.
 
-    Times are exact to 1e-6 of the time between two frames, the greatest depth to 1e-5 m; no contact that gets deeper
-    than `tolerance` + 1e-9 m is missed, between frames neither. Two spells less than 2e-6 of a frame apart are one.
+    Times are exact to 1e-6 of the time between two frames, the greatest depth to 1e-5 m; no contact
+    that gets deeper than `tolerance` + 1e-9 m is missed, between frames neither. Two spells less
+    than 2e-6 of a frame apart are one.
     """
     time, key = _checked(body, motion, by)
 
@@ -69,7 +72,8 @@ def self_episodes(
     tolerance: float = TANGENT_TOLERANCE,
     threads: int | None = None,
 ) -> Episodes:
-    """As `episodes`, for the non-adjacent segments of one body, with its allowance for soft flesh."""
+    """As `episodes`, for the non-adjacent segments of one body, with its allowance for soft
+    flesh."""
     time, key = _checked(body, motion, by)
 
     def rule(frames: slice) -> Rule:
@@ -102,14 +106,18 @@ def body_episodes(
 
 
 Found = tuple[Floats, Ints, Floats]
-"""Enter, deepest, leave (E, 3) in frames; who (E, 3): frame, sphere, part or other sphere; signed distance (E,)."""
+"""Enter, deepest, leave (E, 3) in frames; who (E, 3): frame, sphere, part or other sphere; signed
+distance (E,)."""
 
 
 def _checked(body: Body, motion: Poses, by: str) -> tuple[Floats, Ints]:
-    """The times (F,) of a motion, and the key (S,) by which its spheres' contacts belong together."""
+    """The times (F,) of a motion, and the key (S,) by which its spheres' contacts belong
+    together."""
     if by not in ("segment", "sphere"):
         raise UsageError(f"by={by!r}: {one_of(by, ('segment', 'sphere'))}")
-    return check_times(motion), np.arange(len(body.radius)) if by == "sphere" else body.sphere_segment
+    return check_times(motion), np.arange(
+        len(body.radius)
+    ) if by == "sphere" else body.sphere_segment
 
 
 def _packed(body: Body, motion: Poses, frames: slice, window: Iterable[str] | None) -> Mover:
@@ -119,8 +127,9 @@ def _packed(body: Body, motion: Poses, frames: slice, window: Iterable[str] | No
 
 
 class _Spells(NamedTuple):
-    """Spells of contact of some pose pairs: key (E,); begin, end (E,) in frames of the motion; who (E, 3) was deepest
-    (pose pair of the motion, sphere, part or other sphere), when (E,) in that pair, and the signed distance (E,)."""
+    """Spells of contact of some pose pairs: key (E,); begin, end (E,) in frames of the motion; who
+    (E, 3) was deepest (pose pair of the motion, sphere, part or other sphere), when (E,) in that
+    pair, and the signed distance (E,)."""
 
     key: Ints
     begin: Floats
@@ -130,11 +139,14 @@ class _Spells(NamedTuple):
     best: Floats
 
 
-def _found(rule: Callable[[slice], Rule], frames: int, keys: tuple[Ints, Ints], threads: int | None) -> Found:
+def _found(
+    rule: Callable[[slice], Rule], frames: int, keys: tuple[Ints, Ints], threads: int | None
+) -> Found:
     """All episodes of a motion, by the keys of spheres and of parts or other spheres.
 
-    MOST_PACKED pose pairs are packed at a time; each piece of PIECE pairs finds its own spells and how deep they are,
-    so that neither threads nor how much is packed change a bit of the answer. Spells that go on are joined at the end.
+    MOST_PACKED pose pairs are packed at a time; each piece of PIECE pairs finds its own spells and
+    how deep they are, so that neither threads nor how much is packed change a bit of the answer.
+    Spells that go on are joined at the end.
     """
     done: list[_Spells] = []
     width = int(keys[1].max(initial=0)) + 1
@@ -142,8 +154,15 @@ def _found(rule: Callable[[slice], Rule], frames: int, keys: tuple[Ints, Ints], 
         chase, checked, allowed = rule(slice(first, min(first + MOST_PACKED, frames - 1) + 1))
         found: dict[int, _Spells] = {}
 
-        def work(begin: int, end: int, first: int = first, chase: Chase = chase, checked: Ints = checked,
-                 allowed: Floats = allowed, found: dict[int, _Spells] = found) -> None:  # fmt: skip
+        def work(
+            begin: int,
+            end: int,
+            first: int = first,
+            chase: Chase = chase,
+            checked: Ints = checked,
+            allowed: Floats = allowed,
+            found: dict[int, _Spells] = found,
+        ) -> None:
             who, level = candidates(chase, checked, allowed, begin, end)
             spans = contact_spans(chase, whole_way(chase, who, level))
             key = keys[0][spans.who[:, 1]] * width + keys[1][spans.who[:, 2]]
@@ -151,7 +170,9 @@ def _found(rule: Callable[[slice], Rule], frames: int, keys: tuple[Ints, Ints], 
 
         in_pieces(work, len(chase.mover.first), PIECE, threads=threads)
         done += [found[begin] for begin in sorted(found)]
-    spells = _Spells(*(np.concatenate([getattr(piece, name) for piece in done]) for name in _Spells._fields))
+    spells = _Spells(
+        *(np.concatenate([getattr(piece, name) for piece in done]) for name in _Spells._fields)
+    )
     episode, enter, leave = _merged(spells.key, spells.begin, spells.end)
     order = np.lexsort((spells.who[:, 0] + spells.when, spells.best, episode))
     lead = order[np.concatenate([[True], np.diff(episode[order]) != 0])[: len(order)]]
@@ -173,11 +194,15 @@ def _spells(chase: Chase, spans: Spans, key: Ints, first: int) -> _Spells:
 def _merged(key: Ints, begin: Floats, end: Floats) -> tuple[Ints, Floats, Floats]:
     """The episode (M,) each spell belongs to, and when each of them begins and ends (E,) in frames.
 
-    Spells of one key that overlap, or lie nearer than twice what times are exact to, are one episode.
+    Spells of one key that overlap, or lie nearer than twice what times are exact to, are one
+    episode.
     """
     order = np.lexsort((begin, key))
-    key, begin, end = key[order], begin[order], end[order]
-    # the latest end so far, key by key: the ends' ranks, each key with a stretch of ranks of its own
+    key = key[order]
+    begin = begin[order]
+    end = end[order]
+    # the latest end so far, key by key: the ends' ranks, each key with a stretch of ranks of its
+    # own
     count = len(key)
     rank = np.empty(count, dtype=np.int64)
     rank[np.argsort(end, kind="stable")] = np.arange(count)
@@ -191,15 +216,21 @@ def _merged(key: Ints, begin: Floats, end: Floats) -> tuple[Ints, Floats, Floats
     return episode, begin[fresh], np.maximum.reduceat(end, np.flatnonzero(fresh)) if count else end
 
 
-def _between_bodies(bodies: tuple[Body, Body], time: Floats, found: Found, allowed: Floats) -> Episodes:
+def _between_bodies(
+    bodies: tuple[Body, Body], time: Floats, found: Found, allowed: Floats
+) -> Episodes:
     who = found[1]
-    one, other = bodies[0].sphere_segment[who[:, 1]], bodies[1].sphere_segment[who[:, 2]]
+    one = bodies[0].sphere_segment[who[:, 1]]
+    other = bodies[1].sphere_segment[who[:, 2]]
     part = np.full(len(who), -1)
     return _named(bodies, time, found, (allowed[one, other], part, other, who[:, 2]))
 
 
 def _named(
-    bodies: tuple[Body, Body | Environment], time: Floats, found: Found, other: tuple[Floats, Ints, Ints, Ints]
+    bodies: tuple[Body, Body | Environment],
+    time: Floats,
+    found: Found,
+    other: tuple[Floats, Ints, Ints, Ints],
 ) -> Episodes:
     when, who, distance = found
     at = np.interp(when, np.arange(len(time)), time)

@@ -1,4 +1,5 @@
-"""An environment packed for the kernels: polygons with a tree a part, and grids of distances to groups of parts."""
+"""An environment packed for the kernels: polygons with a tree a part, and grids of distances to
+groups of parts."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ from workbench.solve.threads import in_pieces
 __all__ = ["Groups", "field_of", "packed_faces", "packed_records", "packed_shells"]
 
 CELL = 0.02
-"""Edge of a cell [m]: at 1 cm the bounds are four times as tight, and the nodes no longer stay in the cache."""
+"""Edge of a cell [m]: at 1 cm the bounds are four times as tight, and the nodes no longer stay in
+the cache."""
 WIDE_CELL = 0.10
 """Edge of a cell [m] of the grids that answer for single parts from far off."""
 MOST_NODES = 2_000_000
@@ -39,13 +41,15 @@ Groups = tuple[tuple[int, ...], ...]
 
 
 def packed_faces(environment: Environment) -> Faces:
-    """The polygons and a tree of boxes a part, once an environment (nouns are frozen and compare by identity)."""
+    """The polygons and a tree of boxes a part, once an environment (nouns are frozen and compare by
+    identity)."""
     return _faces(_shape(environment))
 
 
 @lru_cache(maxsize=16)
 def _faces(environment: Environment) -> Faces:
-    head, tail = environment.vertices[environment.edges[:, 0]], environment.vertices[environment.edges[:, 1]]
+    head = environment.vertices[environment.edges[:, 0]]
+    tail = environment.vertices[environment.edges[:, 1]]
     low, high = _boxes(environment)
     off, radius = _thickness(environment)
     corners = environment.vertices[environment.triangles]
@@ -73,24 +77,34 @@ def packed_shells(environment: Environment) -> Shells:
 @lru_cache(maxsize=16)
 def _shells(environment: Environment) -> Shells:
     ends = environment.triangle_start[environment.part_start]
-    closed = [bool(solid) and is_closed(environment.triangles[a:b])
-              for solid, a, b in zip(environment.solid, ends[:-1], ends[1:], strict=True)]  # fmt: skip
+    closed = [
+        bool(solid) and is_closed(environment.triangles[a:b])
+        for solid, a, b in zip(environment.solid, ends[:-1], ends[1:], strict=True)
+    ]
     return Shells(environment.triangle_start, np.array(closed, dtype=np.int64))
 
 
 def packed_records(environment: Environment) -> tuple[Floats, Ints, Ints]:
-    """Polygons as records in the order of the trees' leaves: record, begin (F + 1,), rank (F,) of each polygon."""
+    """Polygons as records in the order of the trees' leaves: record, begin (F + 1,), rank (F,) of
+    each polygon."""
     return _records(_shape(environment))
 
 
 @lru_cache(maxsize=4)
 def _records(environment: Environment) -> tuple[Floats, Ints, Ints]:
     faces = _faces(environment)
-    order, count = faces.item, np.diff(environment.edge_start)[faces.item]
+    order = faces.item
+    count = np.diff(environment.edge_start)[faces.item]
     begin = np.concatenate([[0], np.cumsum(RECORD + 6 * count)])
     record = np.empty(int(begin[-1]))
-    head = [*faces.normal[order].T, *faces.circle_centre[order].T, faces.circle_radius[order], faces.drop[order], order,
-            faces.off[order]]  # fmt: skip
+    head = [
+        *faces.normal[order].T,
+        *faces.circle_centre[order].T,
+        faces.circle_radius[order],
+        faces.drop[order],
+        order,
+        faces.off[order],
+    ]
     for column, values in enumerate(head):
         record[begin[:-1] + column] = values
     within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
@@ -106,7 +120,8 @@ def _records(environment: Environment) -> tuple[Floats, Ints, Ints]:
 
 @lru_cache(maxsize=4)
 def field_of(environment: Environment, groups: Groups) -> Field:
-    """Grids and trees of groups of parts, made on all cores and kept for the next batch, large ones also on disk."""
+    """Grids and trees of groups of parts, made on all cores and kept for the next batch, large ones
+    also on disk."""
     shape = _shape(environment)
     record, begin, _ = _records(shape)
 
@@ -121,9 +136,11 @@ def field_of(environment: Environment, groups: Groups) -> Field:
 
 @lru_cache(maxsize=16)
 def _shape(environment: Environment) -> Environment:
-    """The polygons and parts of an environment, without its seats, points, controls, rules and words.
+    """The polygons and parts of an environment, without its seats, points, controls, rules and
+    words.
 
-    An index is made from this alone: so it stays the same where only a control or a rule is another one.
+    An index is made from this alone: so it stays the same where only a control or a rule is another
+    one.
     """
     return replace(
         environment,
@@ -139,11 +156,14 @@ def _shape(environment: Environment) -> Environment:
 
 
 def _made(environment: Environment, groups: Groups) -> Field:
-    faces, shells = _faces(environment), _shells(environment)
+    faces = _faces(environment)
+    shells = _shells(environment)
     record, begin, rank = _records(environment)
     none = np.zeros(0, dtype=np.int64)
-    lists = [np.concatenate([none, *(np.arange(*environment.part_start[[k, k + 1]]) for k in group)])
-             for group in groups]  # fmt: skip
+    lists = [
+        np.concatenate([none, *(np.arange(*environment.part_start[[k, k + 1]]) for k in group)])
+        for group in groups
+    ]
     solids = [[k for k in group if environment.solid[k] and faces.root[k] >= 0] for group in groups]
     lists += [np.arange(*environment.part_start[[k, k + 1]]) for group in solids for k in group]
     polygons = np.concatenate([none, *lists])
@@ -154,28 +174,54 @@ def _made(environment: Environment, groups: Groups) -> Field:
     boxes, child, many, bases = widened(box, link, rank[polygons][item], roots)
     root = bases[: len(groups)]
     grid, shape, wide = _grids(span[: len(groups)], environment)
-    nodes, reach = int(shape[:, :3].prod(axis=1).sum()), float(np.abs(environment.vertices).max(initial=0.0))
+    nodes = int(shape[:, :3].prod(axis=1).sum())
+    reach = float(np.abs(environment.vertices).max(initial=0.0))
     absent = np.zeros(0, dtype=np.int32)
     field = Field(
-        record, begin, boxes, child, many, heads_of(child, many, record, begin, reach), root,
-        span[: len(groups)], wide, grid, shape,
-        scale=np.ones(len(grid), dtype=np.float32), cell=np.zeros(nodes * EIGHT, dtype=np.uint16),
+        record,
+        begin,
+        boxes,
+        child,
+        many,
+        heads_of(child, many, record, begin, reach),
+        root,
+        span[: len(groups)],
+        wide,
+        grid,
+        shape,
+        scale=np.ones(len(grid), dtype=np.float32),
+        cell=np.zeros(nodes * EIGHT, dtype=np.uint16),
         near=np.full(nodes, -1, dtype=np.int32),
-        patch=absent, triangle=absent.astype(np.float32), listed=absent, list_start=absent,
+        patch=absent,
+        triangle=absent.astype(np.float32),
+        listed=absent,
+        list_start=absent,
         solid_start=np.cumsum([0, *map(len, solids)]),
-        solid_part=np.array([k for group in solids for k in group], dtype=np.int64), solid_root=bases[len(groups):],
-        solid_span=span[len(groups):],
-        solid_rank=np.array([environment.part_start[[k, k + 1]] for group in solids for k in group]).reshape(-1, 2),
-    )  # fmt: skip
+        solid_part=np.array([k for group in solids for k in group], dtype=np.int64),
+        solid_root=bases[len(groups) :],
+        solid_span=span[len(groups) :],
+        solid_rank=np.array(
+            [environment.part_start[[k, k + 1]] for group in solids for k in group]
+        ).reshape(-1, 2),
+    )
     square = np.zeros(nodes, dtype=np.float32)
     for g in range(len(grid)):
-        rows, group = int(shape[g, 0] * shape[g, 1]), g % len(groups)
+        rows = int(shape[g, 0] * shape[g, 1])
+        group = g % len(groups)
         if root[group] >= 0:
-            in_pieces(partial(_fill, (faces, shells, field, square), (g, group)), rows, max(rows // 32, 64))
+            in_pieces(
+                partial(_fill, (faces, shells, field, square), (g, group)),
+                rows,
+                max(rows // 32, 64),
+            )
     pack_cells(field, square, shells)
     if len(groups) != 1 or root[0] < 0:
         return field
-    return _listed(faces, field, patches_of((box, link), rank[polygons][item][: len(lists[0])], (record, begin), reach))
+    return _listed(
+        faces,
+        field,
+        patches_of((box, link), rank[polygons][item][: len(lists[0])], (record, begin), reach),
+    )
 
 
 def _listed(faces: Faces, field: Field, patches: Patches) -> Field:
@@ -184,24 +230,43 @@ def _listed(faces: Faces, field: Field, patches: Patches) -> Field:
     triangle, off = rows_of(patches[0], field.record, field.begin, field.grid[0, :3])
     field.grid[0, 7] = SPARE * field.grid[0, 3] * field.shape[0, :3].sum() + 2.0 * off
     patch = patches[0].reshape(-1)
-    return field._replace(patch=patch, triangle=triangle.reshape(-1), listed=listed, list_start=start)
+    return field._replace(
+        patch=patch, triangle=triangle.reshape(-1), listed=listed, list_start=start
+    )
 
 
 def _fill(
-    index: tuple[Faces, Shells, Field, NDArray[np.float32]], which: tuple[int, int], begin: int, end: int
+    index: tuple[Faces, Shells, Field, NDArray[np.float32]],
+    which: tuple[int, int],
+    begin: int,
+    end: int,
 ) -> None:
-    fill_rows(*index, *which, np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32), begin, end)
+    fill_rows(
+        *index,
+        *which,
+        np.empty(DEEP, dtype=np.int64),
+        np.empty(DEEP + EIGHT, dtype=np.float32),
+        begin,
+        end,
+    )
 
 
 def _rounding(environment: Environment) -> float:
-    """More than the rounding of a point on a polygon, of its heights and of its distances to the polygon [m]."""
-    return 16.0 * float(np.finfo(np.float64).eps) * float(np.abs(environment.vertices).max(initial=0.0))
+    """More than the rounding of a point on a polygon, of its heights and of its distances to the
+    polygon [m]."""
+    return (
+        16.0
+        * float(np.finfo(np.float64).eps)
+        * float(np.abs(environment.vertices).max(initial=0.0))
+    )
 
 
 def _thickness(environment: Environment) -> tuple[Floats, Floats]:
-    """How far the corners of each polygon lie off its plane (F,), and from its circle's centre in it (F,) [m].
+    """How far the corners of each polygon lie off its plane (F,), and from its circle's centre in
+    it (F,) [m].
 
-    Widened by rounding, so that what a kernel gives up by them is farther also as it would have been computed.
+    Widened by rounding, so that what a kernel gives up by them is farther also as it would have
+    been computed.
     """
     start = environment.edge_start
     if len(start) == 1:
@@ -219,30 +284,40 @@ def _thickness(environment: Environment) -> tuple[Floats, Floats]:
 
 def _boxes(environment: Environment) -> tuple[Floats, Floats]:
     """Boxes (F, 3) around the polygons, widened by rounding."""
-    heads, start = environment.vertices[environment.edges[:, 0]], environment.edge_start[:-1]
+    heads = environment.vertices[environment.edges[:, 0]]
+    start = environment.edge_start[:-1]
     if not len(start):
         return np.zeros((0, 3)), np.zeros((0, 3))
     spare = _rounding(environment)
-    return np.minimum.reduceat(heads, start, axis=0) - spare, np.maximum.reduceat(heads, start, axis=0) + spare
+    return np.minimum.reduceat(heads, start, axis=0) - spare, np.maximum.reduceat(
+        heads, start, axis=0
+    ) + spare
 
 
 def _grids(own: Floats, environment: Environment) -> tuple[Floats, Ints, Ints]:
-    """Grids (G + W, 8), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones where G > 1."""
+    """Grids (G + W, 8), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones
+    where G > 1."""
     grid, shape = _cells(own, CELL)
     wide = np.full(len(own), -1, dtype=np.int64)
     if len(own) > 1:
-        coarse, counts = _cells(np.repeat(environment.bounds.reshape(1, 6), len(own), axis=0), WIDE_CELL)
+        coarse, counts = _cells(
+            np.repeat(environment.bounds.reshape(1, 6), len(own), axis=0), WIDE_CELL
+        )
         wide += np.arange(1, len(own) + 1) + len(own)
-        grid, shape = np.concatenate([grid, coarse]), np.concatenate([shape, counts])
+        grid = np.concatenate([grid, coarse])
+        shape = np.concatenate([shape, counts])
     shape[1:, 3] = np.cumsum(shape[:-1, :3].prod(axis=1))
     reach = np.abs(environment.vertices).max(initial=0.0) + 1.0
-    grid[:, 5] = 1e-9 * grid[:, 3] ** 2 + 1e-14 * reach * grid[:, 3] * shape[:, :3].max(axis=1, initial=2)
+    grid[:, 5] = 1e-9 * grid[:, 3] ** 2 + 1e-14 * reach * grid[:, 3] * shape[:, :3].max(
+        axis=1, initial=2
+    )
     grid[:, 6] = _faces(environment).off.max(initial=0.0)
     return grid, shape, wide
 
 
 def _cells(boxes: Floats, cell: float) -> tuple[Floats, Ints]:
-    """Grids and shapes around boxes (G, 6), slack and first nodes left open; all cells grow alike until they fit."""
+    """Grids and shapes around boxes (G, 6), slack and first nodes left open; all cells grow alike
+    until they fit."""
     while True:
         # a hair wider than the box, and centred: nothing of the group lies beyond the last node
         sides = (boxes[:, 3:] - boxes[:, :3]) + 2e-3 * cell
@@ -254,5 +329,6 @@ def _cells(boxes: Floats, cell: float) -> tuple[Floats, Ints]:
     whole[:, :3] = shape
     grid = np.zeros((len(boxes), 8))
     grid[:, :3] = 0.5 * (boxes[:, :3] + boxes[:, 3:]) - 0.5 * cell * (shape - 1.0)
-    grid[:, 3], grid[:, 4] = cell, 1.0 / cell
+    grid[:, 3] = cell
+    grid[:, 4] = 1.0 / cell
     return grid, whole

@@ -1,4 +1,5 @@
-"""Large batches on an NVIDIA card: the same compiled functions as on the processor, a thread a pose.
+"""Large batches on an NVIDIA card: the same compiled functions as on the processor, a thread a
+pose.
 
 Nothing here is imported from numba-cuda before a device is asked for.
 """
@@ -21,7 +22,14 @@ from workbench.model.poses import Placed
 if TYPE_CHECKING:
     from types import ModuleType
 
-__all__ = ["Index", "Walk", "clearance_on_device", "collides_on_device", "on_cpu", "posed_collides_on_device"]
+__all__ = [
+    "Index",
+    "Walk",
+    "clearance_on_device",
+    "collides_on_device",
+    "on_cpu",
+    "posed_collides_on_device",
+]
 
 Index = tuple[Crowd, Faces, Shells, Field]
 Walk = tuple[Any, Any]
@@ -40,30 +48,42 @@ def on_cpu(device: str) -> bool:
 
 
 def collides_on_device(placed: Placed, index: Index, allowed: Floats) -> Bools:
-    """(P,) True where a sphere is deeper in a group of parts than allowed (N, G) [m]; as `grouped_collides`.
+    """(P,) True where a sphere is deeper in a group of parts than allowed (N, G) [m]; as
+    `grouped_collides`.
 
     MissingPartError where numba-cuda or a device is missing; so do all functions here.
     """
     gpu = _kernels()
-    scene, limits = gpu.to_device(index), gpu.to_device(np.ascontiguousarray(allowed))
+    scene = gpu.to_device(index)
+    limits = gpu.to_device(np.ascontiguousarray(allowed))
     hit = np.zeros(len(placed), dtype=np.bool_)
-    for begin, end in _pieces(len(placed), placed.centres[:1].nbytes + placed.world_from_segment[:1].nbytes):
+    for begin, end in _pieces(
+        len(placed), placed.centres[:1].nbytes + placed.world_from_segment[:1].nbytes
+    ):
         moved = gpu.to_device((placed.centres[begin:end], placed.world_from_segment[begin:end]))
         hit[begin:end] = _collided(gpu, (moved, scene, limits), allowed.size)
     return hit
 
 
-def posed_collides_on_device(poses: tuple[Floats, Floats, int], walk: Walk, index: Index, allowed: Floats) -> Bools:
-    """As `collides_on_device`, forward kinematics on the device too: 0.8 kB a pose move there instead of 10 to 40 kB.
+def posed_collides_on_device(
+    poses: tuple[Floats, Floats, int], walk: Walk, index: Index, allowed: Floats
+) -> Bools:
+    """As `collides_on_device`, forward kinematics on the device too: 0.8 kB a pose move there
+    instead of 10 to 40 kB.
 
     poses: rotations (P, J, 4), the reference segment's transforms (P, 3, 4) and its number.
     """
     gpu = _kernels()
     rotations, root, reference = poses
-    scene, limits, steps = gpu.to_device(index), gpu.to_device(np.ascontiguousarray(allowed)), gpu.to_device(walk)
-    segments, spheres = len(index[0].shown), len(index[0].radius)
+    scene = gpu.to_device(index)
+    limits = gpu.to_device(np.ascontiguousarray(allowed))
+    steps = gpu.to_device(walk)
+    segments = len(index[0].shown)
+    spheres = len(index[0].radius)
     hit = np.zeros(len(rotations), dtype=np.bool_)
-    for begin, end in _pieces(len(rotations), 8 * (12 * segments + 3 * spheres + 4 * rotations.shape[1])):
+    for begin, end in _pieces(
+        len(rotations), 8 * (12 * segments + 3 * spheres + 4 * rotations.shape[1])
+    ):
         world = np.full((end - begin, segments, 3, 4), np.nan)
         world[:, reference] = root[begin:end]
         turned, frames = gpu.to_device((rotations[begin:end], world))
@@ -74,18 +94,24 @@ def posed_collides_on_device(poses: tuple[Floats, Floats, int], walk: Walk, inde
 
 
 def clearance_on_device(placed: Placed, index: Index) -> tuple[Floats, Ints, Ints]:
-    """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group; as `grouped_clearance`."""
+    """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group; as
+    `grouped_clearance`."""
     gpu = _kernels()
-    scene, crowd = gpu.to_device(index), index[0]
+    scene = gpu.to_device(index)
+    crowd = index[0]
     shape = (len(placed), len(placed.window), len(index[3].root))
     out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
-    each = placed.centres[:1].nbytes + placed.world_from_segment[:1].nbytes + 24 * shape[1] * shape[2]
+    each = (
+        placed.centres[:1].nbytes + placed.world_from_segment[:1].nbytes + 24 * shape[1] * shape[2]
+    )
     for begin, end in _pieces(len(placed), each):
         moved = gpu.to_device((placed.centres[begin:end], placed.world_from_segment[begin:end]))
         answer = gpu.to_device(tuple(values[begin:end] for values in out))
         blocks = _blocks(gpu, end - begin)
         threads = blocks * gpu.THREADS
-        space = gpu.to_device((np.empty((len(crowd.middle), threads)), np.empty((len(crowd.member), threads))))
+        space = gpu.to_device(
+            (np.empty((len(crowd.middle), threads)), np.empty((len(crowd.member), threads)))
+        )
         gpu.clearance_kernel[blocks, gpu.THREADS](moved, scene, answer, space)
         for values, found in zip(out, answer, strict=True):
             values[begin:end] = gpu.to_host(found)

@@ -1,10 +1,11 @@
 """Indexes kept on disk between runs, by the key of what they were made from (see `solve.content`).
 
-A file holds a hash of its key and contents before the contents, so that one that is torn, altered, of another
-version or of somebody else is not believed: it is made anew. Names, types and places of the arrays come first, as JSON,
-then the arrays as they lie in memory: a large index is read in one go and only added up, for its checksum.
-WORKBENCH_CACHE names another folder, or "off" keeps nothing. Where a file cannot be written the run goes on without:
-the cache saves time and decides nothing.
+A file holds a hash of its key and contents before the contents, so that one that is torn, altered,
+of another version or of somebody else is not believed: it is made anew. Names, types and places of
+the arrays come first, as JSON, then the arrays as they lie in memory: a large index is read in one
+go and only added up, for its checksum. WORKBENCH_CACHE names another folder, or "off" keeps
+nothing. Where a file cannot be written the run goes on without: the cache saves time and decides
+nothing.
 """
 
 from __future__ import annotations
@@ -34,7 +35,8 @@ _DIGEST = hashlib.sha256().digest_size
 _ALIGN = 64
 """Arrays begin at multiples of so many bytes."""
 _ROW = 509
-"""Words that are added up in columns: no divisor of a page's, so that pages that changed places show."""
+"""Words that are added up in columns: no divisor of a page's, so that pages that changed places
+show."""
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -68,8 +70,8 @@ def kept(key: bytes, make: Callable[[], Arrays]) -> Arrays:
 def _read(path: Path, key: bytes) -> Arrays | None:
     """The arrays of a file; None where there is none, or none that can be believed.
 
-    They are parts of one large block of memory, which the system gives out in large pages: searches that jump about
-    in it find their way faster than in a mapped file.
+    They are parts of one large block of memory, which the system gives out in large pages: searches
+    that jump about in it find their way faster than in a mapped file.
     """
     try:
         data = np.fromfile(path, dtype=np.uint8)
@@ -89,7 +91,9 @@ def _read(path: Path, key: bytes) -> Arrays | None:
 
 def _write(path: Path, key: bytes, arrays: Arrays) -> None:
     """Write a file in one step, and let the oldest go; nothing where the disk does not let us."""
-    listed, parts, at = [], [], 0
+    listed = []
+    parts = []
+    at = 0
     for name, values in arrays.items():
         listed.append([name, values.dtype.str, values.shape, at])
         part = _bytes(values).tobytes()
@@ -116,8 +120,9 @@ def _bytes(values: NDArray[Any]) -> NDArray[np.uint8]:
 def _checksum(key: bytes, data: NDArray[np.uint8]) -> bytes:
     """A hash of a key, of how many bytes there are and of their words added up in columns.
 
-    It goes at the speed of memory, ten times that of hashing all of them, and tells what disks and writers do to files:
-    cut off, altered, moved or left out. It is no guard against who means to deceive, who could alter our own files too.
+    It goes at the speed of memory, ten times that of hashing all of them, and tells what disks and
+    writers do to files: cut off, altered, moved or left out. It is no guard against who means to
+    deceive, who could alter our own files too.
     """
     whole = len(data) // (8 * _ROW) * (8 * _ROW)
     columns = data[:whole].view(np.uint64).reshape(-1, _ROW).sum(axis=0, dtype=np.uint64)
@@ -126,7 +131,8 @@ def _checksum(key: bytes, data: NDArray[np.uint8]) -> bytes:
 
 
 def forget_partial(folder: Path) -> None:
-    """Remove from a folder of kept files what processes that were killed had half written, more than a day ago."""
+    """Remove from a folder of kept files what processes that were killed had half written, more
+    than a day ago."""
     for path in folder.glob(f"{PARTIAL}*"):
         with suppress(OSError):
             if time.time() - path.stat().st_mtime > _DAY:
@@ -134,8 +140,8 @@ def forget_partial(folder: Path) -> None:
 
 
 def write_whole(path: Path, contents: bytes) -> None:
-    """Write a file in one step, its folder with it; OSError where the disk does not let us, and then nothing is left of
-    it and what was there before stays."""
+    """Write a file in one step, its folder with it; OSError where the disk does not let us, and
+    then nothing is left of it and what was there before stays."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=path.parent, prefix=PARTIAL, delete=False) as part:
         try:

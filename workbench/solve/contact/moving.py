@@ -1,4 +1,5 @@
-"""Pose pairs packed for continuous contact: the frames placed, how their joints turn, where a sphere is on the way."""
+"""Pose pairs packed for continuous contact: the frames placed, how their joints turn, where a
+sphere is on the way."""
 
 from __future__ import annotations
 
@@ -28,7 +29,8 @@ MOST_PLACED = 1024
 class Mover:
     """P pose pairs of a body, from frame first (P,) to frame second (P,) of F placed frames.
 
-    rotations (F, J + 1, 4): unit quaternions, the reference segment's last; origin (F, 3): where that segment is [m].
+    rotations (F, J + 1, 4): unit quaternions, the reference segment's last; origin (F, 3): where
+    that segment is [m].
     """
 
     placed: Placed
@@ -48,8 +50,11 @@ class Mover:
         return self.placed.body
 
 
-def pack_motion(body: Body, frames: Poses, pairs: tuple[Ints, Ints], *, window: Iterable[str] | None = None) -> Mover:
-    """Pose pairs first (P,), second (P,) of the frames (F) of a body; segments outside the window hold NaN."""
+def pack_motion(
+    body: Body, frames: Poses, pairs: tuple[Ints, Ints], *, window: Iterable[str] | None = None
+) -> Mover:
+    """Pose pairs first (P,), second (P,) of the frames (F) of a body; segments outside the window
+    hold NaN."""
     check_joints(body, frames)
     shown = logical_window(body, window, frames.reference)
     turn = from_matrices(frames.world_from_reference[:, :, :3])
@@ -60,8 +65,10 @@ def pack_motion(body: Body, frames: Poses, pairs: tuple[Ints, Ints], *, window: 
     entry = np.zeros((len(body.segments), 3))
     entry[chain.to] = chain.at_to
     levers, twisted = _levers(body, entry)
-    rotations, origin = np.concatenate([joints, turn[:, None]], axis=1), np.ascontiguousarray(world[:, :, 3])
-    count, many = len(pairs[0]), len(body.joints)
+    rotations = np.concatenate([joints, turn[:, None]], axis=1)
+    origin = np.ascontiguousarray(world[:, :, 3])
+    count = len(pairs[0])
+    many = len(body.joints)
     turns = Turns(
         goal=np.empty((count, many + 1, 4)),
         half=np.empty((count, many + 1)),
@@ -71,7 +78,17 @@ def pack_motion(body: Body, frames: Poses, pairs: tuple[Ints, Ints], *, window: 
     aim(rotations, *pairs, body.stops.axes[:, 2].copy(), twisted.astype(np.int64), turns)
     shift = np.linalg.norm(origin[pairs[1]] - origin[pairs[0]], axis=1)
     bound_segments(shift, turns.half, chain, entry, frames.reference, turns.bound)
-    return Mover(placed, frames.reference, rotations, origin, *pairs, chain, packed_skin(body, shown), levers, turns)
+    return Mover(
+        placed,
+        frames.reference,
+        rotations,
+        origin,
+        *pairs,
+        chain,
+        packed_skin(body, shown),
+        levers,
+        turns,
+    )
 
 
 def frames_of(start: Poses, end: Poses) -> tuple[Poses, tuple[Ints, Ints]]:
@@ -83,8 +100,8 @@ def frames_of(start: Poses, end: Poses) -> tuple[Poses, tuple[Ints, Ints]]:
 
 
 def check_times(motion: Poses) -> Floats:
-    """(F,) [s] the times of a motion's frames, or their numbers where it has none; InputError where there are fewer
-    than two frames, or their times do not rise."""
+    """(F,) [s] the times of a motion's frames, or their numbers where it has none; InputError where
+    there are fewer than two frames, or their times do not rise."""
     if len(motion) < 2:
         raise InputError(f"a motion needs at least two frames, got {len(motion)}")
     time = motion.clock
@@ -94,14 +111,16 @@ def check_times(motion: Poses) -> Floats:
 
 
 def ways(mover: Mover, pair: Ints, sphere: Ints, begin: Floats, end: Floats) -> Floats:
-    """(M,) [m] how far the centre of each sphere may be from its chord between two times of its pose pair."""
+    """(M,) [m] how far the centre of each sphere may be from its chord between two times of its
+    pose pair."""
     way = np.empty(len(pair))
     strays(mover.turns, mover.levers, pair, sphere, begin, end, way)
     return way
 
 
 def jumps(mover: Mover, pair: Ints, sphere: Ints) -> Floats:
-    """(M,) the time at which a sphere jumps because the twist it shares passes half a turn; 2 where it does not."""
+    """(M,) the time at which a sphere jumps because the twist it shares passes half a turn; 2 where
+    it does not."""
     joint = mover.levers.twist_joint[sphere]
     shares = mover.levers.twist[sphere] > 0
     return np.where(shares, mover.turns.twist[pair, joint, 5], 2.0)
@@ -115,12 +134,17 @@ def centres_at(mover: Mover, pair: Ints, sphere: Ints, time: Floats) -> Floats:
     if not len(rows):
         return out
     rows = rows[np.lexsort((time[rows], pair[rows]))]
-    p, t = pair[rows], time[rows]
+    p = pair[rows]
+    t = time[rows]
     fresh = np.concatenate([[True], (np.diff(p) != 0) | (np.diff(t) != 0)])
-    at, starts = np.cumsum(fresh) - 1, np.flatnonzero(fresh)
+    at = np.cumsum(fresh) - 1
+    starts = np.flatnonzero(fresh)
     for begin in range(0, len(starts), MOST_PLACED):
         some = starts[begin : begin + MOST_PLACED]
-        mine = slice(int(some[0]), int(starts[begin + len(some)]) if begin + len(some) < len(starts) else len(rows))
+        mine = slice(
+            int(some[0]),
+            int(starts[begin + len(some)]) if begin + len(some) < len(starts) else len(rows),
+        )
         shown = np.zeros(len(mover.body.segments), dtype=np.bool_)
         shown[mover.levers.segment[sphere[rows[mine]]]] = True
         centres = _placed_between(mover, (p[some], t[some]), shown)
@@ -131,11 +155,22 @@ def centres_at(mover: Mover, pair: Ints, sphere: Ints, time: Floats) -> Floats:
 def _placed_between(mover: Mover, when: tuple[Ints, Floats], shown: Bools) -> Floats:
     """(U, S, 3) the spheres of the segments shown (N,) at times (U,) of pairs (U,)."""
     pair, time = when
-    body, joints = mover.body, len(mover.body.joints)
+    body = mover.body
+    joints = len(mover.body.joints)
     turned = np.empty((len(pair), joints + 1, 4))
     world = np.full((len(pair), len(body.segments), 3, 4), np.nan)
     frames = mover.first, mover.second
-    turn_on(mover.rotations, mover.origin, frames, mover.turns, mover.reference, pair, time, turned, world)
+    turn_on(
+        mover.rotations,
+        mover.origin,
+        frames,
+        mover.turns,
+        mover.reference,
+        pair,
+        time,
+        turned,
+        world,
+    )
     chain_transforms(turned[:, :joints], mover.chain, 0, world)
     centres = np.empty((len(pair), len(body.radius), 3))
     skin = mover.skin._replace(shown=shown.astype(np.int64))
@@ -147,7 +182,8 @@ def _levers(body: Body, entry: Floats) -> tuple[Levers, Bools]:
     """What makes each sphere stray, and the joints (J,) whose twist is shared."""
     segment = body.sphere_segment
     turns = (body.twist_joint[segment] >= 0) & (body.twist_share > 0)
-    axis, point = body.twist_axis[segment], body.twist_point[segment]
+    axis = body.twist_axis[segment]
+    point = body.twist_point[segment]
     foot = point + np.einsum("si,si->s", body.centre - point, axis)[:, None] * axis
     off = np.linalg.norm(body.centre - foot, axis=1)
 
@@ -156,9 +192,15 @@ def _levers(body: Body, entry: Floats) -> tuple[Levers, Bools]:
         most: Floats = np.where(turns, circle, np.linalg.norm(body.centre - at, axis=1))
         return most
 
-    blends, joint = (body.blend_joint >= 0) & (body.blend_share > 0), body.blend_joint
-    point, shared = blend_point(body), twist_shared(body)
-    reach = np.where(blends, np.linalg.norm(point - entry[segment], axis=1) + farthest(point), farthest(entry[segment]))
+    blends = (body.blend_joint >= 0) & (body.blend_share > 0)
+    joint = body.blend_joint
+    point = blend_point(body)
+    shared = twist_shared(body)
+    reach = np.where(
+        blends,
+        np.linalg.norm(point - entry[segment], axis=1) + farthest(point),
+        farthest(entry[segment]),
+    )
     blend_twist = np.where(blends & np.append(shared, False)[joint], joint, -1)
     twisted = np.zeros(len(body.joints), dtype=np.bool_)
     twisted[body.twist_joint[segment[turns]]] = True

@@ -14,14 +14,17 @@ __all__ = ["candidates"]
 Swept = tuple[Floats, Floats, Floats]
 
 
-def candidates(chase: Chase, checked: Ints, allowed: Floats, begin: int, end: int) -> tuple[Ints, Floats]:
+def candidates(
+    chase: Chase, checked: Ints, allowed: Floats, begin: int, end: int
+) -> tuple[Ints, Floats]:
     """Who (M, 3) may touch in the pose pairs begin..end, and the level (M,) [m] of each.
 
-    checked: 1 for the parts (K,) that take part, or the pairs of segments (Q, 2). allowed (N, K) or (N, N') [m]:
-    depth that is no contact.
+    checked: 1 for the parts (K,) that take part, or the pairs of segments (Q, 2). allowed (N, K) or
+    (N, N') [m]: depth that is no contact.
     """
     one = _swept(chase.mover, begin, end)
-    segment, radius = chase.mover.levers.segment, chase.mover.body.radius
+    segment = chase.mover.levers.segment
+    radius = chase.mover.body.radius
     if isinstance(chase.against, Mover):
         other = chase.against
         who = near_pairs(one, _swept(other, begin, end), checked, allowed, SLACK)
@@ -39,10 +42,13 @@ def candidates(chase: Chase, checked: Ints, allowed: Floats, begin: int, end: in
 
 
 def _swept(mover: Mover, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
-    """Enclosing spheres and spheres in pairs begin..end: where they begin and end, and how far their surfaces may be
-    from the chord; and the spheres of each segment."""
-    body, world = mover.body, mover.placed.world_from_segment
-    first, second, bound = mover.first[begin:end], mover.second[begin:end], mover.turns.bound[begin:end]
+    """Enclosing spheres and spheres in pairs begin..end: where they begin and end, and how far
+    their surfaces may be from the chord; and the spheres of each segment."""
+    body = mover.body
+    world = mover.placed.world_from_segment
+    first = mover.first[begin:end]
+    second = mover.second[begin:end]
+    bound = mover.turns.bound[begin:end]
     around = []
     for frames in (first, second):
         turned = np.einsum("pnij,nj->pni", world[frames][..., :3], body.enclosing_centre)
@@ -50,10 +56,14 @@ def _swept(mover: Mover, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
     entry = np.zeros((len(body.segments), 3))
     entry[mover.chain.to] = mover.chain.at_to
     arm = np.linalg.norm(body.enclosing_centre - entry, axis=1)
-    size = body.enclosing_radius + 0.125 * (bound[..., 1] + (bound[..., 2] ** 2 + bound[..., 3]) * arm)
+    size = body.enclosing_radius + 0.125 * (
+        bound[..., 1] + (bound[..., 2] ** 2 + bound[..., 3]) * arm
+    )
     size[:, ~mover.placed.window] = np.nan
-    pairs, spheres = end - begin, len(body.radius)
-    pair, sphere = np.repeat(np.arange(begin, end), spheres), np.tile(np.arange(spheres), pairs)
+    pairs = end - begin
+    spheres = len(body.radius)
+    pair = np.repeat(np.arange(begin, end), spheres)
+    sphere = np.tile(np.arange(spheres), pairs)
     way = ways(mover, pair, sphere, np.zeros(len(pair)), np.ones(len(pair)))
     way[jumps(mover, pair, sphere) <= 1.0] = np.inf
     reach = way.reshape(pairs, spheres) + body.radius

@@ -1,4 +1,5 @@
-"""Patches of neighbouring polygons, and which of them hold all that may be nearest in each cell of a grid."""
+"""Patches of neighbouring polygons, and which of them hold all that may be nearest in each cell of
+a grid."""
 
 from __future__ import annotations
 
@@ -21,15 +22,23 @@ Patches = tuple[NDArray[np.int32], NDArray[np.float32], NDArray[np.float32]]
 """Ranks (B, LANES), box (B, 6) and head (B, LANES) of all of a patch."""
 
 
-def patches_of(tree: tuple[Floats, Ints], ranks: Ints, record: tuple[Floats, Ints], reach: float) -> Patches:
-    """The patches of the first of the trees of `split_tree`, (box, link): its largest subtrees of up to eight leaves.
+def patches_of(
+    tree: tuple[Floats, Ints], ranks: Ints, record: tuple[Floats, Ints], reach: float
+) -> Patches:
+    """The patches of the first of the trees of `split_tree`, (box, link): its largest subtrees of
+    up to eight leaves.
 
-    ranks: of the first tree's polygons, in the order of its leaves; reach [m]: the greatest coordinate of all.
+    ranks: of the first tree's polygons, in the order of its leaves; reach [m]: the greatest
+    coordinate of all.
     """
     box, link = tree
     size = np.where(link[:, 2] <= len(ranks), link[:, 2] - link[:, 1], 0)
     inner = np.flatnonzero((link[:, 0] >= 0) & (size > LANES))
-    tops = np.concatenate([link[inner, 0], link[inner, 0] + 1]) if len(inner) else np.flatnonzero(size)[:1]
+    tops = (
+        np.concatenate([link[inner, 0], link[inner, 0] + 1])
+        if len(inner)
+        else np.flatnonzero(size)[:1]
+    )
     tops = np.sort(tops[(size[tops] > 0) & (size[tops] <= LANES)])
     many = size[tops]
     lane = np.minimum(np.arange(LANES), many[:, None] - 1)
@@ -42,7 +51,9 @@ def patches_of(tree: tuple[Floats, Ints], ranks: Ints, record: tuple[Floats, Int
     return patch, box[tops].astype(np.float32), np.ascontiguousarray(of_all)
 
 
-def cell_lists(faces: Faces, field: Field, patches: Patches) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+def cell_lists(
+    faces: Faces, field: Field, patches: Patches
+) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Field.listed and Field.list_start of the only group, made on all cores."""
     nodes = int(field.shape[0, :3].prod())
     points = np.empty((nodes, 3))

@@ -24,8 +24,8 @@ PIECE = 16
 
 @dataclass(frozen=True, eq=False)
 class Gap:
-    """Something to stay clear of: these spheres (S,) of these parts (K,). touching: overlap that the parts allow is
-    taken off, else pairs that may touch are left out."""
+    """Something to stay clear of: these spheres (S,) of these parts (K,). touching: overlap that
+    the parts allow is taken off, else pairs that may touch are left out."""
 
     spheres: Bools
     parts: Bools
@@ -34,9 +34,10 @@ class Gap:
 
 @dataclass(frozen=True, eq=False)
 class PeopleGaps:
-    """B people, Q gaps. room (B, Q) [m]: the signed distance of the nearest pair, plus what it may overlap where that
-    is asked for; infinite where nothing is there. sphere, polygon (B, Q): of that pair, -1 where none; point (B, Q, 3)
-    [m]: of the polygon, nearest to the sphere's centre, NaN where none."""
+    """B people, Q gaps. room (B, Q) [m]: the signed distance of the nearest pair, plus what it may
+    overlap where that is asked for; infinite where nothing is there. sphere, polygon (B, Q): of
+    that pair, -1 where none; point (B, Q, 3) [m]: of the polygon, nearest to the sphere's centre,
+    NaN where none."""
 
     room: Floats
     sphere: Ints
@@ -56,13 +57,19 @@ def people_gaps(
 ) -> PeopleGaps:
     """The clearances of B placed bodies of a family.
 
-    body: any of them, for its segments; moves: parts that have gone along with each person's seat by shift (B, 3) [m].
-    Hidden parts take no part. threads: all cores where None; the answer does not depend on it.
+    body: any of them, for its segments; moves: parts that have gone along with each person's seat
+    by shift (B, 3) [m]. Hidden parts take no part. threads: all cores where None; the answer does
+    not depend on it.
     """
     count = len(placed.centres)
     by = np.zeros((count, 3)) if shift is None else np.ascontiguousarray(shift, dtype=np.float64)
     shape = (count, len(gaps))
-    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1), np.full((*shape, 3), np.nan)
+    out = (
+        np.full(shape, np.inf),
+        np.full(shape, -1),
+        np.full(shape, -1),
+        np.full((*shape, 3), np.nan),
+    )
     asked = _asked(body, environment, gaps, np.isin(environment.parts, list(moves)))
     index = packed_faces(environment), packed_shells(environment)
 
@@ -73,9 +80,13 @@ def people_gaps(
     return PeopleGaps(*out)
 
 
-def _asked(body: Body, environment: Environment, gaps: Sequence[Gap], moves: Bools) -> tuple[Ints, Ints, Ints, Floats]:
-    """Spheres in groups (a segment's, as far as they are asked for), and the pairs of a group and a part."""
-    segment, allowed = body.sphere_segment, allowed_depth(body, environment)
+def _asked(
+    body: Body, environment: Environment, gaps: Sequence[Gap], moves: Bools
+) -> tuple[Ints, Ints, Ints, Floats]:
+    """Spheres in groups (a segment's, as far as they are asked for), and the pairs of a group and a
+    part."""
+    segment = body.sphere_segment
+    allowed = allowed_depth(body, environment)
     rows: list[Ints] = []
     pairs: list[tuple[int, int, int, int]] = []
     depth: list[float] = []
@@ -91,4 +102,9 @@ def _asked(body: Body, environment: Environment, gaps: Sequence[Gap], moves: Boo
             rows.append(own)
     first = np.concatenate([[0], np.cumsum([len(own) for own in rows])]).astype(np.int64)
     flat = np.concatenate([np.zeros(0, np.int64), *rows])
-    return flat, first, np.array(pairs, dtype=np.int64).reshape(-1, 4), np.array(depth, dtype=np.float64)
+    return (
+        flat,
+        first,
+        np.array(pairs, dtype=np.int64).reshape(-1, 4),
+        np.array(depth, dtype=np.float64),
+    )

@@ -18,7 +18,8 @@ from workbench.solve.forward import packed_chain, packed_skin, place
 __all__ = ["posed_collides"]
 
 MEMORY = 256 << 20
-"""Bytes that the bodies placed at a time may take on the processor; a batch that takes more goes in pieces."""
+"""Bytes that the bodies placed at a time may take on the processor; a batch that takes more goes in
+pieces."""
 
 
 def posed_collides(
@@ -29,23 +30,35 @@ def posed_collides(
     tolerance: float = TANGENT_TOLERANCE,
     device: str = "cpu",
 ) -> Bools:
-    """(P,) as `collides` of the poses placed, without ever holding more than MEMORY bytes of placed bodies.
+    """(P,) as `collides` of the poses placed, without ever holding more than MEMORY bytes of placed
+    bodies.
 
-    On a device the poses are placed there, so that of 10^6 poses only the rotations and one transform each have to be
-    moved to it. device: as in `collides`.
+    On a device the poses are placed there, so that of 10^6 poses only the rotations and one
+    transform each have to be moved to it. device: as in `collides`.
     """
-    count, world = len(poses), poses.world_from_reference
+    count = len(poses)
+    world = poses.world_from_reference
     if on_cpu(device):
         size = _at_a_time(body)
         pieces = [slice(begin, begin + size) for begin in range(0, count, size)]
-        placed = (place(body, Poses(poses.rotations[some], poses.reference, world[some])) for some in pieces)
+        placed = (
+            place(body, Poses(poses.rotations[some], poses.reference, world[some]))
+            for some in pieces
+        )
         hits = [collides(piece, environment, tolerance=tolerance) for piece in placed]
         return np.concatenate([np.zeros(0, dtype=np.bool_), *hits])
     groups, allowed = allowed_groups(body, environment)
     one = place(body, Poses(poses.rotations[:1], poses.reference, world[:1]))
-    index = (crowd_of(one), packed_faces(environment), packed_shells(environment), field_of(environment, groups))
+    index = (
+        crowd_of(one),
+        packed_faces(environment),
+        packed_shells(environment),
+        field_of(environment, groups),
+    )
     walk = packed_chain(body, poses.reference, one.window), packed_skin(body, one.window)
-    return posed_collides_on_device((poses.rotations, world, poses.reference), walk, index, allowed + tolerance)
+    return posed_collides_on_device(
+        (poses.rotations, world, poses.reference), walk, index, allowed + tolerance
+    )
 
 
 def _at_a_time(body: Body) -> int:

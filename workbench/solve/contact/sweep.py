@@ -36,22 +36,28 @@ def sweep(
     tolerance: float = TANGENT_TOLERANCE,
     threads: int | None = None,
 ) -> Floats:
-    """Time of first contact on the way from one pose to another: the fraction 0 to 1 of it, NaN where there is none.
+    """Time of first contact on the way from one pose to another: the fraction 0 to 1 of it, NaN
+    where there is none.
 
-    way: P start and P end poses of the body; between them it moves as `between` says. A sphere is in contact where
-    it is deeper in a part than the part's allowance and `tolerance` [m]; hidden parts take no part. by: "segment"
-    gives (P, N), "part" (P, N, K), "sphere" (P, S), "sphere and part" (P, S, K).
+    way: P start and P end poses of the body; between them it moves as `between` says. A sphere is
+    in contact where it is deeper in a part than the part's allowance and `tolerance` [m]; hidden
+    parts take no part. by: "segment" gives (P, N), "part" (P, N, K), "sphere" (P, S), "sphere and
+    part" (P, S, K).
 
-    Times are exact to 1e-6 of the way. No contact that gets deeper than `tolerance` + 1e-9 m is missed, however fast
-    the motion and thin the part: a time interval is passed over only where a bound proves it free
-    (`kernels.contact.advance`, `kernels.contact.motion`). threads: all cores where None; no answer depends on it.
-    UsageError for another `by`, InputError where the poses do not belong together.
+    Times are exact to 1e-6 of the way. No contact that gets deeper than `tolerance` + 1e-9 m is
+    missed, however fast the motion and thin the part: a time interval is passed over only where a
+    bound proves it free (`kernels.contact.advance`, `kernels.contact.motion`). threads: all cores
+    where None; no answer depends on it. UsageError for another `by`, InputError where the poses do
+    not belong together.
     """
     start, end = way
     check_pairs(start, end)
-    rows, columns = _sphere_rows(body, by), _part_columns(environment, by)
+    rows = _sphere_rows(body, by)
+    columns = _part_columns(environment, by)
     frames, pairs = frames_of(start, end)
-    rule = environment_chase(pack_motion(body, frames, pairs, window=window), environment, tolerance)
+    rule = environment_chase(
+        pack_motion(body, frames, pairs, window=window), environment, tolerance
+    )
     first = _first(rule, (rows, columns), len(start), threads)
     return first[:, :, 0] if by in ("segment", "sphere") else first
 
@@ -65,7 +71,8 @@ def self_sweep(
     tolerance: float = TANGENT_TOLERANCE,
     threads: int | None = None,
 ) -> Floats:
-    """As `sweep`, for non-adjacent segments of one body against each other: (P, N, N), each pair once, row < column.
+    """As `sweep`, for non-adjacent segments of one body against each other: (P, N, N), each pair
+    once, row < column.
 
     by: "segment" or "sphere" (P, S, S). The body's allowance for soft flesh is no contact.
     """
@@ -85,20 +92,25 @@ def body_sweep(
     tolerance: float = TANGENT_TOLERANCE,
     threads: int | None = None,
 ) -> Floats:
-    """As `sweep`, for the segments of one body against those of another: (P, N, M); by "sphere": (P, S, S')."""
-    movers, rows = [], []
+    """As `sweep`, for the segments of one body against those of another: (P, N, M); by "sphere":
+    (P, S, S')."""
+    movers = []
+    rows = []
     for body, start, end in (one, other):
         check_pairs(start, end)
         movers.append(pack_motion(body, *frames_of(start, end)))
         rows.append(_sphere_rows(body, _pair_by(by)))
     if len(one[1]) != len(other[1]):
-        raise InputError(f"both bodies need the same number of poses, got {len(one[1])} and {len(other[1])}")
+        raise InputError(
+            f"both bodies need the same number of poses, got {len(one[1])} and {len(other[1])}"
+        )
     rule = body_chase(movers[0], movers[1], tolerance)
     return _first(rule, (rows[0], rows[1]), len(one[1]), threads)
 
 
 def _first(rule: Rule, index: tuple[Ints, Ints], pairs: int, threads: int | None) -> Floats:
-    """(P, R, C) first times, of rows that spheres (S,) go to and columns that parts or spheres go to; NaN: none."""
+    """(P, R, C) first times, of rows that spheres (S,) go to and columns that parts or spheres go
+    to; NaN: none."""
     chase, checked, allowed = rule
     rows, columns = index
     wide = int(columns.max(initial=-1)) + 1
@@ -107,7 +119,8 @@ def _first(rule: Rule, index: tuple[Ints, Ints], pairs: int, threads: int | None
     def work(begin: int, end: int) -> None:
         who, level = candidates(chase, checked, allowed, begin, end)
         spans = whole_way(chase, who, level)
-        row, column = rows[spans.who[:, 1]], columns[spans.who[:, 2]]
+        row = rows[spans.who[:, 1]]
+        column = columns[spans.who[:, 2]]
         key = ((spans.who[:, 0] - begin) * first.shape[1] + row) * wide + column
         first_contacts(chase, spans, key, first[begin:end].reshape(-1))
 

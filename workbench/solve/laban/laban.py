@@ -1,8 +1,9 @@
 """A score of direction signs as a motion of a body that keeps within its joint stops.
 
-Each movement runs from rest to rest along a great circle, its share of the way after the share u of its time being
-10 u^3 - 15 u^4 + 6 u^5: least jerk, as people move from point to point (Flash & Hogan, J. Neurosci. 5(7), 1985).
-A direction that the stops forbid becomes the nearest one that they allow.
+Each movement runs from rest to rest along a great circle, its share of the way after the share u of
+its time being 10 u^3 - 15 u^4 + 6 u^5: least jerk, as people move from point to point (Flash &
+Hogan, J. Neurosci. 5(7), 1985). A direction that the stops forbid becomes the nearest one that they
+allow.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from workbench.solve.stops import nearest_legal
 
 __all__ = ["score_poses"]
 
-_LEAST_RATE, _MOST_RATE, _FRAMES = 50.0, 1000.0, 20
+_LEAST_RATE = 50.0
+_MOST_RATE = 1000.0
+_FRAMES = 20
 _MOST_FRAMES = 2_000_000
 _TOLD = np.radians(1.0)
 """What a stop keeps from its direction by less is not told."""
@@ -33,18 +36,44 @@ _LEVELS = {"low": (25.0, 50.0, 25.0), "middle": (0.0, 0.0, 0.0), "high": (0.0, 0
 
 
 def score_poses(body: Body, score: Score) -> tuple[Poses, tuple[str, ...]]:
-    """The motion of a body with the paper's joints that a score tells, and what the joint stops kept from it.
+    """The motion of a body with the paper's joints that a score tells, and what the joint stops
+    kept from it.
 
-    The body begins upright with its arms at its sides, the pelvis stays upright and faces forward, the lowest sphere
-    is on the ground z = 0. A part without a movement keeps its joints' angles; feet slide as a support moves. At least
-    50 frames a second, and 20 in the shortest movement. InputError where the body has not the paper's joints.
+    The body begins upright with its arms at its sides, the pelvis stays upright and faces forward,
+    the lowest sphere is on the ground z = 0. A part without a movement keeps its joints' angles;
+    feet slide as a support moves. At least 50 frames a second, and 20 in the shortest movement.
+    InputError where the body has not the paper's joints.
     """
-    lacking = [j for j in ("W", "SP", "NP", "HP", "LS", "RS", "LE", "RE", "LW", "RW", "LH", "RH", "LK", "RK", "LA",
-                           "RA") if j not in body.joints]  # fmt: skip
+    lacking = [
+        j
+        for j in (
+            "W",
+            "SP",
+            "NP",
+            "HP",
+            "LS",
+            "RS",
+            "LE",
+            "RE",
+            "LW",
+            "RW",
+            "LH",
+            "RH",
+            "LK",
+            "RK",
+            "LA",
+            "RA",
+        )
+        if j not in body.joints
+    ]
     if lacking:
-        raise InputError(f"body {body.name}: a score is told by the paper's joints, {', '.join(lacking)} are missing")
+        raise InputError(
+            f"body {body.name}: a score is told by the paper's joints, {', '.join(lacking)} are missing"
+        )
     beat = 60.0 / score.tempo
-    moves = [replace(m, begin=(m.begin - 1.0) * beat, beats=m.beats * beat) for m in score.movements]
+    moves = [
+        replace(m, begin=(m.begin - 1.0) * beat, beats=m.beats * beat) for m in score.movements
+    ]
     time = _clock(score, moves)
     notes: list[str] = []
     angles = np.zeros((len(time), len(body.joints), 3))
@@ -65,11 +94,14 @@ def score_poses(body: Body, score: Score) -> tuple[Poses, tuple[str, ...]]:
 
 def _clock(score: Score, moves: list[Movement]) -> Floats:
     """(P,) [s] even frames until the last movement has ended."""
-    shortest, end = min(m.beats for m in moves), max(m.begin + m.beats for m in moves)
+    shortest = min(m.beats for m in moves)
+    end = max(m.begin + m.beats for m in moves)
     rate = float(np.clip(np.ceil(_FRAMES / shortest), _LEAST_RATE, _MOST_RATE))
     frames = int(np.ceil(end * rate - 1e-9)) + 1
     if frames > _MOST_FRAMES:
-        raise InputError(f"{score.file}: {end:g} s at {rate:g} frames a second are more than {_MOST_FRAMES} frames")
+        raise InputError(
+            f"{score.file}: {end:g} s at {rate:g} frames a second are more than {_MOST_FRAMES} frames"
+        )
     return np.asarray(np.arange(frames) / rate)
 
 
@@ -82,19 +114,25 @@ def _about(moves: list[Movement], *parts: str) -> list[Movement]:
 
 
 def _tell(notes: list[str], score: Score, move: Movement, found: tuple[float, Floats]) -> None:
-    """A note where a movement ends elsewhere than its sign says: by how far [rad], and where (3,)."""
+    """A note where a movement ends elsewhere than its sign says: by how far [rad], and where
+    (3,)."""
     off, vector = found
     if off > _TOLD:
         where = f"line {move.line}: " if move.line else ""
-        notes.append(f"{where}{move.part} {move.sign} is beyond the joint stops; the nearest legal posture is "
-                     f"{np.degrees(off):.0f} degrees from it, {nearest_sign(vector)}")  # fmt: skip
+        notes.append(
+            f"{where}{move.part} {move.sign} is beyond the joint stops; the nearest legal posture is "
+            f"{np.degrees(off):.0f} degrees from it, {nearest_sign(vector)}"
+        )
 
 
-def _leg(body: Body, side: str, told: tuple[list[Movement], Score, list[str]], out: tuple[Floats, Floats]) -> None:
+def _leg(
+    body: Body, side: str, told: tuple[list[Movement], Score, list[str]], out: tuple[Floats, Floats]
+) -> None:
     """A leg that carries the body at the level of the support, unless it gestures."""
     moves, score, notes = told
     leg = Limb(body, side[0].upper(), ("H", "K", "A"))
-    level, carries = "middle", True
+    level = "middle"
+    carries = True
     for move in _about(moves, "support", *_whole(f"{side} leg")):
         if move.part == "support":
             level = move.sign.level if move.sign else level

@@ -16,14 +16,15 @@ from workbench.solve.stops import nearest_legal, stop_limits
 
 __all__ = ["Limb", "Spine"]
 
-_DOWN, _UP = np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
+_DOWN = np.array([0.0, 0.0, -1.0])
+_UP = np.array([0.0, 0.0, 1.0])
 Reached = tuple[float, Floats]
 """How far [rad] from its sign a movement ends, and in which direction (3,)."""
 
 
 class Limb:
-    """An arm or a leg: a ball joint, a hinge, and a ball joint at its end. Directions are those of the segment that
-    carries it."""
+    """An arm or a leg: a ball joint, a hinge, and a ball joint at its end. Directions are those of
+    the segment that carries it."""
 
     def __init__(self, body: Body, side: str, joints: tuple[str, str, str]) -> None:
         self.body = body
@@ -36,9 +37,11 @@ class Limb:
         self._ankle = Path(np.zeros(1))
 
     def move(self, move: Movement, part: str) -> Reached:
-        """Take up a movement of "arm", "upper arm", "lower arm" or "hand" (or of a leg), after all so far."""
+        """Take up a movement of "arm", "upper arm", "lower arm" or "hand" (or of a leg), after all
+        so far."""
         sign = move.sign or Sign("place", "low")
-        aim, when = sign_vector(sign), (move.begin, move.beats)
+        aim = sign_vector(sign)
+        when = (move.begin, move.beats)
         if part.startswith("lower"):
             return self._bent(aim, when)
         if part == "hand":
@@ -61,7 +64,8 @@ class Limb:
         return _angle(aim, there), there
 
     def _draw_in(self, part: str, when: tuple[float, float]) -> None:
-        """The end to the ball joint: the hinge bends as far as it goes; a foot stays below its hip."""
+        """The end to the ball joint: the hinge bends as far as it goes; a foot stays below its
+        hip."""
         most = float(self.body.stops.limits[self.hinge, 0, 0])
         if part == "leg":
             self._upper.move(*when, np.array([np.sin(0.5 * most), 0.0, -np.cos(0.5 * most)]))
@@ -90,18 +94,25 @@ class Limb:
     def _legal(self, turn: Floats) -> Floats:
         """(J, 4) the nearest rotations within the stops."""
         world = np.eye(3, 4)[None]
-        return np.asarray(nearest_legal(self.body, Poses(turn[None], self.body.segment("LT"), world))[0])
+        return np.asarray(
+            nearest_legal(self.body, Poses(turn[None], self.body.segment("LT"), world))[0]
+        )
 
     def _bent(self, aim: Floats, when: tuple[float, float]) -> Reached:
-        """The lower part to a direction: the upper one turns about itself and the hinge bends, both within range."""
+        """The lower part to a direction: the upper one turns about itself and the hinge bends, both
+        within range."""
         upper = self._upper.at(np.array([sum(when)]))[0]
-        swing, axes = shortest(_DOWN, upper), self.body.stops.axes
+        swing = shortest(_DOWN, upper)
+        axes = self.body.stops.axes
         ahead = np.cross(axes[self.hinge, 0], _DOWN)
         across = np.cross(axes[self.ball, 2], ahead)
         own = rotate(swing * [1, -1, -1, -1], aim)
         low, high = self._twist_limits(swing)
-        turn = np.arctan2(own @ across, own @ ahead) if np.hypot(own @ across, own @ ahead) > 1e-6 else \
-            float(self._bend.last[0])  # fmt: skip
+        turn = (
+            np.arctan2(own @ across, own @ ahead)
+            if np.hypot(own @ across, own @ ahead) > 1e-6
+            else float(self._bend.last[0])
+        )
         most = self.body.stops.limits[self.hinge, 0]
         best = (-2.0, np.zeros(2), _DOWN)
         for twist in (float(np.clip(turn, low, high)), low, high):
@@ -126,9 +137,12 @@ class Limb:
         end = np.array([sum(when)])
         twist, flex = self._bend.at(end)[0]
         angles = np.zeros((len(self.body.joints), 3))
-        angles[self.ball, 2], angles[self.hinge, 0] = twist, flex
+        angles[self.ball, 2] = twist
+        angles[self.hinge, 0] = flex
         turn = compose(self.body, angles)
-        arm = multiply(shortest(_DOWN, self._upper.at(end)[0]), multiply(turn[self.ball], turn[self.hinge]))
+        arm = multiply(
+            shortest(_DOWN, self._upper.at(end)[0]), multiply(turn[self.ball], turn[self.hinge])
+        )
         turn[self.end] = shortest(_DOWN, rotate(arm * [1, -1, -1, -1], aim))
         legal = self._legal(turn)[self.end]
         there = rotate(legal, _DOWN)
@@ -137,7 +151,8 @@ class Limb:
 
 
 class Spine:
-    """Two joints that share a lean, each by its part of both ranges: waist and solar plexus, or those of the neck."""
+    """Two joints that share a lean, each by its part of both ranges: waist and solar plexus, or
+    those of the neck."""
 
     def __init__(self, body: Body, joints: tuple[str, str]) -> None:
         self.body, self.joints = body, [body.joint(name) for name in joints]
@@ -157,12 +172,17 @@ class Spine:
         """Put the joints' angles (P, J, 3) [rad] at times (P,) [s] into a table of all."""
         aim = self._way.at(time)
         wanted = lean = self._lean(aim)
-        for _ in range(3):  # both joints do not quite turn about one axis: the direction is met by a few corrections
+        for _ in range(
+            3
+            # both joints do not quite turn about one axis: the direction is met by a few
+            # corrections
+        ):
             lean = lean + wanted - self._lean(self._reached(lean))
         angles[:, self.joints, :2] = self._shares(lean)
 
     def _lean(self, aim: Floats) -> Floats:
-        """(P, 2) [rad] the turn from upright to directions (P, 3) about the joints' two swing axes."""
+        """(P, 2) [rad] the turn from upright to directions (P, 3) about the joints' two swing
+        axes."""
         axes = self.body.stops.axes[self.joints[0]]
         swing, _ = swing_twist(shortest(np.broadcast_to(_UP, aim.shape), aim), axes[2])
         return np.asarray(swing @ axes[:2].T)

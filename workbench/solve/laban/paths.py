@@ -12,8 +12,8 @@ _OPPOSITE = np.cos(np.radians(170.0))
 
 
 def smooth(share: Floats) -> Floats:
-    """Share of the way after a share of the time, from rest to rest with the least jerk (Flash & Hogan 1985); 0 before
-    and 1 after."""
+    """Share of the way after a share of the time, from rest to rest with the least jerk (Flash &
+    Hogan 1985); 0 before and 1 after."""
     u = np.clip(share, 0.0, 1.0)
     return np.asarray(u**3 * (10.0 - 15.0 * u + 6.0 * u**2))
 
@@ -31,7 +31,8 @@ class Path:
         return self._moves[-1][3] if self._moves else self._start
 
     def move(self, begin: float, span: float, target: Floats) -> None:
-        """Move to a target from `begin` [s] on for `span` [s], from wherever all moves so far have come to by then."""
+        """Move to a target from `begin` [s] on for `span` [s], from wherever all moves so far have
+        come to by then."""
         start = self.at(np.array([begin]))[0]
         self._moves.append((begin, span, start, np.array(target, dtype=np.float64)))
 
@@ -50,8 +51,8 @@ class Path:
 
 
 class Ways(Path):
-    """A direction that moves along great circles; a turn to the opposite one goes by the first of `by` (n, 3) that is
-    far from both."""
+    """A direction that moves along great circles; a turn to the opposite one goes by the first of
+    `by` (n, 3) that is far from both."""
 
     def __init__(self, start: Floats, by: Floats) -> None:
         super().__init__(start)
@@ -60,7 +61,8 @@ class Ways(Path):
     def _between(self, start: Floats, target: Floats, share: Floats) -> Floats:
         if start @ target < _OPPOSITE:
             middle = next(way for way in self._by if abs(way @ start) < 0.9)
-            first, second = _arc(start, middle, 2.0 * share), _arc(middle, target, 2.0 * share - 1.0)
+            first = _arc(start, middle, 2.0 * share)
+            second = _arc(middle, target, 2.0 * share - 1.0)
             return np.where(share[:, None] < 0.5, first, second)
         return _arc(start, target, share)
 

@@ -1,4 +1,5 @@
-"""A motion of a body as a score of direction signs: what each part does from rest to rest, and where it ends."""
+"""A motion of a body as a score of direction signs: what each part does from rest to rest, and
+where it ends."""
 
 from __future__ import annotations
 
@@ -24,19 +25,25 @@ _LEAST = 2.0 * np.sin(np.radians(10.0))
 _STRAIGHT = np.cos(np.radians(20.0))
 _DRAWN_IN = 0.97
 """A hinge bent by this share of its range has drawn its limb in."""
-_BENT, _RAISED = np.radians(25.0), np.radians(-15.0)
-_ON_GROUND, _UNDER = 0.03, 0.2
+_BENT = np.radians(25.0)
+_RAISED = np.radians(-15.0)
+_ON_GROUND = 0.03
+_UNDER = 0.2
 """[m] A foot this low carries the body, where its ankle is this near below the hip."""
-_DOWN, _UP = np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
+_DOWN = np.array([0.0, 0.0, -1.0])
+_UP = np.array([0.0, 0.0, 1.0])
 
 
-def read_motion_score(body: Body, motion: Poses, *, tempo: float, step: float = Score.step) -> Score:
-    """The score of a motion: parts that move by 20 degrees or more, to the sign nearest to where they end.
+def read_motion_score(
+    body: Body, motion: Poses, *, tempo: float, step: float = Score.step
+) -> Score:
+    """The score of a motion: parts that move by 20 degrees or more, to the sign nearest to where
+    they end.
 
-    Directions are those of the body's own cross of axes. Arms and legs that end straight are told as a whole, others
-    by their parts. Legs that carry the body tell the level of the support, where the pelvis goes its direction. Beats
-    are told in quarters, each no shorter than one. InputError where nothing moves so far, UsageError for a tempo that
-    is not 1 to 1000 beats a minute.
+    Directions are those of the body's own cross of axes. Arms and legs that end straight are told
+    as a whole, others by their parts. Legs that carry the body tell the level of the support, where
+    the pelvis goes its direction. Beats are told in quarters, each no shorter than one. InputError
+    where nothing moves so far, UsageError for a tempo that is not 1 to 1000 beats a minute.
     """
     if not 1 <= tempo <= 1000:
         raise UsageError(f"tempo {tempo:g}: 1 to 1000 beats a minute are possible")
@@ -44,7 +51,9 @@ def read_motion_score(body: Body, motion: Poses, *, tempo: float, step: float = 
     found: list[tuple[str, Sign, Stroke]] = []
     for part, ends in (("trunk", ("LT", "UT")), ("head", ("UT", "H"))):
         way = seen.way(ends[0], ends[1], _UP)
-        found += [(part, nearest_sign(way[s.last]), s) for s in strokes(way, seen.time, least=_LEAST)]
+        found += [
+            (part, nearest_sign(way[s.last]), s) for s in strokes(way, seen.time, least=_LEAST)
+        ]
     carried = []
     for side in ("left", "right"):
         found += _limb(seen, side, "arm")
@@ -54,11 +63,17 @@ def read_motion_score(body: Body, motion: Poses, *, tempo: float, step: float = 
     beat = 60.0 / tempo
     rows = []
     for part, sign, stroke in found:
-        begin, end = (_GRID * round((t - seen.time[0]) / beat / _GRID) for t in (stroke.begin, stroke.end))
+        begin, end = (
+            _GRID * round((t - seen.time[0]) / beat / _GRID) for t in (stroke.begin, stroke.end)
+        )
         rows.append(Movement(part, sign, 1.0 + begin, max(end - begin, _GRID)))
     if not rows:
-        raise InputError("nothing moves far enough for a score: 20 degrees or a quarter of a step are needed")
-    return Score(tuple(sorted(rows, key=lambda m: (m.begin, PARTS.index(m.part)))), float(tempo), step)
+        raise InputError(
+            "nothing moves far enough for a score: 20 degrees or a quarter of a step are needed"
+        )
+    return Score(
+        tuple(sorted(rows, key=lambda m: (m.begin, PARTS.index(m.part)))), float(tempo), step
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,18 +88,31 @@ class _Seen:
     """A motion's segments: how they are turned, and which feet are on the ground."""
 
     def __init__(self, body: Body, motion: Poses) -> None:
-        self.body, self.time = body, motion.clock
-        world, lowest, feet = [], [], []
+        self.body = body
+        self.time = motion.clock
+        world = []
+        lowest = []
+        feet = []
         for first in range(0, len(motion), 1024):
             rows = slice(first, first + 1024)
-            placed = place(body, Poses(motion.rotations[rows], motion.reference, motion.world_from_reference[rows]))
+            placed = place(
+                body,
+                Poses(motion.rotations[rows], motion.reference, motion.world_from_reference[rows]),
+            )
             low = placed.centres[..., 2] - body.radius
             world.append(placed.world_from_segment)
             lowest.append(low.min(axis=1))
-            feet.append(np.stack([low[:, body.spheres(body.segment(f))].min(axis=1) for f in ("LF", "RF")], axis=1))
+            feet.append(
+                np.stack(
+                    [low[:, body.spheres(body.segment(f))].min(axis=1) for f in ("LF", "RF")],
+                    axis=1,
+                )
+            )
         self.world = np.concatenate(world)
         near = np.stack([self._aside(side) for side in "LR"], axis=1) < _UNDER
-        self.grounded: Bools = (np.concatenate(feet) - np.concatenate(lowest)[:, None] < _ON_GROUND) & near
+        self.grounded: Bools = (
+            np.concatenate(feet) - np.concatenate(lowest)[:, None] < _ON_GROUND
+        ) & near
 
     def _aside(self, side: str) -> Floats:
         """(P,) [m] how far an ankle is from below its hip."""
@@ -110,8 +138,11 @@ class _Seen:
 def _limb(seen: _Seen, side: str, limb: str) -> list[tuple[str, Sign, Stroke]]:
     """The movements of an arm or a leg that do not carry the body."""
     s = side[0].upper()
-    carrier, upper, lower = ("UT", s + "UA", s + "LA") if limb == "arm" else ("LT", s + "UL", s + "LL")
-    high, low = seen.way(carrier, upper, _DOWN), seen.way(carrier, lower, _DOWN)
+    carrier, upper, lower = (
+        ("UT", s + "UA", s + "LA") if limb == "arm" else ("LT", s + "UL", s + "LL")
+    )
+    high = seen.way(carrier, upper, _DOWN)
+    low = seen.way(carrier, lower, _DOWN)
     swing = shortest(np.broadcast_to(_DOWN, high.shape), high)
     bend = rotate(conjugate(swing), low)
     hinge = seen.body.joint(s + ("E" if limb == "arm" else "K"))
@@ -123,20 +154,29 @@ def _limb(seen: _Seen, side: str, limb: str) -> list[tuple[str, Sign, Stroke]]:
     moves = {part: strokes(rows[0], seen.time, least=_LEAST) for part, rows in parts.items()}
     if limb == "leg":
         foot = seen.grounded[:, "LR".index(s)]
-        moves = {part: [m for m in rows if not foot[m.first] or not foot[m.last]] for part, rows in moves.items()}
+        moves = {
+            part: [m for m in rows if not foot[m.first] or not foot[m.last]]
+            for part, rows in moves.items()
+        }
     inner = [rows[0] for rows in list(parts.values())[1:]]
     told: list[tuple[str, Sign, Stroke]] = []
     for group in _together(moves):
         stroke = next(iter(group.values()))
         at = stroke.last
         straight = all(float(way[at] @ _DOWN) > _STRAIGHT for way in inner)
-        alone = not any(_overlap(stroke, m) for part, rows in moves.items() if part not in group for m in rows)
+        alone = not any(
+            _overlap(stroke, m) for part, rows in moves.items() if part not in group for m in rows
+        )
         first, second = list(parts)[:2]
         if limb == "leg" and foot[at]:
             told.append((f"{side} leg", Sign("place", "low"), stroke))
         elif straight and alone and (first in group or second in group):
             told.append((f"{side} {limb}", nearest_sign(high[at]), stroke))
-        elif alone and float(bend[at] @ _DOWN) < drawn and _drawn_in(limb, list(group) == [second], high[at]):
+        elif (
+            alone
+            and float(bend[at] @ _DOWN) < drawn
+            and _drawn_in(limb, list(group) == [second], high[at])
+        ):
             told.append((f"{side} {limb}", Sign("place", "middle"), stroke))
         else:
             told += [(part, nearest_sign(parts[part][1][m.last]), m) for part, m in group.items()]
@@ -144,7 +184,8 @@ def _limb(seen: _Seen, side: str, limb: str) -> list[tuple[str, Sign, Stroke]]:
 
 
 def _drawn_in(limb: str, hinge_only: bool, upper: Floats) -> bool:
-    """True where a bent limb is drawn in to its joint: an arm whose upper part stayed, a leg whose foot is below."""
+    """True where a bent limb is drawn in to its joint: an arm whose upper part stayed, a leg whose
+    foot is below."""
     half = np.arctan2(upper[0], -upper[2])
     return hinge_only if limb == "arm" else bool(abs(half - np.radians(67.5)) < np.radians(10.0))
 
@@ -154,7 +195,9 @@ def _together(moves: dict[str, list[Stroke]]) -> list[dict[str, Stroke]]:
     groups: list[dict[str, Stroke]] = []
     for part, rows in moves.items():
         for row in rows:
-            same = next((g for g in groups if part not in g and _same(next(iter(g.values())), row)), None)
+            same = next(
+                (g for g in groups if part not in g and _same(next(iter(g.values())), row)), None
+            )
             if same is None:
                 groups.append({part: row})
             else:
@@ -179,16 +222,25 @@ def _carried(seen: _Seen, side: str) -> list[_Carried]:
     ankle = np.arctan2(shank_from_foot[:, 0], -shank_from_foot[:, 2])
     foot = seen.grounded[:, "LR".index(side)]
     told = []
-    for stroke in strokes(np.stack([knee, ankle], axis=1), seen.time, least=float(np.radians(10.0))):
+    for stroke in strokes(
+        np.stack([knee, ankle], axis=1), seen.time, least=float(np.radians(10.0))
+    ):
         if foot[stroke.first] and foot[stroke.last]:
-            level = "low" if knee[stroke.last] > _BENT else "high" if ankle[stroke.last] < _RAISED else "middle"
+            level = (
+                "low"
+                if knee[stroke.last] > _BENT
+                else "high"
+                if ankle[stroke.last] < _RAISED
+                else "middle"
+            )
             told.append(_Carried(stroke, level))
     return told
 
 
 def _support(seen: _Seen, carried: list[_Carried], step: float) -> list[tuple[str, Sign, Stroke]]:
     """Where the pelvis goes, level by level."""
-    place_, facing = seen.world[:, seen.body.segment("LT"), :, 3], seen.world[0, seen.body.segment("LT"), :2, 0]
+    place_ = seen.world[:, seen.body.segment("LT"), :, 3]
+    facing = seen.world[0, seen.body.segment("LT"), :2, 0]
     facing = facing / max(float(np.linalg.norm(facing)), 1e-12)
     frame = np.array([facing, [-facing[1], facing[0]]])
     told: list[tuple[str, Sign, Stroke]] = []
@@ -196,7 +248,11 @@ def _support(seen: _Seen, carried: list[_Carried], step: float) -> list[tuple[st
     for stroke in strokes(place_[:, :2], seen.time, least=0.25 * step):
         way = frame @ (place_[stroke.last, :2] - place_[stroke.first, :2])
         direction = nearest_sign(np.array([*way, 0.0])).direction
-        before = [c.level for c in levels if c.stroke.end <= stroke.end + 0.1 * (stroke.end - stroke.begin)]
+        before = [
+            c.level
+            for c in levels
+            if c.stroke.end <= stroke.end + 0.1 * (stroke.end - stroke.begin)
+        ]
         told.append(("support", Sign(direction, before[-1] if before else "middle"), stroke))
     for c in levels:
         if not any(_same(c.stroke, stroke) for _, _, stroke in told):

@@ -11,7 +11,8 @@ from workbench.model.arrays import Floats
 
 __all__ = ["Stroke", "strokes"]
 
-_STILL_SHARE, _STILL = 0.002, 1e-3
+_STILL_SHARE = 0.002
+_STILL = 1e-3
 _DIP = 0.1
 """A speed below this share of the peaks on both sides parts two strokes."""
 _TENTH = 0.246636
@@ -28,10 +29,12 @@ class Stroke(NamedTuple):
 
 
 def strokes(path: Floats, time: Floats, *, least: float) -> list[Stroke]:
-    """The strokes of a path (P, k) at times (P,) [s] whose ends are at least so far apart, in units of the path.
+    """The strokes of a path (P, k) at times (P,) [s] whose ends are at least so far apart, in units
+    of the path.
 
-    A stroke lies between rests or dips of the speed. Its beginning and end are those of the movement of least jerk
-    that does the tenth and the nine tenths of the way when it does, or the rests where they lie nearer together.
+    A stroke lies between rests or dips of the speed. Its beginning and end are those of the
+    movement of least jerk that does the tenth and the nine tenths of the way when it does, or the
+    rests where they lie nearer together.
     """
     if len(path) < 2:
         return []
@@ -52,15 +55,20 @@ def strokes(path: Floats, time: Floats, *, least: float) -> list[Stroke]:
 def _dips(speed: Floats) -> list[int]:
     """Where a speed dips below a tenth of the peaks before and after."""
     cuts = []
-    peak, low, at = 0.0, np.inf, 0
+    peak = 0.0
+    low = np.inf
+    at = 0
     for k, value in enumerate(speed.tolist()):
         if value < low:
-            low, at = value, k
+            low = value
+            at = k
         if low < _DIP * peak and value > low / _DIP and value > _DIP * peak:
             cuts.append(at)
-            peak, low = value, np.inf
+            peak = value
+            low = np.inf
         elif value > peak:
-            peak, low = value, np.inf
+            peak = value
+            low = np.inf
     return cuts
 
 

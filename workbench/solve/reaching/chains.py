@@ -1,4 +1,5 @@
-"""Limbs of bodies of a family that reach for targets, a row a reach: tasks, their solution free of obstacles, seeds."""
+"""Limbs of bodies of a family that reach for targets, a row a reach: tasks, their solution free of
+obstacles, seeds."""
 
 from __future__ import annotations
 
@@ -34,7 +35,9 @@ __all__ = [
     "tips_of",
 ]
 
-STEPS, AGAIN, SEEDS = 90, 12, 128
+STEPS = 90
+AGAIN = 12
+SEEDS = 128
 PIECE = 128
 """Rows that a thread takes at a time; within them a row may follow the one before."""
 NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
@@ -42,8 +45,9 @@ NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """One limb of the bodies of a family reaching for P targets: row p is that of body who[p] (P,), whose joints stand
-    at held (P, J, 4) and whose held segment at base (P, 3, 4); goal (P, 12): target, direction, weights of each."""
+    """One limb of the bodies of a family reaching for P targets: row p is that of body who[p] (P,),
+    whose joints stand at held (P, J, 4) and whose held segment at base (P, 3, 4); goal (P, 12):
+    target, direction, weights of each."""
 
     family: Family
     limb: Limb
@@ -65,8 +69,8 @@ class Task:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Angles (P, K, 3), numbers (P, 8) and multipliers held (P, 6 + R) as the kernel gives them, overlap (P,) [m], part
-    (P,) that is entered deepest or holds the limb, -1 where none."""
+    """Angles (P, K, 3), numbers (P, 8) and multipliers held (P, 6 + R) as the kernel gives them,
+    overlap (P,) [m], part (P,) that is entered deepest or holds the limb, -1 where none."""
 
     angles: Floats
     numbers: Floats
@@ -76,7 +80,13 @@ class Found:
 
     def rows(self, rows: Ints | Bools) -> Found:
         """Some of the rows."""
-        return Found(self.angles[rows], self.numbers[rows], self.held[rows], self.overlap[rows], self.part[rows])
+        return Found(
+            self.angles[rows],
+            self.numbers[rows],
+            self.held[rows],
+            self.overlap[rows],
+            self.part[rows],
+        )
 
     def changed(self, rows: Ints, other: Found) -> Found:
         """The same with these rows (Q,) as in another, which has Q of them."""
@@ -95,7 +105,8 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class Walls:
-    """Planes (Q, 8) (link, point, normal, offset) with their parts (Q,); those of row p are start[p]:start[p + 1]."""
+    """Planes (Q, 8) (link, point, normal, offset) with their parts (Q,); those of row p are
+    start[p]:start[p + 1]."""
 
     planes: Floats
     part: Ints
@@ -104,7 +115,9 @@ class Walls:
 
 def rows_of(task: Task, rows: Ints | Bools) -> Task:
     """Some rows of a task."""
-    return replace(task, who=task.who[rows], held=task.held[rows], base=task.base[rows], goal=task.goal[rows])
+    return replace(
+        task, who=task.who[rows], held=task.held[rows], base=task.base[rows], goal=task.goal[rows]
+    )
 
 
 def cold(task: Task, angles: Floats) -> Floats:
@@ -124,16 +137,23 @@ def solved(
     before: Found | None = None,
     threads: int | None = None,
 ) -> Found:
-    """Solve all rows from their start angles (P, K, 3), again from `again` other postures where a row fails; or from
-    the row of the same piece that they follow; or from what was found before for another target or other walls."""
-    count, link = len(task), task.link
+    """Solve all rows from their start angles (P, K, 3), again from `again` other postures where a
+    row fails; or from the row of the same piece that they follow; or from what was found before for
+    another target or other walls."""
+    count = len(task)
+    link = task.link
     # in one order always: for each other one the kernels would be compiled again
     out = np.array(start, order="C"), np.zeros((count, 8)), np.zeros((count, 6 + len(link.rows)))
-    planes, first = NO_PLANES, np.zeros(count + 1, dtype=np.int64)
+    planes = NO_PLANES
+    first = np.zeros(count + 1, dtype=np.int64)
     if walls is not None:
-        at, normal, offset = (np.ascontiguousarray(walls.planes[:, c]) for c in (slice(1, 4), slice(4, 7), 7))
-        planes, first = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset), walls.start
-    settings, problem = (STEPS, *seeds_of(task.body, task.limb), again), (task.base, task.goal)
+        at, normal, offset = (
+            np.ascontiguousarray(walls.planes[:, c]) for c in (slice(1, 4), slice(4, 7), 7)
+        )
+        planes = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset)
+        first = walls.start
+    settings = (STEPS, *seeds_of(task.body, task.limb), again)
+    problem = (task.base, task.goal)
     if before is not None:
         out = np.array(before.angles), np.array(before.numbers), np.array(before.held)
         follow = np.arange(count)
@@ -148,9 +168,10 @@ def solved(
 
 @lru_cache(maxsize=64)
 def seeds_of(body: Body, limb: Limb) -> tuple[Floats, Floats]:
-    """Legal angles (M, K, 3) spread over the chain's range, and where they bring tip and direction (M, 6) in the frame
-    of the held segment; the same ones each time."""
-    link, joints = packed_links(family_of((body,)), limb), joints_between(body, limb.base, limb.end)
+    """Legal angles (M, K, 3) spread over the chain's range, and where they bring tip and direction
+    (M, 6) in the frame of the held segment; the same ones each time."""
+    link = packed_links(family_of((body,)), limb)
+    joints = joints_between(body, limb.base, limb.end)
     limits = body.stops.limits[joints]
     share = np.random.default_rng(1).uniform(size=(4 * SEEDS, len(joints), 3))
     angles = np.where(link.free_of >= 0, -limits[..., 1] + share * limits.sum(axis=-1), 0.0)
@@ -160,7 +181,8 @@ def seeds_of(body: Body, limb: Limb) -> tuple[Floats, Floats]:
     breaches(link, NO_PLANES, angles, breach)
     # the legal ones first, then the least wrong: a start need not be legal
     order = np.argsort(breach, kind="stable")[:SEEDS]
-    angles, at = np.ascontiguousarray(angles[order]), np.zeros((SEEDS, 6))
+    angles = np.ascontiguousarray(angles[order])
+    at = np.zeros((SEEDS, 6))
     base = np.ascontiguousarray(np.broadcast_to(np.eye(3, 4), (SEEDS, 3, 4)))
     tips(link, np.zeros(SEEDS, np.int64), base, angles, at)
     return angles, at

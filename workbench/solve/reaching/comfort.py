@@ -1,9 +1,11 @@
-"""Comfortable joint angles: for each motion a mode and half a range, in which discomfort is counted.
+"""Comfortable joint angles: for each motion a mode and half a range, in which discomfort is
+counted.
 
-The ranges are those of Dreyfuss 3D as the Jack and IPS manikins use them (Tilley & Dreyfuss 1993, The Measure of Man
-and Woman); included angles are told here as flexion. Joints of the trunk and the shoulder girdle have no published
-range: their mode is the neutral posture. A published sum of squares from modes is the joint displacement of Marler,
-Yang et al. (Santos, University of Iowa); half the range as its unit is this project's choice.
+The ranges are those of Dreyfuss 3D as the Jack and IPS manikins use them (Tilley & Dreyfuss 1993,
+The Measure of Man and Woman); included angles are told here as flexion. Joints of the trunk and the
+shoulder girdle have no published range: their mode is the neutral posture. A published sum of
+squares from modes is the joint displacement of Marler, Yang et al. (Santos, University of Iowa);
+half the range as its unit is this project's choice.
 """
 
 from __future__ import annotations
@@ -22,7 +24,8 @@ __all__ = ["COMFORT", "comfort_modes"]
 Range = tuple[str, float, float]
 """A motion and the least and greatest comfortable angle along it [degrees]."""
 
-# By the end of a joint's name, so that LS and RS share a row. A motion that a joint does not have is left out.
+# By the end of a joint's name, so that LS and RS share a row. A motion that a joint does not have
+# is left out.
 COMFORT: Mapping[str, tuple[Range, ...]] = {
     "S": (("flexion", -15, 35), ("abduction", 0, 30), ("medial_rotation", -40, 60)),
     "E": (("flexion", 15, 100),),
@@ -40,12 +43,16 @@ _LEAST = math.radians(5.0)
 def comfort_modes(body: Body, joint: int) -> tuple[Floats, Floats]:
     """Mode (3,) [rad] and half range (3,) [rad] of the two swing angles and the twist of a joint.
 
-    A joint that the table does not know has the middle of its range as mode and half its range as unit.
+    A joint that the table does not know has the middle of its range as mode and half its range as
+    unit.
     """
     limits = body.stops.limits[joint]
-    mode, half = 0.5 * (limits[:, 0] - limits[:, 1]), np.maximum(0.5 * (limits[:, 0] + limits[:, 1]), _LEAST)
+    mode = 0.5 * (limits[:, 0] - limits[:, 1])
+    half = np.maximum(0.5 * (limits[:, 0] + limits[:, 1]), _LEAST)
     name = body.joints[joint]
-    rows = COMFORT["trunk"] if name in _TRUNK else COMFORT.get(name[-1:], ()) if len(name) == 2 else ()
+    rows = (
+        COMFORT["trunk"] if name in _TRUNK else COMFORT.get(name[-1:], ()) if len(name) == 2 else ()
+    )
     known = {motion for pair in body.stops.motions[joint] for motion in pair}
     for motion, low, high in rows:
         if motion in known:

@@ -1,9 +1,11 @@
-"""Limbs that reach: a hand or foot, the point of it that arrives, and the joints that the harness leaves free.
+"""Limbs that reach: a hand or foot, the point of it that arrives, and the joints that the harness
+leaves free.
 
-Zones after MIL-STD-1333: 1 shoulders against the seat back, harness locked, no stretch; 2 locked, the shoulder
-stretched; 3 unlocked, the trunk leans and twists over a pelvis held by the lap belt. Grip points are landmarks of the
-body, so that they follow its measures: the fingertip, the thumb's tip as thumb-tip reach is measured, the centre of
-grip as forearm-grip length is measured, on the surface of the palm.
+Zones after MIL-STD-1333: 1 shoulders against the seat back, harness locked, no stretch; 2 locked,
+the shoulder stretched; 3 unlocked, the trunk leans and twists over a pelvis held by the lap belt.
+Grip points are landmarks of the body, so that they follow its measures: the fingertip, the thumb's
+tip as thumb-tip reach is measured, the centre of grip as forearm-grip length is measured, on the
+surface of the palm.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "landmarks", "limb", "solids"]
 
-HANDS, FEET = ("left hand", "right hand"), ("left foot", "right foot")
+HANDS = ("left hand", "right hand")
+FEET = ("left foot", "right foot")
 GRIPS = {"hand": ("push", "pinch", "grasp"), "foot": ("ball", "heel")}
 ZONES = (1, 2, 3)
 _ARM = {1: ("S", "E", "W"), 2: ("C", "S", "E", "W"), 3: ("C", "S", "E", "W")}
@@ -32,11 +35,13 @@ Spheres = tuple[Floats, Floats]
 
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """A chain of a body that reaches: from segment `base` (held) to segment `end`, the joints `free` free.
+    """A chain of a body that reaches: from segment `base` (held) to segment `end`, the joints
+    `free` free.
 
-    tip (3,) [m]: the point that reaches, pointing (3,): the direction it reaches in, both in the frame of `end`.
-    moving: the segments that go along; solid (S,): the spheres that may meet obstacles. The fingers of a hand that
-    reaches are not among them: the body holds them straight, where a person bends them out of the way.
+    tip (3,) [m]: the point that reaches, pointing (3,): the direction it reaches in, both in the
+    frame of `end`. moving: the segments that go along; solid (S,): the spheres that may meet
+    obstacles. The fingers of a hand that reaches are not among them: the body holds them straight,
+    where a person bends them out of the way.
     """
 
     name: str
@@ -53,37 +58,46 @@ class Limb:
 def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Limb:
     """A hand or foot of a human body.
 
-    name: left hand, right hand, left foot or right foot; grip: push, pinch or grasp of a hand, ball or heel of a foot
-    (the first of them where None); zone: 1, 2 or 3 (of a hand). InputError for unknown names, and where the body lacks
-    the landmark.
+    name: left hand, right hand, left foot or right foot; grip: push, pinch or grasp of a hand, ball
+    or heel of a foot (the first of them where None); zone: 1, 2 or 3 (of a hand). InputError for
+    unknown names, and where the body lacks the landmark.
     """
     if name not in HANDS + FEET:
         raise InputError(f"no limb {name!r}; {one_of(name, HANDS + FEET)}")
-    side, kind = name[0].upper(), name.split()[1]
+    side = name[0].upper()
+    kind = name.split()[1]
     grip = GRIPS[kind][0] if grip is None else grip
     if grip not in GRIPS[kind]:
         raise InputError(f"a {kind} has no grip {grip!r}; {one_of(grip, GRIPS[kind])}")
     if zone not in ZONES:
         raise InputError(f"no zone {zone}; it is 1, 2 or 3")
     if kind == "foot":
-        end, base, joints = body.segment(f"{side}F"), body.segment("LT"), [side + letter for letter in _LEG]
+        end = body.segment(f"{side}F")
+        base = body.segment("LT")
+        joints = [side + letter for letter in _LEG]
         more: tuple[str, ...] = ()
     else:
-        end, base = body.segment(f"{side}HN"), body.segment("UT" if zone < 3 else "LT")
+        end = body.segment(f"{side}HN")
+        base = body.segment("UT" if zone < 3 else "LT")
         joints = [*(("W", "SP") if zone == 3 else ()), *(side + letter for letter in _ARM[zone])]
         more = ("N", "H") if zone == 3 else ()
     free = tuple(body.joint(joint) for joint in joints)
-    moving = tuple(sorted({joint + 1 for joint in free} | {body.segment(segment) for segment in more}))
+    moving = tuple(
+        sorted({joint + 1 for joint in free} | {body.segment(segment) for segment in more})
+    )
     tip, pointing = _landmark([body], (body.centre[None], body.radius[None]), (end, grip))
     solid = np.isin(body.sphere_segment, moving)
     if kind == "hand":
-        solid &= ~(_beyond_knuckle([body], body.centre[None], end)[0] & (body.sphere_segment == end))
+        solid &= ~(
+            _beyond_knuckle([body], body.centre[None], end)[0] & (body.sphere_segment == end)
+        )
     return Limb(f"{name}, {grip}", base, end, free, tip[0], pointing[0], moving, solid)
 
 
 def solids(bodies: Sequence[Body], centre: Floats, limb: Limb) -> Bools:
-    """(B, S) the spheres that may meet obstacles, of bodies of a family whose sphere centres are (B, S, 3): those of
-    the limb, but of a hand that reaches not those farther out than the index knuckle."""
+    """(B, S) the spheres that may meet obstacles, of bodies of a family whose sphere centres are
+    (B, S, 3): those of the limb, but of a hand that reaches not those farther out than the index
+    knuckle."""
     body = bodies[0]
     found = np.repeat(limb.solid[None], len(bodies), axis=0)
     if len(bodies) == 1 or limb.name.split()[1].rstrip(",") != "hand":
@@ -102,14 +116,17 @@ def _beyond_knuckle(bodies: Sequence[Body], centre: Floats, hand: int) -> Bools:
 
 
 def landmarks(bodies: Sequence[Body], spheres: Spheres, limb: Limb) -> tuple[Floats, Floats]:
-    """(B, 3) the points that arrive and the ways they point, of the limb of bodies of a family whose spheres are centre
-    (B, S, 3) and radius (B, S)."""
+    """(B, 3) the points that arrive and the ways they point, of the limb of bodies of a family
+    whose spheres are centre (B, S, 3) and radius (B, S)."""
     tip, pointing = _landmark(bodies, spheres, (limb.end, limb.name.split(", ")[1]))
     return np.ascontiguousarray(tip), np.ascontiguousarray(pointing)
 
 
-def _landmark(bodies: Sequence[Body], spheres: Spheres, which: tuple[int, str]) -> tuple[Floats, Floats]:
-    """(B, 3) the point of a hand or foot (a segment) that arrives, and the way it points, by grip."""
+def _landmark(
+    bodies: Sequence[Body], spheres: Spheres, which: tuple[int, str]
+) -> tuple[Floats, Floats]:
+    """(B, 3) the point of a hand or foot (a segment) that arrives, and the way it points, by
+    grip."""
     segment, grip = which
 
     def named(name: str) -> tuple[Floats, Floats]:

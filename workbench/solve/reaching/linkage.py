@@ -18,7 +18,8 @@ __all__ = ["joints_between", "linkage"]
 
 
 def joints_between(body: Body, base: int, end: int) -> list[int]:
-    """The joints from segment `base` out to segment `end`. InputError where `end` does not lie beyond `base`."""
+    """The joints from segment `base` out to segment `end`. InputError where `end` does not lie
+    beyond `base`."""
     joints: list[int] = []
     at = end
     while at != base:
@@ -30,15 +31,25 @@ def joints_between(body: Body, base: int, end: int) -> list[int]:
     return joints[::-1]
 
 
-def linkage(body: Body, ends: tuple[int, int], free: Iterable[int], tip: tuple[Floats, Floats]) -> Linkage:
+def linkage(
+    body: Body, ends: tuple[int, int], free: Iterable[int], tip: tuple[Floats, Floats]
+) -> Linkage:
     """The chain from segment ends[0] (held) to ends[1], with the angles of the joints `free` free.
 
-    tip: the point (3,) [m] that reaches and the direction (3,) it reaches in, both in the last segment. A hinge has
-    one free angle, and its twist where the stops give it a range; other joints have three.
+    tip: the point (3,) [m] that reaches and the direction (3,) it reaches in, both in the last
+    segment. A hinge has one free angle, and its twist where the stops give it a range; other joints
+    have three.
     """
-    joints, chosen = joints_between(body, *ends), set(free)
+    joints = joints_between(body, *ends)
+    chosen = set(free)
     stops = body.stops
-    rows = [(k, axis) for k, j in enumerate(joints) if j in chosen for axis in range(3) if _turns(body, j, axis)]
+    rows = [
+        (k, axis)
+        for k, j in enumerate(joints)
+        if j in chosen
+        for axis in range(3)
+        if _turns(body, j, axis)
+    ]
     free_of = np.full((len(joints), 3), -1)
     for d, (k, axis) in enumerate(rows):
         free_of[k, axis] = d
@@ -79,7 +90,9 @@ def _rows(body: Body, joints: list[int], free_of: Ints) -> Ints:
     """(R, 3) the stops that hold the free angles, as the kernels number them."""
     rows: list[tuple[int, int, int]] = []
     for k, j in enumerate(joints):
-        kind, swings, twists = body.stops.kind[j], bool((free_of[k, :2] >= 0).any()), free_of[k, 2] >= 0
+        kind = body.stops.kind[j]
+        swings = bool((free_of[k, :2] >= 0).any())
+        twists = free_of[k, 2] >= 0
         if kind == StopKind.CONE and swings:
             rows.append((k, WHOLE_CONE, 0))
         if kind == StopKind.HINGE and free_of[k, 0] >= 0:
@@ -92,22 +105,26 @@ def _rows(body: Body, joints: list[int], free_of: Ints) -> Ints:
 
 
 def _couplings(body: Body, joints: list[int]) -> tuple[Ints, Floats]:
-    """Couplings within the chain by its own joint numbers; one that is driven from elsewhere holds at its least."""
+    """Couplings within the chain by its own joint numbers; one that is driven from elsewhere holds
+    at its least."""
     coupled = np.full((len(joints), 3, 2), -1)
     rows: list[list[float]] = []
     for c in body.stops.couplings:
         if c.joint not in joints:
             continue
-        limit, driver = c.limit, c.driver_joint
+        limit = c.limit
+        driver = c.driver_joint
         if driver not in joints:
-            limit, driver = (min(limit), min(limit)), c.joint
+            limit = (min(limit), min(limit))
+            driver = c.joint
         coupled[joints.index(c.joint), c.axis, c.side] = len(rows)
         rows.append([joints.index(driver), c.driver_axis, *c.driver_angle, *limit])
     return coupled, np.array(rows, dtype=np.float64).reshape(-1, 6)
 
 
 def _polygon(body: Body, joints: list[int], k: int) -> tuple[Floats, int]:
-    """The sides (V, 5, 3) of joint k's polygon and the link in whose frame they stand; empty and -1 where k is -1.
+    """The sides (V, 5, 3) of joint k's polygon and the link in whose frame they stand; empty and -1
+    where k is -1.
 
     InputError where that link is not in the chain.
     """
@@ -117,9 +134,7 @@ def _polygon(body: Body, joints: list[int], k: int) -> tuple[Floats, int]:
     frame = int(body.stops.polygon_frame[j])
     links = [int(body.parent[joints[0] + 1]), *(joint + 1 for joint in joints)]
     if frame not in links[: k + 1]:
-        what = (
-            f"the stop of the {body.joint_names[j]} stands in {body.segment_names[frame]}, which must be held or beyond"
-        )
+        what = f"the stop of the {body.joint_names[j]} stands in {body.segment_names[frame]}, which must be held or beyond"
         raise InputError(f"body {body.name}: {what}")
     corner = body.stops.polygon[j]
     following = np.roll(corner, -1, axis=0)
@@ -127,4 +142,6 @@ def _polygon(body: Body, joints: list[int], k: int) -> tuple[Floats, int]:
     inward /= np.linalg.norm(inward, axis=1, keepdims=True)
     spoke = np.cross(body.stops.polygon_centre[j], corner)
     ends = np.cross(inward, corner), np.cross(following, inward)
-    return np.ascontiguousarray(np.stack([corner, inward, *ends, spoke], axis=1)), links.index(frame)
+    return np.ascontiguousarray(np.stack([corner, inward, *ends, spoke], axis=1)), links.index(
+        frame
+    )

@@ -1,5 +1,5 @@
-"""Reach: the most comfortable posture that brings a hand or foot to a target, within the joint stops and clear of
-obstacles; or how far it is missed and what limits it.
+"""Reach: the most comfortable posture that brings a hand or foot to a target, within the joint
+stops and clear of obstacles; or how far it is missed and what limits it.
 """
 
 from __future__ import annotations
@@ -43,17 +43,20 @@ def reach(
 ) -> Reach:
     """Reach for targets (P, 3) [m] from poses of the same number, or from one pose for all.
 
-    What the limb does not move stays as the poses have it. direction (3,) or (P, 3): the way the limb is to point on
-    arrival, any where None. environment: obstacles, with their allowances. start: postures near to the solutions,
-    which then is quicker; from the comfort modes where None. tries: from how many other postures to begin again where
-    a target is missed. UsageError where the numbers of rows do not fit.
+    What the limb does not move stays as the poses have it. direction (3,) or (P, 3): the way the
+    limb is to point on arrival, any where None. environment: obstacles, with their allowances.
+    start: postures near to the solutions, which then is quicker; from the comfort modes where None.
+    tries: from how many other postures to begin again where a target is missed. UsageError where
+    the numbers of rows do not fit.
     """
     task = _task(body, poses, np.atleast_2d(np.asarray(targets, dtype=np.float64)), limb, direction)
     given = Poses(task.held, poses.reference, np.repeat(np.eye(3, 4)[None], len(task), axis=0))
     angles = cold(task, angles_of(body, given)[:, task.joints])
     if start is not None:
         if len(start) not in (1, len(task)):
-            raise UsageError(f"start: expected 1 or {len(task)} rows for {len(task)} targets, got {len(start)}")
+            raise UsageError(
+                f"start: expected 1 or {len(task)} rows for {len(task)} targets, got {len(start)}"
+            )
         free = (slice(None), task.link.free_joint, task.link.free_axis)
         angles[free] = angles_of(body, start)[:, task.joints][free]
     found = solved(task, angles, tries)
@@ -63,43 +66,60 @@ def reach(
     return _answer(task, found, environment)
 
 
-def _task(body: Body, poses: Poses, targets: Floats, limb: Limb, direction: ArrayLike | None) -> Task:
+def _task(
+    body: Body, poses: Poses, targets: Floats, limb: Limb, direction: ArrayLike | None
+) -> Task:
     if targets.ndim != 2 or targets.shape[1] != 3 or not np.all(np.isfinite(targets)):
         raise UsageError(f"targets: expected finite points (P, 3), got an array {targets.shape}")
     if len(poses) not in (1, len(targets)):
-        raise UsageError(f"poses: expected 1 or {len(targets)} rows for {len(targets)} targets, got {len(poses)}")
+        raise UsageError(
+            f"poses: expected 1 or {len(targets)} rows for {len(targets)} targets, got {len(poses)}"
+        )
     check_joints(body, poses)
     family = family_of((body,))
-    base, rotations = frames(family, poses, limb.base), poses.rotations
+    base = frames(family, poses, limb.base)
+    rotations = poses.rotations
     if len(poses) != len(targets):
         base, rotations = (np.repeat(array, len(targets), axis=0) for array in (base, rotations))
     goal = goals_of(targets)
     if direction is not None:
         given = np.asarray(direction, dtype=np.float64)
         if given.shape not in ((3,), targets.shape):
-            raise UsageError(f"direction: expected a vector (3,) or {targets.shape}, got an array {given.shape}")
+            raise UsageError(
+                f"direction: expected a vector (3,) or {targets.shape}, got an array {given.shape}"
+            )
         way = np.broadcast_to(given, targets.shape)
         size = np.linalg.norm(way, axis=1, keepdims=True)
         if not np.all(size > 1e-9):
             raise UsageError("direction: expected vectors that have a length, got one of length 0")
-        goal[:, 3:6], goal[:, 9:] = way / size, TURN_LEVER
+        goal[:, 3:6] = way / size
+        goal[:, 9:] = TURN_LEVER
     joints = joints_between(body, limb.base, limb.end)
     # arrays of one kind only: each new kind would have the kernels compiled again
     who = np.zeros(len(targets), dtype=np.int64)
-    return Task(family, limb, packed_links(family, limb), joints, who, np.array(rotations), base, goal)
+    return Task(
+        family, limb, packed_links(family, limb), joints, who, np.array(rotations), base, goal
+    )
 
 
 def goals_of(targets: Floats) -> Floats:
     """(P, 12) goals of the kernels for targets (P, 3), from any direction."""
     goal = np.zeros((len(targets), 12))
-    goal[:, :3], goal[:, 6:9] = targets, 1.0
+    goal[:, :3] = targets
+    goal[:, 6:9] = 1.0
     return goal
 
 
 def stopped_by(task: Task, found: Found, reached: Bools) -> tuple[Floats, Floats, Floats]:
     """Joint, axis and side (P,) of the stop that limits each reach, -1 where none does."""
     numbers = found.numbers
-    stopped = ~reached & (found.part < 0) & (numbers[:, 7] > 0) & (numbers[:, 3] >= 0) & (numbers[:, 6] > SLACK)
+    stopped = (
+        ~reached
+        & (found.part < 0)
+        & (numbers[:, 7] > 0)
+        & (numbers[:, 3] >= 0)
+        & (numbers[:, 6] > SLACK)
+    )
     joint = np.array(task.joints)[numbers[:, 3].astype(np.int64)]
     values = joint, numbers[:, 4], numbers[:, 5]
     first, second, third = (np.where(stopped, value, -1) for value in values)

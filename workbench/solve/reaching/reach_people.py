@@ -1,8 +1,8 @@
 """Reaches of many people at once: one limb of B bodies of a family, each to its T targets.
 
-People are taken in the order of how far they must stretch for a target, so that each can follow the one before: his
-solution and its multipliers are a start that mostly needs three steps. The first of every PIECE of them starts from
-the comfort modes, as a single reach does.
+People are taken in the order of how far they must stretch for a target, so that each can follow the
+one before: his solution and its multipliers are a start that mostly needs three steps. The first of
+every PIECE of them starts from the comfort modes, as a single reach does.
 """
 
 from __future__ import annotations
@@ -22,7 +22,17 @@ from workbench.model.people_reach import PeopleReach
 from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import angles_of
 from workbench.solve.family import Family, family_of, frames, packed_links
-from workbench.solve.reaching.chains import AGAIN, PIECE, Found, Task, cold, posed, rows_of, solved, tips_of
+from workbench.solve.reaching.chains import (
+    AGAIN,
+    PIECE,
+    Found,
+    Task,
+    cold,
+    posed,
+    rows_of,
+    solved,
+    tips_of,
+)
 from workbench.solve.reaching.limbs import HANDS, Limb, limb
 from workbench.solve.reaching.linkage import joints_between
 from workbench.solve.reaching.obstacles import Room, cleared
@@ -39,8 +49,9 @@ MOST_SPARE = 1.0
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """The rows of the kernels: order (B T,) target by target, in each by how far people must stretch; follow (B T,):
-    the row whose solution each starts from, -1 where none; shoulder (B, 3) [m]."""
+    """The rows of the kernels: order (B T,) target by target, in each by how far people must
+    stretch; follow (B T,): the row whose solution each starts from, -1 where none; shoulder (B, 3)
+    [m]."""
 
     order: Ints
     follow: Ints
@@ -49,7 +60,8 @@ class _Rows:
 
 @dataclass(frozen=True, eq=False)
 class _Ask:
-    """What is asked of everybody: limb, grip, zone; environment and the parts that move; spare [m]; threads."""
+    """What is asked of everybody: limb, grip, zone; environment and the parts that move; spare [m];
+    threads."""
 
     limb: tuple[str, str | None, int]
     environment: Environment | None
@@ -76,19 +88,23 @@ def reach_people(
 ) -> PeopleReach:
     """Reach with a limb of B bodies, one row of poses a body, for targets (T, 3) or (B, T, 3) [m].
 
-    bodies: of one family, with the same segments, joints and stops; only lengths and spheres differ. name, grip, zone:
-    as for `limb`. environment: obstacles, with their allowances; moves: its parts that have gone along with each
-    person's seat by shift (B, 3) [m]. spare [m]: how far beyond a reached target to look for the farthest point that
-    the limb still reaches, on the ray from its first joint (shoulder, hip) as it stands in the poses; to within 1 mm,
-    obstacles aside. rotations: whether to give the postures found. threads: all cores where None; the answer does not
-    depend on it. A posture may depend slightly on the other people, because each solution starts from a neighbour's;
-    who is kept from a target by obstacles does not, because everybody in doubt is solved alone. UsageError where
-    numbers of rows do not fit or bodies are not of one family.
+    bodies: of one family, with the same segments, joints and stops; only lengths and spheres
+    differ. name, grip, zone: as for `limb`. environment: obstacles, with their allowances; moves:
+    its parts that have gone along with each person's seat by shift (B, 3) [m]. spare [m]: how far
+    beyond a reached target to look for the farthest point that the limb still reaches, on the ray
+    from its first joint (shoulder, hip) as it stands in the poses; to within 1 mm, obstacles aside.
+    rotations: whether to give the postures found. threads: all cores where None; the answer does
+    not depend on it. A posture may depend slightly on the other people, because each solution
+    starts from a neighbour's; who is kept from a target by obstacles does not, because everybody in
+    doubt is solved alone. UsageError where numbers of rows do not fit or bodies are not of one
+    family.
     """
     goals = _targets(bodies, poses, targets)
     moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
     if moved_by.shape != (len(bodies), 3):
-        raise UsageError(f"shift: expected ({len(bodies)}, 3) for {len(bodies)} bodies, got {moved_by.shape}")
+        raise UsageError(
+            f"shift: expected ({len(bodies)}, 3) for {len(bodies)} bodies, got {moved_by.shape}"
+        )
     if not 0 <= spare <= MOST_SPARE:
         raise UsageError(f"spare: expected 0 to {MOST_SPARE:g} m, got {spare:g}")
     ask = _Ask((name, grip, zone), environment, moves, spare, rotations, threads)
@@ -97,7 +113,9 @@ def reach_people(
     for first in range(0, len(bodies), MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        answers.append(_some_people(family_of(tuple(bodies[some])), own, goals[some], moved_by[some], ask))
+        answers.append(
+            _some_people(family_of(tuple(bodies[some])), own, goals[some], moved_by[some], ask)
+        )
     return answers[0] if len(answers) == 1 else _joined(answers)
 
 
@@ -107,19 +125,29 @@ def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats
     check_rows(poses, len(bodies), "bodies")
     if goals.ndim == 2:
         goals = np.broadcast_to(goals, (len(bodies), *goals.shape))
-    if goals.ndim != 3 or goals.shape[0] != len(bodies) or goals.shape[2] != 3 or not np.all(np.isfinite(goals)):
-        raise UsageError(f"targets: expected finite points (T, 3) or (B, T, 3), got an array {np.shape(targets)}")
+    if (
+        goals.ndim != 3
+        or goals.shape[0] != len(bodies)
+        or goals.shape[2] != 3
+        or not np.all(np.isfinite(goals))
+    ):
+        raise UsageError(
+            f"targets: expected finite points (T, 3) or (B, T, 3), got an array {np.shape(targets)}"
+        )
     return goals
 
 
-def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask: _Ask) -> PeopleReach:
+def _some_people(
+    family: Family, poses: Poses, goals: Floats, shift: Floats, ask: _Ask
+) -> PeopleReach:
     name, grip, zone = ask.limb
     chain = limb(family.bodies[0], name, grip=grip, zone=zone)
     rows = _rows(family, poses, chain, goals)
     people, count = goals.shape[:2]
     who = rows.order % people
     joints = joints_between(family.bodies[0], chain.base, chain.end)
-    base, link = frames(family, poses, chain.base), packed_links(family, chain)
+    base = frames(family, poses, chain.base)
+    link = packed_links(family, chain)
     goal = goals_of(goals.transpose(1, 0, 2).reshape(-1, 3)[rows.order])
     task = Task(family, chain, link, joints, who, poses.rotations[who], base[who], goal)
     start = cold(task, angles_of(family.bodies[0], poses)[who][:, joints])
@@ -136,11 +164,15 @@ def _some_people(family: Family, poses: Poses, goals: Floats, shift: Floats, ask
 
 def _rows(family: Family, poses: Poses, chain: Limb, goals: Floats) -> _Rows:
     body = family.bodies[0]
-    joint = body.joint(body.segments[chain.end][0] + ("S" if chain.name.split(",")[0] in HANDS else "H"))
+    joint = body.joint(
+        body.segments[chain.end][0] + ("S" if chain.name.split(",")[0] in HANDS else "H")
+    )
     world = frames(family, poses, joint + 1)
     shoulder = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
     beyond = range(joint + 1, chain.end)
-    length = sum(np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in beyond)
+    length = sum(
+        np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in beyond
+    )
     stretch = np.linalg.norm(goals - shoulder[:, None], axis=2) / np.maximum(length, 1e-6)[:, None]
     people, count = goals.shape[:2]
     order = (np.argsort(stretch, axis=0, kind="stable") + people * np.arange(count)).T.ravel()
@@ -162,7 +194,11 @@ def _spare(task: Task, found: Found, reached: Bools, rows: _Rows, ask: _Ask) -> 
 
 
 def _answer(
-    solution: tuple[Task, Found, Bools], spare: Floats, order: Ints, shape: tuple[int, int], ask: _Ask
+    solution: tuple[Task, Found, Bools],
+    spare: Floats,
+    order: Ints,
+    shape: tuple[int, int],
+    ask: _Ask,
 ) -> PeopleReach:
     """The rows back in their places (B, T)."""
     task, found, reached = solution
@@ -172,7 +208,9 @@ def _answer(
     place = back.reshape(count, people).T
     off = found.angles[:, task.link.free_joint, task.link.free_axis] - task.link.mode
     gap = np.linalg.norm(tips_of(task, found.angles)[:, :3] - task.goal[:, :3], axis=1)
-    joint, axis, side = (values.astype(np.int64)[place] for values in stopped_by(task, found, reached))
+    joint, axis, side = (
+        values.astype(np.int64)[place] for values in stopped_by(task, found, reached)
+    )
     return PeopleReach(
         body=task.body,
         limb=task.limb.name,

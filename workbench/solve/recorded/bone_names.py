@@ -1,8 +1,10 @@
-"""Which bone of a strange skeleton is which segment: by the usual names of a dozen bones, the rest by the tree.
+"""Which bone of a strange skeleton is which segment: by the usual names of a dozen bones, the rest
+by the tree.
 
-Known by name: the hips, the head, and upper arms, forearms, hands, thighs, shanks and feet of both sides, as the CMU
-conversions, Biovision, MotionBuilder, Mixamo, Biped, Unreal, Poser and MakeHuman write them. The upper torso is the
-bone where arms and neck part; central torso, neck and shoulder masses lie on the paths between.
+Known by name: the hips, the head, and upper arms, forearms, hands, thighs, shanks and feet of both
+sides, as the CMU conversions, Biovision, MotionBuilder, Mixamo, Biped, Unreal, Poser and MakeHuman
+write them. The upper torso is the bone where arms and neck part; central torso, neck and shoulder
+masses lie on the paths between.
 """
 
 from __future__ import annotations
@@ -30,31 +32,40 @@ _OPTIONAL = {"LHN", "RHN", "LF", "RF", "H"}
 def bone_map(bones: Bones, given: Mapping[str, str] | None = None) -> dict[str, str]:
     """The bone of each segment that has one, by mnemonic.
 
-    given: bones by segment, which go before what the names say. InputError where limbs are not found (the names that
-    are there are listed) or a given name is unknown.
+    given: bones by segment, which go before what the names say. InputError where limbs are not
+    found (the names that are there are listed) or a given name is unknown.
     """
     given = dict(given or {})
     for segment, bone in given.items():
         if bone not in bones.names:
-            raise InputError(f"{bones.file}: segment {segment}: no bone {bone!r}; {one_of(bone, bones.names)}")
+            raise InputError(
+                f"{bones.file}: segment {segment}: no bone {bone!r}; {one_of(bone, bones.names)}"
+            )
     plain = {_plain(name): name for name in reversed(bones.names)}
     found = {segment: name for segment, usual in _MIDDLE.items() if (name := _first(plain, usual))}
     for side, words in (("L", ("left", "l")), ("R", ("right", "r"))):
         for limb, usual in _SIDED.items():
-            name = _first(plain, [form for word in words for u in usual for form in (word + u, u + word)])
+            name = _first(
+                plain, [form for word in words for u in usual for form in (word + u, u + word)]
+            )
             if name:
                 found[side + limb] = name
     found |= given
-    needed = [s for s in ("LT", *(side + limb for limb in _SIDED for side in "LR")) if s not in _OPTIONAL]
+    needed = [
+        s for s in ("LT", *(side + limb for limb in _SIDED for side in "LR")) if s not in _OPTIONAL
+    ]
     missing = [segment for segment in needed if segment not in found]
     if missing:
-        raise InputError(f"{bones.file}: no bone is known for segment {', '.join(missing)}: name them (map: "
-                         f"{{{missing[0]}: BONE}}); the bones are {', '.join(bones.names[:60])}")  # fmt: skip
+        raise InputError(
+            f"{bones.file}: no bone is known for segment {', '.join(missing)}: name them (map: "
+            f"{{{missing[0]}: BONE}}); the bones are {', '.join(bones.names[:60])}"
+        )
     return _between(bones, found)
 
 
 def _plain(name: str) -> str:
-    """Lower case letters and digits, without what stands before a colon and the usual first words."""
+    """Lower case letters and digits, without what stands before a colon and the usual first
+    words."""
     bare = re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower())
     return re.sub(r"^(mixamorig|bip0?1|bip|def|jbip[clr]?)(?=.)", "", bare) or bare
 
@@ -64,11 +75,13 @@ def _first(plain: Mapping[str, str], usual: tuple[str, ...] | list[str]) -> str 
 
 
 def _between(bones: Bones, found: dict[str, str]) -> dict[str, str]:
-    """The map with the bones of the trunk, neck and shoulders that lie between the named ones in the tree."""
+    """The map with the bones of the trunk, neck and shoulders that lie between the named ones in
+    the tree."""
     index = {name: k for k, name in enumerate(bones.names)}
 
     def up(name: str) -> list[int]:
-        path, k = [], index[name]
+        path = []
+        k = index[name]
         while k >= 0:
             path.append(k)
             k = int(bones.parent[k])

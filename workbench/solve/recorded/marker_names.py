@@ -1,8 +1,10 @@
-"""Where on a body a marker sits, by its name: Plug-in-Gait, the OpenSim running set, and their near relations.
+"""Where on a body a marker sits, by its name: Plug-in-Gait, the OpenSim running set, and their near
+relations.
 
-A place is told as: segment, the joints between which its base lies, how far along, a shift of the base in bodies of
-1.75 m, and the direction in which the skin is met. `~` is the side (l or r); `out` is away from the middle of the
-body. The last number is how far from there the marker may really sit [m].
+A place is told as: segment, the joints between which its base lies, how far along, a shift of the
+base in bodies of
+1.75 m, and the direction in which the skin is met. `~` is the side (l or r); `out` is away from the
+middle of the body. The last number is how far from there the marker may really sit [m].
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ class Site(NamedTuple):
     side: str = ""
 
 
-_BONY, _NEAR, _LOOSE = 0.012, 0.025, 0.05
+_BONY = 0.012
+_NEAR = 0.025
+_LOOSE = 0.05
 _NONE = (0.0, 0.0, 0.0)
 _SITES: tuple[tuple[str, Site], ...] = (
     (r"~fhd|~frontalhead", Site("H", (), 0, (0.06, 0.06, 0.05), "front out", _NEAR)),
@@ -48,7 +52,10 @@ _SITES: tuple[tuple[str, Site], ...] = (
     (r"~fin|~hand|~ohand|~wre", Site("~HN", (), 0, _NONE, "out", _LOOSE)),
     (r"~asis?|~fwt", Site("LT", ("~H",), 0, (0, 0.035, 0.085), "front", _NEAR)),
     (r"~psis?|~bwt", Site("LT", ("~H",), 0, (0, -0.04, 0.095), "back", _NEAR)),
-    (r"vsac(ral)?|sacr(um|al)?|vsacral", Site("LT", ("LH", "RH"), 0.5, (0, 0, 0.09), "back", _NEAR)),
+    (
+        r"vsac(ral)?|sacr(um|al)?|vsacral",
+        Site("LT", ("LH", "RH"), 0.5, (0, 0, 0.09), "back", _NEAR),
+    ),
     (r"~mwt|~iliaccrest|~iliac", Site("LT", ("~H",), 0, (0, 0, 0.13), "out", _NEAR)),
     (r"~gtr|~troch(anter)?", Site("~UL", ("~H",), 0, (0, 0, -0.01), "out", _NEAR)),
     (r"~hip", Site("~UL", ("~H", "~K"), 0.2, _NONE, "out", 0.10)),
@@ -58,20 +65,24 @@ _SITES: tuple[tuple[str, Site], ...] = (
     (r"~kne|~kneelat(eral)?|~knee", Site("~UL", ("~K",), 0, _NONE, "out", _BONY)),
     (r"~hf|~fibula", Site("~LL", ("~K", "~A"), 0.1, _NONE, "out", _NEAR)),
     (r"~tt|~tibialtuberosity", Site("~LL", ("~K", "~A"), 0.12, _NONE, "front", _NEAR)),
-    (r"~tib|~sha|~shank|~shankupper|~shankfront|~shankrear|~shn", Site("~LL", ("~K", "~A"), 0.5, _NONE, "out", _LOOSE)),
+    (
+        r"~tib|~sha|~shank|~shankupper|~shankfront|~shankrear|~shn",
+        Site("~LL", ("~K", "~A"), 0.5, _NONE, "out", _LOOSE),
+    ),
     (r"~anklemed(ial)?|~ank_2|~mank(le)?", Site("~LL", ("~A",), 0, _NONE, "in", _BONY)),
     (r"~ank|~anklelat(eral)?|~ankle", Site("~LL", ("~A",), 0, _NONE, "out", _BONY)),
     (r"~hee|~hel|~heel|~calc", Site("~F", (), 0, _NONE, "back", _NEAR)),
     (r"~toe|~mt2|~toetip", Site("~F", (), 0, _NONE, "front", _NEAR)),
     (r"~mt1|~toemed(ial)?", Site("~F", (), 0, (0.04, -0.01, 0), "in", _LOOSE)),
     (r"~mt5|~toelat(eral)?", Site("~F", (), 0, (0.03, 0.01, 0), "out", _LOOSE)),
-)  # fmt: skip
+)
 
 
 def marker_site(name: str) -> Site | None:
     """The place of a marker by its name, None where the name is not known.
 
-    What stands before a colon, dots, case and underscores do not matter, but `_2` of a repeated name does.
+    What stands before a colon, dots, case and underscores do not matter, but `_2` of a repeated
+    name does.
     """
     bare = name.rsplit(":", 1)[-1].lower()
     again = "_2" if bare.endswith("_2") else ""
@@ -82,5 +93,7 @@ def marker_site(name: str) -> Site | None:
             if re.fullmatch(words, plain):
                 letter = side.upper()
                 joints = tuple(j.replace("~", letter) for j in site.joints)
-                return site._replace(segment=site.segment.replace("~", letter), joints=joints, side=letter)
+                return site._replace(
+                    segment=site.segment.replace("~", letter), joints=joints, side=letter
+                )
     return None

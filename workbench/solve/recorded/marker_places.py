@@ -17,7 +17,8 @@ _MARKER_RADIUS = 0.007
 
 
 def marker_places(body: Body, sites: Mapping[str, Site]) -> tuple[Floats, Floats]:
-    """Where each marker should sit in its segment's frame (M, 3) [m], and how far it may be from there (M,) [m]."""
+    """Where each marker should sit in its segment's frame (M, 3) [m], and how far it may be from
+    there (M,) [m]."""
     size = _stature(body) / 1.75
     local = [_place(body, site, size) for site in sites.values()]
     return np.array(local), np.array([site.spread for site in sites.values()])
@@ -31,7 +32,10 @@ def _stature(body: Body) -> float:
 
 def _place(body: Body, site: Site, size: float) -> Floats:
     n = body.segment(site.segment)
-    points = [body.joint_in_child[j] if n == j + 1 else body.joint_in_parent[j] for j in map(body.joint, site.joints)]
+    points = [
+        body.joint_in_child[j] if n == j + 1 else body.joint_in_parent[j]
+        for j in map(body.joint, site.joints)
+    ]
     base = (
         np.zeros(3)
         if not points
@@ -42,7 +46,13 @@ def _place(body: Body, site: Site, size: float) -> Floats:
     out = 1.0 if site.side == "L" else -1.0
     mirror = np.array([1.0, out, 1.0])
     base = base + np.array(site.shift) * mirror * size
-    ways = {"front": (1, 0, 0), "back": (-1, 0, 0), "top": (0, 0, 1), "out": (0, out, 0), "in": (0, -out, 0)}
+    ways = {
+        "front": (1, 0, 0),
+        "back": (-1, 0, 0),
+        "top": (0, 0, 1),
+        "out": (0, out, 0),
+        "in": (0, -out, 0),
+    }
     way: Floats = np.sum([ways[word] for word in site.toward.split()], axis=0, dtype=np.float64)
     way /= np.linalg.norm(way)
     return np.asarray(base + way * (_skin(body, n, (base, way)) + _MARKER_RADIUS))

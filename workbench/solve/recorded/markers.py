@@ -1,4 +1,5 @@
-"""Markers on a subject to poses of a body: joint angles by least squares on the whole chain, with the residuals."""
+"""Markers on a subject to poses of a body: joint angles by least squares on the whole chain, with
+the residuals."""
 
 from __future__ import annotations
 
@@ -21,17 +22,20 @@ from workbench.solve.recorded.marker_places import marker_places
 __all__ = ["MarkerFit", "bridged", "poses_from_markers"]
 
 _UNIT = 0.010
-"""[m] What a marker's distance is measured in: a joint at half its range costs as much as one marker this far off."""
+"""[m] What a marker's distance is measured in: a joint at half its range costs as much as one
+marker this far off."""
 _NEAR = 0.025
-_ROUNDS, _SAMPLE = 6, 40
+_ROUNDS = 6
+_SAMPLE = 40
 _LEAST_HALF = np.radians(2.0)
 _LEAST_MARKERS = 6
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class MarkerFit:
-    """Poses that fit markers. markers: those used; residual (P, M) [m]: how far each lies from where the body carries
-    it, NaN where it was not seen; unused: markers whose place on the body is not known; notes: what was assumed."""
+    """Poses that fit markers. markers: those used; residual (P, M) [m]: how far each lies from
+    where the body carries it, NaN where it was not seen; unused: markers whose place on the body is
+    not known; notes: what was assumed."""
 
     poses: Poses
     markers: tuple[str, ...]
@@ -41,13 +45,16 @@ class MarkerFit:
 
 
 def bridged(markers: Markers, *, longest: float) -> Markers:
-    """The markers with gaps of at most `longest` [s] filled by straight lines; longer ones stay gaps.
+    """The markers with gaps of at most `longest` [s] filled by straight lines; longer ones stay
+    gaps.
 
-    A gap's length is the time between the frames on both sides of it. UsageError for a negative length.
+    A gap's length is the time between the frames on both sides of it. UsageError for a negative
+    length.
     """
     if not longest >= 0:
         raise UsageError(f"gaps can be bridged up to a length of 0 s or more, got {longest:g}")
-    position, time = np.array(markers.position), markers.time
+    position = np.array(markers.position)
+    time = markers.time
     for m in range(position.shape[1]):
         seen = np.flatnonzero(np.isfinite(position[:, m]).all(axis=1))
         for before, after in pairwise(seen):
@@ -58,14 +65,17 @@ def bridged(markers: Markers, *, longest: float) -> Markers:
     return Markers(markers.names, position, time, markers.file, markers.notes)
 
 
-def poses_from_markers(body: Body, markers: Markers, *, names: Mapping[str, str] | None = None) -> MarkerFit:
+def poses_from_markers(
+    body: Body, markers: Markers, *, names: Mapping[str, str] | None = None
+) -> MarkerFit:
     """Poses of a body with the paper's joints that carry markers where they were seen.
 
-    names: for markers of unusual names the usual one ({"hip1": "LASI"}), "" to leave one out. First the places of the
-    markers on the body are found from some 40 frames, each allowed to lie as far from where its name says as such
-    markers do; then every frame is solved, from the one before. Weighted least squares on the whole chain (Lu &
-    O'Connor 1999), joints held softly within their range. InputError where fewer than six markers are known, or the
-    pelvis has fewer than three in any frame.
+    names: for markers of unusual names the usual one ({"hip1": "LASI"}), "" to leave one out. First
+    the places of the markers on the body are found from some 40 frames, each allowed to lie as far
+    from where its name says as such markers do; then every frame is solved, from the one before.
+    Weighted least squares on the whole chain (Lu & O'Connor 1999), joints held softly within their
+    range. InputError where fewer than six markers are known, or the pelvis has fewer than three in
+    any frame.
     """
     sites, unused = _known(markers, dict(names or {}))
     columns = [markers.names.index(name) for name in sites]
@@ -90,7 +100,11 @@ def poses_from_markers(body: Body, markers: Markers, *, names: Mapping[str, str]
     rotations[:, order[0] - 1] = whole.turns
     rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
     poses = Poses(rotations, order[0], whole.places, markers.time)
-    notes = ("the file's axes are left-handed, or left and right are exchanged in it: mirrored (y)",) if mirror else ()
+    notes = (
+        ("the file's axes are left-handed, or left and right are exchanged in it: mirrored (y)",)
+        if mirror
+        else ()
+    )
     return MarkerFit(poses, tuple(sites), residual, unused, markers.notes + notes)
 
 
@@ -103,7 +117,8 @@ class _Solved:
 
 
 def _solved(seen: Floats, chain: MarkerChain, begin: tuple[Floats, Floats, Floats]) -> _Solved:
-    """Every frame solved, the first from `begin`: rotations (K, 4), turn (4,) and place (3, 4) of the pelvis."""
+    """Every frame solved, the first from `begin`: rotations (K, 4), turn (4,) and place (3, 4) of
+    the pelvis."""
     frames = len(seen)
     arrays = [np.repeat(start[None], frames, axis=0) for start in begin]
     modelled = np.empty((frames, seen.shape[1], 3))
@@ -130,18 +145,27 @@ def _known(markers: Markers, names: dict[str, str]) -> tuple[dict[str, Site], tu
         else:
             sites[name] = site
     if len(sites) < _LEAST_MARKERS:
-        raise InputError(f"{markers.file}: {len(sites)} markers are known by name, {_LEAST_MARKERS} or more are "
-                         f"needed; name the others (map: {{{(unused or ['X'])[0]}: LASI}}): "
-                         f"{', '.join(unused[:40])}")  # fmt: skip
+        raise InputError(
+            f"{markers.file}: {len(sites)} markers are known by name, {_LEAST_MARKERS} or more are "
+            f"needed; name the others (map: {{{(unused or ['X'])[0]}: LASI}}): "
+            f"{', '.join(unused[:40])}"
+        )
     return sites, tuple(unused)
 
 
 def _mirrored(seen: Floats, sites: list[Site]) -> bool:
-    """True where left markers lie on the right: seen from behind, by the pelvis, else by the feet."""
+    """True where left markers lie on the right: seen from behind, by the pelvis, else by the
+    feet."""
     for segments in (("LT",), ("LF", "RF")):
-        groups = [[m for m, site in enumerate(sites) if site.segment in segments and test(site)]
-                  for test in (lambda s: s.side == "L", lambda s: s.side == "R", lambda s: "front" in s.toward,
-                               lambda s: "back" in s.toward)]  # fmt: skip
+        groups = [
+            [m for m, site in enumerate(sites) if site.segment in segments and test(site)]
+            for test in (
+                lambda s: s.side == "L",
+                lambda s: s.side == "R",
+                lambda s: "front" in s.toward,
+                lambda s: "back" in s.toward,
+            )
+        ]
         if all(groups):
             left, right, front, back = (_mean(seen[:, group], 1) for group in groups)
             turn = np.cross(front - back, left - right)[:, 2]
@@ -155,20 +179,27 @@ def _refuse(markers: Markers, seen: Floats) -> None:
     if visible[0] < 3:
         first = np.flatnonzero(visible >= 3)
         hint = f"begin at {markers.time[first[0]]:g} s" if len(first) else "no frame shows three"
-        raise InputError(f"{markers.file}: the first frame shows {visible[0]} known markers, 3 are needed: {hint}")
+        raise InputError(
+            f"{markers.file}: the first frame shows {visible[0]} known markers, 3 are needed: {hint}"
+        )
 
 
 def _order(body: Body) -> tuple[list[int], Ints]:
-    """The segments from the pelvis on, as indices of the body, and the place of each one's parent in that list."""
+    """The segments from the pelvis on, as indices of the body, and the place of each one's parent
+    in that list."""
     pelvis = body.segment("LT")
     order = [pelvis]
     for n in range(pelvis + 1, len(body.segments)):
         if int(body.parent[n]) in order:
             order.append(n)
-    return order, np.array([0, *(order.index(int(body.parent[n])) for n in order[1:])], dtype=np.int64)
+    return order, np.array(
+        [0, *(order.index(int(body.parent[n])) for n in order[1:])], dtype=np.int64
+    )
 
 
-def _chain(body: Body, tree: tuple[list[int], Ints], segment: Ints, usual: tuple[Floats, Floats]) -> MarkerChain:
+def _chain(
+    body: Body, tree: tuple[list[int], Ints], segment: Ints, usual: tuple[Floats, Floats]
+) -> MarkerChain:
     """The pelvis and all below it as a chain; markers that sit loosely count less."""
     (order, parent), (local, spread) = tree, usual
     joints = [n - 1 for n in order]
@@ -179,19 +210,27 @@ def _chain(body: Body, tree: tuple[list[int], Ints], segment: Ints, usual: tuple
     return MarkerChain(parent, *ends, body.stops.axes[joints].copy(), half, segment, local, weight)
 
 
-def _begun(body: Body, tree: tuple[list[int], Ints], local: Floats, seen: Floats) -> tuple[Floats, Floats, Floats]:
-    """A first guess: the zero pose laid over the markers that are seen, upright (Kabsch 1976, about the vertical)."""
+def _begun(
+    body: Body, tree: tuple[list[int], Ints], local: Floats, seen: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """A first guess: the zero pose laid over the markers that are seen, upright (Kabsch 1976, about
+    the vertical)."""
     order, segment = tree
     at = np.zeros((len(order), 3))
     for k, n in enumerate(order[1:], start=1):
         parent = order.index(int(body.parent[n]))
         at[k] = at[parent] + body.joint_in_parent[n - 1] - body.joint_in_child[n - 1]
-    own, visible = at[segment] + local, _visible(seen[0])
-    a, b = own[visible], seen[0][visible]
-    a0, b0 = a.mean(axis=0), b.mean(axis=0)
-    one, two = (a - a0)[:, :2], (b - b0)[:, :2]
+    own = at[segment] + local
+    visible = _visible(seen[0])
+    a = own[visible]
+    b = seen[0][visible]
+    a0 = a.mean(axis=0)
+    b0 = b.mean(axis=0)
+    one = (a - a0)[:, :2]
+    two = (b - b0)[:, :2]
     angle = np.arctan2(np.sum(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]), np.sum(one * two))
-    c, s = np.cos(angle), np.sin(angle)
+    c = np.cos(angle)
+    s = np.sin(angle)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
     place = np.concatenate([turn, (b0 - turn @ a0)[:, None]], axis=1)
     rotations = np.tile([1.0, 0.0, 0.0, 0.0], (len(order), 1))
@@ -201,15 +240,20 @@ def _begun(body: Body, tree: tuple[list[int], Ints], local: Floats, seen: Floats
 def _mean(values: Floats, axis: int) -> Floats:
     """Mean along an axis of what was seen; NaN where nothing was."""
     count = np.isfinite(values).sum(axis=axis)
-    return np.asarray(np.where(count > 0, np.nansum(values, axis=axis) / np.maximum(count, 1), np.nan))
+    return np.asarray(
+        np.where(count > 0, np.nansum(values, axis=axis) / np.maximum(count, 1), np.nan)
+    )
 
 
 def _visible(frame: Floats) -> Bools:
     return np.asarray(np.isfinite(frame).all(axis=-1))
 
 
-def _moved(seen: Floats, chain: MarkerChain, solved: _Solved, usual: tuple[Floats, Floats]) -> Floats:
-    """(M, 3) better places of the markers in their segments: between the usual one and the mean of those seen."""
+def _moved(
+    seen: Floats, chain: MarkerChain, solved: _Solved, usual: tuple[Floats, Floats]
+) -> Floats:
+    """(M, 3) better places of the markers in their segments: between the usual one and the mean of
+    those seen."""
     local, spread = usual
     world = _frames(chain, solved)[:, chain.marker_segment]
     own = np.einsum("pmji,pmj->pmi", world[..., :3], seen - world[..., 3])
@@ -218,7 +262,9 @@ def _moved(seen: Floats, chain: MarkerChain, solved: _Solved, usual: tuple[Float
     trust = (count / (count + (_UNIT / spread) ** 2 * 4.0))[:, None]
     shift = trust * (mean - local)
     size = np.linalg.norm(shift, axis=1, keepdims=True)
-    return np.asarray(local + shift * np.minimum(1.0, 2.0 * spread[:, None] / np.maximum(size, 1e-12)))
+    return np.asarray(
+        local + shift * np.minimum(1.0, 2.0 * spread[:, None] / np.maximum(size, 1e-12))
+    )
 
 
 def _frames(chain: MarkerChain, solved: _Solved) -> Floats:

@@ -1,8 +1,10 @@
-"""Motion of a strange skeleton, told of a body: each segment turns from its rest as its bone turns from its own.
+"""Motion of a strange skeleton, told of a body: each segment turns from its rest as its bone turns
+from its own.
 
-The rest pose of the skeleton may be any (arms out or down): the shortest turn takes the segment's axis in the zero
-pose to the bone's axis at rest, the pelvis and upper torso by two directions. Then what the skeleton does in a joint
-that the body has not (a forearm that turns at the elbow) is given to the joint that has it.
+The rest pose of the skeleton may be any (arms out or down): the shortest turn takes the segment's
+axis in the zero pose to the bone's axis at rest, the pelvis and upper torso by two directions. Then
+what the skeleton does in a joint that the body has not (a forearm that turns at the elbow) is given
+to the joint that has it.
 """
 
 from __future__ import annotations
@@ -34,21 +36,45 @@ _HINGES = (("LS", "LE", "LW"), ("RS", "RE", "RW"), ("LH", "LK", "LA"), ("RH", "R
 _STRAIGHT = np.radians(15.0)
 """Below this bend a hinge tells less and less of how its limb is turned."""
 _AXIS_JOINTS = {  # the joints at both ends of a segment: the axis that is laid along its bone
-    "LUA": ("LS", "LE"), "RUA": ("RS", "RE"), "LLA": ("LE", "LW"), "RLA": ("RE", "RW"), "LUL": ("LH", "LK"),
-    "RUL": ("RH", "RK"), "LLL": ("LK", "LA"), "RLL": ("RK", "RA"), "CT": ("W", "SP"), "N": ("NP", "HP"),
-}  # fmt: skip
-_SPAN = {"LUA": "LLA", "RUA": "RLA", "LLA": "LHN", "RLA": "RHN", "LUL": "LLL", "RUL": "RLL", "LLL": "LF", "RLL": "RF"}
+    "LUA": ("LS", "LE"),
+    "RUA": ("RS", "RE"),
+    "LLA": ("LE", "LW"),
+    "RLA": ("RE", "RW"),
+    "LUL": ("LH", "LK"),
+    "RUL": ("RH", "RK"),
+    "LLL": ("LK", "LA"),
+    "RLL": ("RK", "RA"),
+    "CT": ("W", "SP"),
+    "N": ("NP", "HP"),
+}
+_SPAN = {
+    "LUA": "LLA",
+    "RUA": "RLA",
+    "LLA": "LHN",
+    "RLA": "RHN",
+    "LUL": "LLL",
+    "RUL": "RLL",
+    "LLL": "LF",
+    "RLL": "RF",
+}
 """A bone's length reaches to the bone of this segment."""
 
 
-def retarget(body: Body, bones: Bones, *, names: Mapping[str, str] | None = None, up: str | None = None,
-             metres: float | None = None) -> tuple[Poses, tuple[str, ...]]:  # fmt: skip
+def retarget(
+    body: Body,
+    bones: Bones,
+    *,
+    names: Mapping[str, str] | None = None,
+    up: str | None = None,
+    metres: float | None = None,
+) -> tuple[Poses, tuple[str, ...]]:
     """The motion as poses of a body with the paper's joints, and what was assumed, in sentences.
 
-    names: bones by segment where the usual names do not tell; up: the file's upward axis, found from the skeleton
-    where None; metres: one unit of the file [m]; where None and the file does not say, the unit is what makes the
-    skeleton's leg as long as the body's. The lower torso is placed so that the middle of the hips is where it is in
-    the file. InputError where bones are missing or the body has other joints.
+    names: bones by segment where the usual names do not tell; up: the file's upward axis, found
+    from the skeleton where None; metres: one unit of the file [m]; where None and the file does not
+    say, the unit is what makes the skeleton's leg as long as the body's. The lower torso is placed
+    so that the middle of the hips is where it is in the file. InputError where bones are missing or
+    the body has other joints.
     """
     wanted = ("LH", "RH", *(j for pair in _AXIS_JOINTS.values() for j in pair))
     lacking = [j for j in wanted if j not in body.joints]
@@ -57,9 +83,13 @@ def retarget(body: Body, bones: Bones, *, names: Mapping[str, str] | None = None
             f"body {body.name}: a motion is mapped by the paper's joints, {', '.join(lacking)} are missing"
         )
     chosen = bone_map(bones, names)
-    turns, rest, world = _world_turns(bones), _rest_positions(bones), bone_positions(bones)
+    turns = _world_turns(bones)
+    rest = _rest_positions(bones)
+    world = bone_positions(bones)
     frame, axis = _file_axes(bones, chosen, rest, up)
-    notes = list(bones.notes) + ([] if up else [f"up is {axis} of the file, as its skeleton stands"])
+    notes = list(bones.notes) + (
+        [] if up else [f"up is {axis} of the file, as its skeleton stands"]
+    )
     unit = metres if metres is not None else bones.metres
     if not np.isfinite(unit):
         unit, said = _unit(body, bones, chosen)
@@ -90,7 +120,11 @@ def bone_lengths(bones: Bones, chosen: Mapping[str, str]) -> dict[str, float]:
     """Length of each limb segment's bone at rest, in the file's units."""
     rest = _rest_positions(bones)
     at = {s: rest[bones.names.index(name)] for s, name in chosen.items()}
-    return {s: float(np.linalg.norm(at[end] - at[s])) for s, end in _SPAN.items() if s in at and end in at}
+    return {
+        s: float(np.linalg.norm(at[end] - at[s]))
+        for s, end in _SPAN.items()
+        if s in at and end in at
+    }
 
 
 def body_lengths(body: Body) -> dict[str, float]:
@@ -114,8 +148,11 @@ def _rest_positions(bones: Bones) -> Floats:
     return place
 
 
-def _file_axes(bones: Bones, chosen: Mapping[str, str], rest: Floats, up: str | None) -> tuple[Floats, str]:
-    """(3, 3) world from file, x forward and z up, by the skeleton at rest; and the axis that is up."""
+def _file_axes(
+    bones: Bones, chosen: Mapping[str, str], rest: Floats, up: str | None
+) -> tuple[Floats, str]:
+    """(3, 3) world from file, x forward and z up, by the skeleton at rest; and the axis that is
+    up."""
     at = {s: rest[bones.names.index(name)] for s, name in chosen.items()}
     top = at.get("H", 0.5 * (at["LUA"] + at["RUA"]))
     rise = _main_axis(top - 0.5 * (at["LLL"] + at["RLL"])) if not up else _named_axis(up)
@@ -141,14 +178,19 @@ def _axis_name(axis: Floats) -> str:
 
 
 def _unit(body: Body, bones: Bones, chosen: Mapping[str, str]) -> tuple[float, str]:
-    lengths, own = bone_lengths(bones, chosen), body_lengths(body)
+    lengths = bone_lengths(bones, chosen)
+    own = body_lengths(body)
     legs = [s for s in ("LUL", "RUL", "LLL", "RLL") if s in lengths]
     total = sum(lengths[s] for s in legs)
     if not legs or total <= 0:
-        raise InputError(f"{bones.file}: the bones of the legs have no length: the unit cannot be told, state it")
+        raise InputError(
+            f"{bones.file}: the bones of the legs have no length: the unit cannot be told, state it"
+        )
     unit = sum(own[s] for s in legs) / total
-    return unit, (f"the file does not say its unit of length; one unit is taken as {1000 * unit:.4g} mm, which makes "
-                  f"its legs as long as those of {body.name}")  # fmt: skip
+    return unit, (
+        f"the file does not say its unit of length; one unit is taken as {1000 * unit:.4g} mm, which makes "
+        f"its legs as long as those of {body.name}"
+    )
 
 
 def _segment_turns(
@@ -165,7 +207,9 @@ def _segment_turns(
     return result
 
 
-def _alignment(body: Body, bones: Bones, segment: str, found: tuple[Mapping[str, str], Floats]) -> Floats:
+def _alignment(
+    body: Body, bones: Bones, segment: str, found: tuple[Mapping[str, str], Floats]
+) -> Floats:
     """(4,) the turn from the segment's zero pose to its bone at rest."""
     chosen, rest = found
     end = _rest_end(bones, segment, chosen, rest)
@@ -178,14 +222,16 @@ def _alignment(body: Body, bones: Bones, segment: str, found: tuple[Mapping[str,
 
 
 def _rest_end(bones: Bones, segment: str, chosen: Mapping[str, str], rest: Floats) -> Floats | None:
-    """From where a bone begins at rest to where the next one does, in the world's axes; None for trunk and feet,
-    which stand as the body does."""
+    """From where a bone begins at rest to where the next one does, in the world's axes; None for
+    trunk and feet, which stand as the body does."""
     begin = rest[bones.names.index(chosen[segment])]
     if segment in _SPAN and _SPAN[segment] in chosen:
         return np.asarray(rest[bones.names.index(chosen[_SPAN[segment]])] - begin)
     if segment in ("LHN", "RHN"):
         arm = segment[0] + "LA"
-        return np.asarray(begin - rest[bones.names.index(chosen[arm])])  # a flat hand goes on as the forearm
+        return np.asarray(
+            begin - rest[bones.names.index(chosen[arm])]
+        )  # a flat hand goes on as the forearm
     return None
 
 
@@ -196,7 +242,8 @@ def _axis(body: Body, segment: str) -> Floats:
 
 
 def _joint_rotations(body: Body, segments: Mapping[str, Floats], frames: int) -> Floats:
-    """(P, J, 4): each joint from the turns of its two segments; segments without a bone lie halfway or follow."""
+    """(P, J, 4): each joint from the turns of its two segments; segments without a bone lie halfway
+    or follow."""
     still = np.tile([1.0, 0.0, 0.0, 0.0], (frames, 1))
     full = dict(segments)
     if "CT" not in full:
@@ -206,7 +253,8 @@ def _joint_rotations(body: Body, segments: Mapping[str, Floats], frames: int) ->
         full["N"] = _halfway(full["UT"], full["H"])
     rotations = np.tile([1.0, 0.0, 0.0, 0.0], (frames, len(body.joints), 1))
     for j in range(len(body.joints)):
-        child, parent = body.segments[j + 1], body.segments[int(body.parent[j + 1])]
+        child = body.segments[j + 1]
+        parent = body.segments[int(body.parent[j + 1])]
         full.setdefault(child, full.get(parent, still))
         full.setdefault(parent, still)
         rotations[:, j] = multiply(conjugate(full[parent]), full[child])
@@ -217,8 +265,9 @@ def _joint_rotations(body: Body, segments: Mapping[str, Floats], frames: int) ->
 
 
 def _one_axis(body: Body, rotations: Floats, joints: tuple[str, str, str]) -> None:
-    """Turn the limb above a hinge so that the hinge bends about its own axis; what the limb below turns about itself
-    goes to the joint below. Turns are about the lines from joint to joint, so all three joints stay where they are."""
+    """Turn the limb above a hinge so that the hinge bends about its own axis; what the limb below
+    turns about itself goes to the joint below. Turns are about the lines from joint to joint, so
+    all three joints stay where they are."""
     above, hinge, below = (body.joint(j) for j in joints)
     upper, lower = (_line(body, pair) for pair in ((above, hinge), (hinge, below)))
     first = body.stops.axes[hinge, 0]
@@ -226,7 +275,8 @@ def _one_axis(body: Body, rotations: Floats, joints: tuple[str, str, str]) -> No
     side = first - upper * (upper @ first)
     across = np.cross(upper, side)
     turn = np.arctan2(
-        (swing * across).sum(axis=-1) / np.linalg.norm(across), (swing * side).sum(axis=-1) / np.linalg.norm(side)
+        (swing * across).sum(axis=-1) / np.linalg.norm(across),
+        (swing * side).sum(axis=-1) / np.linalg.norm(side),
     )
     size = np.linalg.norm(swing, axis=-1)
     about = exponential((turn * size**4 / (size**4 + _STRAIGHT**4))[:, None] * upper)

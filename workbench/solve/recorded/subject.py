@@ -1,5 +1,5 @@
-"""How long the segments of a recorded subject are, by the file's own lengths: bones, markers, or segments told one by
-one."""
+"""How long the segments of a recorded subject are, by the file's own lengths: bones, markers, or
+segments told one by one."""
 
 from __future__ import annotations
 
@@ -20,10 +20,18 @@ __all__ = ["TRUNK", "factors_from_bones", "factors_from_markers", "factors_from_
 TRUNK = ("CT", "UT")
 """What grows with the length from the hips to the shoulders."""
 _LIMBS = {"LUA": "RUA", "LLA": "RLA", "LUL": "RUL", "LLL": "RLL"}
-_AXIS = {"UA": ("S", "E"), "LA": ("E", "W"), "UL": ("H", "K"), "LL": ("K", "A"), "CT": ("W", "SP"), "UT": ("SP", "NP")}
+_AXIS = {
+    "UA": ("S", "E"),
+    "LA": ("E", "W"),
+    "UL": ("H", "K"),
+    "LL": ("K", "A"),
+    "CT": ("W", "SP"),
+    "UT": ("SP", "NP"),
+}
 _FRAMES = 2000
 _LOOSE = 0.02
-# segments, and the segments and directions of two groups of markers whose distance hardly depends on the pose
+# segments, and the segments and directions of two groups of markers whose distance hardly depends
+# on the pose
 _SPANS: tuple[tuple[tuple[str, ...], tuple[str, str, str], tuple[str, str, str]], ...] = (
     (("LL",), ("UL", "K", ""), ("LL", "A", "")),
     (("LA",), ("UA", "E", ""), ("LA", "W", "")),
@@ -32,13 +40,18 @@ _SPANS: tuple[tuple[tuple[str, ...], tuple[str, str, str], tuple[str, str, str]]
 )
 
 
-def factors_from_bones(body: Body, bones: Bones, names: Mapping[str, str] | None, metres: float) -> dict[str, float]:
-    """How many times as long as the body's the limbs and the trunk of a skeleton are, by segment; both sides alike.
+def factors_from_bones(
+    body: Body, bones: Bones, names: Mapping[str, str] | None, metres: float
+) -> dict[str, float]:
+    """How many times as long as the body's the limbs and the trunk of a skeleton are, by segment;
+    both sides alike.
 
-    metres: one unit of the file [m]. The trunk is told from the middle of the hips to that of the shoulders, at rest.
+    metres: one unit of the file [m]. The trunk is told from the middle of the hips to that of the
+    shoulders, at rest.
     """
     chosen = bone_map(bones, names)
-    found, own = bone_lengths(bones, chosen), body_lengths(body)
+    found = bone_lengths(bones, chosen)
+    own = body_lengths(body)
     factors: dict[str, float] = {}
     for left, right in _LIMBS.items():
         have = [(found[s] * metres, own[s]) for s in (left, right) if found.get(s, 0.0) > 0.0]
@@ -55,20 +68,31 @@ def factors_from_bones(body: Body, bones: Bones, names: Mapping[str, str] | None
     return factors | dict.fromkeys(TRUNK, (length - pelvis) / (ours - pelvis))
 
 
-def factors_from_markers(body: Body, markers: Markers, names: Mapping[str, str] | None) -> dict[str, float]:
-    """The same from markers: median distances of markers at knees and ankles, elbows and wrists, hips and knees,
-    shoulders and elbows, against those of the body's own places for them."""
+def factors_from_markers(
+    body: Body, markers: Markers, names: Mapping[str, str] | None
+) -> dict[str, float]:
+    """The same from markers: median distances of markers at knees and ankles, elbows and wrists,
+    hips and knees, shoulders and elbows, against those of the body's own places for them."""
     given = dict(names or {})
-    sites = {name: site for name in markers.names if (site := marker_site(given.get(name, name))) is not None}
+    sites = {
+        name: site
+        for name in markers.names
+        if (site := marker_site(given.get(name, name))) is not None
+    }
     sites = {name: site for name, site in sites.items() if given.get(name, name)}
     if not sites:
         return {}
     local, _ = marker_places(body, sites)
     origin = body.zero_origins
-    own = {name: origin[body.segment(site.segment)] + local[m] for m, (name, site) in enumerate(sites.items())}
+    own = {
+        name: origin[body.segment(site.segment)] + local[m]
+        for m, (name, site) in enumerate(sites.items())
+    }
     factors: dict[str, float] = {}
     for segments, one, other in _SPANS:
-        rows = [row for side in "LR" for row in [_span(markers, own, sites, (side, one, other))] if row]
+        rows = [
+            row for side in "LR" for row in [_span(markers, own, sites, (side, one, other))] if row
+        ]
         if rows:
             share = sum(a for a, _ in rows) / sum(b for _, b in rows)
             factors |= {side + s: share for s in segments for side in "LR"}
@@ -79,12 +103,15 @@ def factors_from_markers(body: Body, markers: Markers, names: Mapping[str, str] 
 
 
 def factors_from_track(body: Body, track: SegmentTrack) -> dict[str, float]:
-    """The same from segments told one by one: joints are where two segments stay together (Ehrig, Taylor, Duda &
-    Heller, J. Biomech. 39, 2006), where they turn enough against each other to tell."""
-    world, known = track.world_from_segment[:_FRAMES], {s: k for k, s in enumerate(track.segments)}
+    """The same from segments told one by one: joints are where two segments stay together (Ehrig,
+    Taylor, Duda & Heller, J. Biomech. 39, 2006), where they turn enough against each other to
+    tell."""
+    world = track.world_from_segment[:_FRAMES]
+    known = {s: k for k, s in enumerate(track.segments)}
     ends: dict[str, dict[str, Floats]] = {}
     for j, joint in enumerate(body.joints):
-        parent, child = body.segments[int(body.parent[j + 1])], body.segments[j + 1]
+        parent = body.segments[int(body.parent[j + 1])]
+        child = body.segments[j + 1]
         if parent in known and child in known:
             found = _centre(world[:, known[parent]], world[:, known[child]])
             if found is not None:
@@ -98,12 +125,15 @@ def factors_from_track(body: Body, track: SegmentTrack) -> dict[str, float]:
         first, last = (name if segment in TRUNK else segment[0] + name for name in pair)
         if first in joints and last in joints and {first, last} <= set(body.joints):
             ours = body.joint_in_parent[body.joint(last)] - body.joint_in_child[body.joint(first)]
-            factors[segment] = float(np.linalg.norm(joints[last] - joints[first]) / np.linalg.norm(ours))
+            factors[segment] = float(
+                np.linalg.norm(joints[last] - joints[first]) / np.linalg.norm(ours)
+            )
     return factors
 
 
 def _centre(parent: Floats, child: Floats) -> Floats | None:
-    """(6,) [m] the joint in the parent's frame and in the child's; None where they hardly turn, or do not hold."""
+    """(6,) [m] the joint in the parent's frame and in the child's; None where they hardly turn, or
+    do not hold."""
     matrix = np.concatenate([parent[:, :, :3], -child[:, :, :3]], axis=-1).reshape(-1, 6)
     apart = (child[:, :, 3] - parent[:, :, 3]).reshape(-1)
     found, _, rank, values = np.linalg.lstsq(matrix, apart, rcond=None)
@@ -114,15 +144,24 @@ def _centre(parent: Floats, child: Floats) -> Floats | None:
 
 
 def _span(
-    markers: Markers, own: Mapping[str, Floats], sites: Mapping[str, Site],
+    markers: Markers,
+    own: Mapping[str, Floats],
+    sites: Mapping[str, Site],
     where: tuple[str, tuple[str, str, str], tuple[str, str, str]],
-) -> tuple[float, float] | None:  # fmt: skip
-    """Median distance [m] of two groups of markers, and that of their places on the body; None where one lacks."""
+) -> tuple[float, float] | None:
+    """Median distance [m] of two groups of markers, and that of their places on the body; None
+    where one lacks."""
     side, *ends = where
-    seen, ours = [], []
+    seen = []
+    ours = []
     for segment, joint, toward in ends:
-        names = [n for n, s in sites.items() if s.segment == side + segment and s.joints == (side + joint,)
-                 and (not toward or toward in s.toward)]  # fmt: skip
+        names = [
+            n
+            for n, s in sites.items()
+            if s.segment == side + segment
+            and s.joints == (side + joint,)
+            and (not toward or toward in s.toward)
+        ]
         names = [n for n in names if np.isfinite(markers.position[:, markers.names.index(n)]).any()]
         if not names:
             return None

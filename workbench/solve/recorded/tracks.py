@@ -1,4 +1,5 @@
-"""Segments told one by one, as poses of a body: joints from the turns of their segments, and how well it all hangs."""
+"""Segments told one by one, as poses of a body: joints from the turns of their segments, and how
+well it all hangs."""
 
 from __future__ import annotations
 
@@ -16,15 +17,18 @@ __all__ = ["poses_from_track"]
 
 
 def poses_from_track(body: Body, track: SegmentTrack) -> tuple[Poses, Floats]:
-    """Poses of a body whose segments turn as told, and how far (P, K) [m] each told segment is from where the body's
-    joints put it.
+    """Poses of a body whose segments turn as told, and how far (P, K) [m] each told segment is from
+    where the body's joints put it.
 
-    The first told segment in the body's order is placed; segments that are not told follow their parents, or the
-    nearest told segment below them where nothing above is told. InputError for an unknown segment.
+    The first told segment in the body's order is placed; segments that are not told follow their
+    parents, or the nearest told segment below them where nothing above is told. InputError for an
+    unknown segment.
     """
     for name in track.segments:
         if name not in body.segments:
-            raise InputError(f"{track.file}: body {body.name} has no segment {name!r}; {one_of(name, body.segments)}")
+            raise InputError(
+                f"{track.file}: body {body.name} has no segment {name!r}; {one_of(name, body.segments)}"
+            )
     told = {body.segment(name): k for k, name in enumerate(track.segments)}
     root = min(told)
     turns = {n: from_matrices(track.world_from_segment[:, k, :, :3]) for n, k in told.items()}
@@ -32,9 +36,15 @@ def poses_from_track(body: Body, track: SegmentTrack) -> tuple[Poses, Floats]:
     for n in range(1, len(body.segments)):
         turns.setdefault(n, turns[root] if n < root else turns[int(body.parent[n])])
     rotations = np.stack(
-        [multiply(conjugate(turns[int(body.parent[j + 1])]), turns[j + 1]) for j in range(len(body.joints))], axis=1
+        [
+            multiply(conjugate(turns[int(body.parent[j + 1])]), turns[j + 1])
+            for j in range(len(body.joints))
+        ],
+        axis=1,
     )
     rotations /= np.linalg.norm(rotations, axis=-1, keepdims=True)
     poses = Poses(rotations, root, track.world_from_segment[:, told[root]], track.time)
-    at = place(body, poses).world_from_segment[:, [body.segment(name) for name in track.segments]][..., 3]
+    at = place(body, poses).world_from_segment[:, [body.segment(name) for name in track.segments]][
+        ..., 3
+    ]
     return poses, np.asarray(np.linalg.norm(at - track.world_from_segment[..., 3], axis=-1))

@@ -1,8 +1,10 @@
-"""A driver's posture: the trunk by the statistical angles, the seat where the legs want it, the feet on their pedals.
+"""A driver's posture: the trunk by the statistical angles, the seat where the legs want it, the
+feet on their pedals.
 
-In the order of Reed, Manary, Flannagan & Schneider's cascade (2002): the hips along the track, then the eyes over
-the hips, then the trunk and the limbs by inverse kinematics guided by data. Angles that do not go together are settled
-by least squares in units of their scatter, and what is left is told as residuals.
+In the order of Reed, Manary, Flannagan & Schneider's cascade (2002): the hips along the track, then
+the eyes over the hips, then the trunk and the limbs by inverse kinematics guided by data. Angles
+that do not go together are settled by least squares in units of their scatter, and what is left is
+told as residuals.
 """
 
 from __future__ import annotations
@@ -32,16 +34,19 @@ from workbench.solve.seating.stepping import limits_of
 
 __all__ = ["Drivers", "DrivingCase", "DrivingPosture", "at_wheel", "driving_posture"]
 
-LIFTS, LIFTED = 4, 1e-4
-"""Rounds of lifting the seat for the view, as the posture changes with the height, and how little [m] ends them."""
+LIFTS = 4
+LIFTED = 1e-4
+"""Rounds of lifting the seat for the view, as the posture changes with the height, and how little
+[m] ends them."""
 
 
 @dataclass(frozen=True, eq=False)
 class DrivingPosture:
-    """One driver at the wheel (hands as they were): poses (P = 1) in the world; the seat's `forward` and `up` [m], and
-    `wanted` [m], the forward position without an end of travel; eye, hips, h_point (3,) [m]: the middle of the eyes, of
-    the hip joints, and the seat's hip point; expected, found (8,) [rad]: the angles of ANGLES as predicted (or drawn)
-    and as the body has them; by foot, how far it stays from its place [m] and what limits it."""
+    """One driver at the wheel (hands as they were): poses (P = 1) in the world; the seat's
+    `forward` and `up` [m], and `wanted` [m], the forward position without an end of travel; eye,
+    hips, h_point (3,) [m]: the middle of the eyes, of the hip joints, and the seat's hip point;
+    expected, found (8,) [rad]: the angles of ANGLES as predicted (or drawn) and as the body has
+    them; by foot, how far it stays from its place [m] and what limits it."""
 
     poses: Poses
     forward: float
@@ -68,13 +73,15 @@ def driving_posture(
     seed: int | None = None,
     person: int = 0,
 ) -> DrivingPosture:
-    """The driving posture of a body whose arms are as in `poses` (P = 1), in a seat that faces along +x.
+    """The driving posture of a body whose arms are as in `poses` (P = 1), in a seat that faces
+    along +x.
 
-    feet: by "left foot" and "right foot" a point [m] of the pedal or rest that it is on, its heel on the floor. eye
-    [m]: the seat stands as low as brings the eyes to this height; at its reference height where None. seed: the angles
-    are drawn for the so-numbered `person`; the mean posture where None. The seat's hip point comes to where the body
-    wants it by `h_point_offset`, as far as the travel goes. InputError for a seat that faces elsewhere, and for a body
-    without hips, eyes and ears.
+    feet: by "left foot" and "right foot" a point [m] of the pedal or rest that it is on, its heel
+    on the floor. eye [m]: the seat stands as low as brings the eyes to this height; at its
+    reference height where None. seed: the angles are drawn for the so-numbered `person`; the mean
+    posture where None. The seat's hip point comes to where the body wants it by `h_point_offset`,
+    as far as the travel goes. InputError for a seat that faces elsewhere, and for a body without
+    hips, eyes and ears.
     """
     case = DrivingCase(seat, package, feet, eye, seed)
     found = at_wheel([body], poses, case, drivers=[driver], numbers=[person])
@@ -97,7 +104,8 @@ def driving_posture(
 
 @dataclass(frozen=True, eq=False)
 class DrivingCase:
-    """What drivers share: the seat, the package, where the feet go [m], the height of the eyes [m], the seed."""
+    """What drivers share: the seat, the package, where the feet go [m], the height of the eyes [m],
+    the seed."""
 
     seat: Seat
     package: Package
@@ -109,7 +117,8 @@ class DrivingCase:
 @dataclass(frozen=True, eq=False)
 class Drivers:
     """B drivers at the wheel: poses; travel (B, 3) [m]: forward, up, and forward without an end of
-    travel; eye, hips (B, 3) [m]; expected (B, 8) [rad]; by foot the miss (B,) [m] and what limits it."""
+    travel; eye, hips (B, 3) [m]; expected (B, 8) [rad]; by foot the miss (B,) [m] and what limits
+    it."""
 
     poses: Poses
     travel: Floats
@@ -122,7 +131,8 @@ class Drivers:
 
 @dataclass(frozen=True, eq=False)
 class _Crew:
-    """B drivers before they sit: their family, drivers, numbers, trunks, soles, and the poses they come with."""
+    """B drivers before they sit: their family, drivers, numbers, trunks, soles, and the poses they
+    come with."""
 
     family: Family
     drivers: Sequence[Driver]
@@ -133,19 +143,29 @@ class _Crew:
 
 
 def at_wheel(
-    bodies: Sequence[Body], poses: Poses, case: DrivingCase, *, drivers: Sequence[Driver], numbers: Sequence[int]
+    bodies: Sequence[Body],
+    poses: Poses,
+    case: DrivingCase,
+    *,
+    drivers: Sequence[Driver],
+    numbers: Sequence[int],
 ) -> Drivers:
-    """Drivers at the wheel, a row of poses each: trunk, then seat, lifted until the eyes have their height, then feet.
+    """Drivers at the wheel, a row of poses each: trunk, then seat, lifted until the eyes have their
+    height, then feet.
 
     Poses come back by the segment that they were given by. InputError as of `driving_posture`.
     """
     seat = case.seat
     if abs(np.sin(seat.yaw)) > 1e-9 or np.cos(seat.yaw) < 0:
-        raise InputError(f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
-                         f"drivers who face along +x")  # fmt: skip
+        raise InputError(
+            f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
+            f"drivers who face along +x"
+        )
     check_rows(poses, len(bodies), "bodies")
     if not {"right foot"} <= set(case.feet) <= set(FEET):
-        raise UsageError(f"feet: expected 'right foot', and 'left foot' or not, got {', '.join(case.feet) or 'none'}")
+        raise UsageError(
+            f"feet: expected 'right foot', and 'left foot' or not, got {', '.join(case.feet) or 'none'}"
+        )
     if min([case.seed or 0, *numbers]) < 0:
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
     family, (low, high) = family_of(tuple(bodies)), seat.travel_up
@@ -169,7 +189,9 @@ def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
     angles = []
     for driver, number, lift in zip(crew.drivers, crew.numbers, up.tolist(), strict=True):
         mean = driving_angles(driver, replace(case.package, h_point=(x, y, z + lift)))
-        angles.append(mean if case.seed is None else drawn_angles(mean, case.seed, person=int(number)))
+        angles.append(
+            mean if case.seed is None else drawn_angles(mean, case.seed, person=int(number))
+        )
     tilts = spine_tilts(crew.spines, angles)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
@@ -180,14 +202,19 @@ def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
     body = family.bodies[0]
     sphere = [body.sphere_names.index(f"{side} eye") for side in ("left", "right")]
     head = frames(family, seated, int(body.sphere_segment[sphere[0]]))
-    eye = np.einsum("bij,bj->bi", head[:, :, :3], family.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
+    eye = (
+        np.einsum("bij,bj->bi", head[:, :, :3], family.centre[:, sphere].mean(axis=1))
+        + head[:, :, 3]
+    )
     expected = np.array([one.mean for one in angles])
     return Drivers(seated, np.stack([forward, up, wanted], axis=1), eye, hips, expected, {}, {})
 
 
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
-    """The poses with the trunks tilted segment by segment (B, 5) [rad] aft, the middle of the hips at points (B, 3)."""
-    body, rotations = crew.family.bodies[0], np.array(crew.poses.rotations)
+    """The poses with the trunks tilted segment by segment (B, 5) [rad] aft, the middle of the hips
+    at points (B, 3)."""
+    body = crew.family.bodies[0]
+    rotations = np.array(crew.poses.rotations)
     angles = np.zeros((len(tilts), len(body.joints), 3))
     joints = [body.joint(name) for name in SPINE[1:]]
     for k, joint in enumerate(joints):
@@ -202,22 +229,40 @@ def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
 
 
 def _stepped(crew: _Crew, rows: Drivers) -> Drivers:
-    """Every foot with its ball on its point and its sole along its way where that can be, else as near as it gets."""
-    seated, miss, limit = rows.poses, {}, {}
+    """Every foot with its ball on its point and its sole along its way where that can be, else as
+    near as it gets."""
+    seated = rows.poses
+    miss = {}
+    limit = {}
     who = np.arange(len(seated))
     for foot, sole in crew.soles.items():
         goal = goals_of(sole.at)
-        goal[:, 3:6], goal[:, 9:] = sole.along, TURN_LEVER
-        joints, base = joints_between(crew.family.bodies[0], sole.limb.base, sole.limb.end), seated.world_from_reference
-        task = Task(crew.family, sole.limb, sole.link, joints, who, np.array(seated.rotations), np.array(base), goal)
+        goal[:, 3:6] = sole.along
+        goal[:, 9:] = TURN_LEVER
+        joints = joints_between(crew.family.bodies[0], sole.limb.base, sole.limb.end)
+        base = seated.world_from_reference
+        task = Task(
+            crew.family,
+            sole.limb,
+            sole.link,
+            joints,
+            who,
+            np.array(seated.rotations),
+            np.array(base),
+            goal,
+        )
         found = solved(task, cold(task, angles_of(task.body, seated)[:, joints]), AGAIN)
         off = np.flatnonzero(found.numbers[:, 0] > REACHED)
-        rotations, numbers = posed(task, found.angles), found.numbers.copy()
+        rotations = posed(task, found.angles)
+        numbers = found.numbers.copy()
         if len(off):
             free = replace(rows_of(task, off), goal=goals_of(sole.at[off]))
             found = solved(free, cold(free, angles_of(task.body, seated)[off][:, joints]), AGAIN)
-            rotations[off], numbers[off] = posed(free, found.angles), found.numbers
+            rotations[off] = posed(free, found.angles)
+            numbers[off] = found.numbers
         seated = Poses(rotations, seated.reference, seated.world_from_reference)
         miss[foot], limit[foot] = numbers[:, 0].copy(), limits_of(task, numbers)
     world = frames(crew.family, seated, crew.poses.reference)
-    return replace(rows, poses=Poses(seated.rotations, crew.poses.reference, world), miss=miss, limit=limit)
+    return replace(
+        rows, poses=Poses(seated.rotations, crew.poses.reference, world), miss=miss, limit=limit
+    )

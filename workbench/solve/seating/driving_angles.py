@@ -1,9 +1,11 @@
-"""The statistical driving posture: side-view angles of a driver from sex, size, age and package, with their scatter.
+"""The statistical driving posture: side-view angles of a driver from sex, size, age and package,
+with their scatter.
 
-Park, Ebert, Reed & Hallman, Statistical models for predicting automobile driving postures for men and women including
-effects of age, Human Factors 58(2), 2016: 90 drivers in 9 packages. The coefficients are those of the public code of a
-driver's manikin (drBrolin/Virtual-Driver-Lua), which agrees with itself on three test drivers; the paper itself was
-not at hand. Angles are in degrees there, lengths in mm.
+Park, Ebert, Reed & Hallman, Statistical models for predicting automobile driving postures for men
+and women including effects of age, Human Factors 58(2), 2016: 90 drivers in 9 packages. The
+coefficients are those of the public code of a driver's manikin (drBrolin/Virtual-Driver-Lua), which
+agrees with itself on three test drivers; the paper itself was not at hand. Angles are in degrees
+there, lengths in mm.
 """
 
 from __future__ import annotations
@@ -20,19 +22,23 @@ FEMALE_SPREAD = (4.1, 5.3, 5.7, 7.0, 9.4, 13.9, 4.5, 8.7)
 MALE_SPREAD = (3.3, 5.0, 6.5, 4.3, 11.4, 13.2, 4.4, 8.9)
 """Residual standard deviations [degrees], in the order of ANGLES."""
 SEATS = (0.10, 0.50)
-"""Heights of the hip point above the heel [m] that the angles are used for; the 9 packages lie within."""
+"""Heights of the hip point above the heel [m] that the angles are used for; the 9 packages lie
+within."""
 
 
 def driving_angles(driver: Driver, package: Package) -> DrivingAngles:
-    """The mean angles of such a driver in such a package, and the residual standard deviations of people about them.
+    """The mean angles of such a driver in such a package, and the residual standard deviations of
+    people about them.
 
-    The package counts by H30, the height of its hip point above the heel, and L6, from the ball of foot aft to the
-    wheel. InputError where the seat is no car's.
+    The package counts by H30, the height of its hip point above the heel, and L6, from the ball of
+    foot aft to the wheel. InputError where the seat is no car's.
     """
     height = package.h_point[2] - package.heel[2]
     if not SEATS[0] <= height <= SEATS[1]:
-        raise InputError(f"driving postures are known for hip points {1e3 * SEATS[0]:g} to {1e3 * SEATS[1]:g} mm above "
-                         f"the heel (H30), got {1e3 * height:.0f} mm")  # fmt: skip
+        raise InputError(
+            f"driving postures are known for hip points {1e3 * SEATS[0]:g} to {1e3 * SEATS[1]:g} mm above "
+            f"the heel (H30), got {1e3 * height:.0f} mm"
+        )
     h = 1e3 * height
     relative = 1e3 * (package.ball[0] - package.wheel[0]) - (700.0 - 0.55556 * h)
     female = driver.sex == "female"
@@ -41,43 +47,55 @@ def driving_angles(driver: Driver, package: Package) -> DrivingAngles:
 
 
 def drawn_angles(angles: DrivingAngles, seed: int, *, person: int = 0) -> DrivingAngles:
-    """One driver's angles: the mean and a residual for each, normal and independent, the same for the same seed and
-    number of the person. The source tells no correlations."""
+    """One driver's angles: the mean and a residual for each, normal and independent, the same for
+    the same seed and number of the person. The source tells no correlations."""
     chance = np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=(person,))))
-    return DrivingAngles(angles.mean + angles.spread * chance.standard_normal(len(ANGLES)), angles.spread)
+    return DrivingAngles(
+        angles.mean + angles.spread * chance.standard_normal(len(ANGLES)), angles.spread
+    )
 
 
 def h_point_offset(driver: Driver) -> tuple[float, float]:
-    """How far the hip point of the seat lies aft of and above the middle of the driver's hip joints [m]; the same
-    source as the angles, by body mass index."""
+    """How far the hip point of the seat lies aft of and above the middle of the driver's hip joints
+    [m]; the same source as the angles, by body mass index."""
     b = driver.mass_index
     up = 0.2872 * b - 11.583 if driver.sex == "female" else 0.2921 * b - 7.5027
     return 1e-3 * (0.4691 * b + 6.7786), 1e-3 * up
 
 
 def _female(driver: Driver, h: float, wheel: float) -> Floats:
-    s, r, b, age = 1e3 * driver.stature, driver.sitting_height / driver.stature, driver.mass_index, driver.age
-    return np.array([
-        0.32 + 0.214 * b,
-        72.3 - 0.0183 * s - 81.8 * r + 0.267 * b,
-        111.0 - 0.0736 * s - 2.15 * age - 0.0124 * h + 0.00137 * s * age,
-        -39.73 + 81.29 * r,
-        5.093 + 0.8034 * b,
-        129.0 - 0.0454 * s - 0.204 * age,
-        -93.2 + 228.0 * r + 7.06 * b - 0.0262 * h - 0.0358 * wheel - 13.9 * r * b,
-        372.0 - 449.0 * r - 12.9 * b + 0.0741 * age - 0.102 * h + 0.0819 * wheel + 25.5 * r * b,
-    ])  # fmt: skip
+    s = 1e3 * driver.stature
+    r = driver.sitting_height / driver.stature
+    b = driver.mass_index
+    age = driver.age
+    return np.array(
+        [
+            0.32 + 0.214 * b,
+            72.3 - 0.0183 * s - 81.8 * r + 0.267 * b,
+            111.0 - 0.0736 * s - 2.15 * age - 0.0124 * h + 0.00137 * s * age,
+            -39.73 + 81.29 * r,
+            5.093 + 0.8034 * b,
+            129.0 - 0.0454 * s - 0.204 * age,
+            -93.2 + 228.0 * r + 7.06 * b - 0.0262 * h - 0.0358 * wheel - 13.9 * r * b,
+            372.0 - 449.0 * r - 12.9 * b + 0.0741 * age - 0.102 * h + 0.0819 * wheel + 25.5 * r * b,
+        ]
+    )
 
 
 def _male(driver: Driver, h: float, wheel: float) -> Floats:
-    s, r, b, age = 1e3 * driver.stature, driver.sitting_height / driver.stature, driver.mass_index, driver.age
-    return np.array([
-        -36.8 + 86.0 * r - 0.00843 * h,
-        -90.8 + 162.0 * r + 0.327 * b + 1.65 * age - 3.11 * r * age,
-        -7.83 - 0.0524 * age,
-        -49.0 + 109.0 * r - 0.0671 * age - 0.00946 * h,
-        -71.6 + 140.0 * r + 1.11 * b,
-        -124.0 + 0.12 * s - 1.5 * b + 3.31 * age - 0.00189 * s * age,
-        35.2 + 0.019 * s - 72.5 * r - 0.162 * b - 0.0304 * h - 0.0436 * wheel,
-        204.0 - 0.0348 * s - 0.0857 * h + 0.0933 * wheel,
-    ])  # fmt: skip
+    s = 1e3 * driver.stature
+    r = driver.sitting_height / driver.stature
+    b = driver.mass_index
+    age = driver.age
+    return np.array(
+        [
+            -36.8 + 86.0 * r - 0.00843 * h,
+            -90.8 + 162.0 * r + 0.327 * b + 1.65 * age - 3.11 * r * age,
+            -7.83 - 0.0524 * age,
+            -49.0 + 109.0 * r - 0.0671 * age - 0.00946 * h,
+            -71.6 + 140.0 * r + 1.11 * b,
+            -124.0 + 0.12 * s - 1.5 * b + 3.31 * age - 0.00189 * s * age,
+            35.2 + 0.019 * s - 72.5 * r - 0.162 * b - 0.0304 * h - 0.0436 * wheel,
+            204.0 - 0.0348 * s - 0.0857 * h + 0.0933 * wheel,
+        ]
+    )

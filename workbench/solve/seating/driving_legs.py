@@ -1,4 +1,5 @@
-"""A driver's legs: soles on the pedal plane, and how far aft of the pedal thigh and knee have the angles expected."""
+"""A driver's legs: soles on the pedal plane, and how far aft of the pedal thigh and knee have the
+angles expected."""
 
 from __future__ import annotations
 
@@ -18,14 +19,16 @@ __all__ = ["Sole", "hips_from_pedal", "soles_on"]
 
 GRID = 0.001
 """Spacing [m] of the hip places that are tried."""
-NEAR, FAR = 0.15, 1.3
+NEAR = 0.15
+FAR = 1.3
 """How far aft of the ankle [m] hips are looked for."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sole:
-    """The soles of B drivers' feet: at (B, 3) [m] where the balls go, along (3,) the way from heel to ball; the leg as
-    a limb, its chain packed, pointing from heel to ball; sole (B, 3) [m] from heel to ball in the foot's frame."""
+    """The soles of B drivers' feet: at (B, 3) [m] where the balls go, along (3,) the way from heel
+    to ball; the leg as a limb, its chain packed, pointing from heel to ball; sole (B, 3) [m] from
+    heel to ball in the foot's frame."""
 
     at: Floats
     along: Floats
@@ -35,14 +38,18 @@ class Sole:
 
 
 def soles_on(family: Family, foot: str, at: tuple[float, float, float], package: Package) -> Sole:
-    """Soles in the plane that rises from the heel point (for the other foot: from beside it) to the pedal.
+    """Soles in the plane that rises from the heel point (for the other foot: from beside it) to the
+    pedal.
 
-    Soles of shoes lie under the foot's own. The round of the heel rests in the corner of floor and plane, and the ball
-    lies as far up as the foot is long.
+    Soles of shoes lie under the foot's own. The round of the heel rests in the corner of floor and
+    plane, and the ball lies as far up as the foot is long.
     """
-    body, chain = family.bodies[0], pointed_foot(family.bodies[0], foot)
-    link, heel = packed_links(family, chain), limb(body, foot, grip="heel")
-    ball, back = link.tip, packed_links(family, heel).tip
+    body = family.bodies[0]
+    chain = pointed_foot(family.bodies[0], foot)
+    link = packed_links(family, chain)
+    heel = limb(body, foot, grip="heel")
+    ball = link.tip
+    back = packed_links(family, heel).tip
     sole = ball - back
     length = np.linalg.norm(sole, axis=1)
     start = np.array([package.heel[0], at[1], package.heel[2]])
@@ -59,24 +66,31 @@ def soles_on(family: Family, foot: str, at: tuple[float, float, float], package:
     return Sole(np.ascontiguousarray(where), plane, chain, link, sole)
 
 
-def hips_from_pedal(family: Family, right: Sole, height: Floats, angles: Sequence[DrivingAngles]) -> Floats:
-    """(B,) x [m] of the hips at heights (B,) [m] from which thigh and knee come nearest to their angles, in units of
-    their scatter, the right foot being on the accelerator."""
+def hips_from_pedal(
+    family: Family, right: Sole, height: Floats, angles: Sequence[DrivingAngles]
+) -> Floats:
+    """(B,) x [m] of the hips at heights (B,) [m] from which thigh and knee come nearest to their
+    angles, in units of their scatter, the right foot being on the accelerator."""
     link = right.link
     thigh = np.linalg.norm(link.at_child[:, 0] - link.at_parent[:, 1], axis=1)
     shank = np.linalg.norm(link.at_child[:, 1] - link.at_parent[:, 2], axis=1)
-    turn = np.arctan2(right.along[2], right.along[0]) - np.arctan2(right.sole[:, 2], right.sole[:, 0])
+    turn = np.arctan2(right.along[2], right.along[0]) - np.arctan2(
+        right.sole[:, 2], right.sole[:, 0]
+    )
     own = link.at_child[:, 2] - link.tip  # from the ball to the ankle, in the foot's frame
     end = right.at[:, 0] + np.cos(turn) * own[:, 0] - np.sin(turn) * own[:, 2]
     rise = right.at[:, 2] + np.sin(turn) * own[:, 0] + np.cos(turn) * own[:, 2] - height
-    aft, found = np.arange(NEAR, FAR, GRID), np.zeros(len(height))
+    aft = np.arange(NEAR, FAR, GRID)
+    found = np.zeros(len(height))
     for b, one in enumerate(angles):
-        a, s = float(thigh[b]), float(shank[b])
+        a = float(thigh[b])
+        s = float(shank[b])
         gap = np.hypot(aft, rise[b])
         span = np.clip(gap, abs(a - s) + 1e-6, a + s - 1e-6)
         bent = np.arccos((a**2 + s**2 - span**2) / (2 * a * s))
         lifted = np.arctan2(rise[b], aft) + np.arccos((a**2 + span**2 - s**2) / (2 * a * span))
-        lift, bend = (lifted - one.mean[6]) / one.spread[6], (bent - one.mean[7]) / one.spread[7]
+        lift = (lifted - one.mean[6]) / one.spread[6]
+        bend = (bent - one.mean[7]) / one.spread[7]
         cost = lift * lift + bend * bend + 1e3 * np.abs(gap - span)
         best = int(np.clip(np.argmin(cost), 1, len(aft) - 2))
         p, q, r = cost[best - 1 : best + 2]

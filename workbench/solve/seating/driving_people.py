@@ -1,4 +1,5 @@
-"""Many drivers at one wheel: the driving posture of each, as the seated people of an accommodation study."""
+"""Many drivers at one wheel: the driving posture of each, as the seated people of an accommodation
+study."""
 
 from __future__ import annotations
 
@@ -32,29 +33,34 @@ def seat_drivers(
     seed: int | None = None,
     numbers: Sequence[int] = (),
 ) -> SeatedPeople:
-    """Seat B drivers, one row of poses a body, each as `driving_posture` has it; B numbers, by which the angles of each
-    are drawn where there is a seed. UsageError where their numbers differ.
+    """Seat B drivers, one row of poses a body, each as `driving_posture` has it; B numbers, by
+    which the angles of each are drawn where there is a seed. UsageError where their numbers differ.
 
-    A foot's miss is that of its pedal; where the travel ends before the seat is where the driver wants it, the feet
-    still go to their pedals, and `spare_travel` is negative by what is lacking.
+    A foot's miss is that of its pedal; where the travel ends before the seat is where the driver
+    wants it, the feet still go to their pedals, and `spare_travel` is negative by what is lacking.
     """
     count = len(bodies)
     numbers = numbers or range(count)
     if not len(poses) == len(drivers) == len(numbers) == count:
         got = f"{len(poses)}, {len(drivers)} and {len(numbers)}"
         raise UsageError(f"{count} bodies need as many poses, drivers and numbers, got {got}")
-    case, found = DrivingCase(seat, package, feet, eye, seed), []
+    case = DrivingCase(seat, package, feet, eye, seed)
+    found = []
     for first in range(0, count, MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        found.append(at_wheel(bodies[some], own, case, drivers=drivers[some], numbers=numbers[some]))
+        found.append(
+            at_wheel(bodies[some], own, case, drivers=drivers[some], numbers=numbers[some])
+        )
     return _people(found, seat, eye)
 
 
 def _people(found: list[Drivers], seat: Seat, eye: float | None) -> SeatedPeople:
     """Drivers as seated people."""
     forward, up, wanted = np.concatenate([part.travel for part in found]).T
-    eyes, count, feet = np.concatenate([part.eye for part in found]), len(forward), list(found[0].miss)
+    eyes = np.concatenate([part.eye for part in found])
+    count = len(forward)
+    feet = list(found[0].miss)
     (rear, front), (low, high) = seat.travel_forward, seat.travel_up
     return SeatedPeople(
         poses=join_poses([part.poses for part in found]),

@@ -1,4 +1,5 @@
-"""What a sitter's posture is asked for: pedals with the floor below them, places along a seat's travel, the eyes."""
+"""What a sitter's posture is asked for: pedals with the floor below them, places along a seat's
+travel, the eyes."""
 
 from __future__ import annotations
 
@@ -20,8 +21,8 @@ STEP = 0.01
 
 @dataclass(frozen=True)
 class Pedals:
-    """Where the balls of the feet go [m], by "left foot" and "right foot", and the height [m] of the floor that the
-    heels stand on, None where they stand on nothing."""
+    """Where the balls of the feet go [m], by "left foot" and "right foot", and the height [m] of
+    the floor that the heels stand on, None where they stand on nothing."""
 
     at: Mapping[str, tuple[float, float, float]]
     floor: float | None = None
@@ -39,6 +40,7 @@ def positions(travel: tuple[float, float]) -> Floats:
 @lru_cache(maxsize=64)
 def pointed_foot(body: Body, name: str) -> Limb:
     """The foot that arrives by its ball, pointing from the heel to the ball."""
-    ball, heel = limb(body, name, grip="ball"), limb(body, name, grip="heel")
+    ball = limb(body, name, grip="ball")
+    heel = limb(body, name, grip="heel")
     sole = ball.tip - heel.tip
     return replace(ball, pointing=sole / np.linalg.norm(sole))

@@ -1,8 +1,9 @@
 """Sitters: for each body the place of the seat and the posture that give the view and the pedals.
 
-The order is that of cockpit assessments (Zehner & Kennedy's): the lowest seat that still brings the eyes to the
-height asked for, then fore and aft where both feet reach their pedals, heels on the floor, most comfortably. What the
-seat cannot give is told, not hidden: eyes stay below, feet stop short.
+The order is that of cockpit assessments (Zehner & Kennedy's): the lowest seat that still brings the
+eyes to the height asked for, then fore and aft where both feet reach their pedals, heels on the
+floor, most comfortably. What the seat cannot give is told, not hidden: eyes stay below, feet stop
+short.
 """
 
 from __future__ import annotations
@@ -24,7 +25,13 @@ from workbench.solve.reaching.chains import Task
 from workbench.solve.seating.posture import Pedals, positions
 from workbench.solve.seating.resting import at_rest, lap_of, sitting_of
 from workbench.solve.seating.seating import seat_attitude
-from workbench.solve.seating.stepping import comfortable, first_places, foot_tasks, legs_of, limits_of
+from workbench.solve.seating.stepping import (
+    comfortable,
+    first_places,
+    foot_tasks,
+    legs_of,
+    limits_of,
+)
 from workbench.solve.threads import in_pieces
 
 __all__ = ["SeatedPeople", "seat_people"]
@@ -35,13 +42,15 @@ PIECE = 16
 
 @dataclass(frozen=True, eq=False)
 class SeatedPeople:
-    """B seated people, a row each: poses in the world (B rows, for each its own body), the seat's `forward` and `up`
-    (B,) [m] from where it stands at rest, and shift (B, 3) [m], the same as a vector for the parts that go along.
+    """B seated people, a row each: poses in the world (B rows, for each its own body), the seat's
+    `forward` and `up` (B,) [m] from where it stands at rest, and shift (B, 3) [m], the same as a
+    vector for the parts that go along.
 
-    eye (B, 3) [m]: midway between the eyes; eye_off (B,) [m]: how much it stays above (+) or below (-) the height
-    asked for, 0 where none is. miss (B,) [m] and limit of each foot: how far it stays from its pedal, and what limits
-    it in words ("" where nothing does). spare_travel (B, 4) [m]: what is left of the seat's travel to the rear, to the
-    front, down and up. discomfort (B,): of both legs; tried (B,): how many places of the seat were.
+    eye (B, 3) [m]: midway between the eyes; eye_off (B,) [m]: how much it stays above (+) or below
+    (-) the height asked for, 0 where none is. miss (B,) [m] and limit of each foot: how far it
+    stays from its pedal, and what limits it in words ("" where nothing does). spare_travel (B, 4)
+    [m]: what is left of the seat's travel to the rear, to the front, down and up. discomfort (B,):
+    of both legs; tried (B,): how many places of the seat were.
     """
 
     poses: Poses
@@ -62,7 +71,8 @@ class SeatedPeople:
 
 @dataclass(frozen=True, eq=False)
 class _Ask:
-    """What all people share: seat, eye height [m], pedals; whether every place is tried; threads."""
+    """What all people share: seat, eye height [m], pedals; whether every place is tried;
+    threads."""
 
     seat: Seat
     eye: float | None
@@ -72,21 +82,30 @@ class _Ask:
 
 
 def seat_people(
-    bodies: Sequence[Body], poses: Poses, seat: Seat, *, eye: float | None, pedals: Pedals, every: bool = False,
+    bodies: Sequence[Body],
+    poses: Poses,
+    seat: Seat,
+    *,
+    eye: float | None,
+    pedals: Pedals,
+    every: bool = False,
     threads: int | None = None,
-) -> SeatedPeople:  # fmt: skip
+) -> SeatedPeople:
     """Seat B bodies of a family, one row of poses a body, each where view and pedals are had.
 
-    Trunk, head and arms stay as the poses have them. eye: the height [m] that the eyes are to reach, any where None;
-    the seat is as low as gives it. pedals: where the balls of the feet go, and the floor that the heels stand on. The
-    seat stands at one of the places 10 mm apart along its travel: where the feet miss least, then most comfortably,
-    then nearest to where it stands at rest. These are looked for downhill from a guess; every: all are tried, which
-    takes many times as long and comes to the same. threads: all cores where None; no answer depends on it, nor on who
-    else is seated. UsageError where there are not as many poses as bodies, or bodies are not of one family; InputError
-    where nothing of a body rests on the seat, or eyes are asked for that it does not have.
+    Trunk, head and arms stay as the poses have them. eye: the height [m] that the eyes are to
+    reach, any where None; the seat is as low as gives it. pedals: where the balls of the feet go,
+    and the floor that the heels stand on. The seat stands at one of the places 10 mm apart along
+    its travel: where the feet miss least, then most comfortably, then nearest to where it stands at
+    rest. These are looked for downhill from a guess; every: all are tried, which takes many times
+    as long and comes to the same. threads: all cores where None; no answer depends on it, nor on
+    who else is seated. UsageError where there are not as many poses as bodies, or bodies are not of
+    one family; InputError where nothing of a body rests on the seat, or eyes are asked for that it
+    does not have.
     """
     check_rows(poses, len(bodies), "bodies")
-    ask, found = _Ask(seat, eye, pedals, every, threads), []
+    ask = _Ask(seat, eye, pedals, every, threads)
+    found = []
     for first in range(0, len(bodies), MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
@@ -95,14 +114,21 @@ def seat_people(
 
 
 def _some_people(family: Family, poses: Poses, ask: _Ask) -> SeatedPeople:
-    body, seat = family.bodies[0], ask.seat
+    body = family.bodies[0]
+    seat = ask.seat
     segment = body.segment("LT") if ask.pedals.at else poses.reference
     lap = lap_of(family, poses, seat, segment=segment, eye=ask.eye)
     sitting = sitting_of(family, poses, seat, lap)
     tasks = foot_tasks(family, poses, ask.pedals, sitting.ahead)
-    found = _stepped(sitting, tasks, poses.rotations, ask) if tasks else _resting(sitting, poses.rotations, ask)
-    eye, world = found.lap + lap.eyes, np.zeros((len(poses), 3, 4))
-    world[:, :, :3], world[:, :, 3] = seat_attitude(seat), found.lap - lap.lean[:, :, 3]
+    found = (
+        _stepped(sitting, tasks, poses.rotations, ask)
+        if tasks
+        else _resting(sitting, poses.rotations, ask)
+    )
+    eye = found.lap + lap.eyes
+    world = np.zeros((len(poses), 3, 4))
+    world[:, :, :3] = seat_attitude(seat)
+    world[:, :, 3] = found.lap - lap.lean[:, :, 3]
     (rear, front), (low, high) = seat.travel_forward, seat.travel_up
     forward, up = found.travel.T
     return SeatedPeople(
@@ -113,7 +139,9 @@ def _some_people(family: Family, poses: Poses, ask: _Ask) -> SeatedPeople:
         eye=eye,
         eye_off=eye[:, 2] - ask.eye if ask.eye is not None else np.zeros(len(eye)),
         miss={foot: found.numbers[:, k, 0] for k, foot in enumerate(ask.pedals.at)},
-        limit={foot: limits_of(tasks[k], found.numbers[:, k]) for k, foot in enumerate(ask.pedals.at)},
+        limit={
+            foot: limits_of(tasks[k], found.numbers[:, k]) for k, foot in enumerate(ask.pedals.at)
+        },
         spare_travel=np.stack([forward - rear, front - forward, up - low, high - up], axis=1),
         discomfort=found.row[:, EASE],
         tried=found.row[:, TRIED].astype(np.int64),
@@ -122,8 +150,8 @@ def _some_people(family: Family, poses: Poses, ask: _Ask) -> SeatedPeople:
 
 @dataclass(frozen=True, eq=False)
 class _Found:
-    """Rotations (B, J, 4), lap (B, 3) [m] and travel (B, 2) [m] of people, numbers (B, 2, 8) of their feet, row (B, R)
-    as of the kernel."""
+    """Rotations (B, J, 4), lap (B, 3) [m] and travel (B, 2) [m] of people, numbers (B, 2, 8) of
+    their feet, row (B, R) as of the kernel."""
 
     rotations: Floats
     lap: Floats
@@ -134,12 +162,16 @@ class _Found:
 
 def _stepped(sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask) -> _Found:
     """People with their feet on pedals, each from a guess at the place of the seat."""
-    legs, grid, count = legs_of(tasks, ask.pedals), positions(ask.seat.travel_forward), len(rotations)
+    legs = legs_of(tasks, ask.pedals)
+    grid = positions(ask.seat.travel_forward)
+    count = len(rotations)
     turned = comfortable(tasks, rotations)
     lap = sitting.lap.copy()
     lap[:, :, 3] = at_rest(sitting, turned)[0]
     first = first_places(tasks, lap, grid, sitting.ahead)
-    travel, numbers, row = np.zeros((count, 2)), np.zeros((count, 2, 8)), np.zeros((count, ROW))
+    travel = np.zeros((count, 2))
+    numbers = np.zeros((count, 2, 8))
+    row = np.zeros((count, ROW))
     out = turned, lap, travel, numbers, row
 
     def work(begin: int, end: int) -> None:
@@ -150,7 +182,8 @@ def _stepped(sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask) 
 
 
 def _resting(sitting: Sitting, rotations: Floats, ask: _Ask) -> _Found:
-    """People without pedals: the seat stays where it is, or as near to that as its travel lets it."""
+    """People without pedals: the seat stays where it is, or as near to that as its travel lets
+    it."""
     count, (rear, front) = len(rotations), ask.seat.travel_forward
     at, up = at_rest(sitting, rotations)
     forward = np.full(count, min(max(0.0, rear), front))

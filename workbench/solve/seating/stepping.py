@@ -1,4 +1,5 @@
-"""Feet on pedals, for the kernel that seats people: legs, goals, comfort, and a first guess at the seat's place."""
+"""Feet on pedals, for the kernel that seats people: legs, goals, comfort, and a first guess at the
+seat's place."""
 
 from __future__ import annotations
 
@@ -22,16 +23,20 @@ from workbench.solve.seating.posture import Pedals, pointed_foot
 __all__ = ["comfortable", "first_places", "foot_tasks", "legs_of", "limits_of"]
 
 HEEL_AGAIN = 0
-"""From how many other postures a foot is tried again with its heel on the floor; in the air it is `AGAIN`."""
+"""From how many other postures a foot is tried again with its heel on the floor; in the air it is
+`AGAIN`."""
 FREE_FOOT = 10.0
 """Discomfort of a heel in the air: it is put up with where the pedal cannot be had otherwise."""
 
 
 def foot_tasks(family: Family, poses: Poses, pedals: Pedals, ahead: Floats) -> list[Task]:
-    """For each foot its leg with the ball to go to the pedal, the sole as it is with the heel on the floor: pointing in
-    the heading `ahead` (3,), rising as far as the ball is above the heel."""
-    body, count, tasks = family.bodies[0], len(family), []
-    who, base = np.arange(count), np.zeros((count, 3, 4))
+    """For each foot its leg with the ball to go to the pedal, the sole as it is with the heel on
+    the floor: pointing in the heading `ahead` (3,), rising as far as the ball is above the heel."""
+    body = family.bodies[0]
+    count = len(family)
+    tasks = []
+    who = np.arange(count)
+    base = np.zeros((count, 3, 4))
     for name, at in pedals.at.items():
         chain = pointed_foot(body, name)
         link = packed_links(family, chain)
@@ -40,7 +45,9 @@ def foot_tasks(family: Family, poses: Poses, pedals: Pedals, ahead: Floats) -> l
         goal = goals_of(np.repeat(np.array(at, dtype=np.float64)[None], count, axis=0))
         if pedals.floor is not None:
             rise = np.clip((at[2] - pedals.floor) / size, -0.95, 0.95)
-            goal[:, 3:6] = np.sqrt(1.0 - rise * rise)[:, None] * ahead + rise[:, None] * np.array([0.0, 0.0, 1.0])
+            goal[:, 3:6] = np.sqrt(1.0 - rise * rise)[:, None] * ahead + rise[:, None] * np.array(
+                [0.0, 0.0, 1.0]
+            )
             goal[:, 9:] = TURN_LEVER
         link = link._replace(pointing=np.ascontiguousarray(sole / size[:, None]))
         joints = joints_between(body, chain.base, chain.end)
@@ -49,9 +56,12 @@ def foot_tasks(family: Family, poses: Poses, pedals: Pedals, ahead: Floats) -> l
 
 
 def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
-    """The legs packed for the kernel. It takes two; of one there is a copy, which is not looked at."""
+    """The legs packed for the kernel. It takes two; of one there is a copy, which is not looked
+    at."""
     two = (tasks * 2)[:2]
-    goal = np.stack([np.stack([task.goal, goals_of(task.goal[:, :3])], axis=1) for task in two], axis=1)
+    goal = np.stack(
+        [np.stack([task.goal, goals_of(task.goal[:, :3])], axis=1) for task in two], axis=1
+    )
     return Legs(
         links=(two[0].link, two[1].link),
         goal=goal,
@@ -73,7 +83,9 @@ def comfortable(tasks: list[Task], rotations: Floats) -> Floats:
         angles = cold(task, _angles(task))
         axes = task.body.stops.axes[task.joints]
         swing = angles[..., 0, None] * axes[:, 0] + angles[..., 1, None] * axes[:, 1]
-        turned[:, task.joints] = multiply(exponential(swing), exponential(angles[..., 2, None] * axes[:, 2]))
+        turned[:, task.joints] = multiply(
+            exponential(swing), exponential(angles[..., 2, None] * axes[:, 2])
+        )
     return turned
 
 
@@ -86,8 +98,9 @@ def _angles(task: Task) -> Floats:
 
 
 def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) -> Ints:
-    """(B,) the place on the seat's travel (G,) from which the legs are likely to be most comfortable, from hip, knee
-    and ankle in the plane of each leg; lap (B, 3, 4): the lower torso with the seat not moved."""
+    """(B,) the place on the seat's travel (G,) from which the legs are likely to be most
+    comfortable, from hip, knee and ankle in the plane of each leg; lap (B, 3, 4): the lower torso
+    with the seat not moved."""
     total = np.zeros((len(lap), len(grid)))
     for task in tasks:
         total += _planar(task, lap, grid, ahead)
@@ -96,14 +109,20 @@ def first_places(tasks: list[Task], lap: Floats, grid: Floats, ahead: Floats) ->
 
 
 def _planar(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:
-    """(B, G) the discomfort of a leg that stands in an upright plane, its sole as the goal has it."""
-    link, body = task.link, task.body
+    """(B, G) the discomfort of a leg that stands in an upright plane, its sole as the goal has
+    it."""
+    link = task.link
+    body = task.body
     along = task.goal[:, 3:6] if task.goal[0, 9] > 0 else np.broadcast_to(ahead, (len(lap), 3))
     side = np.cross([0.0, 0.0, 1.0], ahead)
     own = link.tip - link.at_child[:, 2]  # from the ankle to the ball, in the foot's frame
-    turn = np.arctan2(along[:, 2], along @ ahead) - np.arctan2(link.pointing[:, 2], link.pointing[:, 0])
-    c, s = np.cos(turn), np.sin(turn)
-    forth, rise = c * own[:, 0] - s * own[:, 2], s * own[:, 0] + c * own[:, 2]
+    turn = np.arctan2(along[:, 2], along @ ahead) - np.arctan2(
+        link.pointing[:, 2], link.pointing[:, 0]
+    )
+    c = np.cos(turn)
+    s = np.sin(turn)
+    forth = c * own[:, 0] - s * own[:, 2]
+    rise = s * own[:, 0] + c * own[:, 2]
     ankle = task.goal[:, :3] - forth[:, None] * ahead - rise[:, None] * np.array([0.0, 0.0, 1.0])
     hip = np.einsum("bij,bj->bi", lap[:, :, :3], link.at_parent[:, 0]) + lap[:, :, 3]
     thigh = np.linalg.norm(link.at_parent[:, 1] - link.at_child[:, 0], axis=1)[:, None]
@@ -113,11 +132,19 @@ def _planar(task: Task, lap: Floats, grid: Floats, ahead: Floats) -> Floats:
     level = np.sqrt((way @ ahead) ** 2 + across**2)
     span = np.clip(np.hypot(level, way[..., 2]), np.abs(thigh - shank) + 1e-6, thigh + shank - 1e-6)
     lack = np.maximum(np.hypot(level, way[..., 2]) - span, 0.0)
-    lifted = np.arctan2(way[..., 2], level) + np.arccos((thigh**2 + span**2 - shank**2) / (2 * thigh * span))
+    lifted = np.arctan2(way[..., 2], level) + np.arccos(
+        (thigh**2 + span**2 - shank**2) / (2 * thigh * span)
+    )
     knee = np.pi - np.arccos((thigh**2 + shank**2 - span**2) / (2 * thigh * shank))
-    lean = np.arctan2(lap[:, :, 2] @ ahead, lap[:, 2, 2])[:, None]  # how far the trunk leans forward
+    lean = np.arctan2(lap[:, :, 2] @ ahead, lap[:, 2, 2])[
+        :, None
+    ]  # how far the trunk leans forward
     foot = lifted - knee + 0.5 * np.pi  # the way a neutral foot points, above the horizontal
-    angles = {"flexion": lifted + 0.5 * np.pi + lean, "knee": knee, "plantarflexion": foot - turn[:, None]}
+    angles = {
+        "flexion": lifted + 0.5 * np.pi + lean,
+        "knee": knee,
+        "plantarflexion": foot - turn[:, None],
+    }
     cost: Floats = 1e6 * lack
     for joint, (motion, angle) in zip(task.joints, angles.items(), strict=True):
         mode, half = _comfort(body, joint, "flexion" if motion == "knee" else motion)
@@ -133,9 +160,12 @@ def _comfort(body: Body, joint: int, motion: str) -> tuple[float, float]:
 
 
 def limits_of(task: Task, numbers: Floats) -> tuple[str, ...]:
-    """For each person what limits a foot that misses its pedal, "" where it does not; numbers (B, 8) as of chains."""
+    """For each person what limits a foot that misses its pedal, "" where it does not; numbers (B,
+    8) as of chains."""
     reached = numbers[:, 0] <= REACHED
     count = len(numbers)
-    found = Found(np.zeros((count, 0, 3)), numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1))
+    found = Found(
+        np.zeros((count, 0, 3)), numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1)
+    )
     stop = np.stack(stopped_by(task, found, reached)).astype(np.int64)
     return tuple("" if reached[b] else limit_words(task.body, stop[:, b]) for b in range(count))

@@ -1,4 +1,5 @@
-"""The accommodation study: a whole population through one workplace, who is left out, by what and by how much."""
+"""The accommodation study: a whole population through one workplace, who is left out, by what and
+by how much."""
 
 from __future__ import annotations
 
@@ -9,7 +10,13 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.accommodation.studies import AccommodationPlan
-from workbench.model.accommodation import MET, Accommodation, AccommodationStudy, GroupShare, IntervalRule
+from workbench.model.accommodation import (
+    MET,
+    Accommodation,
+    AccommodationStudy,
+    GroupShare,
+    IntervalRule,
+)
 from workbench.model.arrays import Bools
 from workbench.model.population import PopulationModel
 from workbench.people.draw import draw_people
@@ -25,7 +32,13 @@ from workbench.study.accommodation.hardest import hardest_rows, shown_people
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.requirements import Asked, asked_of
-from workbench.study.accommodation.shares import group_shares, left_out_alone, share_single, share_without, spread_of
+from workbench.study.accommodation.shares import (
+    group_shares,
+    left_out_alone,
+    share_single,
+    share_without,
+    spread_of,
+)
 from workbench.study.accommodation.sitters import seated
 from workbench.study.provenance import hashes, people_hash, versions
 from workbench.study.reaches import buried_controls
@@ -35,13 +48,14 @@ __all__ = ["accommodation_study", "ready"]
 
 Say = Callable[[str], None]
 EXPECTED = 10.0
-"""People who should meet two requirements, if these had nothing to do with each other, from which on it says something
-that nobody does."""
+"""People who should meet two requirements, if these had nothing to do with each other, from which
+on it says something that nobody does."""
 
 
 def ready(plan: AccommodationPlan) -> AccommodationStudy:
     """The study with its people drawn and its body at the level of detail that is checked."""
-    file, source = plan.file, plan.file.population
+    file = plan.file
+    source = plan.file.population
     people = plan.people
     if isinstance(people, PopulationModel):
         women = 0.5 if source.women is None else source.women
@@ -81,16 +95,19 @@ def accommodation_study(
 ) -> Accommodation:
     """Run an accommodation study.
 
-    keep: a folder in which chunks of people are kept until it is done, so that a run that is cut off goes on where it
-    was; say: told how far it is; workers: a cluster that does the work, with the same numbers. InputError where a
-    chunk cannot be written, or somebody cannot be given a body.
+    keep: a folder in which chunks of people are kept until it is done, so that a run that is cut
+    off goes on where it was; say: told how far it is; workers: a cluster that does the work, with
+    the same numbers. InputError where a chunk cannot be written, or somebody cannot be given a
+    body.
     """
     study = ready(plan)
     asked = asked_of(study)
     if not asked:
         raise InputError(f"{study.name}: no criterion asks for anything")
     crew = crew_of(study.body, study.people, study.wears, say=say, workers=workers)
-    found, reasons = gathered(result_chunks(study, asked, crew, keep=keep, say=say, workers=workers))
+    found, reasons = gathered(
+        result_chunks(study, asked, crew, keep=keep, say=say, workers=workers)
+    )
     met: Bools = np.asarray(np.isnan(found.margin) | (found.margin >= -MET))
     weight = study.people.weight
     hardest = hardest_rows(found.margin)
@@ -115,18 +132,25 @@ def accommodation_study(
             "people": {"measures": people_hash(study.people)},
             "versions": versions(),
         },
-        warnings=(*_warnings(study, asked, crew, met), *_around(study, crew, hardest), *study.warnings),
+        warnings=(
+            *_warnings(study, asked, crew, met),
+            *_around(study, crew, hardest),
+            *study.warnings,
+        ),
         shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
     )
 
 
 def _shares(study: AccommodationStudy, served: Bools) -> tuple[GroupShare, ...]:
     rule = study.interval
-    return tuple(group_shares(served, study.people, study.mixes, confidence=study.confidence, interval=rule))
+    return tuple(
+        group_shares(served, study.people, study.mixes, confidence=study.confidence, interval=rule)
+    )
 
 
 def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk) -> tuple[str, ...]:
-    """For everybody left out the measure that is oddest of those that bear on what is missed by most."""
+    """For everybody left out the measure that is oddest of those that bear on what is missed by
+    most."""
     worst = np.nan_to_num(found.margin, nan=np.inf)
     rows = np.flatnonzero(worst.min(axis=1) < -MET)
     at = worst[rows].argmin(axis=1)
@@ -134,14 +158,18 @@ def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk)
         found.words[int(found.reason[row, r])] if found.reason[row, r] >= 0 else ""
         for row, r in zip(rows, at, strict=True)
     ]
-    bearing = [bearing_on(asked[int(r)], said, study.body) for r, said in zip(at, words, strict=True)]
+    bearing = [
+        bearing_on(asked[int(r)], said, study.body) for r, said in zip(at, words, strict=True)
+    ]
     names = [""] * len(study.people)
     for row, name in zip(rows, limiting_measures(study.people, rows, bearing), strict=True):
         names[int(row)] = name
     return tuple(names)
 
 
-def _warnings(study: AccommodationStudy, asked: tuple[Asked, ...], crew: Crew, met: Bools) -> tuple[str, ...]:
+def _warnings(
+    study: AccommodationStudy, asked: tuple[Asked, ...], crew: Crew, met: Bools
+) -> tuple[str, ...]:
     """Collect what a reader of the shares must know, what bears on all of them first."""
     return (
         *piece_warnings([(study.body.name, study.body)]),
@@ -155,8 +183,10 @@ def _told(crew: Crew) -> list[str]:
     told = [words for words in crew.told if words]
     if not told:
         return []
-    return [f"{len(told)} of {len(crew.people)} people could not be given all their measures exactly; they have them "
-            f"nearly (the first because {told[0]})"]  # fmt: skip
+    return [
+        f"{len(told)} of {len(crew.people)} people could not be given all their measures exactly; they have them "
+        f"nearly (the first because {told[0]})"
+    ]
 
 
 def _around(study: AccommodationStudy, crew: Crew, hardest: tuple[int, ...]) -> list[str]:
@@ -166,19 +196,26 @@ def _around(study: AccommodationStudy, crew: Crew, hardest: tuple[int, ...]) -> 
     row = hardest[0] if hardest else 0
     body = crew.body(row)
     sitters = seated(study, [body], [row])
-    environment = moved(study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0])
+    environment = moved(
+        study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0]
+    )
     return list(enclosure_warnings(f"person {row + 1}", place(body, sitters.held), environment))
 
 
 def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
-    """Requirements that nobody meets, and pairs that nobody meets together though some meet each."""
+    """Requirements that nobody meets, and pairs that nobody meets together though some meet
+    each."""
     single: Bools = np.asarray(met.any(axis=0))
-    told = [f"nobody meets {asked[r].requirement.name!r}: check where it is and what is asked for"
-            for r in np.flatnonzero(~single)]  # fmt: skip
+    told = [
+        f"nobody meets {asked[r].requirement.name!r}: check where it is and what is asked for"
+        for r in np.flatnonzero(~single)
+    ]
     count = met.sum(axis=0)
     both = met.T.astype(np.float64) @ met.astype(np.float64)
     expected = np.outer(count, count) / len(met)
     for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
-        told.append(f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r}: "
-                    f"they contradict each other")  # fmt: skip
+        told.append(
+            f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r}: "
+            f"they contradict each other"
+        )
     return told

@@ -1,4 +1,5 @@
-"""Changes of a design: a study with the change made, and which of its requirements the change bears on."""
+"""Changes of a design: a study with the change made, and which of its requirements the change bears
+on."""
 
 from __future__ import annotations
 
@@ -14,8 +15,8 @@ __all__ = ["borne_by", "changed", "moved_parts"]
 
 
 def changed(study: AccommodationStudy, change: Change) -> AccommodationStudy:
-    """The study with a change made. A control takes the part along that it is on, unless another control is on it; a
-    part takes all controls along that are on it."""
+    """The study with a change made. A control takes the part along that it is on, unless another
+    control is on it; a part takes all controls along that are on it."""
     environment = study.environment
     if change.control or change.parts:
         environment = moved(environment, moved_parts(environment, change), change.move)
@@ -32,7 +33,10 @@ def changed(study: AccommodationStudy, change: Change) -> AccommodationStudy:
         if seat.name == study.seat:
             forward, up = (
                 (ends[0] + by[0], ends[1] + by[1])
-                for ends, by in ((seat.travel_forward, change.travel_forward), (seat.travel_up, change.travel_up))
+                for ends, by in (
+                    (seat.travel_forward, change.travel_forward),
+                    (seat.travel_up, change.travel_up),
+                )
             )
             seat = replace(seat, travel_forward=forward, travel_up=up)
         seats.append(seat)
@@ -49,13 +53,16 @@ def moved_parts(environment: Environment, change: Change) -> tuple[str, ...]:
 
 
 def borne_by(study: AccommodationStudy, asked: Sequence[Asked], change: Change) -> list[int]:
-    """The numbers of the requirements that a change bears on: of a control its own and those about its part; all of
-    them where it is one that the sitters hold, or anything else is moved."""
+    """The numbers of the requirements that a change bears on: of a control its own and those about
+    its part; all of them where it is one that the sitters hold, or anything else is moved."""
     every = list(range(len(asked)))
     if not change.control or change.control in study.aims.controls.values():
         return every
     parts = set(moved_parts(study.environment, change))
-    rows = [r for r, one in enumerate(asked)
-            if (one.requirement.target == change.control and one.control is not None)
-            or (one.control is None and parts & set(one.criterion.parts))]  # fmt: skip
+    rows = [
+        r
+        for r, one in enumerate(asked)
+        if (one.requirement.target == change.control and one.control is not None)
+        or (one.control is None and parts & set(one.criterion.parts))
+    ]
     return rows if rows else every

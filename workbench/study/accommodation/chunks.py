@@ -1,8 +1,9 @@
-"""The work of an accommodation study in chunks of people, each written whole: a run that is killed goes on from there.
+"""The work of an accommodation study in chunks of people, each written whole: a run that is killed
+goes on from there.
 
-A chunk's file is named by its key (see `solve.content`), which is made from the whole study, the chunk's fitted bodies
-and the program: a file is used again for nothing else. Chunks may be worked on by this process, or by the workers of a
-Dask cluster: the numbers are the same.
+A chunk's file is named by its key (see `solve.content`), which is made from the whole study, the
+chunk's fitted bodies and the program: a file is used again for nothing else. Chunks may be worked
+on by this process, or by the workers of a Dask cluster: the numbers are the same.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ Say = Callable[[str], None]
 
 
 class Chunk:
-    """What became of the people of a chunk: margin (B, R), reason (B, R) into words, toward (B, R, 3), seat (B, 2)."""
+    """What became of the people of a chunk: margin (B, R), reason (B, R) into words, toward (B, R,
+    3), seat (B, 2)."""
 
     def __init__(self, kept: Kept) -> None:
         self.margin: Floats = kept.arrays["margin"]
@@ -74,17 +76,30 @@ def result_chunks(
 ) -> list[Chunk]:
     """The chunks of a study in order, those of an earlier run read back from the folder `keep`.
 
-    workers: who does the work, this process where None; the numbers are the same. InputError where a chunk cannot be
-    written; those written before stay.
+    workers: who does the work, this process where None; the numbers are the same. InputError where
+    a chunk cannot be written; those written before stay.
     """
     keys = _chunk_keys(study, asked, crew) if keep is not None else []
-    paths = [keep / f"{chunk:05d}-{key[:8].hex()}.chunk" for chunk, key in enumerate(keys)] if keep is not None else []
-    found = {chunk: kept for chunk, path in enumerate(paths) if (kept := read_kept(path, keys[chunk])) is not None}
+    paths = (
+        [keep / f"{chunk:05d}-{key[:8].hex()}.chunk" for chunk, key in enumerate(keys)]
+        if keep is not None
+        else []
+    )
+    found = {
+        chunk: kept
+        for chunk, path in enumerate(paths)
+        if (kept := read_kept(path, keys[chunk])) is not None
+    }
     missing = [chunk for chunk in range(len(crew)) if chunk not in found]
-    begun, people = monotonic(), sum(crew.rows(chunk).stop - crew.rows(chunk).start for chunk in missing)
+    begun = monotonic()
+    people = sum(crew.rows(chunk).stop - crew.rows(chunk).start for chunk in missing)
     done = 0
     say(f"person 0 of {people}")
-    source = workers.tried(study, asked, crew, missing) if workers is not None else _here(study, asked, crew, missing)
+    source = (
+        workers.tried(study, asked, crew, missing)
+        if workers is not None
+        else _here(study, asked, crew, missing)
+    )
     try:
         with closing(source) as ready:
             for chunk, kept in ready:
@@ -99,22 +114,32 @@ def result_chunks(
         went = f"{done} of {people} people are done and kept: the same command goes on from there"
         raise InputError([*error.problems, went]) from None
     except KeyboardInterrupt:
-        kept_words = "what was done is kept, and the same command goes on from there" if paths else "nothing is kept"
+        kept_words = (
+            "what was done is kept, and the same command goes on from there"
+            if paths
+            else "nothing is kept"
+        )
         raise KeyboardInterrupt(f"stopped after {done} of {people} people: {kept_words}") from None
     return [Chunk(found[chunk]) for chunk in range(len(crew))]
 
 
 def _chunk_keys(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew) -> list[bytes]:
-    """The key of each chunk: of the study, of what is asked, and of the chunk's people, what they wear and their
-    fitted bodies."""
-    base = content_key("accommodation", study, tuple(asked), crew.task, crew.people, tuple(crew.wears))
-    return [content_key("chunk", base, crew.index(chunk), tuple(crew.fits_of(chunk))) for chunk in range(len(crew))]
+    """The key of each chunk: of the study, of what is asked, and of the chunk's people, what they
+    wear and their fitted bodies."""
+    base = content_key(
+        "accommodation", study, tuple(asked), crew.task, crew.people, tuple(crew.wears)
+    )
+    return [
+        content_key("chunk", base, crew.index(chunk), tuple(crew.fits_of(chunk)))
+        for chunk in range(len(crew))
+    ]
 
 
 def _here(
     study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
 ) -> Generator[tuple[int, Kept]]:
-    """The chunks by processes of this machine, which also hand back where people sit: what is tried next needs it."""
+    """The chunks by processes of this machine, which also hand back where people sit: what is tried
+    next needs it."""
 
     key = seat_key(study)
 
@@ -124,7 +149,9 @@ def _here(
         kept = packed(judged(study, asked, sitting(study, asked, sitters)))
         return kept, None if known else Sitters((), sitters.seat, sitters.held)
 
-    if len(chunks) > 1:  # one person here first: forks then know the kernels and what obstacles are indexed by
+    if (
+        len(chunks) > 1
+    ):  # one person here first: forks then know the kernels and what obstacles are indexed by
         row = int(crew.index(chunks[0])[0])
         met_by(study, asked, [crew.body(row)], [row])
     with closing(shared(work, chunks)) as ready:
@@ -135,8 +162,8 @@ def _here(
 
 
 def seated_chunk(study: AccommodationStudy, crew: Crew, chunk: int) -> Sitters:
-    """The people of a chunk in the seat; who has been seated already, for a study with the same seat, pedals and view,
-    stays so."""
+    """The people of a chunk in the seat; who has been seated already, for a study with the same
+    seat, pedals and view, stays so."""
     at = seat_key(study), chunk
     if at not in crew.sitting:
         crew.sitting[at] = seated(study, crew.bodies(chunk), crew.index(chunk).tolist())
@@ -151,7 +178,8 @@ def seat_key(study: AccommodationStudy) -> bytes:
 
 
 def forget_chunks(keep: Path) -> None:
-    """Remove the chunks that were kept in a folder, and the folder if nothing else is in it: the work is done.
+    """Remove the chunks that were kept in a folder, and the folder if nothing else is in it: the
+    work is done.
 
     What was half written when a run was killed goes too.
     """
@@ -184,18 +212,26 @@ def packed(tried: Tried) -> Kept:
     words = [word for word in dict.fromkeys(said) if word]
     number = {word: k for k, word in enumerate(words)} | {"": -1}
     reason = np.array([number[word] for word in said], dtype=np.int64)
-    arrays = {"margin": tried.margin, "toward": tried.toward, "seat": tried.seat,
-              "reason": reason.reshape(tried.margin.shape)}  # fmt: skip
+    arrays = {
+        "margin": tried.margin,
+        "toward": tried.toward,
+        "seat": tried.seat,
+        "reason": reason.reshape(tried.margin.shape),
+    }
     return Kept(arrays, {"words": words})
 
 
 def gathered(chunks: Sequence[Chunk]) -> tuple[Chunk, tuple[str, ...]]:
-    """All chunks as one, and the words that its reasons number, in the order in which they first occur."""
+    """All chunks as one, and the words that its reasons number, in the order in which they first
+    occur."""
     words = list(dict.fromkeys(word for chunk in chunks for word in chunk.words))
     number = {word: k for k, word in enumerate(words)}
     reasons = []
     for chunk in chunks:
         table = np.array([number[word] for word in chunk.words] + [-1], dtype=np.int64)
         reasons.append(table[chunk.reason])
-    arrays = {name: np.concatenate([getattr(chunk, name) for chunk in chunks]) for name in ("margin", "toward", "seat")}
+    arrays = {
+        name: np.concatenate([getattr(chunk, name) for chunk in chunks])
+        for name in ("margin", "toward", "seat")
+    }
     return Chunk(Kept(arrays | {"reason": np.concatenate(reasons)}, {"words": words})), tuple(words)

@@ -1,7 +1,8 @@
-"""The chunks of an accommodation study on a Dask cluster: the same tasks and the same numbers as without one.
+"""The chunks of an accommodation study on a Dask cluster: the same tasks and the same numbers as
+without one.
 
-A worker gets the study once, then a chunk at a time. What a worker that dies was at is done by another; what was done
-before is with the one who asked.
+A worker gets the study once, then a chunk at a time. What a worker that dies was at is done by
+another; what was done before is with the one who asked.
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ class Cluster:
     def __init__(self, client: Any) -> None:
         self.client = client
 
-    def fit(self, task: Task, chunks: Sequence[Population], done: Callable[[int, Fit], None]) -> None:
+    def fit(
+        self, task: Task, chunks: Sequence[Population], done: Callable[[int, Fit], None]
+    ) -> None:
         """Fit chunks; done(number, fit) is called for each as it is ready."""
         for number, found in self._each(_fitted, task, [(people,) for people in chunks]):
             done(number, found)
@@ -45,7 +48,10 @@ class Cluster:
     ) -> Generator[tuple[int, Kept]]:
         """The chunks of these numbers as they get ready."""
         common = (study, tuple(asked), crew.task, tuple(crew.wears))
-        pieces = [(crew.index(chunk).tolist(), [_plain(fit) for fit in crew.fits_of(chunk)]) for chunk in chunks]
+        pieces = [
+            (crew.index(chunk).tolist(), [_plain(fit) for fit in crew.fits_of(chunk)])
+            for chunk in chunks
+        ]
         for number, found in self._each(_tried, common, pieces):
             yield chunks[number], found
 
@@ -68,14 +74,17 @@ class Cluster:
 
 @contextmanager
 def cluster_at(address: str) -> Iterator[Cluster]:
-    """The cluster of a scheduler at an address, or one of its own with a process a core for "local".
+    """The cluster of a scheduler at an address, or one of its own with a process a core for
+    "local".
 
     MissingPartError where Dask is not installed, InputError where nobody answers there.
     """
     try:
         from distributed import Client, LocalCluster
     except ImportError:
-        raise MissingPartError("a cluster needs Dask: pip install 'bubbleman-workbench[cluster]'") from None
+        raise MissingPartError(
+            "a cluster needs Dask: pip install 'bubbleman-workbench[cluster]'"
+        ) from None
     if address == "local":
         with (
             LocalCluster(n_workers=cores(), threads_per_worker=1, dashboard_address=None) as own,
@@ -99,7 +108,8 @@ def _plain(fit: Fit) -> Fit:
 
 
 def _fitted(task: Task, people: Population) -> Fit | InputError:
-    """A worker's fit of a chunk; with one thread for linear algebra, in a process of its own if need be."""
+    """A worker's fit of a chunk; with one thread for linear algebra, in a process of its own if
+    need be."""
     try:
         if single_threaded():
             return fit_chunk(task, people)
@@ -111,7 +121,9 @@ def _fitted(task: Task, people: Population) -> Fit | InputError:
 
 
 def _tried(
-    common: tuple[AccommodationStudy, Sequence[Asked], Task, Sequence[Any]], rows: Sequence[int], fits: Sequence[Fit]
+    common: tuple[AccommodationStudy, Sequence[Asked], Task, Sequence[Any]],
+    rows: Sequence[int],
+    fits: Sequence[Fit],
 ) -> Kept:
     """A worker's numbers of a chunk, the people of these rows."""
     study, asked, task, wears = common

@@ -1,4 +1,5 @@
-"""Compare two designs with the same people: who gains, who loses, person by person and requirement by requirement."""
+"""Compare two designs with the same people: who gains, who loses, person by person and requirement
+by requirement."""
 
 from __future__ import annotations
 
@@ -59,24 +60,29 @@ def judged_file(rows: AccommodationResultFile) -> Judged:
 
 
 def compare(before: Judged | Accommodation, after: Judged | Accommodation) -> Comparison:
-    """What the second design changes for the people of the first. InputError where they are not the same people, or
-    the two have no requirement in common."""
+    """What the second design changes for the people of the first. InputError where they are not the
+    same people, or the two have no requirement in common."""
     one = judged(before) if isinstance(before, Accommodation) else before
     two = judged(after) if isinstance(after, Accommodation) else after
     _check_people(one, two)
     shared = [name for name in one.requirements if name in two.requirements]
     if not shared:
         asked = f"the first asks for {_some(one.requirements)}, the second for {_some(two.requirements)}"
-        raise InputError(f"{one.name} and {two.name} have no requirement in common to compare: {asked}")
-    was, now = one.served, two.served
+        raise InputError(
+            f"{one.name} and {two.name} have no requirement in common to compare: {asked}"
+        )
+    was = one.served
+    now = two.served
     groups = [_pair("everybody", one, (was, now), np.ones(len(was), dtype=np.bool_))]
     present = [code for code in range(len(SEXES)) if (one.sex == code).any()]
     for code in present if len(present) > 1 else []:
         groups.append(_pair(_GROUPS[SEXES[code]], one, (was, now), one.sex == code))
     columns = [(one.requirements.index(name), two.requirements.index(name)) for name in shared]
     everybody = np.ones(len(was), dtype=np.bool_)
-    pairs = [_pair(name, one, (one.met[:, a], two.met[:, b]), everybody)
-             for name, (a, b) in zip(shared, columns, strict=True)]  # fmt: skip
+    pairs = [
+        _pair(name, one, (one.met[:, a], two.met[:, b]), everybody)
+        for name, (a, b) in zip(shared, columns, strict=True)
+    ]
     return Comparison(
         before=one,
         after=two,
@@ -91,28 +97,40 @@ def compare(before: Judged | Accommodation, after: Judged | Accommodation) -> Co
 
 def _pair(name: str, who: Judged, both: tuple[Bools, Bools], rows: Bools) -> PairedShare:
     was, now = both
-    return paired_share(was[rows], now[rows], weight=who.weight[rows], confidence=who.confidence, name=name)
+    return paired_share(
+        was[rows], now[rows], weight=who.weight[rows], confidence=who.confidence, name=name
+    )
 
 
 def _check_people(one: Judged, two: Judged) -> None:
     """InputError that names the first difference between the people of two results."""
     lead = f"{one.name} and {two.name} are not about the same people"
     if len(one.labels) != len(two.labels):
-        raise InputError(f"{lead}: {len(one.labels)} people in the first, {len(two.labels)} in the second")
+        raise InputError(
+            f"{lead}: {len(one.labels)} people in the first, {len(two.labels)} in the second"
+        )
     for row, (first, second) in enumerate(zip(one.labels, two.labels, strict=True)):
         if one.sex[row] != two.sex[row]:
-            kinds = f"{SEXES[int(one.sex[row])]} in the first, {SEXES[int(two.sex[row])]} in the second"
+            kinds = (
+                f"{SEXES[int(one.sex[row])]} in the first, {SEXES[int(two.sex[row])]} in the second"
+            )
             raise InputError(f"{lead}: person {row + 1} ({first}) is {kinds}")
         tall = one.stature[row], two.stature[row]
         if np.isfinite(tall).all() and abs(tall[0] - tall[1]) > 1e-6:
-            raise InputError(f"{lead}: person {row + 1} ({first}) has a stature of {1000 * tall[0]:.3f} mm in the "
-                             f"first, {1000 * tall[1]:.3f} mm in the second ({second})")  # fmt: skip
+            raise InputError(
+                f"{lead}: person {row + 1} ({first}) has a stature of {1000 * tall[0]:.3f} mm in the "
+                f"first, {1000 * tall[1]:.3f} mm in the second ({second})"
+            )
         if one.weight[row] != two.weight[row]:
-            raise InputError(f"{lead}: person {row + 1} ({first}) has the weight {one.weight[row]:g} in the first, "
-                             f"{two.weight[row]:g} in the second")  # fmt: skip
+            raise InputError(
+                f"{lead}: person {row + 1} ({first}) has the weight {one.weight[row]:g} in the first, "
+                f"{two.weight[row]:g} in the second"
+            )
     if one.who != two.who:
-        raise InputError(f"{lead}: they agree in sex, stature and weight in the sample, but not in all measures; run "
-                         "both with the same population, seed and measures")  # fmt: skip
+        raise InputError(
+            f"{lead}: they agree in sex, stature and weight in the sample, but not in all measures; run "
+            "both with the same population, seed and measures"
+        )
 
 
 def _some(names: tuple[str, ...]) -> str:

@@ -1,9 +1,10 @@
 """The bodies of a whole population: fitted chunk by chunk, by several processes, and kept on disk.
 
-A chunk is fitted by itself, always with one thread for linear algebra, so that its bytes depend on nothing but the
-people in it: not on how many processes there are, nor on who else is in the study. Kept chunks are files of plain
-numbers, named by the key of what they were made from (see `solve.content`), and read back as they were. WORKBENCH_CACHE
-says where they are kept, or that they are not, as for other things kept (see solve.contact.index_cache).
+A chunk is fitted by itself, always with one thread for linear algebra, so that its bytes depend on
+nothing but the people in it: not on how many processes there are, nor on who else is in the study.
+Kept chunks are files of plain numbers, named by the key of what they were made from (see
+`solve.content`), and read back as they were. WORKBENCH_CACHE says where they are kept, or that they
+are not, as for other things kept (see solve.contact.index_cache).
 """
 
 from __future__ import annotations
@@ -32,26 +33,49 @@ __all__ = ["CHUNK", "FITTED", "Crew", "Fitters", "crew_of", "templates"]
 
 CHUNK = 64
 """People fitted together, and least people of a chunk of work."""
-MOST_TOGETHER, LEAST_CHUNKS = 4, 8
-"""Chunks of work are up to so many times CHUNK people, where that leaves so many of them: people lead one another."""
+MOST_TOGETHER = 4
+LEAST_CHUNKS = 8
+"""Chunks of work are up to so many times CHUNK people, where that leaves so many of them: people
+lead one another."""
 FITTED = (
-    "stature", "sitting_height", "eye_height_sitting", "acromial_height_sitting", "thumb_tip_reach",
-    "buttock_knee_length", "knee_height_sitting", "popliteal_height", "shoulder_elbow_length", "bideltoid_breadth",
-    "thigh_clearance", "hip_breadth", "hand_length", "foot_length", "abdominal_extension_depth_sitting",
-)  # fmt: skip
-"""What a person's body shows exactly, as far as it is known of the person; all other measures are drawn near."""
+    "stature",
+    "sitting_height",
+    "eye_height_sitting",
+    "acromial_height_sitting",
+    "thumb_tip_reach",
+    "buttock_knee_length",
+    "knee_height_sitting",
+    "popliteal_height",
+    "shoulder_elbow_length",
+    "bideltoid_breadth",
+    "thigh_clearance",
+    "hip_breadth",
+    "hand_length",
+    "foot_length",
+    "abdominal_extension_depth_sitting",
+)
+"""What a person's body shows exactly, as far as it is known of the person; all other measures are
+drawn near."""
 MOST_CHUNKS = 512
 """Chunks kept on disk, about a megabyte each; those used longest ago give way."""
 
 
 class Crew:
-    """The bodies of a population, chunk by chunk, made when they are asked for; size: people a chunk."""
+    """The bodies of a population, chunk by chunk, made when they are asked for; size: people a
+    chunk."""
 
-    def __init__(self, task: Task, people: Population, wears: Sequence[Encumbrance], fits: Sequence[Fit]) -> None:
-        self.task, self.people, self.wears, self.fits = task, people, wears, fits
+    def __init__(
+        self, task: Task, people: Population, wears: Sequence[Encumbrance], fits: Sequence[Fit]
+    ) -> None:
+        self.task = task
+        self.people = people
+        self.wears = wears
+        self.fits = fits
         self.together = max(1, min(MOST_TOGETHER, len(fits) // LEAST_CHUNKS))
         self.size = self.together * len(fits[0].told)
-        self.sitting: dict[tuple[bytes, int], Any] = {}  # chunks that sit already, by what decides it and their number
+        self.sitting: dict[
+            tuple[bytes, int], Any
+        ] = {}  # chunks that sit already, by what decides it and their number
 
     def __len__(self) -> int:
         return (len(self.people) + self.size - 1) // self.size
@@ -91,7 +115,9 @@ class Crew:
 class Fitters(Protocol):
     """Somebody else who fits bodies: see study.cluster."""
 
-    def fit(self, task: Task, chunks: Sequence[Population], done: Callable[[int, Fit], None]) -> None:
+    def fit(
+        self, task: Task, chunks: Sequence[Population], done: Callable[[int, Fit], None]
+    ) -> None:
         """Fit chunks; done(number, fit) is called for each as it is ready."""
 
 
@@ -106,11 +132,13 @@ def crew_of(
 ) -> Crew:
     """The bodies of a population, those of earlier runs read back. say: told how far it is.
 
-    processes: how many fit at once, as many as cores where None; workers: somebody else who fits. The bytes depend on
-    neither. InputError where somebody has no body.
+    processes: how many fit at once, as many as cores where None; workers: somebody else who fits.
+    The bytes depend on neither. InputError where somebody has no body.
     """
     task = Task(templates(body), FITTED)
-    chunks = [people.rows(np.arange(a, min(a + CHUNK, len(people)))) for a in range(0, len(people), CHUNK)]
+    chunks = [
+        people.rows(np.arange(a, min(a + CHUNK, len(people)))) for a in range(0, len(people), CHUNK)
+    ]
     base = content_key("fitting", task)
     keys = [content_key("fitted bodies", base, chunk) for chunk in chunks]
     folder = _folder()
@@ -137,12 +165,14 @@ def crew_of(
 
 
 def templates(body: Body) -> dict[str, Body]:
-    """The body that men and that women are made from: of a family with a typical adult of each sex these, else the
-    body itself."""
+    """The body that men and that women are made from: of a family with a typical adult of each sex
+    these, else the body itself."""
     basis = body.basis
     if basis is None:
         return dict.fromkeys(SEXES, body)
-    level = next(name for name, detail in basis.details.items() if len(detail.names) == len(body.radius))
+    level = next(
+        name for name, detail in basis.details.items() if len(detail.names) == len(body.radius)
+    )
     anchors = dict(zip(basis.anchor_names, basis.anchors, strict=True))
     if not {f"adult_{sex}" for sex in SEXES} <= set(anchors):
         return dict.fromkeys(SEXES, body)
@@ -150,8 +180,8 @@ def templates(body: Body) -> dict[str, Body]:
 
 
 def _member(template: Body, fields: dict[str, Floats]) -> Body:
-    """The template with other fields, which were checked when they were made: checking thousands again costs more than
-    all else that is done with them."""
+    """The template with other fields, which were checked when they were made: checking thousands
+    again costs more than all else that is done with them."""
     made = object.__new__(Body)
     made.__dict__.update(template.__dict__)
     made.__dict__.update(fields)
@@ -178,7 +208,9 @@ def _keep(folder: Path | None, key: bytes, fit: Fit) -> None:
     if folder is None:
         return
     with suppress(InputError):
-        write_kept(folder / f"{key[:20].hex()}.crew", key, Kept(dict(fit.fields), {"told": fit.told}))
+        write_kept(
+            folder / f"{key[:20].hex()}.crew", key, Kept(dict(fit.fields), {"told": fit.told})
+        )
 
 
 def _forget(folder: Path | None) -> None:

@@ -1,7 +1,7 @@
 """Fitting the bodies of a chunk of people, here or in processes of their own.
 
-Linear algebra on several threads adds up in another order and gives other last digits; so fitting is done where it has
-one thread: in this process if that was started so, else in children that are.
+Linear algebra on several threads adds up in another order and gives other last digits; so fitting
+is done where it has one thread: in this process if that was started so, else in children that are.
 """
 
 from __future__ import annotations
@@ -32,30 +32,45 @@ __all__ = ["FIELDS", "Fit", "Task", "fit_chunk", "fit_chunks", "main", "single_t
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 
 
-FIELDS = ("centre", "radius", "joint_in_parent", "joint_in_child", "mass", "allowance", "enclosing_centre",
-          "enclosing_radius", "twist_point", "twist_axis", "twist_share", "basis_at")  # fmt: skip
+FIELDS = (
+    "centre",
+    "radius",
+    "joint_in_parent",
+    "joint_in_child",
+    "mass",
+    "allowance",
+    "enclosing_centre",
+    "enclosing_radius",
+    "twist_point",
+    "twist_axis",
+    "twist_share",
+    "basis_at",
+)
 """What bodies of a family differ in."""
 
 
 class Fit(NamedTuple):
-    """B fitted bodies: the fields that they differ in, each (B, ...), and for each why it does not show all measures
-    exactly, "" where it does."""
+    """B fitted bodies: the fields that they differ in, each (B, ...), and for each why it does not
+    show all measures exactly, "" where it does."""
 
     fields: dict[str, Floats]
     told: list[str]
 
 
 class Task(NamedTuple):
-    """What is needed to fit anybody: a body to begin from by sex, and the measures that are to be shown exactly."""
+    """What is needed to fit anybody: a body to begin from by sex, and the measures that are to be
+    shown exactly."""
 
     templates: Mapping[str, Body]
     exact: tuple[str, ...]
 
 
 def fit_chunk(task: Task, people: Population) -> Fit:
-    """The bodies of some people (one or more): the exact measures shown, their others near, masses adding up to theirs.
+    """The bodies of some people (one or more): the exact measures shown, their others near, masses
+    adding up to theirs.
 
-    Who cannot have all of them exactly has them near instead and is told of. InputError where there is no such body.
+    Who cannot have all of them exactly has them near instead and is told of. InputError where there
+    is no such body.
     """
     exact = [name for name in task.exact if name in people.names]
     near = [name for name in people.names if name in MEASURES and name not in (*exact, *APART)]
@@ -68,21 +83,32 @@ def fit_chunk(task: Task, people: Population) -> Fit:
         given = [{name: row[name] for name in exact} for row in own]
         rest = [{name: row[name] for name in near} for row in own]
         streams[int(code)] = scale_many(task.templates[SEXES[int(code)]], given, others=rest)
-    for row, code, label in zip(rows, people.sex, people.labels or map(str, range(len(people))), strict=True):
+    for row, code, label in zip(
+        rows, people.sex, people.labels or map(str, range(len(people))), strict=True
+    ):
         found = next(streams[int(code)])
-        body, words = (found, "") if isinstance(found, Body) else _near(
-            task.templates[SEXES[int(code)]], row, (exact, near), f"{SEXES[int(code)]} {label}")  # fmt: skip
+        body, words = (
+            (found, "")
+            if isinstance(found, Body)
+            else _near(
+                task.templates[SEXES[int(code)]], row, (exact, near), f"{SEXES[int(code)]} {label}"
+            )
+        )
         bodies.append(_heavy(body, row))
         told.append(words)
-    return Fit({field: np.stack([getattr(body, field) for body in bodies]) for field in FIELDS}, told)
+    return Fit(
+        {field: np.stack([getattr(body, field) for body in bodies]) for field in FIELDS}, told
+    )
 
 
 def _near(
     template: Body, row: Mapping[str, float], names: tuple[Sequence[str], Sequence[str]], who: str
 ) -> tuple[Body, str]:
-    """A body with as much of what is asked for as there is: the exact measures alone, else all of them near."""
+    """A body with as much of what is asked for as there is: the exact measures alone, else all of
+    them near."""
     exact, near = names
-    hard, every = {name: row[name] for name in exact}, {name: row[name] for name in (*exact, *near)}
+    hard = {name: row[name] for name in exact}
+    every = {name: row[name] for name in (*exact, *near)}
     try:
         return scale(template, hard), ""
     except InputError as error:
@@ -97,8 +123,11 @@ def _heavy(body: Body, row: Mapping[str, float]) -> Body:
     return replace(body, mass=body.mass * (row[MASS] / body.mass.sum())) if MASS in row else body
 
 
-def fit_chunks(task: Task, chunks: Sequence[Population], *, processes: int, done: Callable[[int, Fit], None]) -> None:
-    """Fit chunks with so many processes at once; done(number, fit) is called for each as it is ready, in this thread.
+def fit_chunks(
+    task: Task, chunks: Sequence[Population], *, processes: int, done: Callable[[int, Fit], None]
+) -> None:
+    """Fit chunks with so many processes at once; done(number, fit) is called for each as it is
+    ready, in this thread.
 
     InputError as of `fit_chunk`, or where a process ends before its work.
     """
@@ -112,7 +141,10 @@ def fit_chunks(task: Task, chunks: Sequence[Population], *, processes: int, done
     ready: SimpleQueue[tuple[int, Fit | InputError]] = SimpleQueue()
     crowd = [_Child(task) for _ in range(min(processes, len(chunks)))]
     try:
-        threads = [threading.Thread(target=child.serve, args=(chunks, waiting, ready), daemon=True) for child in crowd]
+        threads = [
+            threading.Thread(target=child.serve, args=(chunks, waiting, ready), daemon=True)
+            for child in crowd
+        ]
         for thread in threads:
             thread.start()
         for _ in range(len(chunks)):
@@ -127,24 +159,43 @@ def fit_chunks(task: Task, chunks: Sequence[Population], *, processes: int, done
 
 def single_threaded() -> bool:
     """Whether this process was started with one thread for linear algebra."""
-    return os.environ.get("OMP_NUM_THREADS") == "1" and os.environ.get("OPENBLAS_NUM_THREADS", "1") == "1"
+    return (
+        os.environ.get("OMP_NUM_THREADS") == "1"
+        and os.environ.get("OPENBLAS_NUM_THREADS", "1") == "1"
+    )
 
 
 class _Child:
     """A process that fits chunks: a task goes in, then chunks, and for each a fit comes out."""
 
     def __init__(self, task: Task) -> None:
-        settings = os.environ | dict.fromkeys(THREADS, "1") | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-        command = [sys.executable, "-c", "from workbench.study.accommodation.crew_fit import main; main()"]
-        # in a session of its own: Ctrl-C in a terminal reaches the parent only, which then ends this process
+        settings = (
+            os.environ
+            | dict.fromkeys(THREADS, "1")
+            | {"PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+        )
+        command = [
+            sys.executable,
+            "-c",
+            "from workbench.study.accommodation.crew_fit import main; main()",
+        ]
+        # in a session of its own: Ctrl-C in a terminal reaches the parent only, which then ends
+        # this process
         self.process = subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=settings, start_new_session=True
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=settings,
+            start_new_session=True,
         )
         self.task = task
 
-    def serve(self, chunks: Sequence[Population], waiting: SimpleQueue[int], ready: SimpleQueue[object]) -> None:
+    def serve(
+        self, chunks: Sequence[Population], waiting: SimpleQueue[int], ready: SimpleQueue[object]
+    ) -> None:
         """Take chunks until none is left."""
-        to, back = self.process.stdin, self.process.stdout
+        to = self.process.stdin
+        back = self.process.stdout
         assert to is not None and back is not None
         try:
             pickle.dump(self.task, to)
@@ -156,7 +207,14 @@ class _Child:
         except Empty:
             return
         except (OSError, ValueError, EOFError, pickle.UnpicklingError):
-            ready.put((-1, InputError("a process that fits bodies ended before its work: is there memory left?")))
+            ready.put(
+                (
+                    -1,
+                    InputError(
+                        "a process that fits bodies ended before its work: is there memory left?"
+                    ),
+                )
+            )
 
     def stop(self) -> None:
         """End the process."""
@@ -169,7 +227,8 @@ class _Child:
 
 def main() -> None:
     """The work of a child: read a task, then chunks; write what became of each."""
-    source, sink = sys.stdin.buffer, sys.stdout.buffer
+    source = sys.stdin.buffer
+    sink = sys.stdout.buffer
     task = pickle.load(source)
     while True:
         try:

@@ -1,4 +1,5 @@
-"""Drivers of a study: what is known of each person that the posture at the wheel depends on, and the car's package."""
+"""Drivers of a study: what is known of each person that the posture at the wheel depends on, and
+the car's package."""
 
 from __future__ import annotations
 
@@ -18,22 +19,28 @@ NEEDED = ("stature", "sitting_height", "mass")
 
 
 def package_of(aims: Aims, environment: Environment) -> Package:
-    """The package a driver sits in: the heel's point, the accelerator, the wheel's centre, the seat's hip point."""
+    """The package a driver sits in: the heel's point, the accelerator, the wheel's centre, the
+    seat's hip point."""
     assert aims.driving is not None and aims.heels is not None
-    controls, points = {control.name: control for control in environment.controls}, environment.points
+    controls = {control.name: control for control in environment.controls}
+    points = environment.points
     ball = controls[aims.controls["right foot"]].at
-    return Package(points[aims.heels], ball, points[aims.driving.wheel], points[aims.driving.h_point])
+    return Package(
+        points[aims.heels], ball, points[aims.driving.wheel], points[aims.driving.h_point]
+    )
 
 
 def feet_of(aims: Aims, environment: Environment) -> dict[str, tuple[float, float, float]]:
     """Where the balls of the feet go [m], by "left foot" and "right foot"."""
     controls = {control.name: control for control in environment.controls}
-    return {limb: controls[held].at for limb, held in aims.controls.items() if limb.endswith("foot")}
+    return {
+        limb: controls[held].at for limb, held in aims.controls.items() if limb.endswith("foot")
+    }
 
 
 def driver_of(person: Person, aims: DrivingAims) -> Driver:
-    """The driver that a person of a study is. Measures that the person's size does not give are taken from the body as
-    it is dressed. InputError for somebody who is no driver."""
+    """The driver that a person of a study is. Measures that the person's size does not give are
+    taken from the body as it is dressed. InputError for somebody who is no driver."""
     size = person.size
     given: Mapping[str, float] = size.measures if size is not None else {}
     taken = measure(person.body, [name for name in NEEDED[:2] if name not in given])
@@ -42,9 +49,11 @@ def driver_of(person: Person, aims: DrivingAims) -> Driver:
     return _driver(sex, {**taken, **given, "mass": mass}, aims.age)
 
 
-def drivers_among(people: Population, rows: Sequence[int], bodies: Sequence[Body], age: float) -> list[Driver]:
-    """The drivers that some people (rows) of a population are; what the population does not tell is taken from their
-    bodies. InputError for somebody who is no driver."""
+def drivers_among(
+    people: Population, rows: Sequence[int], bodies: Sequence[Body], age: float
+) -> list[Driver]:
+    """The drivers that some people (rows) of a population are; what the population does not tell is
+    taken from their bodies. InputError for somebody who is no driver."""
     found = []
     for row, body in zip(rows, bodies, strict=True):
         values = dict(zip(people.names, people.measures[row].tolist(), strict=True))
@@ -61,4 +70,10 @@ def drivers_among(people: Population, rows: Sequence[int], bodies: Sequence[Body
 
 
 def _driver(sex: str, values: Mapping[str, float], age: float) -> Driver:
-    return Driver(sex, values["stature"], values["sitting_height"], values["mass"] / values["stature"] ** 2, age)
+    return Driver(
+        sex,
+        values["stature"],
+        values["sitting_height"],
+        values["mass"] / values["stature"] ** 2,
+        age,
+    )

@@ -1,10 +1,11 @@
 """Chunks of a work shared among processes of this machine.
 
-Kernels let go of Python's lock, what stands between them does not; so whole chunks are worked on side by side. The
-processes are forks of this one: they know everything it knows, compiled kernels among it, and begin within hundredths
-of a second. Each takes the next chunk's number from one pipe, and ends when that is empty or nobody reads any more what
-it found; so none outlives its parent by more than a chunk. Where there is no safe fork (macOS, Windows), one core, or
-one chunk, the work is done here, by the kernels' own threads.
+Kernels let go of Python's lock, what stands between them does not; so whole chunks are worked on
+side by side. The processes are forks of this one: they know everything it knows, compiled kernels
+among it, and begin within hundredths of a second. Each takes the next chunk's number from one pipe,
+and ends when that is empty or nobody reads any more what it found; so none outlives its parent by
+more than a chunk. Where there is no safe fork (macOS, Windows), one core, or one chunk, the work is
+done here, by the kernels' own threads.
 """
 
 from __future__ import annotations
@@ -35,10 +36,11 @@ _MOST = 16_000
 def shared(
     work: Callable[[int], T], chunks: Sequence[int], *, processes: int | None = None
 ) -> Generator[tuple[int, T]]:
-    """What `work` says of each of some chunks, as it gets ready; in order where one process does all.
+    """What `work` says of each of some chunks, as it gets ready; in order where one process does
+    all.
 
-    processes: as many as there are cores where None. The answers are the same for any number. InputError where a
-    process is killed; errors of the work are raised here.
+    processes: as many as there are cores where None. The answers are the same for any number.
+    InputError where a process is killed; errors of the work are raised here.
     """
     many = min(cores() if processes is None else processes, len(chunks))
     if many < 2 or sys.platform != "linux" or current_process().daemon or len(chunks) > _MOST:
@@ -77,7 +79,9 @@ def _begin(work: Callable[[int], Any], waiting: FileIO, crowd: dict[Connection, 
     context = get_context("fork")
     end, far = context.Pipe(duplex=False)
     process = context.Process(target=_serve, args=(work, waiting, far, [end, *crowd]), daemon=True)
-    with warnings.catch_warnings():  # Python warns of threads beside a fork: ours wait, or draw a spinner
+    with (
+        warnings.catch_warnings()
+    ):  # Python warns of threads beside a fork: ours wait, or draw a spinner
         warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     far.close()
@@ -85,7 +89,8 @@ def _begin(work: Callable[[int], Any], waiting: FileIO, crowd: dict[Connection, 
 
 
 def _answer(end: Connection, crowd: dict[Connection, Any]) -> tuple[int, Any] | None:
-    """What a process has to say: a chunk's number and what was found of it; None where it has ended as it should."""
+    """What a process has to say: a chunk's number and what was found of it; None where it has ended
+    as it should."""
     try:
         number, found, error = end.recv()
     except (EOFError, OSError):
@@ -94,7 +99,11 @@ def _answer(end: Connection, crowd: dict[Connection, Any]) -> tuple[int, Any] | 
         end.close()
         if process.exitcode == 0:
             return None
-        how = f"killed by signal {-process.exitcode}" if process.exitcode < 0 else f"exit code {process.exitcode}"
+        how = (
+            f"killed by signal {-process.exitcode}"
+            if process.exitcode < 0
+            else f"exit code {process.exitcode}"
+        )
         raise InputError(
             f"a process that worked on a part of the people ended before its work ({how}): is there memory left?"
         ) from None
@@ -103,9 +112,14 @@ def _answer(end: Connection, crowd: dict[Connection, Any]) -> tuple[int, Any] | 
     return number, found
 
 
-def _serve(work: Callable[[int], Any], waiting: FileIO, far: Connection, others: Sequence[Connection]) -> None:
-    """The work of a process: one chunk after the other, with one thread, until none is left or nobody listens."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent tells of an interruption, and ends its children
+def _serve(
+    work: Callable[[int], Any], waiting: FileIO, far: Connection, others: Sequence[Connection]
+) -> None:
+    """The work of a process: one chunk after the other, with one thread, until none is left or
+    nobody listens."""
+    signal.signal(
+        signal.SIGINT, signal.SIG_IGN
+    )  # the parent tells of an interruption, and ends its children
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.environ[THREADS] = "1"
     for end in others:

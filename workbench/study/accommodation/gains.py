@@ -1,5 +1,5 @@
-"""What a change of the design gains: of those asked for, or of those that the margins propose; each confirmed by a run
-with the change made."""
+"""What a change of the design gains: of those asked for, or of those that the margins propose; each
+confirmed by a run with the change made."""
 
 from __future__ import annotations
 
@@ -19,19 +19,27 @@ from workbench.study.accommodation.shares import share_single
 
 __all__ = ["MOST_GAINS", "MOST_TRIES", "gains_of"]
 
-MOST_GAINS, MOST_TRIES = 3, 5
-"""Changes that are proposed, and tried for that: one that gains nothing after all is not proposed."""
+MOST_GAINS = 3
+MOST_TRIES = 5
+"""Changes that are proposed, and tried for that: one that gains nothing after all is not
+proposed."""
 NEAR = 5e-3
 """Half the move [m] over which the rate of a gain is taken."""
 Run = Callable[[AccommodationStudy, Sequence[Asked]], Chunk]
 
 
 def gains_of(
-    study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, found: Chunk, *, keep: Path | None,
-    say: Callable[[str], None], workers: Workers | None = None,
-) -> Iterator[Gain]:  # fmt: skip
-    """The gains of the study's own changes, whatever they are, or else of proposals that let more people meet
-    everything."""
+    study: AccommodationStudy,
+    asked: Sequence[Asked],
+    crew: Crew,
+    found: Chunk,
+    *,
+    keep: Path | None,
+    say: Callable[[str], None],
+    workers: Workers | None = None,
+) -> Iterator[Gain]:
+    """The gains of the study's own changes, whatever they are, or else of proposals that let more
+    people meet everything."""
 
     def run(other: AccommodationStudy, some: Sequence[Asked]) -> Chunk:
         return gathered(result_chunks(other, some, crew, keep=keep, say=say, workers=workers))[0]
@@ -54,21 +62,33 @@ def gains_of(
 
 
 def _gain(
-    study: AccommodationStudy, asked: Sequence[Asked], runs: tuple[Chunk, Run], what: tuple[Change, int | None]
+    study: AccommodationStudy,
+    asked: Sequence[Asked],
+    runs: tuple[Chunk, Run],
+    what: tuple[Change, int | None],
 ) -> Gain:
     (found, run), (change, at) = runs, what
     rows = borne_by(study, asked, change)
     other = changed(study, change)
     margin = found.margin.copy()
     margin[:, rows] = run(other, [_renewed(other, asked[r]) for r in rows]).margin
-    before, after, weight = met_of(found.margin), met_of(margin), study.people.weight
-    single, then = share_single(before, weight), share_single(after, weight)
+    before = met_of(found.margin)
+    after = met_of(margin)
+    weight = study.people.weight
+    single = share_single(before, weight)
+    then = share_single(after, weight)
     r = at if at is not None else rows[int(np.argmax(np.abs(then - single)[rows]))]
     grows = growth(study, asked, found, (change, r))
     return Gain(
         words=change.words,
         requirement=asked[r].requirement.name,
-        move=float(max(np.linalg.norm(change.move), *np.abs(change.travel_forward), *np.abs(change.travel_up))),
+        move=float(
+            max(
+                np.linalg.norm(change.move),
+                *np.abs(change.travel_forward),
+                *np.abs(change.travel_up),
+            )
+        ),
         rate=_rate(found.margin[:, r], grows, weight),
         margin_rate=_mean(grows, ~before[:, r], weight),
         before=float(single[r]),
@@ -82,7 +102,9 @@ def _renewed(study: AccommodationStudy, one: Asked) -> Asked:
     """The requirement with its control where the changed environment has it."""
     if one.control is None:
         return one
-    now = next(control for control in study.environment.controls if control.name == one.control.name)
+    now = next(
+        control for control in study.environment.controls if control.name == one.control.name
+    )
     return Asked(one.requirement, one.criterion, now)
 
 
@@ -92,7 +114,9 @@ def _joint(met: Bools, weight: Floats) -> float:
 
 def _rate(margin: Floats, grows: Floats, weight: Floats) -> float:
     """Share gained by a metre, from margins (P,) that grow (P,) by so much with it."""
-    low, high = (share_single(met_of(margin + way * grows)[:, None], weight)[0] for way in (-NEAR, NEAR))
+    low, high = (
+        share_single(met_of(margin + way * grows)[:, None], weight)[0] for way in (-NEAR, NEAR)
+    )
     return float(high - low) / (2 * NEAR)
 
 

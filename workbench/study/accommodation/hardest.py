@@ -28,10 +28,12 @@ MOST = 5
 
 
 def hardest_rows(margin: Floats) -> tuple[int, ...]:
-    """The rows of at most five people with the most negative margin (P, R), worst first, one a worst requirement as
-    far as there are: the same trouble five times says less. Those that remain fill up."""
+    """The rows of at most five people with the most negative margin (P, R), worst first, one a
+    worst requirement as far as there are: the same trouble five times says less. Those that remain
+    fill up."""
     known = np.nan_to_num(margin, nan=np.inf)
-    worst, at = known.min(axis=1), known.argmin(axis=1)
+    worst = known.min(axis=1)
+    at = known.argmin(axis=1)
     order = [int(row) for row in np.argsort(worst, kind="stable") if worst[row] < -MET]
     first = list({int(at[row]): row for row in reversed(order)}.values())
     chosen = sorted(first, key=order.index)[:MOST]
@@ -40,7 +42,10 @@ def hardest_rows(margin: Floats) -> tuple[int, ...]:
 
 
 def shown_people(
-    study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, which: tuple[Sequence[int], Floats]
+    study: AccommodationStudy,
+    asked: Sequence[Asked],
+    crew: Crew,
+    which: tuple[Sequence[int], Floats],
 ) -> Iterator[Shown]:
     """Some people (rows) as found at the requirement they miss by most."""
     rows, margin = which
@@ -53,7 +58,9 @@ def shown_people(
         yield _shown(study, (asked[r], r), (row, body, environment, sitters))
 
 
-def _shown(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]) -> Shown:
+def _shown(
+    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
+) -> Shown:
     (one, r), (row, body, environment, resting) = what, who
     if one.control is not None:
         return _reaching(study, what, who)
@@ -61,44 +68,70 @@ def _shown(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, B
     placed = place(body, sitters.held)
     if one.requirement.check in ("clearance", "contact"):
         gaps = [gap_of(body, study.environment, one.criterion)]
-        moves, shift = study.environment.seat(study.seat).moves, sitters.seat.shift
+        moves = study.environment.seat(study.seat).moves
+        shift = sitters.seat.shift
         people = place_people([body], sitters.held)
         found = people_gaps(body, people, study.environment, gaps=gaps, moves=moves, shift=shift)
         sphere = int(found.sphere[0, 0])
         if sphere >= 0:
             segment = body.segment_names[int(body.sphere_segment[sphere])]
-            point, centre = found.point[0, 0], people.centres[0, sphere]
+            point = found.point[0, 0]
+            centre = people.centres[0, sphere]
             return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(centre))
     if one.requirement.check == "vision" and study.aims.eyes is not None:
         eye = sitters.seat.eye[0]
-        return Shown(row, r, placed, environment, "eyes", study.environment.points[study.aims.eyes], _xyz(eye))
+        return Shown(
+            row,
+            r,
+            placed,
+            environment,
+            "eyes",
+            study.environment.points[study.aims.eyes],
+            _xyz(eye),
+        )
     if one.requirement.check == "seat":
         foot = max(sitters.seat.miss, key=lambda name: float(sitters.seat.miss[name][0]))
         controls = {control.name: control for control in study.environment.controls}
         at = controls[study.aims.controls[foot]].at
-        return Shown(row, r, placed, environment, foot, at, _xyz(_tip(placed, limb(body, foot, grip="ball"))))
+        return Shown(
+            row, r, placed, environment, foot, at, _xyz(_tip(placed, limb(body, foot, grip="ball")))
+        )
     return Shown(row, r, placed, environment)
 
 
-def _reaching(study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]) -> Shown:
-    """In the attempt: by whichever hand or foot comes nearest. The obstacles stand as in the study, those that go along
-    with the seat aside by its travel: an environment of its own for each person would be indexed anew."""
+def _reaching(
+    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
+) -> Shown:
+    """In the attempt: by whichever hand or foot comes nearest. The obstacles stand as in the study,
+    those that go along with the seat aside by its travel: an environment of its own for each person
+    would be indexed anew."""
     (one, r), (row, body, environment, sitters) = what, who
     assert one.control is not None
-    foot, seat = one.control.grip == "foot", sitters.seat
+    foot = one.control.grip == "foot"
+    seat = sitters.seat
     sides = [f"{one.criterion.hand} hand"] if one.criterion.hand else list(FEET if foot else HANDS)
     room = without_seat(study.environment, study.seat) if foot else study.environment
     grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)
     tries = []
     for name in sides:
         found = reach_people(
-            [body], seat.poses, [one.control.at], name=name, grip=grip, zone=zone, environment=room,
-            moves=study.environment.seat(study.seat).moves, shift=seat.shift, rotations=True,
-        )  # fmt: skip
+            [body],
+            seat.poses,
+            [one.control.at],
+            name=name,
+            grip=grip,
+            zone=zone,
+            environment=room,
+            moves=study.environment.seat(study.seat).moves,
+            shift=seat.shift,
+            rotations=True,
+        )
         tries.append((float(found.miss[0, 0] + found.overlap[0, 0]), name, found))
     _, name, best = min(tries, key=lambda entry: entry[:2])
     assert best.rotations is not None
-    placed = place(body, Poses(best.rotations[:, 0], seat.poses.reference, seat.poses.world_from_reference))
+    placed = place(
+        body, Poses(best.rotations[:, 0], seat.poses.reference, seat.poses.world_from_reference)
+    )
     tip = _tip(placed, limb(body, name, grip=grip, zone=zone))
     return Shown(row, r, placed, environment, name, one.control.at, _xyz(tip))
 

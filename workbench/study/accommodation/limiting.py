@@ -1,8 +1,10 @@
-"""The dimension that leaves somebody out: of the measures that bear on what is missed, the one that is oddest.
+"""The dimension that leaves somebody out: of the measures that bear on what is missed, the one that
+is oddest.
 
-Odd is how far a measure stands, in the direction that hurts, from what the person's other bearing measures make likely
-in people of that sex (in standard deviations; see people.conditional). Somebody small all over has no odd measure;
-then it is the one that stands farthest in that direction by itself.
+Odd is how far a measure stands, in the direction that hurts, from what the person's other bearing
+measures make likely in people of that sex (in standard deviations; see people.conditional).
+Somebody small all over has no odd measure; then it is the one that stands farthest in that
+direction by itself.
 """
 
 from __future__ import annotations
@@ -25,32 +27,62 @@ from workbench.study.accommodation.views import TOO_HIGH
 __all__ = ["BEARING", "bearing_on", "limiting_measures"]
 
 ENOUGH = 100
-"""People of a sex from which on their own spread is that of a population; fewer are compared with ANSUR II."""
+"""People of a sex from which on their own spread is that of a population; fewer are compared with
+ANSUR II."""
 PLAIN = 1.0
 """Standard deviations below which a measure is not odd."""
 BEARING: dict[str, tuple[str, ...]] = {
-    "hand": ("thumb_tip_reach", "acromial_height_sitting", "biacromial_breadth", "shoulder_elbow_length",
-             "forearm_hand_length", "hand_length"),
+    "hand": (
+        "thumb_tip_reach",
+        "acromial_height_sitting",
+        "biacromial_breadth",
+        "shoulder_elbow_length",
+        "forearm_hand_length",
+        "hand_length",
+    ),
     "foot": ("buttock_knee_length", "popliteal_height", "knee_height_sitting", "foot_length"),
     "eyes": ("eye_height_sitting", "acromial_height_sitting"),
     "H": ("sitting_height", "head_length", "head_breadth"),
     "N": ("sitting_height", "acromial_height_sitting"),
-    "trunk": ("abdominal_extension_depth_sitting", "chest_depth", "waist_breadth", "acromial_height_sitting"),
+    "trunk": (
+        "abdominal_extension_depth_sitting",
+        "chest_depth",
+        "waist_breadth",
+        "acromial_height_sitting",
+    ),
     "pelvis": ("hip_breadth_sitting", "abdominal_extension_depth_sitting", "thigh_clearance"),
     "shoulder": ("bideltoid_breadth", "biacromial_breadth", "acromial_height_sitting"),
-    "arm": ("forearm_forearm_breadth", "bideltoid_breadth", "elbow_rest_height", "shoulder_elbow_length",
-            "forearm_hand_length"),
+    "arm": (
+        "forearm_forearm_breadth",
+        "bideltoid_breadth",
+        "elbow_rest_height",
+        "shoulder_elbow_length",
+        "forearm_hand_length",
+    ),
     "thigh": ("thigh_clearance", "buttock_knee_length", "knee_height_sitting"),
     "shin": ("knee_height_sitting", "buttock_knee_length", "popliteal_height"),
     "shoe": ("foot_length", "foot_breadth_horizontal", "popliteal_height"),
-}  # fmt: skip
+}
 """The measures that bear on a limb's reach, on the eyes, and on what a segment touches."""
-_SEGMENTS = {"H": "H", "N": "N", "UT": "trunk", "CT": "trunk", "LT": "pelvis", "SM": "shoulder", "UA": "arm",
-             "LA": "arm", "HN": "arm", "UL": "thigh", "LL": "shin", "F": "shoe"}  # fmt: skip
+_SEGMENTS = {
+    "H": "H",
+    "N": "N",
+    "UT": "trunk",
+    "CT": "trunk",
+    "LT": "pelvis",
+    "SM": "shoulder",
+    "UA": "arm",
+    "LA": "arm",
+    "HN": "arm",
+    "UL": "thigh",
+    "LL": "shin",
+    "F": "shoe",
+}
 
 
 def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int]:
-    """The measures that bear on a requirement and the direction in which they hurt (-1: too small, 1: too large).
+    """The measures that bear on a requirement and the direction in which they hurt (-1: too small,
+    1: too large).
 
     words: what limits, as `met_by` tells it.
     """
@@ -58,7 +90,9 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     if check == "seat":
         return BEARING["foot"], 1 if words == SEAT_FORWARD else -1
     if check == "reach":
-        return BEARING["foot" if one.control is not None and one.control.grip == "foot" else "hand"], -1
+        return BEARING[
+            "foot" if one.control is not None and one.control.grip == "foot" else "hand"
+        ], -1
     if check == "vision":
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1
     if check == "stops":
@@ -68,26 +102,36 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     return BEARING[_SEGMENTS.get(segment) or _SEGMENTS.get(segment[1:], "trunk")], 1
 
 
-def limiting_measures(people: Population, rows: Ints, bearing: Sequence[tuple[tuple[str, ...], int]]) -> list[str]:
-    """The limiting measure of each of some people (rows), of those that bear on what they miss; "" where none is
-    known."""
+def limiting_measures(
+    people: Population, rows: Ints, bearing: Sequence[tuple[tuple[str, ...], int]]
+) -> list[str]:
+    """The limiting measure of each of some people (rows), of those that bear on what they miss; ""
+    where none is known."""
     found = [""] * len(rows)
     for sex in np.unique(people.sex[rows]):
         scores = _scores(people, SEXES[int(sex)])
         for names, sign in dict.fromkeys(bearing):
             known = [name for name in names if name in people.names and name in scores.names]
-            some = [k for k, row in enumerate(rows) if bearing[k] == (names, sign) and people.sex[row] == sex]
+            some = [
+                k
+                for k, row in enumerate(rows)
+                if bearing[k] == (names, sign) and people.sex[row] == sex
+            ]
             if some and known:
-                for k, best in zip(some, _oddest(scores, people.rows(rows[some]), (known, sign)), strict=True):
+                for k, best in zip(
+                    some, _oddest(scores, people.rows(rows[some]), (known, sign)), strict=True
+                ):
                     found[k] = known[int(best)]
     return found
 
 
 def _oddest(scores: Scores, people: Population, what: tuple[Sequence[str], int]) -> Ints:
-    """(P,) the measure that is oddest in a direction given the others; by itself for people in whom none is."""
+    """(P,) the measure that is oddest in a direction given the others; by itself for people in whom
+    none is."""
     names, sign = what
     found = improbability(scores, {name: people.column(name) for name in names})
-    surprise, alone = sign * found.surprise, sign * found.z
+    surprise = sign * found.surprise
+    alone = sign * found.z
     plain = surprise.max(axis=1) < PLAIN
     best: Ints = np.where(plain, alone.argmax(axis=1), surprise.argmax(axis=1))
     return best

@@ -1,4 +1,5 @@
-"""The reach maps of an accommodation study: everybody where they sit, with the hands that are asked for."""
+"""The reach maps of an accommodation study: everybody where they sit, with the hands that are asked
+for."""
 
 from __future__ import annotations
 
@@ -22,11 +23,15 @@ from workbench.study.reach_map import groups, part_points, who_reaches
 __all__ = ["people_maps"]
 
 _SHOULDERS = 0.6
-"""How far [m] over the seat reference point somebody looks at a part from, to tell which of its sides count."""
+"""How far [m] over the seat reference point somebody looks at a part from, to tell which of its
+sides count."""
 
 
-def people_maps(study: AccommodationStudy, crew: Crew, *, say: Callable[[str], None]) -> Iterator[ReachMap]:
-    """The maps a study asks for, over the sides of each part that face the sitter. Obstacles do not count."""
+def people_maps(
+    study: AccommodationStudy, crew: Crew, *, say: Callable[[str], None]
+) -> Iterator[ReachMap]:
+    """The maps a study asks for, over the sides of each part that face the sitter. Obstacles do not
+    count."""
     weight = study.people.weight
     for task in study.maps:
         points, normals = _facing(study, task)
@@ -61,32 +66,45 @@ def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[list[Body], Poses
             crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), found.seat, found.held)
     sitters = [crew.sitting[key, chunk] for chunk in range(len(crew))]
     poses = [one.seat.poses for one in sitters]
-    rotations, world = (np.concatenate([getattr(p, n) for p in poses]) for n in ("rotations", "world_from_reference"))
-    return [body for one in sitters for body in one.bodies], Poses(rotations, poses[0].reference, world)
+    rotations, world = (
+        np.concatenate([getattr(p, n) for p in poses])
+        for n in ("rotations", "world_from_reference")
+    )
+    return [body for one in sitters for body in one.bodies], Poses(
+        rotations, poses[0].reference, world
+    )
 
 
 def _reached(
-    study: AccommodationStudy, people: tuple[list[Body], Poses], points: Floats,
+    study: AccommodationStudy,
+    people: tuple[list[Body], Poses],
+    points: Floats,
     what: tuple[Sequence[tuple[str, str, int]], Ints],
-) -> Floats:  # fmt: skip
-    """(M,) the weight of those of some people (numbers) who reach each point with any of the limbs."""
+) -> Floats:
+    """(M,) the weight of those of some people (numbers) who reach each point with any of the
+    limbs."""
     (bodies, poses), (limbs, rows) = people, what
     own = Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
     reached = np.zeros((len(rows), len(points)), dtype=np.bool_)
     for limb in limbs:
-        reached = who_reaches([bodies[b] for b in rows.tolist()], own, points, limb=limb, settled=reached)
+        reached = who_reaches(
+            [bodies[b] for b in rows.tolist()], own, points, limb=limb, settled=reached
+        )
     found: Floats = study.people.weight[rows] @ reached
     return found
 
 
 def _facing(study: AccommodationStudy, task: MapTask) -> tuple[Floats, Floats]:
-    """About as many points as are asked for on what of a part faces the sitter, all of its sides where nothing does."""
+    """About as many points as are asked for on what of a part faces the sitter, all of its sides
+    where nothing does."""
     viewer = np.array(study.environment.seat(study.seat).srp) + np.array([0.0, 0.0, _SHOULDERS])
     points, normals = part_points(study.environment, task.part, task.points)
     share = float(np.mean(_faces(points, normals, viewer)))
     if share == 0:
         return points, normals
-    points, normals = part_points(study.environment, task.part, round(task.points / max(share, 0.05)))
+    points, normals = part_points(
+        study.environment, task.part, round(task.points / max(share, 0.05))
+    )
     kept = _faces(points, normals, viewer)
     return points[kept], normals[kept]
 
@@ -98,7 +116,8 @@ def _faces(points: Floats, normals: Floats, viewer: Floats) -> Bools:
 
 
 def _flat(study: AccommodationStudy, points: Floats) -> Floats:
-    """(M, 2) [m] to the sitter's right and up the part: along its steepest line where it lies, else straight up."""
+    """(M, 2) [m] to the sitter's right and up the part: along its steepest line where it lies, else
+    straight up."""
     left = seat_planes(study.environment.seat(study.seat))[2]
     ahead = np.array([left[1], -left[0], 0.0])
     arm = points - points.mean(axis=0)

@@ -1,8 +1,9 @@
 """Changes of a design that would let more people meet everything, looked for in the margins.
 
-Moving a control toward a person's shoulder lets the margin grow as much as the way gets shorter; so do a part that is
-moved away from the sphere it is nearest to, and a seat's end for who sits at it. So the margins say, to first order,
-who would meet what with a change made. What it really gains is what a run with it says (see gains).
+Moving a control toward a person's shoulder lets the margin grow as much as the way gets shorter; so
+do a part that is moved away from the sphere it is nearest to, and a seat's end for who sits at it.
+So the margins say, to first order, who would meet what with a change made. What it really gains is
+what a run with it says (see gains).
 """
 
 from __future__ import annotations
@@ -29,11 +30,15 @@ ENOUGH = 0.95
 """The part of what the best move would gain that the shortest one which is proposed must gain."""
 
 
-def proposals(study: AccommodationStudy, asked: Sequence[Asked], found: Chunk) -> Iterator[tuple[Change, int]]:
-    """Changes that let more people meet everything, as far as the margins say, with the number of the requirement each
-    is for: those first that leave out most people by nothing else."""
-    weight, met = study.people.weight, met_of(found.margin)
-    single, alone = share_single(met, weight), left_out_alone(met, weight)
+def proposals(
+    study: AccommodationStudy, asked: Sequence[Asked], found: Chunk
+) -> Iterator[tuple[Change, int]]:
+    """Changes that let more people meet everything, as far as the margins say, with the number of
+    the requirement each is for: those first that leave out most people by nothing else."""
+    weight = study.people.weight
+    met = met_of(found.margin)
+    single = share_single(met, weight)
+    alone = left_out_alone(met, weight)
     tried: set[str] = set()
     for r in np.lexsort((single, -alone)).tolist():
         target = asked[r].requirement.target
@@ -51,9 +56,11 @@ def met_of(margin: Floats) -> Bools:
     return np.asarray(np.isnan(margin) | (margin >= -MET))
 
 
-def growth(study: AccommodationStudy, asked: Sequence[Asked], found: Chunk, what: tuple[Change, int]) -> Floats:
-    """(P,) by how much each person's margin of a requirement (a number) grows with a unit of a change's move: for a
-    start, and as long as nothing else gets in the way."""
+def growth(
+    study: AccommodationStudy, asked: Sequence[Asked], found: Chunk, what: tuple[Change, int]
+) -> Floats:
+    """(P,) by how much each person's margin of a requirement (a number) grows with a unit of a
+    change's move: for a start, and as long as nothing else gets in the way."""
     change, r = what
     if change.control or change.parts:
         size = float(np.linalg.norm(change.move))
@@ -62,17 +69,20 @@ def growth(study: AccommodationStudy, asked: Sequence[Asked], found: Chunk, what
         return np.nan_to_num(found.toward[:, r] @ (np.array(change.move) / size))
     if asked[r].requirement.check not in ("vision", "seat"):
         return np.zeros(len(found.margin))
-    seat, column = study.environment.seat(study.seat), 0 if any(change.travel_forward) else 1
+    seat = study.environment.seat(study.seat)
+    column = 0 if any(change.travel_forward) else 1
     low, high = change.travel_forward if column == 0 else change.travel_up
     ends = seat.travel_forward if column == 0 else seat.travel_up
     at = found.seat[:, column]
-    helped = ((np.abs(at - ends[0]) < STEP) & (low < 0)) | ((np.abs(at - ends[1]) < STEP) & (high > 0))
+    helped = ((np.abs(at - ends[0]) < STEP) & (low < 0)) | (
+        (np.abs(at - ends[1]) < STEP) & (high > 0)
+    )
     return np.asarray((helped & ~met_of(found.margin[:, r])).astype(np.float64))
 
 
 def _rows(study: AccommodationStudy, asked: Sequence[Asked], change: Change) -> list[int]:
-    """The requirements whose margins a moved control or part changes as `toward` says: reaches of what is moved, and
-    clearances to nothing but what is moved."""
+    """The requirements whose margins a moved control or part changes as `toward` says: reaches of
+    what is moved, and clearances to nothing but what is moved."""
     parts = set(moved_parts(study.environment, change))
     rows = []
     for r, one in enumerate(asked):
@@ -85,24 +95,39 @@ def _rows(study: AccommodationStudy, asked: Sequence[Asked], change: Change) -> 
 
 
 def shortest(shares: Floats, now: float) -> int | None:
-    """The first of some shares (M,) that gains ENOUGH of what the best does over that of now; None where none gains."""
+    """The first of some shares (M,) that gains ENOUGH of what the best does over that of now; None
+    where none gains."""
     best = float(shares.max(initial=now))
     if best <= now + 1e-9:
         return None
     return int(np.argmax(shares >= now + ENOUGH * (best - now) - 1e-12))
 
 
-def _moved(study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]) -> Change | None:
-    """A control or parts moved along an axis: the shortest of the moves that gain about as much as the best."""
+def _moved(
+    study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]
+) -> Change | None:
+    """A control or parts moved along an axis: the shortest of the moves that gain about as much as
+    the best."""
     found, r = what
     one = asked[r]
     if one.requirement.check not in ("reach", "clearance"):
         return None
-    control, parts = (one.control.name, ()) if one.control is not None else ("", one.criterion.parts)
+    control, parts = (
+        (one.control.name, ()) if one.control is not None else ("", one.criterion.parts)
+    )
     side = seat_planes(study.environment.seat(study.seat))[2]
-    ahead, up = np.array([side[1], -side[0], 0.0]), np.array([0.0, 0.0, 1.0])
-    ways = {"aft": -ahead, "forward": ahead, "up": up, "down": -up, "to the left": side, "to the right": -side}
-    met, weight = met_of(found.margin), study.people.weight
+    ahead = np.array([side[1], -side[0], 0.0])
+    up = np.array([0.0, 0.0, 1.0])
+    ways = {
+        "aft": -ahead,
+        "forward": ahead,
+        "up": up,
+        "down": -up,
+        "to the left": side,
+        "to the right": -side,
+    }
+    met = met_of(found.margin)
+    weight = study.people.weight
     now = _joint(met, weight)
     moves = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
     shares = np.empty((len(moves), len(ways)))
@@ -127,10 +152,15 @@ def _joint(met: Bools, weight: Floats) -> float:
     return float(weight @ met.all(axis=1) / weight.sum())
 
 
-def _travel(study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]) -> Change | None:
-    """The end of the seat's travel, at which those sit who miss the view or the pedals, moved outward."""
+def _travel(
+    study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]
+) -> Change | None:
+    """The end of the seat's travel, at which those sit who miss the view or the pedals, moved
+    outward."""
     found, r = what
-    seat, met, weight = asked[r].requirement.check == "seat", met_of(found.margin), study.people.weight
+    seat = asked[r].requirement.check == "seat"
+    met = met_of(found.margin)
+    weight = study.people.weight
     missed = np.flatnonzero(~met[:, r])
     own = study.environment.seat(study.seat)
     column, ends = (0, own.travel_forward) if seat else (1, own.travel_up)
@@ -141,12 +171,19 @@ def _travel(study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk
     at_end = np.abs(found.seat[:, column] - ends[int(beyond)]) < STEP
     others = np.delete(met, r, axis=1).all(axis=1)
     moves = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
-    shares = [weight @ (others & met_of(found.margin[:, r] + move * at_end)) / weight.sum() for move in moves]
+    shares = [
+        weight @ (others & met_of(found.margin[:, r] + move * at_end)) / weight.sum()
+        for move in moves
+    ]
     m = shortest(np.array(shares), _joint(met, weight))
     if m is None:
         return None
     move = float(moves[m])
-    words = ("farther forward" if beyond else "farther back") if seat else ("higher" if beyond else "lower")
+    words = (
+        ("farther forward" if beyond else "farther back")
+        if seat
+        else ("higher" if beyond else "lower")
+    )
     ends_moved = (0.0, move) if beyond else (-move, 0.0)
     told = f"letting the seat go {1000 * move:.0f} mm {words}"
     return Change(told, travel_forward=ends_moved) if seat else Change(told, travel_up=ends_moved)

@@ -1,4 +1,5 @@
-"""What an accommodation study asks of everybody, one by one: a control, a clearance, the view, the seat."""
+"""What an accommodation study asks of everybody, one by one: a control, a clearance, the view, the
+seat."""
 
 from __future__ import annotations
 
@@ -26,14 +27,19 @@ def asked_of(study: AccommodationStudy) -> tuple[Asked, ...]:
     found: list[Asked] = []
     taken: set[str] = set()
     for one in _all(study):
-        name, row = one.requirement.name, one.requirement
+        name = one.requirement.name
+        row = one.requirement
         if name in taken and one.control is not None:
             name = f"{name} in zone {row.zone}"
         while name in taken:
             name = f"{name} ({row.criterion})" if row.criterion not in name else f"{name} again"
         taken.add(name)
         found.append(
-            Asked(Requirement(name, row.criterion, row.check, row.target, row.zone), one.criterion, one.control)
+            Asked(
+                Requirement(name, row.criterion, row.check, row.target, row.zone),
+                one.criterion,
+                one.control,
+            )
         )
     return tuple(found)
 
@@ -42,7 +48,9 @@ def _all(study: AccommodationStudy) -> Iterator[Asked]:
     controls = {control.name: control for control in study.environment.controls}
     for criterion in study.criteria:
         if criterion.check != "reach":
-            row = Requirement(criterion.name, criterion.name, criterion.check, _target(study, criterion))
+            row = Requirement(
+                criterion.name, criterion.name, criterion.check, _target(study, criterion)
+            )
             yield Asked(row, criterion)
             continue
         for name in criterion.controls:
@@ -60,4 +68,6 @@ def _target(study: AccommodationStudy, criterion: Criterion) -> str:
         return study.aims.eyes or ""
     if criterion.check == "stops":
         return "joints"
-    return ", ".join(criterion.parts) if len(criterion.parts) <= 3 else f"{len(criterion.parts)} parts"
+    return (
+        ", ".join(criterion.parts) if len(criterion.parts) <= 3 else f"{len(criterion.parts)} parts"
+    )

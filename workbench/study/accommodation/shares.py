@@ -1,4 +1,5 @@
-"""Shares of people: jointly, by group, by requirement alone and without it, and how margins are spread."""
+"""Shares of people: jointly, by group, by requirement alone and without it, and how margins are
+spread."""
 
 from __future__ import annotations
 
@@ -12,7 +13,15 @@ from workbench.model.population import SEXES, Population
 from workbench.people.percentile import quantiles
 from workbench.people.share import bootstrap_share, share_of
 
-__all__ = ["LEVELS", "group_shares", "left_out_alone", "mix_weights", "share_single", "share_without", "spread_of"]
+__all__ = [
+    "LEVELS",
+    "group_shares",
+    "left_out_alone",
+    "mix_weights",
+    "share_single",
+    "share_without",
+    "spread_of",
+]
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
 """The shares of people at which margins are told."""
@@ -28,10 +37,11 @@ def group_shares(
     confidence: float = 0.95,
     interval: IntervalRule = WILSON,
 ) -> Iterator[GroupShare]:
-    """The share served (P,) of everybody, of each sex, and of everybody weighted to each mix of the sexes.
+    """The share served (P,) of everybody, of each sex, and of everybody weighted to each mix of the
+    sexes.
 
-    Wilson's interval, with weights of Kish's effective count; or that of the bootstrap, which draws from each sex as
-    many as there are where the sexes are weighted to a mix.
+    Wilson's interval, with weights of Kish's effective count; or that of the bootstrap, which draws
+    from each sex as many as there are where the sexes are weighted to a mix.
     """
     how = confidence, interval
     yield _share("everybody", (served, people.weight), how)
@@ -48,12 +58,20 @@ def group_shares(
 
 
 def _share(
-    group: str, who: tuple[Bools, Floats], how: tuple[float, IntervalRule], strata: Ints | None = None
+    group: str,
+    who: tuple[Bools, Floats],
+    how: tuple[float, IntervalRule],
+    strata: Ints | None = None,
 ) -> GroupShare:
     (served, weight), (confidence, rule) = who, how
     if rule.method == "bootstrap":
         found = bootstrap_share(
-            served, weight=weight, strata=strata, seed=rule.seed, draws=rule.draws, confidence=confidence
+            served,
+            weight=weight,
+            strata=strata,
+            seed=rule.seed,
+            draws=rule.draws,
+            confidence=confidence,
         )
     else:
         found = share_of(served, weight=weight, confidence=confidence)
@@ -61,8 +79,8 @@ def _share(
 
 
 def mix_weights(people: Population, women: float) -> Floats:
-    """(P,) weights under which so much of all weight, 0 to 1, is that of women; those within a sex stay in
-    proportion."""
+    """(P,) weights under which so much of all weight, 0 to 1, is that of women; those within a sex
+    stay in proportion."""
     weight = np.zeros(len(people))
     for sex, share in (("male", 1.0 - women), ("female", women)):
         rows = people.sex == SEXES.index(sex)
@@ -78,7 +96,8 @@ def share_single(met: Bools, weight: Floats) -> Floats:
 
 
 def share_without(met: Bools, weight: Floats) -> Floats:
-    """(R,) the share that would meet everything if one requirement were dropped: nobody who misses another."""
+    """(R,) the share that would meet everything if one requirement were dropped: nobody who misses
+    another."""
     others = (~met).sum(axis=1)[:, None] - ~met
     share: Floats = weight @ (others == 0) / weight.sum()
     return share
@@ -92,8 +111,8 @@ def left_out_alone(met: Bools, weight: Floats) -> Floats:
 
 
 def spread_of(margin: Floats, weight: Floats) -> Floats:
-    """(R, 5) [m] the margins (P, R) at 1, 5, 50, 95 and 99 % of the weight; NaN where a requirement applies to
-    nobody."""
+    """(R, 5) [m] the margins (P, R) at 1, 5, 50, 95 and 99 % of the weight; NaN where a requirement
+    applies to nobody."""
     spread = np.full((margin.shape[1], len(LEVELS)), np.nan)
     for r in range(margin.shape[1]):
         known = ~np.isnan(margin[:, r])

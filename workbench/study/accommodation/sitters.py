@@ -1,7 +1,8 @@
 """People in their places: each in the seat where view and pedals are had, then hand by hand.
 
-The order is that of Zehner and Kennedy's cockpit assessments: the lowest seat that still gives the view, the pedals,
-then the hands on the controls that they hold, in the tightest harness zone that will do.
+The order is that of Zehner and Kennedy's cockpit assessments: the lowest seat that still gives the
+view, the pedals, then the hands on the controls that they hold, in the tightest harness zone that
+will do.
 """
 
 from __future__ import annotations
@@ -23,14 +24,24 @@ from workbench.solve.seating.posture import Pedals
 from workbench.solve.seating.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import drivers_among, feet_of, package_of
 
-__all__ = ["SEAT_BACK", "SEAT_FORWARD", "Sitters", "seated", "seating_study", "with_hands", "without_seat"]
+__all__ = [
+    "SEAT_BACK",
+    "SEAT_FORWARD",
+    "Sitters",
+    "seated",
+    "seating_study",
+    "with_hands",
+    "without_seat",
+]
 
-SEAT_BACK, SEAT_FORWARD = "the seat stops too far back", "the seat stops too far forward"
+SEAT_BACK = "the seat stops too far back"
+SEAT_FORWARD = "the seat stops too far forward"
 
 
 @dataclass(frozen=True, eq=False)
 class Sitters:
-    """B people seated for a study: where the seat is, poses with the hands at rest and with hands on their controls."""
+    """B people seated for a study: where the seat is, poses with the hands at rest and with hands
+    on their controls."""
 
     bodies: Sequence[Body]
     seat: SeatedPeople
@@ -38,10 +49,11 @@ class Sitters:
 
 
 def seated(study: AccommodationStudy, bodies: Sequence[Body], rows: Sequence[int]) -> Sitters:
-    """B bodies, these rows of the study's people, in the seat, feet on the pedals, arms as in the posture they sit
-    like."""
+    """B bodies, these rows of the study's people, in the seat, feet on the pedals, arms as in the
+    posture they sit like."""
     study = seating_study(study)
-    environment, aims = study.environment, study.aims
+    environment = study.environment
+    aims = study.aims
     controls = {control.name: control for control in environment.controls}
     at = {limb: controls[name].at for limb, name in aims.controls.items() if limb in FEET}
     pedals = Pedals(at, environment.points[aims.heels][2] if aims.heels else None)
@@ -49,25 +61,39 @@ def seated(study: AccommodationStudy, bodies: Sequence[Body], rows: Sequence[int
     assert study.pose is not None
     lap = bodies[0].segment("LT")
     world = place(bodies[0], study.pose).world_from_segment[:, lap]
-    poses = Poses(np.repeat(study.pose.rotations, len(bodies), axis=0), lap, np.repeat(world, len(bodies), axis=0))
-    seat, driving = environment.seat(study.seat), aims.driving
+    poses = Poses(
+        np.repeat(study.pose.rotations, len(bodies), axis=0),
+        lap,
+        np.repeat(world, len(bodies), axis=0),
+    )
+    seat = environment.seat(study.seat)
+    driving = aims.driving
     if driving is None:
         found = seat_people(bodies, poses, seat, eye=eye, pedals=pedals)
     else:
         found = seat_drivers(
-            bodies, poses, seat, drivers=drivers_among(study.people, rows, bodies, driving.age), seed=driving.seed,
-            package=package_of(aims, environment), feet=feet_of(aims, environment), eye=eye, numbers=list(rows),
-        )  # fmt: skip
+            bodies,
+            poses,
+            seat,
+            drivers=drivers_among(study.people, rows, bodies, driving.age),
+            seed=driving.seed,
+            package=package_of(aims, environment),
+            feet=feet_of(aims, environment),
+            eye=eye,
+            numbers=list(rows),
+        )
     return Sitters(bodies, found, found.poses)
 
 
 def seating_study(study: AccommodationStudy) -> AccommodationStudy:
-    """The part of a study that decides where people sit: the seat, pedals and points, the people and their posture.
+    """The part of a study that decides where people sit: the seat, pedals and points, the people
+    and their posture.
 
-    People are seated with this study alone, so what is left out cannot move them: parts and their polygons, controls
-    of the hands, criteria and words.
+    People are seated with this study alone, so what is left out cannot move them: parts and their
+    polygons, controls of the hands, criteria and words.
     """
-    room, aims = study.environment, study.aims
+    room = study.environment
+    aims = study.aims
     feet = {limb: name for limb, name in aims.controls.items() if limb in FEET}
     nothing = np.zeros((0, 3))
     whole = np.zeros(0, dtype=np.int64)
@@ -113,7 +139,9 @@ def with_hands(study: AccommodationStudy, sitters: Sitters) -> Sitters:
     poses = sitters.held
     for limb, name in study.aims.controls.items():
         if limb in HANDS:
-            poses = _hand(study, Sitters(sitters.bodies, sitters.seat, poses), (limb, controls[name]))
+            poses = _hand(
+                study, Sitters(sitters.bodies, sitters.seat, poses), (limb, controls[name])
+            )
     return Sitters(sitters.bodies, sitters.seat, poses)
 
 
@@ -122,12 +150,23 @@ def _hand(study: AccommodationStudy, sitters: Sitters, what: tuple[str, Control]
     rotations = sitters.held.rotations.copy()
     left = np.arange(len(sitters.bodies))
     for zone in range(1, control.zone + 1):
-        poses = Poses(sitters.held.rotations[left], sitters.held.reference, sitters.held.world_from_reference[left])
+        poses = Poses(
+            sitters.held.rotations[left],
+            sitters.held.reference,
+            sitters.held.world_from_reference[left],
+        )
         found = reach_people(
-            [sitters.bodies[int(b)] for b in left], poses, [control.at], name=limb, grip=control.grip, zone=zone,
-            environment=study.environment, moves=study.environment.seat(study.seat).moves,
-            shift=sitters.seat.shift[left], rotations=True,
-        )  # fmt: skip
+            [sitters.bodies[int(b)] for b in left],
+            poses,
+            [control.at],
+            name=limb,
+            grip=control.grip,
+            zone=zone,
+            environment=study.environment,
+            moves=study.environment.seat(study.seat).moves,
+            shift=sitters.seat.shift[left],
+            rotations=True,
+        )
         assert found.rotations is not None
         rotations[left] = found.rotations[:, 0]
         left = left[~found.reached[:, 0]]
@@ -137,6 +176,7 @@ def _hand(study: AccommodationStudy, sitters: Sitters, what: tuple[str, Control]
 
 
 def without_seat(environment: Environment, seat: str) -> Environment:
-    """The environment without the sitters' own seat: a thigh presses the cushion down, it does not stop there."""
+    """The environment without the sitters' own seat: a thigh presses the cushion down, it does not
+    stop there."""
     gone = np.isin(environment.parts, environment.seat(seat).moves)
     return replace(environment, hidden=environment.hidden | gone)

@@ -1,4 +1,5 @@
-"""Clearances that an accommodation study asks for: which spheres of which parts, and who comes too near in words."""
+"""Clearances that an accommodation study asks for: which spheres of which parts, and who comes too
+near in words."""
 
 from __future__ import annotations
 
@@ -18,15 +19,20 @@ def gap_of(body: Body, environment: Environment, criterion: Criterion) -> Gap:
     """The spheres and parts that a clearance or contact criterion is about."""
     segment = body.sphere_segment
     if criterion.subparts:
-        labels = [f"{body.segments[n]}/{name}" for n, name in zip(segment, body.sphere_names, strict=True)]
+        labels = [
+            f"{body.segments[n]}/{name}" for n, name in zip(segment, body.sphere_names, strict=True)
+        ]
         spheres = np.isin(labels, criterion.subparts)
     else:
-        spheres = np.isin(segment, [n for n, name in enumerate(body.segments) if name in criterion.segments])
+        spheres = np.isin(
+            segment, [n for n, name in enumerate(body.segments) if name in criterion.segments]
+        )
     return Gap(spheres, np.isin(environment.parts, criterion.parts), criterion.check == "contact")
 
 
 def gap_words(body: Body, environment: Environment, pair: tuple[int, int]) -> str:
-    """ "right lower leg, instrument_panel": what comes too near to what, from a sphere and a polygon."""
+    """ "right lower leg, instrument_panel": what comes too near to what, from a sphere and a
+    polygon."""
     sphere, polygon = pair
     segment = body.segment_names[int(body.sphere_segment[sphere])]
     name = body.sphere_names[sphere]
@@ -35,8 +41,8 @@ def gap_words(body: Body, environment: Environment, pair: tuple[int, int]) -> st
 
 
 def gap_toward(placed: PeoplePlaced, gaps: PeopleGaps) -> Floats:
-    """(B, Q, 3) the unit vectors from the nearest spheres to the nearest parts: where a part would have to go; NaN
-    where nothing is there, or a centre is inside."""
+    """(B, Q, 3) the unit vectors from the nearest spheres to the nearest parts: where a part would
+    have to go; NaN where nothing is there, or a centre is inside."""
     people = np.arange(len(placed.centres))[:, None]
     sphere = np.maximum(gaps.sphere, 0)
     way = gaps.point - placed.centres[people, sphere]

@@ -1,7 +1,8 @@
-"""What becomes of people in their places: each control, each clearance, the view and the seat, with a margin.
+"""What becomes of people in their places: each control, each clearance, the view and the seat, with
+a margin.
 
-The margin of a reach is what there is to spare on the way out from the shoulder, or what is missing; of a clearance,
-the clearance less what is asked for.
+The margin of a reach is what there is to spare on the way out from the shoulder, or what is
+missing; of a clearance, the clearance less what is asked for.
 """
 
 from __future__ import annotations
@@ -24,7 +25,14 @@ from workbench.solve.reaching.reach_people import reach_people
 from workbench.solve.seating.seating import seat_planes
 from workbench.solve.stops import stops
 from workbench.study.accommodation.requirements import Asked
-from workbench.study.accommodation.sitters import SEAT_BACK, SEAT_FORWARD, Sitters, seated, with_hands, without_seat
+from workbench.study.accommodation.sitters import (
+    SEAT_BACK,
+    SEAT_FORWARD,
+    Sitters,
+    seated,
+    with_hands,
+    without_seat,
+)
 from workbench.study.accommodation.sitting_gaps import gap_of, gap_toward, gap_words
 from workbench.study.accommodation.views import view_margin, view_words
 
@@ -40,9 +48,9 @@ TURN_LEVER = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """What became of B people and R requirements: margin (B, R) [m], words (B, R) of what limits, "" where met, and
-    toward (B, R, 3): the unit vector along which moving the control or part lets the margin grow as much, NaN where
-    there is none; seat (B, 2) [m]: forward and up."""
+    """What became of B people and R requirements: margin (B, R) [m], words (B, R) of what limits,
+    "" where met, and toward (B, R, 3): the unit vector along which moving the control or part lets
+    the margin grow as much, NaN where there is none; seat (B, 2) [m]: forward and up."""
 
     margin: Floats
     words: NDArray[np.object_]
@@ -50,13 +58,16 @@ class Tried:
     seat: Floats
 
 
-def met_by(study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]) -> Tried:
+def met_by(
+    study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]
+) -> Tried:
     """How B people, these rows of the study's people, come out in all requirements."""
     return judged(study, asked, sitting(study, asked, seated(study, bodies, rows)))
 
 
 def sitting(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Sitters:
-    """People who sit, with their hands on their controls where anything that is asked is about that."""
+    """People who sit, with their hands on their controls where anything that is asked is about
+    that."""
     if any(one.requirement.check in ("clearance", "contact", "stops") for one in asked):
         return with_hands(study, sitters)
     return sitters
@@ -65,7 +76,8 @@ def sitting(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters)
 def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Tried:
     """How people who sit come out in all requirements."""
     bodies = sitters.bodies
-    margin, toward = np.full((len(bodies), len(asked)), np.nan), np.full((len(bodies), len(asked), 3), np.nan)
+    margin = np.full((len(bodies), len(asked)), np.nan)
+    toward = np.full((len(bodies), len(asked), 3), np.nan)
     words = np.full(margin.shape, "", dtype=object)
     tried = Tried(margin, words, toward, np.stack([sitters.seat.forward, sitters.seat.up], axis=1))
     _reaches(study, asked, sitters, tried)
@@ -82,8 +94,11 @@ def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) 
     return tried
 
 
-def _reaches(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, tried: Tried) -> None:
-    """Controls with the same grip and zone together: by the limb on their side, by the other where that one misses."""
+def _reaches(
+    study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, tried: Tried
+) -> None:
+    """Controls with the same grip and zone together: by the limb on their side, by the other where
+    that one misses."""
     if all(one.control is None for one in asked):
         return
     groups: dict[tuple[str, int, str], list[int]] = {}
@@ -92,24 +107,37 @@ def _reaches(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters
     for r, one in enumerate(asked):
         if one.control is None:
             continue
-        side = one.criterion.hand or ("left" if (np.array(one.control.at) - middle) @ leftward > 0 else "right")
+        side = one.criterion.hand or (
+            "left" if (np.array(one.control.at) - middle) @ leftward > 0 else "right"
+        )
         groups.setdefault((one.control.grip, one.requirement.zone, side), []).append(r)
     empty = without_seat(study.environment, study.seat)
     for (grip, zone, side), rows in groups.items():
         foot = grip == "foot"
         how = ("ball" if foot else grip, zone, empty if foot else study.environment)
-        first, second = ((f"{s} {'foot' if foot else 'hand'}") for s in (side, "left" if side == "right" else "right"))
+        first, second = (
+            (f"{s} {'foot' if foot else 'hand'}")
+            for s in (side, "left" if side == "right" else "right")
+        )
         _tried(study, asked, (sitters, tried), (first, *how), rows, np.arange(len(sitters.bodies)))
         free = [r for r in rows if asked[r].criterion.hand is None]
-        left = np.flatnonzero((tried.margin[:, free] < -MET).any(axis=1)) if free else np.zeros(0, np.int64)
+        left = (
+            np.flatnonzero((tried.margin[:, free] < -MET).any(axis=1))
+            if free
+            else np.zeros(0, np.int64)
+        )
         if len(left):
             _tried(study, asked, (sitters, tried), (second, *how), free, left)
 
 
 def _tried(
-    study: AccommodationStudy, asked: Sequence[Asked], people: tuple[Sitters, Tried],
-    how: tuple[str, str, int, Environment], rows: list[int], who: Ints,
-) -> None:  # fmt: skip
+    study: AccommodationStudy,
+    asked: Sequence[Asked],
+    people: tuple[Sitters, Tried],
+    how: tuple[str, str, int, Environment],
+    rows: list[int],
+    who: Ints,
+) -> None:
     """Let some people reach with one limb for some controls; what is better than before counts."""
     (sitters, tried), (limb, grip, zone, environment) = people, how
     poses = sitters.seat.poses
@@ -117,9 +145,17 @@ def _tried(
     some = Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who])
     targets = [asked[r].control.at for r in rows]  # type: ignore[union-attr]
     found = reach_people(
-        [sitters.bodies[int(b)] for b in who], some, targets, name=limb, grip=grip, zone=zone, environment=environment,
-        moves=study.environment.seat(study.seat).moves, shift=sitters.seat.shift[who], spare=MOST_SPARE,
-    )  # fmt: skip
+        [sitters.bodies[int(b)] for b in who],
+        some,
+        targets,
+        name=limb,
+        grip=grip,
+        zone=zone,
+        environment=environment,
+        moves=study.environment.seat(study.seat).moves,
+        shift=sitters.seat.shift[who],
+        spare=MOST_SPARE,
+    )
     worst = np.maximum(found.miss + found.overlap, 1e-4)
     margin = np.where(found.reached, found.spare, -worst)
     for t, r in enumerate(rows):
@@ -136,19 +172,26 @@ def _tried(
 
 def _root(bodies: Sequence[Body], poses: Poses, limb: str) -> Floats:
     """(B, 3) [m] the shoulder or hip that a limb begins at, as people sit."""
-    family, joint = family_of(tuple(bodies)), bodies[0].joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
+    family = family_of(tuple(bodies))
+    joint = bodies[0].joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
     world = frames(family, poses, joint + 1)
-    at: Floats = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
+    at: Floats = (
+        np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
+    )
     return at
 
 
-def _gaps(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, tried: Tried) -> None:
+def _gaps(
+    study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, tried: Tried
+) -> None:
     """The clearances and contacts in the posture with hands and feet in their places."""
     rows = [r for r, one in enumerate(asked) if one.requirement.check in ("clearance", "contact")]
     if not rows:
         return
-    body, environment = sitters.bodies[0], study.environment
-    moves, shift = environment.seat(study.seat).moves, sitters.seat.shift
+    body = sitters.bodies[0]
+    environment = study.environment
+    moves = environment.seat(study.seat).moves
+    shift = sitters.seat.shift
     placed = place_people(sitters.bodies, sitters.held)
     gaps = [gap_of(body, environment, asked[r].criterion) for r in rows]
     found = people_gaps(body, placed, environment, gaps=gaps, moves=moves, shift=shift)
@@ -158,11 +201,14 @@ def _gaps(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, t
         tried.margin[:, r] = np.where(np.isfinite(room), room, np.nan)
         tried.toward[:, r] = toward[:, q]
         for b in np.flatnonzero(room < -MET):
-            tried.words[b, r] = gap_words(body, environment, (int(found.sphere[b, q]), int(found.polygon[b, q])))
+            tried.words[b, r] = gap_words(
+                body, environment, (int(found.sphere[b, q]), int(found.polygon[b, q]))
+            )
 
 
 def _seat(sitters: Sitters, tried: Tried, r: int) -> None:
-    """Pedals missed by so much; else what is left of the seat's travel to its nearer end, fore and aft."""
+    """Pedals missed by so much; else what is left of the seat's travel to its nearer end, fore and
+    aft."""
     seat = sitters.seat
     feet = list(seat.miss)
     miss = np.stack([seat.miss[foot] for foot in feet])

@@ -1,4 +1,5 @@
-"""Vision: eyes near enough to the height they are meant for, or high enough to look down over what is before them."""
+"""Vision: eyes near enough to the height they are meant for, or high enough to look down over what
+is before them."""
 
 from __future__ import annotations
 
@@ -12,14 +13,16 @@ from workbench.solve.seating.seating import seat_planes
 
 __all__ = ["TOO_HIGH", "TOO_LOW", "skyline", "view_margin", "view_words"]
 
-TOO_LOW, TOO_HIGH = "eyes too low", "eyes too high"
+TOO_LOW = "eyes too low"
+TOO_HIGH = "eyes too high"
 
 
 def view_margin(study: AccommodationStudy, criterion: Criterion, eyes: Floats) -> Floats:
     """(B,) [m] of height to spare of eyes (B, 3).
 
-    Of heights: the nearer of the least and the greatest height that will do. Of a view over parts: how far the eyes
-    are above the line that rises backward from the parts at the angle asked for, in the upright plane of the seat.
+    Of heights: the nearer of the least and the greatest height that will do. Of a view over parts:
+    how far the eyes are above the line that rises backward from the parts at the angle asked for,
+    in the upright plane of the seat.
     """
     if criterion.parts:
         return _over(study, criterion, eyes)
@@ -34,7 +37,11 @@ def view_words(study: AccommodationStudy, criterion: Criterion, eye: Floats) -> 
     """In words, what is wrong with an eye (3,) that misses a view."""
     if criterion.parts or study.aims.eyes is None:
         return TOO_LOW
-    return TOO_HIGH if eye[2] > study.environment.points[study.aims.eyes][2] + criterion.above else TOO_LOW
+    return (
+        TOO_HIGH
+        if eye[2] > study.environment.points[study.aims.eyes][2] + criterion.above
+        else TOO_LOW
+    )
 
 
 def _over(study: AccommodationStudy, criterion: Criterion, eyes: Floats) -> Floats:
@@ -50,8 +57,11 @@ def _over(study: AccommodationStudy, criterion: Criterion, eyes: Floats) -> Floa
     return margin
 
 
-def skyline(environment: Environment, parts: tuple[str, ...], plane: tuple[Floats, Floats]) -> Floats:
-    """(M, 3) [m] where the edges of parts cross a plane, given by a point and its normal: the corners of its cut."""
+def skyline(
+    environment: Environment, parts: tuple[str, ...], plane: tuple[Floats, Floats]
+) -> Floats:
+    """(M, 3) [m] where the edges of parts cross a plane, given by a point and its normal: the
+    corners of its cut."""
     point, normal = plane
     found = [np.zeros((0, 3))]
     for name in parts:
@@ -61,7 +71,8 @@ def skyline(environment: Environment, parts: tuple[str, ...], plane: tuple[Float
         side = (corner - point) @ normal
         for a, b in ((0, 1), (1, 2), (2, 0)):
             crosses = (side[:, a] <= 0) != (side[:, b] <= 0)
-            one, two = side[crosses, a], side[crosses, b]
+            one = side[crosses, a]
+            two = side[crosses, b]
             share = (one / (one - two))[:, None]
             found.append(corner[crosses, a] * (1 - share) + corner[crosses, b] * share)
     return np.concatenate(found)

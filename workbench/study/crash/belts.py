@@ -28,21 +28,25 @@ _LIFT = 0.004
 _BETWEEN = 3
 
 
-def with_belts(environment: Environment, belts: Iterable[Belt], placed: Placed, *, pose: int = 0) -> Environment:
-    """The environment with each belt as a ribbon along its points in one pose, into which the body may move as deep as
-    the belt allows."""
+def with_belts(
+    environment: Environment, belts: Iterable[Belt], placed: Placed, *, pose: int = 0
+) -> Environment:
+    """The environment with each belt as a ribbon along its points in one pose, into which the body
+    may move as deep as the belt allows."""
     worn = list(belts)
     if not worn:
         return environment
-    ribbons, faults = built("belts", [_ribbon(belt, placed, pose) for belt in worn], solid=[False] * len(worn))
+    ribbons, faults = built(
+        "belts", [_ribbon(belt, placed, pose) for belt in worn], solid=[False] * len(worn)
+    )
     assert not faults  # only solids have any
     allowed = tuple(Allowance(k, ("all",), belt.allow) for k, belt in enumerate(worn))
     return joined(environment, replace(ribbons, allowances=allowed, warnings=()))
 
 
 def belt_tensions(study: CrashStudy) -> tuple[ForceCurve, ...]:
-    """The tension of each belt over the frames by its law: how much longer its way is than at the first frame, beyond
-    the slack."""
+    """The tension of each belt over the frames by its law: how much longer its way is than at the
+    first frame, beyond the slack."""
     if not study.belts:
         return ()
     ways: list[list[Floats]] = [[] for _ in study.belts]
@@ -51,7 +55,9 @@ def belt_tensions(study: CrashStudy) -> tuple[ForceCurve, ...]:
         for way, belt in zip(ways, study.belts, strict=True):
             line = np.stack([_along(point, world) for point in belt.points], axis=1)
             way.append(np.linalg.norm(np.diff(line, axis=1), axis=2).sum(axis=1))
-    return tuple(_tension(belt, np.concatenate(way)) for belt, way in zip(study.belts, ways, strict=True))
+    return tuple(
+        _tension(belt, np.concatenate(way)) for belt, way in zip(study.belts, ways, strict=True)
+    )
 
 
 def _along(point: BeltPoint, world: Floats) -> Floats:
@@ -68,11 +74,14 @@ def _tension(belt: Belt, length: Floats) -> ForceCurve:
 
 def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:
     world = placed.world_from_segment[pose]
-    points, outward = [], []
+    points = []
+    outward = []
     for segment, at in _laid(belt, placed.body):
         frame = world[segment] if segment >= 0 else np.eye(3, 4)
         out = frame[:, :3] @ at if segment >= 0 else np.zeros(3)
-        points.append(frame[:, :3] @ at + frame[:, 3] + _LIFT * out / max(float(np.linalg.norm(out)), 1e-12))
+        points.append(
+            frame[:, :3] @ at + frame[:, 3] + _LIFT * out / max(float(np.linalg.norm(out)), 1e-12)
+        )
         outward.append(out)
     line = np.array(points)
     side = _sides(line, np.array(outward))
@@ -84,7 +93,8 @@ def _ribbon(belt: Belt, placed: Placed, pose: int) -> RawPart:
 
 
 def _laid(belt: Belt, body: Body) -> list[tuple[int, Floats]]:
-    """Segment and place (3,) [m] of each point of a belt, with some more where it lies on one segment for a while."""
+    """Segment and place (3,) [m] of each point of a belt, with some more where it lies on one
+    segment for a while."""
     laid: list[tuple[int, Floats]] = []
     for before, point in zip((None, *belt.points[:-1]), belt.points, strict=True):
         if before is not None and before.segment == point.segment >= 0:
@@ -96,7 +106,8 @@ def _laid(belt: Belt, body: Body) -> list[tuple[int, Floats]]:
 
 
 def _sides(line: Floats, outward: Floats) -> Floats:
-    """(M, 3) unit directions across a belt: square to its way, flat on the body; at anchors as at their neighbours."""
+    """(M, 3) unit directions across a belt: square to its way, flat on the body; at anchors as at
+    their neighbours."""
     way = np.gradient(line, axis=0)
     way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
     across = np.cross(way, outward)

@@ -1,4 +1,5 @@
-"""The crash study: a motion against an environment, in continuous time: what meets what, when, how fast, how deep."""
+"""The crash study: a motion against an environment, in continuous time: what meets what, when, how
+fast, how deep."""
 
 from __future__ import annotations
 
@@ -42,7 +43,8 @@ _LOOKS = 16
 
 
 def crash_study(plan: CrashPlan) -> CrashResult:
-    """Run a crash study. InputError for motions that cannot be read, or that have no time in common."""
+    """Run a crash study. InputError for motions that cannot be read, or that have no time in
+    common."""
     study = crash_ready(plan)
     found = _found(study)
     other = _found(study.held) if study.held is not None else None
@@ -51,11 +53,17 @@ def crash_study(plan: CrashPlan) -> CrashResult:
 
 def _found(study: CrashStudy) -> CrashResult:
     """What is found of the study's own motion."""
-    body, motion, environment = study.body, study.motion, study.environment
-    found, own = episodes(body, motion, environment), self_episodes(body, motion)
-    frames, pairs = frames_of(study), ruled_pairs(study)
-    signals = tuple(signal_of(motion.clock, path, point, study)
-                    for path, point in zip(frames.paths, study.points, strict=True))  # fmt: skip
+    body = study.body
+    motion = study.motion
+    environment = study.environment
+    found = episodes(body, motion, environment)
+    own = self_episodes(body, motion)
+    frames = frames_of(study)
+    pairs = ruled_pairs(study)
+    signals = tuple(
+        signal_of(motion.clock, path, point, study)
+        for path, point in zip(frames.paths, study.points, strict=True)
+    )
     meetings = (*with_forces(study, environment_meetings(study, found)), *own_meetings(study, own))
     result = CrashResult(
         study=study,
@@ -67,10 +75,17 @@ def _found(study: CrashStudy) -> CrashResult:
         agreements=(),
         verdicts=(),
         provenance={"inputs": hashes(study.inputs), "versions": versions()},
-        warnings=(*frames.coarse, *piece_warnings([(study.person, body)]), *_enclosed(study), *study.warnings),
+        warnings=(
+            *frames.coarse,
+            *piece_warnings([(study.person, body)]),
+            *_enclosed(study),
+            *study.warnings,
+        ),
         forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),
     )
-    return replace(result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria))
+    return replace(
+        result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria)
+    )
 
 
 def _enclosed(study: CrashStudy) -> tuple[str, ...]:
@@ -83,10 +98,15 @@ def _enclosed(study: CrashStudy) -> tuple[str, ...]:
 
 
 def crash_ready(plan: CrashPlan) -> CrashStudy:
-    """The study of a plan, its motions read. InputError for a motion that cannot be read or is a single frame."""
-    file, how = plan.file, _options(plan.motion[1])
-    body, sized = subject_body(plan.body, plan.motion[0], options=how) if plan.motion[1].scale == "subject" else \
-        (plan.body, ())  # fmt: skip
+    """The study of a plan, its motions read. InputError for a motion that cannot be read or is a
+    single frame."""
+    file = plan.file
+    how = _options(plan.motion[1])
+    body, sized = (
+        subject_body(plan.body, plan.motion[0], options=how)
+        if plan.motion[1].scale == "subject"
+        else (plan.body, ())
+    )
     motion, notes = load_motion(body, plan.motion[0], options=how)
     if len(motion) < 2:
         raise InputError(f"{plan.motion[0]}: one frame is a posture; a motion needs two or more")
@@ -118,7 +138,9 @@ def crash_ready(plan: CrashPlan) -> CrashStudy:
     name = plan.against[1].name or plan.against[0].stem
     other = _restrained(replace(study, motion=against, warnings=more), plan.other_restraints, file)
     known = tuple(note for note in more if note not in study.warnings)
-    study = replace(study, against=against, against_name=name, held=other, warnings=(*study.warnings, *known))
+    study = replace(
+        study, against=against, against_name=name, held=other, warnings=(*study.warnings, *known)
+    )
     return _restrained(study, plan.restraints, file)
 
 
@@ -141,42 +163,61 @@ def _restrained(study: CrashStudy, restraints: Restraints, file: CrashFile) -> C
 
 
 def _without_belts(rules: tuple[ContactRule, ...], parts: int) -> tuple[ContactRule, ...]:
-    """Laws of contact hold for what stands still: of a belt its tension is told, not the depth in where it was."""
-    return tuple(replace(rule, parts=rule.parts & (np.arange(len(rule.parts)) < parts)) for rule in rules)
+    """Laws of contact hold for what stands still: of a belt its tension is told, not the depth in
+    where it was."""
+    return tuple(
+        replace(rule, parts=rule.parts & (np.arange(len(rule.parts)) < parts)) for rule in rules
+    )
 
 
 def _options(source: MotionSource) -> MotionOptions:
     start = -np.inf if source.start is None else source.start
     keep = Pick(start, np.inf if source.end is None else source.end, source.every)
-    return MotionOptions(source.map, source.up, source.unit, keep, source.gaps, source.move, source.yaw)
+    return MotionOptions(
+        source.map, source.up, source.unit, keep, source.gaps, source.move, source.yaw
+    )
 
 
 def _agreements(study: CrashStudy) -> tuple[Agreement, ...]:
-    """Each joint and segment of the motion against the other's, at the motion's frames within the time of both."""
+    """Each joint and segment of the motion against the other's, at the motion's frames within the
+    time of both."""
     if study.against is None:
         return ()
-    time, other = study.motion.clock, study.against.clock
+    time = study.motion.clock
+    other = study.against.clock
     both = (time >= other[0]) & (time <= other[-1])
     if not both.any():
-        raise InputError(f"the motions have no time in common: {time[0]:g} to {time[-1]:g} s and {other[0]:g} to "
-                         f"{other[-1]:g} s")  # fmt: skip
-    body, shared = study.body, time[both]
+        raise InputError(
+            f"the motions have no time in common: {time[0]:g} to {time[-1]:g} s and {other[0]:g} to "
+            f"{other[-1]:g} s"
+        )
+    body = study.body
+    shared = time[both]
     names = (*body.segment_names, *(f"{name} joint" for name in body.joint_names))
-    squares, peak, at = np.zeros(len(names)), np.full(len(names), -1.0), np.zeros(len(names))
+    squares = np.zeros(len(names))
+    peak = np.full(len(names), -1.0)
+    at = np.zeros(len(names))
     for rows in pieces(len(shared), size=BLOCK):
-        one, two = (_points(body, poses_at(poses, shared[rows])) for poses in (study.motion, study.against))
+        one, two = (
+            _points(body, poses_at(poses, shared[rows])) for poses in (study.motion, study.against)
+        )
         apart = np.linalg.norm(one - two, axis=2)
         squares += (apart**2).sum(axis=0)
         worst = np.argmax(apart, axis=0)
         here = np.take_along_axis(apart, worst[None], axis=0)[0]
         more = here > peak
-        peak[more], at[more] = here[more], shared[rows][worst[more]]
+        peak[more] = here[more]
+        at[more] = shared[rows][worst[more]]
     rms = np.sqrt(squares / len(shared))
-    return tuple(Agreement(*row) for row in zip(names, rms.tolist(), peak.tolist(), at.tolist(), strict=True))
+    return tuple(
+        Agreement(*row) for row in zip(names, rms.tolist(), peak.tolist(), at.tolist(), strict=True)
+    )
 
 
 def _points(body: Body, poses: Poses) -> Floats:
     """(P, N + J, 3) [m] centres of gravity of the segments, then the joints."""
     world = place(body, poses).world_from_segment
-    joints = np.einsum("pjik,jk->pji", world[:, 1:, :, :3], body.joint_in_child) + world[:, 1:, :, 3]
+    joints = (
+        np.einsum("pjik,jk->pji", world[:, 1:, :, :3], body.joint_in_child) + world[:, 1:, :, 3]
+    )
     return np.concatenate([world[..., 3], joints], axis=1)

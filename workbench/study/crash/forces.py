@@ -25,7 +25,8 @@ def ruled_pairs(study: CrashStudy) -> Ints:
 
 
 def force_curves(study: CrashStudy, pairs: Ints, gap: Floats) -> tuple[ForceCurve, ...]:
-    """The forces of pairs (Q, 2) over signed distances (P, Q) [m] at the frames, of those that are ever pushed.
+    """The forces of pairs (Q, 2) over signed distances (P, Q) [m] at the frames, of those that are
+    ever pushed.
 
     A distance may be infinite where a pair is not pushed.
     """
@@ -35,7 +36,11 @@ def force_curves(study: CrashStudy, pairs: Ints, gap: Floats) -> tuple[ForceCurv
         law = ruled(study.forces, n, k)
         depth = -gap[:, q] - offset[n, k]
         if law is not None and depth.max() > 0:
-            curves.append(ForceCurve(study.body.segments[n], study.environment.parts[k], force_history(law, depth)))
+            curves.append(
+                ForceCurve(
+                    study.body.segments[n], study.environment.parts[k], force_history(law, depth)
+                )
+            )
     return tuple(curves)
 
 
@@ -50,7 +55,8 @@ def with_forces(study: CrashStudy, meetings: Iterable[Meeting]) -> list[Meeting]
 def _with_force(study: CrashStudy, meeting: Meeting, offset: Floats) -> Meeting:
     if meeting.own:
         return meeting
-    n, k = study.body.segment(meeting.segment), study.environment.part(meeting.other)
+    n = study.body.segment(meeting.segment)
+    k = study.environment.part(meeting.other)
     law = ruled(study.forces, n, k)
     depth = meeting.depth - float(offset[n, k])
     return meeting if law is None else replace(meeting, force=force_at(law, depth, depth))

@@ -1,5 +1,5 @@
-"""What the frames of a motion tell, in one pass over pieces of it: clearance, paths of points, excursions, coarseness,
-joints past their stops."""
+"""What the frames of a motion tell, in one pass over pieces of it: clearance, paths of points,
+excursions, coarseness, joints past their stops."""
 
 from __future__ import annotations
 
@@ -15,7 +15,12 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.simulation import depth_offset
 from workbench.model.spool import Spool, pieces
 from workbench.solve.contact.batches import Groups, pays
-from workbench.solve.contact.collide import allowed_depth, allowed_groups, clearance_of_groups, clearance_of_rows
+from workbench.solve.contact.collide import (
+    allowed_depth,
+    allowed_groups,
+    clearance_of_groups,
+    clearance_of_rows,
+)
 from workbench.solve.forward import place
 from workbench.solve.stops import stops
 from workbench.study.crash.forces import ruled_pairs
@@ -29,7 +34,8 @@ _PAST = np.radians(0.1)
 
 @dataclass(frozen=True)
 class Excursion:
-    """How far [m] the surface of a sphere gets along a criterion's direction at most, and in which frame."""
+    """How far [m] the surface of a sphere gets along a criterion's direction at most, and in which
+    frame."""
 
     value: float
     frame: int
@@ -40,10 +46,11 @@ class Excursion:
 class Frames:
     """What the frames of a motion give.
 
-    clearance (P, N) [m]: of each segment at each frame from all it meets, allowances given back; infinite where nothing
-    is. gaps (P, Q) [m]: signed distance of the pairs that have a law of force, infinite where they are not pushed.
-    paths: (P, 3) [m] of each of the study's points. excursions: by a criterion's name. coarse: a word where spheres
-    move more than their radius between frames.
+    clearance (P, N) [m]: of each segment at each frame from all it meets, allowances given back;
+    infinite where nothing is. gaps (P, Q) [m]: signed distance of the pairs that have a law of
+    force, infinite where they are not pushed. paths: (P, 3) [m] of each of the study's points.
+    excursions: by a criterion's name. coarse: a word where spheres move more than their radius
+    between frames.
     """
 
     clearance: Floats
@@ -55,9 +62,12 @@ class Frames:
 
 def frames_of(study: CrashStudy) -> Frames:
     """One pass over the frames of a study's motion, BLOCK of them placed at a time."""
-    body, motion, environment = study.body, study.motion, study.environment
+    body = study.body
+    motion = study.motion
+    environment = study.environment
     groups, allowed = allowed_groups(body, environment)
-    room, paths = Spool(len(body.segments)), [Spool(3) for _ in study.points]
+    room = Spool(len(body.segments))
+    paths = [Spool(3) for _ in study.points]
     laws = _Laws.of(study, groups)
     gaps = Spool(len(laws.pairs) + 1)  # a spool of nothing is none
     grid = pays(motion)
@@ -75,10 +85,16 @@ def frames_of(study: CrashStudy) -> Frames:
             if criterion.check == "excursion":
                 found = _farthest(criterion, placed, rows.start)
                 before = farthest.get(criterion.name)
-                farthest[criterion.name] = found if before is None or found.value > before.value else before
+                farthest[criterion.name] = (
+                    found if before is None or found.value > before.value else before
+                )
         steps.take(placed, rows.start)
     return Frames(
-        room.done(), tuple(path.done() for path in paths), farthest, gaps.done()[:, :-1], steps.told(motion.clock)
+        room.done(),
+        tuple(path.done() for path in paths),
+        farthest,
+        gaps.done()[:, :-1],
+        steps.told(motion.clock),
     )
 
 
@@ -86,8 +102,8 @@ def frames_of(study: CrashStudy) -> Frames:
 class _Laws:
     """The pairs that have a law of force.
 
-    pairs (Q, 2): segment, part. offset (Q,) [m]: the depth from which on each is pushed. group (Q,): the group of parts
-    that the part is in, -1 for a hidden part.
+    pairs (Q, 2): segment, part. offset (Q,) [m]: the depth from which on each is pushed. group
+    (Q,): the group of parts that the part is in, -1 for a hidden part.
     """
 
     pairs: Ints
@@ -107,15 +123,18 @@ class _Laws:
     def gaps(self, placed: Placed, environment: Environment, apart: Floats) -> Floats:
         """Signed distance (P, Q) [m] of the pairs that may be pushed, infinite for the others.
 
-        apart (P, N, G) [m]: signed distance of the segments to the groups. A pair is never nearer than its segment is
-        to the group. So where the group is not pushed the pair is not, and its distance is not computed.
+        apart (P, N, G) [m]: signed distance of the segments to the groups. A pair is never nearer
+        than its segment is to the group. So where the group is not pushed the pair is not, and its
+        distance is not computed.
         """
         found = np.full((len(placed), len(self.pairs)), np.inf)
         shown = self.group >= 0
         pushed = np.zeros(found.shape, dtype=np.bool_)
         pushed[:, shown] = apart[:, self.pairs[shown, 0], self.group[shown]] < -self.offset[shown]
         pose, pair = np.nonzero(pushed)
-        found[pose, pair] = clearance_of_rows(placed, environment, np.column_stack([pose, self.pairs[pair]]))[0]
+        found[pose, pair] = clearance_of_rows(
+            placed, environment, np.column_stack([pose, self.pairs[pair]])
+        )[0]
         return found
 
 
@@ -130,14 +149,26 @@ def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
             edges = np.flatnonzero(past[1:] != past[:-1])
             for first, after in zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True):
                 worst = int(first + np.argmin(margins.margin[first:after, j]))
-                spell = _Spell(rows.start + first, rows.start + after, rows.start + worst,
-                               float(margins.margin[worst, j]), margins.motion(worst, j))  # fmt: skip
+                spell = _Spell(
+                    rows.start + first,
+                    rows.start + after,
+                    rows.start + worst,
+                    float(margins.margin[worst, j]),
+                    margins.motion(worst, j),
+                )
                 if spells and spells[-1].after == spell.first:
                     spells[-1].go_on(spell)
                 else:
                     spells.append(spell)
     found = [
-        StopBreach(joint, s.motion, float(time[s.first]), float(time[s.after - 1]), float(time[s.worst]), -s.margin)
+        StopBreach(
+            joint,
+            s.motion,
+            float(time[s.first]),
+            float(time[s.after - 1]),
+            float(time[s.worst]),
+            -s.margin,
+        )
         for joint, spells in zip(body.joints, told, strict=True)
         for s in spells
     ]
@@ -156,7 +187,9 @@ class _Spell:
         """Join the spell that goes on in the next piece."""
         self.after = more.after
         if more.margin < self.margin:
-            self.worst, self.margin, self.motion = more.worst, more.margin, more.motion
+            self.worst = more.worst
+            self.margin = more.margin
+            self.motion = more.motion
 
 
 def _farthest(criterion: CrashCriterion, placed: Placed, first: int) -> Excursion:
@@ -165,7 +198,9 @@ def _farthest(criterion: CrashCriterion, placed: Placed, first: int) -> Excursio
     gap = placed.centres[:, about] - np.array(criterion.origin)
     ahead = np.einsum("psi,i->ps", gap, np.array(criterion.direction)) + body.radius[about]
     frame, sphere = np.unravel_index(int(np.argmax(ahead)), ahead.shape)
-    return Excursion(float(ahead[frame, sphere]), first + int(frame), int(np.flatnonzero(about)[sphere]))
+    return Excursion(
+        float(ahead[frame, sphere]), first + int(frame), int(np.flatnonzero(about)[sphere])
+    )
 
 
 @dataclass
@@ -181,7 +216,9 @@ class _Steps:
     def take(self, placed: Placed, first: int) -> None:
         """Take up the next frames, the number of the first of which is `first`."""
         held = self.last is not None
-        centres = np.concatenate([self.last, placed.centres]) if self.last is not None else placed.centres
+        centres = (
+            np.concatenate([self.last, placed.centres]) if self.last is not None else placed.centres
+        )
         step = np.linalg.norm(np.diff(centres, axis=0), axis=-1) / self.body.radius
         self.last = np.array(placed.centres[-1:])
         if not step.size:

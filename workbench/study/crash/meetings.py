@@ -28,7 +28,9 @@ def environment_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting
         some = found.rows(rows)
         at = _Moments(study, some)
         pairs = np.column_stack([np.arange(len(some)), some.segment, some.part])
-        begun, deep = (nearest(when, study.environment, rows=pairs) for when in (at.enter, at.deepest))
+        begun, deep = (
+            nearest(when, study.environment, rows=pairs) for when in (at.enter, at.deepest)
+        )
         for k in range(len(some)):
             where = (k, int(some.segment[k]), int(some.part[k]))
             yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=None))
@@ -39,11 +41,14 @@ def own_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting]:
     for rows in _blocks(len(found)):
         some = found.rows(rows)
         at = _Moments(study, some)
-        begun, deep = self_clearance(at.enter), self_clearance(at.deepest)
+        begun = self_clearance(at.enter)
+        deep = self_clearance(at.deepest)
         for k in range(len(some)):
             one, two = sorted((int(some.segment[k]), int(some.other_segment[k])))
             where = (k, one, two)
-            yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=begun.target))
+            yield _meeting(
+                study, some, k, (begun, deep, where), at.speed(begun, where, other=begun.target)
+            )
 
 
 def _blocks(count: int) -> Iterator[Ints]:
@@ -52,23 +57,30 @@ def _blocks(count: int) -> Iterator[Ints]:
 
 
 class _Moments:
-    """The body at the beginning and at the deepest moment of each episode, and just before and after the beginning."""
+    """The body at the beginning and at the deepest moment of each episode, and just before and
+    after the beginning."""
 
     def __init__(self, study: CrashStudy, some: Episodes) -> None:
-        self.study, motion = study, study.motion
+        self.study = study
+        motion = study.motion
         time = motion.clock
         step = _STEP * float(np.min(np.diff(time)))
         self.before = np.maximum(some.enter - step, time[0])
         self.after = np.minimum(self.before + 2 * step, time[-1])
-        self.enter, self.deepest = self._placed(motion, some.enter), self._placed(motion, some.deepest)
+        self.enter, self.deepest = (
+            self._placed(motion, some.enter),
+            self._placed(motion, some.deepest),
+        )
         self.pair = self._placed(motion, self.before), self._placed(motion, self.after)
 
     def _placed(self, motion: Poses, times: Floats) -> Placed:
         return place(self.study.body, poses_at(motion, times))
 
     def speed(self, begun: Clearance, where: tuple[int, int, int], *, other: Ints | None) -> Floats:
-        """(3,) speed, its part toward the other, its part along it [m/s] of the sphere that meets first."""
-        k, sphere = where[0], int(begun.sphere[where])
+        """(3,) speed, its part toward the other, its part along it [m/s] of the sphere that meets
+        first."""
+        k = where[0]
+        sphere = int(begun.sphere[where])
         if sphere < 0:
             return np.zeros(3)
         moved = self._moved(k, sphere)
@@ -77,7 +89,9 @@ class _Moments:
         toward = begun.point[where] - self.enter.centres[k, sphere]
         inside = begun.distance[where] < -self.study.body.radius[sphere]
         length = float(np.linalg.norm(toward))
-        normal = float(moved @ toward) / length * (-1.0 if inside else 1.0) if length > 1e-12 else 0.0
+        normal = (
+            float(moved @ toward) / length * (-1.0 if inside else 1.0) if length > 1e-12 else 0.0
+        )
         speed = float(np.linalg.norm(moved))
         return np.array([speed, normal, np.sqrt(max(speed**2 - normal**2, 0.0))])
 
@@ -87,7 +101,11 @@ class _Moments:
 
 
 def _meeting(
-    study: CrashStudy, some: Episodes, k: int, found: tuple[Clearance, Clearance, tuple[int, int, int]], speeds: Floats
+    study: CrashStudy,
+    some: Episodes,
+    k: int,
+    found: tuple[Clearance, Clearance, tuple[int, int, int]],
+    speeds: Floats,
 ) -> Meeting:
     begun, deep, where = found
     began, lasts = some.cut_short

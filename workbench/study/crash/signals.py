@@ -8,7 +8,15 @@ from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 from workbench.model.crash import CrashStudy, Limit, Signal, SignalPoint
 from workbench.model.pulse import gained, level_at
-from workbench.solve.signals import GRAVITY, acceleration, cfc_filter, evenly, held_level, hic, velocity
+from workbench.solve.signals import (
+    GRAVITY,
+    acceleration,
+    cfc_filter,
+    evenly,
+    held_level,
+    hic,
+    velocity,
+)
 
 __all__ = ["LONGEST_HIC", "figure_of", "signal_of"]
 
@@ -19,11 +27,14 @@ LONGEST_HIC = 0.2
 
 
 def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: CrashStudy) -> Signal:
-    """The signal of a point that is on a path (P, 3) [m] at times (P,) [s], with its figures. UsageError where the
-    frames are too few for the filter."""
+    """The signal of a point that is on a path (P, 3) [m] at times (P,) [s], with its figures.
+    UsageError where the frames are too few for the filter."""
     time, position = evenly(clock, path)
-    second, moved = acceleration(time, position), velocity(time, position)
-    if study.pulse is not None:  # what the vehicle does itself is added: signals are against the ground
+    second = acceleration(time, position)
+    moved = velocity(time, position)
+    if (
+        study.pulse is not None
+    ):  # what the vehicle does itself is added: signals are against the ground
         toward = np.array(study.pulse.toward)
         second = second - level_at(study.pulse, time)[:, None] * toward
         moved = moved - gained(study.pulse, time)[:, None] * toward
@@ -44,7 +55,8 @@ def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: CrashStudy
 
 
 def figure_of(signal: Signal, limit: Limit) -> tuple[float, float, float]:
-    """A limit's figure of a signal (HIC without a unit, a held level in g), and from when to when [s] it is."""
+    """A limit's figure of a signal (HIC without a unit, a held level in g), and from when to when
+    [s] it is."""
     known = _USUAL.get((limit.figure, limit.span), "")
     if known in signal.figures:
         return signal.figures[known]

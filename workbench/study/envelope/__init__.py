@@ -1,1 +1,2 @@
-"""Reach envelopes about the seat reference point: rays, their ends, what obstacles take, comfort, people."""
+"""Reach envelopes about the seat reference point: rays, their ends, what obstacles take, comfort,
+people."""

@@ -1,4 +1,5 @@
-"""Chains of bodies asked to reach for points of rays: the tasks of the solver, posed and retargeted."""
+"""Chains of bodies asked to reach for points of rays: the tasks of the solver, posed and
+retargeted."""
 
 from __future__ import annotations
 
@@ -17,7 +18,16 @@ from workbench.solve.reaching.limbs import Limb
 from workbench.solve.reaching.linkage import joints_between
 from workbench.solve.reaching.reach import goals_of
 
-__all__ = ["Drawn", "anchors", "asked", "comfort_start", "drawn", "held_at", "merged", "rows_toward"]
+__all__ = [
+    "Drawn",
+    "anchors",
+    "asked",
+    "comfort_start",
+    "drawn",
+    "held_at",
+    "merged",
+    "rows_toward",
+]
 
 LEGAL = 5e-4
 """Breach [rad, m] below which a posture is within the stops."""
@@ -25,16 +35,20 @@ LEGAL = 5e-4
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """M legal postures: angles (M, K, 3), and where they bring the tips (B, M, 3) [m] of B bodies."""
+    """M legal postures: angles (M, K, 3), and where they bring the tips (B, M, 3) [m] of B
+    bodies."""
 
     angles: Floats
     tips: Floats
 
     def nearest(self, who: Ints, points: Floats) -> tuple[Ints, Floats]:
-        """For points (P, 3) of bodies who (P,): the posture (P,) that brings the tip nearest, and how near (P,) [m]."""
-        best, gap = np.zeros(len(points), np.int64), np.zeros(len(points))
+        """For points (P, 3) of bodies who (P,): the posture (P,) that brings the tip nearest, and
+        how near (P,) [m]."""
+        best = np.zeros(len(points), np.int64)
+        gap = np.zeros(len(points))
         for person in np.unique(who):
-            rows, tips = np.flatnonzero(who == person), self.tips[person]
+            rows = np.flatnonzero(who == person)
+            tips = self.tips[person]
             square = np.einsum("mi,mi->m", tips, tips) - 2.0 * points[rows] @ tips.T
             best[rows] = square.argmin(axis=1)
             gap[rows] = np.linalg.norm(points[rows] - tips[best[rows]], axis=1)
@@ -44,9 +58,20 @@ class Drawn:
 def asked(bodies: Sequence[Body], poses: Poses, chain: Limb) -> Task:
     """One row for each of B bodies in its own pose (B rows of poses), as yet without a goal."""
     family = family_of(tuple(bodies))
-    who, joints = np.arange(len(bodies)), joints_between(bodies[0], chain.base, chain.end)
-    base, goal = frames(family, poses, chain.base), goals_of(np.zeros((len(bodies), 3)))
-    return Task(family, chain, packed_links(family, chain), joints, who, np.array(poses.rotations), base, goal)
+    who = np.arange(len(bodies))
+    joints = joints_between(bodies[0], chain.base, chain.end)
+    base = frames(family, poses, chain.base)
+    goal = goals_of(np.zeros((len(bodies), 3)))
+    return Task(
+        family,
+        chain,
+        packed_links(family, chain),
+        joints,
+        who,
+        np.array(poses.rotations),
+        base,
+        goal,
+    )
 
 
 def rows_toward(task: Task, who: Ints, points: Floats) -> Task:
@@ -61,25 +86,30 @@ def comfort_start(task: Task) -> Floats:
 
 
 def anchors(task: Task) -> tuple[Floats, Floats]:
-    """Of a task of one row a body: the points (B, 3) [m] that the first free joint turns about, and how far (B,) [m]
-    the tip can be from there at most, all links beyond in one line."""
-    link, first = task.link, int(task.link.free_joint.min())
+    """Of a task of one row a body: the points (B, 3) [m] that the first free joint turns about, and
+    how far (B,) [m] the tip can be from there at most, all links beyond in one line."""
+    link = task.link
+    first = int(task.link.free_joint.min())
     held = np.zeros((len(task), 6))
     base = task.base
     if first > 0:
-        # what lies before the first free joint is held: its link is where forward kinematics puts it
+        # what lies before the first free joint is held: its link is where forward kinematics puts
+        # it
         poses = Poses(task.held, task.limb.base, task.base)
         base = frames(task.family, poses, task.joints[first - 1] + 1)
     held = np.einsum("bij,bj->bi", base[:, :, :3], link.at_parent[:, first]) + base[:, :, 3]
     steps = link.at_parent[:, first + 1 :] - link.at_child[:, first:-1]
-    length = np.linalg.norm(steps, axis=2).sum(axis=1) + np.linalg.norm(link.tip - link.at_child[:, -1], axis=1)
+    length = np.linalg.norm(steps, axis=2).sum(axis=1) + np.linalg.norm(
+        link.tip - link.at_child[:, -1], axis=1
+    )
     return held, length
 
 
 def drawn(task: Task, count: int) -> Drawn:
-    """Legal postures spread evenly over the joints' ranges out of `count` tries, of a task of one row a body: the same
-    ones each time, and for all."""
-    link, people = task.link, len(task)
+    """Legal postures spread evenly over the joints' ranges out of `count` tries, of a task of one
+    row a body: the same ones each time, and for all."""
+    link = task.link
+    people = len(task)
     limits = task.body.stops.limits[task.joints]
     share = np.random.default_rng(7).uniform(size=(count, len(task.joints), 3))
     angles = np.repeat(comfort_start(rows_of(task, np.arange(1))), count, axis=0)
@@ -97,10 +127,16 @@ def merged(found: Found, other: Found, rows: Ints) -> Found:
     """Found with the rows (Q,) taken from another (Q) where that came nearer within the stops."""
     less = (other.numbers[:, 0] < found.numbers[rows, 0]) & (other.numbers[:, 1] < LEGAL)
     take = rows[less]
-    angles, numbers, held = found.angles.copy(), found.numbers.copy(), found.held.copy()
-    overlap, part = found.overlap.copy(), found.part.copy()
-    angles[take], numbers[take], held[take] = other.angles[less], other.numbers[less], other.held[less]
-    overlap[take], part[take] = other.overlap[less], other.part[less]
+    angles = found.angles.copy()
+    numbers = found.numbers.copy()
+    held = found.held.copy()
+    overlap = found.overlap.copy()
+    part = found.part.copy()
+    angles[take] = other.angles[less]
+    numbers[take] = other.numbers[less]
+    held[take] = other.held[less]
+    overlap[take] = other.overlap[less]
+    part[take] = other.part[less]
     return Found(angles, numbers, held, overlap, part)
 
 

@@ -1,7 +1,8 @@
-"""Postures of limbs kept clear of obstacles: what they enter, and a target tried from a posture that is clear.
+"""Postures of limbs kept clear of obstacles: what they enter, and a target tried from a posture
+that is clear.
 
-What is near a clear posture becomes planes that its spheres must stay behind at once, so that on the way to a target
-near by the limb slides along obstacles instead of passing into them.
+What is near a clear posture becomes planes that its spheres must stay behind at once, so that on
+the way to a target near by the limb slides along obstacles instead of passing into them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ __all__ = ["CLEAR", "REACHED", "Room", "Touched", "cleared_from", "touched"]
 
 MOST_PLANES = 40
 CLEAR = 2e-4
-"""How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not touch them."""
+"""How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not
+touch them."""
 AROUND = 0.03
 """How near [m] an obstacle is minded at once."""
 REACHED = 1e-3
@@ -32,7 +34,8 @@ TURNS = 3
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for each body."""
+    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
+    each body."""
 
     environment: Environment
     moving: Ints
@@ -41,8 +44,8 @@ class Room:
 
 @dataclass(frozen=True, eq=False)
 class Touched:
-    """Of P postures: overlap (P,) [m] beyond what is allowed; the many (P,) deepest contacts as planes (P, Q, 8) with
-    their parts (P, Q), -1 where there are fewer."""
+    """Of P postures: overlap (P,) [m] beyond what is allowed; the many (P,) deepest contacts as
+    planes (P, Q, 8) with their parts (P, Q), -1 where there are fewer."""
 
     overlap: Floats
     planes: Floats
@@ -51,27 +54,37 @@ class Touched:
 
 
 def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
-    """What limbs at angles (P, K, 3) enter, or come nearer to than `near` [m], beyond what is allowed."""
-    count, limbs = len(angles), packed_limbs(task.family, task.limb)
+    """What limbs at angles (P, K, 3) enter, or come nearer to than `near` [m], beyond what is
+    allowed."""
+    count = len(angles)
+    limbs = packed_limbs(task.family, task.limb)
     obstacles = obstacles_of(task.body, room.environment, room.moving, room.shift)
     out = (
-        np.zeros((count, DEEPEST, 8)), np.zeros(count, np.int64), np.full((count, DEEPEST), -1), np.zeros(count),
-    )  # fmt: skip
+        np.zeros((count, DEEPEST, 8)),
+        np.zeros(count, np.int64),
+        np.full((count, DEEPEST), -1),
+        np.zeros(count),
+    )
 
     def work(begin: int, end: int) -> None:
-        limb_contacts(limbs, task.who, task.held, task.base, angles, obstacles, (near, CLEAR), out, begin, end)
+        limb_contacts(
+            limbs, task.who, task.held, task.base, angles, obstacles, (near, CLEAR), out, begin, end
+        )
 
     in_pieces(work, count, PIECE)
     return Touched(out[3], out[0], out[2], out[1])
 
 
 def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:
-    """The targets of a task tried from postures (P, K, 3) that touch nothing, minding what is near to them, and again
-    with what is then touched: what was found, and whether (P,) it arrives and is clear."""
+    """The targets of a task tried from postures (P, K, 3) that touch nothing, minding what is near
+    to them, and again with what is then touched: what was found, and whether (P,) it arrives and is
+    clear."""
     near = touched(task, start, room, AROUND)
     found = solved(task, start, 0, walls=_walls([near], np.arange(len(task))))
     good = np.zeros(len(task), np.bool_)
-    rows, history, current = np.arange(len(task)), [near], found
+    rows = np.arange(len(task))
+    history = [near]
+    current = found
     for turn in range(TURNS):
         hit = touched(rows_of(task, rows), current.angles, room, CLEAR)
         arrived = current.numbers[:, 0] < REACHED
@@ -84,19 +97,27 @@ def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:
         history = [_some(touches, on) for touches in (*history, hit)]
         rows = rows[on]
         before = current.rows(on)
-        current = solved(rows_of(task, rows), before.angles, 0, walls=_walls(history[::-1], rows), before=before)
+        current = solved(
+            rows_of(task, rows), before.angles, 0, walls=_walls(history[::-1], rows), before=before
+        )
     return found, good
 
 
 def _some(touches: Touched, rows: Ints) -> Touched:
-    return Touched(touches.overlap[rows], touches.planes[rows], touches.part[rows], touches.many[rows])
+    return Touched(
+        touches.overlap[rows], touches.planes[rows], touches.part[rows], touches.many[rows]
+    )
 
 
 def _put(found: Found, other: Found, rows: Ints, fine: Bools) -> Found:
     """Found with the rows that are fine taken from another."""
-    angles, numbers, held = found.angles.copy(), found.numbers.copy(), found.held.copy()
+    angles = found.angles.copy()
+    numbers = found.numbers.copy()
+    held = found.held.copy()
     at = rows[fine]
-    angles[at], numbers[at], held[at] = other.angles[fine], other.numbers[fine], other.held[fine]
+    angles[at] = other.angles[fine]
+    numbers[at] = other.numbers[fine]
+    held[at] = other.held[fine]
     return replace(found, angles=angles, numbers=numbers, held=held)
 
 

@@ -1,4 +1,5 @@
-"""Reach envelopes about the seat reference point, as Kennedy measured them (AMRL-TR-77-50, 1978)."""
+"""Reach envelopes about the seat reference point, as Kennedy measured them (AMRL-TR-77-50,
+1978)."""
 
 from __future__ import annotations
 
@@ -21,7 +22,14 @@ from workbench.study.envelope.asking import Drawn, asked, drawn
 from workbench.study.envelope.clearing import Room
 from workbench.study.envelope.ends import Ends, ray_ends
 from workbench.study.envelope.losses import eased, losses
-from workbench.study.envelope.rays import Rays, check_step, level_rays, point_rays, ray_grid, solid_angles
+from workbench.study.envelope.rays import (
+    Rays,
+    check_step,
+    level_rays,
+    point_rays,
+    ray_grid,
+    solid_angles,
+)
 from workbench.study.envelope.stations import Stations, cleared_stations, stations
 from workbench.study.placement import seat_point
 
@@ -33,11 +41,13 @@ LEVELS = 0.15
 TRIES = 8192
 """Postures drawn, of which those are kept that the stops allow."""
 MOST_DISCOMFORT = (7.0, 28.0)
-"""Greatest discomfort of the GRADES: what it is with each of an arm's seven angles at the end of its comfortable range,
-and twice as far from the mode as that."""
+"""Greatest discomfort of the GRADES: what it is with each of an arm's seven angles at the end of
+its comfortable range, and twice as far from the mode as that."""
 
 
-def envelopes(study: Study, placed: Mapping[str, Placed], environment: Environment) -> Iterator[Envelope]:
+def envelopes(
+    study: Study, placed: Mapping[str, Placed], environment: Environment
+) -> Iterator[Envelope]:
     """The envelopes that a study asks for, from each person's first case's posture."""
     for task in study.envelopes:
         person = next(person for person in study.people if person.name == task.person)
@@ -70,9 +80,9 @@ def reach_envelope(
 ) -> Envelope:
     """The reach envelope of a limb about an origin (3,) [m], from one pose.
 
-    name, grip, zone: as for `limb`. environment: obstacles, which are heeded where one is given. step [deg]: of the
-    grid, a divisor of 90. levels: whether level sections are told as well. InputError where the body lacks the
-    landmarks of the grip.
+    name, grip, zone: as for `limb`. environment: obstacles, which are heeded where one is given.
+    step [deg]: of the grid, a divisor of 90. levels: whether level sections are told as well.
+    InputError where the body lacks the landmarks of the grip.
     """
     check_step(step)
     chain = limb(body, name, grip=grip, zone=zone)
@@ -102,47 +112,74 @@ def reach_envelope(
 
 
 def _heights(about: RayReach, origin: Floats) -> Floats:
-    """(H,) [m] the heights of the level sections: whole steps from the origin, as far as anything is reached."""
+    """(H,) [m] the heights of the level sections: whole steps from the origin, as far as anything
+    is reached."""
     high = (about.outer * about.direction[:, 2])[about.reached]
     if not len(high):
         return np.zeros(0)
-    first, last = np.ceil(high.min() / LEVELS), np.floor(high.max() / LEVELS)
+    first = np.ceil(high.min() / LEVELS)
+    last = np.floor(high.max() / LEVELS)
     heights: Floats = LEVELS * np.arange(first, last + 1)
     return heights
 
 
-def _ray_reach(task: Task, rays: Rays, postures: Drawn, environment: Environment | None) -> RayReach:
+def _ray_reach(
+    task: Task, rays: Rays, postures: Drawn, environment: Environment | None
+) -> RayReach:
     if not len(rays):
         return no_rays()
     ends = ray_ends(task, rays, postures)
     at = stations(task, rays, ends)
     none = np.zeros(0, dtype=np.int64)
-    lost, clear = Losses(none, np.zeros(0), np.zeros(0), none), (ends.outer, ends.inner, ends.reached)
+    lost = Losses(none, np.zeros(0), np.zeros(0), none)
+    clear = (ends.outer, ends.inner, ends.reached)
     if environment is not None and len(at):
-        room = Room(environment, np.zeros(len(environment.parts), dtype=np.int64), np.zeros((len(task), 3)))
+        room = Room(
+            environment, np.zeros(len(environment.parts), dtype=np.int64), np.zeros((len(task), 3))
+        )
         at = cleared_stations(at, room, postures)
         lost = losses(at, room)
         clear = _clear(ends, at, lost)
     grades = [eased(at, most) for most in MOST_DISCOMFORT]
     return RayReach(
-        rays.origin, rays.direction, ends.outer, ends.inner, ends.reached, *clear,
-        np.array([grade[0] for grade in grades]), np.array([grade[1] for grade in grades]), lost,
-    )  # fmt: skip
+        rays.origin,
+        rays.direction,
+        ends.outer,
+        ends.inner,
+        ends.reached,
+        *clear,
+        np.array([grade[0] for grade in grades]),
+        np.array([grade[1] for grade in grades]),
+        lost,
+    )
 
 
 def no_rays() -> RayReach:
     """What is reached along no rays at all."""
-    none, whole = np.zeros(0), np.zeros(0, dtype=np.int64)
-    flags, grades = np.zeros(0, dtype=np.bool_), np.zeros((len(GRADES), 0))
+    none = np.zeros(0)
+    whole = np.zeros(0, dtype=np.int64)
+    flags = np.zeros(0, dtype=np.bool_)
+    grades = np.zeros((len(GRADES), 0))
     return RayReach(
-        np.zeros((0, 3)), np.zeros((0, 3)), none, none, flags, none, none, flags, grades, grades,
+        np.zeros((0, 3)),
+        np.zeros((0, 3)),
+        none,
+        none,
+        flags,
+        none,
+        none,
+        flags,
+        grades,
+        grades,
         Losses(whole, none, none, whole),
-    )  # fmt: skip
+    )
 
 
 def _clear(ends: Ends, at: Stations, lost: Losses) -> tuple[Floats, Floats, Bools]:
-    """Outer and inner radius (R,) [m] of what is clear of obstacles, and whether anything is (R,); else as without."""
-    outer, inner = ends.outer.copy(), ends.inner.copy()
+    """Outer and inner radius (R,) [m] of what is clear of obstacles, and whether anything is (R,);
+    else as without."""
+    outer = ends.outer.copy()
+    inner = ends.inner.copy()
     good = np.flatnonzero(at.clear)
     clear = np.zeros(len(outer), dtype=np.bool_)
     clear[at.ray[good]] = True
@@ -152,6 +189,12 @@ def _clear(ends: Ends, at: Stations, lost: Losses) -> tuple[Floats, Floats, Bool
             if at.place[station] == (at.count[k] - 1 if way > 0 else 0):
                 continue
             gap = way * (edges - at.radius[station])
-            next_to = (lost.ray == k) & (gap >= 0) & (gap <= abs(at.radius[station + way] - at.radius[station]))
-            bound[k] = at.radius[station] + way * float(gap[next_to].min(initial=np.inf) if next_to.any() else 0.0)
+            next_to = (
+                (lost.ray == k)
+                & (gap >= 0)
+                & (gap <= abs(at.radius[station + way] - at.radius[station]))
+            )
+            bound[k] = at.radius[station] + way * float(
+                gap[next_to].min(initial=np.inf) if next_to.any() else 0.0
+            )
     return outer, inner, clear

@@ -1,5 +1,5 @@
-"""What obstacles take of rays: runs of stations that are reached only through them, their ends found by halving; and
-how far reach is easy along a ray."""
+"""What obstacles take of rays: runs of stations that are reached only through them, their ends
+found by halving; and how far reach is easy along a ray."""
 
 from __future__ import annotations
 
@@ -18,14 +18,19 @@ HALVINGS = 4
 
 
 def losses(at: Stations, room: Room) -> Losses:
-    """The stretches of the rays that obstacles take, each told up to where the limb was found clear."""
+    """The stretches of the rays that obstacles take, each told up to where the limb was found
+    clear."""
     lost = at.reached & ~at.clear
     same = at.ray[1:] == at.ray[:-1]
     begins = lost & np.concatenate([[True], ~(same & lost[:-1])])
     ends = lost & np.concatenate([~(same & lost[1:]), [True]])
-    head, tail = np.flatnonzero(begins), np.flatnonzero(ends)
-    ray, begin, end = at.ray[head], at.radius[head].copy(), at.radius[tail].copy()
-    inner, outer = at.place[head] == 0, at.place[tail] == at.count[ray] - 1
+    head = np.flatnonzero(begins)
+    tail = np.flatnonzero(ends)
+    ray = at.ray[head]
+    begin = at.radius[head].copy()
+    end = at.radius[tail].copy()
+    inner = at.place[head] == 0
+    outer = at.place[tail] == at.count[ray] - 1
     for station, edge, way, whole in ((head, begin, -1, inner), (tail, end, 1, outer)):
         beside = np.clip(station + way, 0, len(at) - 1)
         clear = ~whole & at.clear[beside]
@@ -41,7 +46,9 @@ def losses(at: Stations, room: Room) -> Losses:
 
 def _halved(at: Stations, room: Room, clear: Ints, blocked: Ints) -> Floats:
     """(P,) [m] how far from clear stations (P,) toward blocked ones the limb comes clear."""
-    good, bad, angles = at.radius[clear].copy(), at.radius[blocked].copy(), at.angles[clear].copy()
+    good = at.radius[clear].copy()
+    bad = at.radius[blocked].copy()
+    angles = at.angles[clear].copy()
     rays = at.rays.rows(at.ray[clear])
     for _ in range(HALVINGS):
         if not len(good):
@@ -49,15 +56,17 @@ def _halved(at: Stations, room: Room, clear: Ints, blocked: Ints) -> Floats:
         middle = 0.5 * (good + bad)
         some = rows_toward(at.task, clear, rays.at(middle))
         found, fine = cleared_from(some, angles, room)
-        good, bad = np.where(fine, middle, good), np.where(fine, bad, middle)
+        good = np.where(fine, middle, good)
+        bad = np.where(fine, bad, middle)
         angles[fine] = found.angles[fine]
     return good
 
 
 def eased(at: Stations, most: float) -> tuple[Floats, Floats]:
-    """(R,) [m] the outermost and the innermost radius of each ray at which discomfort is no more than `most`, between
-    stations in proportion; nan where there is none."""
-    outer, inner = np.full(len(at.rays), np.nan), np.full(len(at.rays), np.nan)
+    """(R,) [m] the outermost and the innermost radius of each ray at which discomfort is no more
+    than `most`, between stations in proportion; nan where there is none."""
+    outer = np.full(len(at.rays), np.nan)
+    inner = np.full(len(at.rays), np.nan)
     easy = at.reached & (at.discomfort <= most)
     for found, way in ((outer, 1), (inner, -1)):
         rows = np.flatnonzero(easy)[::-way]
@@ -66,6 +75,8 @@ def eased(at: Stations, most: float) -> tuple[Floats, Floats]:
         beside = np.clip(station + way, 0, len(at) - 1)
         on = (at.ray[beside] == ray) & (beside != station) & at.reached[beside]
         rise = np.where(on, at.discomfort[beside] - at.discomfort[station], 1.0)
-        share = np.where(on, np.clip((most - at.discomfort[station]) / np.maximum(rise, 1e-9), 0.0, 1.0), 0.0)
+        share = np.where(
+            on, np.clip((most - at.discomfort[station]) / np.maximum(rise, 1e-9), 0.0, 1.0), 0.0
+        )
         found[ray] = at.radius[station] + share * (at.radius[beside] - at.radius[station])
     return outer, inner

@@ -1,4 +1,5 @@
-"""The reach envelope of a share of people: ray by ray a percentile of how far they reach, as Kennedy's tables are."""
+"""The reach envelope of a share of people: ray by ray a percentile of how far they reach, as
+Kennedy's tables are."""
 
 from __future__ import annotations
 
@@ -37,26 +38,30 @@ def people_envelope(
     zone: int = 1,
     step: int = 15,
 ) -> Envelope:
-    """The envelope of B people of a family, one row of poses each, about their seat reference points (B, 3) [m] or one
-    (3,) for all, obstacles aside.
+    """The envelope of B people of a family, one row of poses each, about their seat reference
+    points (B, 3) [m] or one (3,) for all, obstacles aside.
 
-    percentile p (0 to 50): of every ray the outer boundary is the p-th percentile of the people's outer radii, the
-    inner one the (100 - p)-th of their inner radii, both of somebody among them (the inverse of the distribution
-    function); who reaches nothing along the ray counts as reaching nowhere. So 100 - p % of the people reach at least
-    as far on any one ray; on all rays together fewer do, as nobody is at the same percentile everywhere. The origin is
-    the mean of theirs. UsageError where numbers of rows do not fit, or for another percentile.
+    percentile p (0 to 50): of every ray the outer boundary is the p-th percentile of the people's
+    outer radii, the inner one the (100 - p)-th of their inner radii, both of somebody among them
+    (the inverse of the distribution function); who reaches nothing along the ray counts as reaching
+    nowhere. So 100 - p % of the people reach at least as far on any one ray; on all rays together
+    fewer do, as nobody is at the same percentile everywhere. The origin is the mean of theirs.
+    UsageError where numbers of rows do not fit, or for another percentile.
     """
     check_rows(poses, len(bodies), "bodies")
     given = np.asarray(origins, dtype=np.float64)
     if given.shape not in ((3,), (len(bodies), 3)):
-        raise UsageError(f"origins: expected points (3,) or ({len(bodies)}, 3), got an array {given.shape}")
+        raise UsageError(
+            f"origins: expected points (3,) or ({len(bodies)}, 3), got an array {given.shape}"
+        )
     points = np.broadcast_to(given, (len(bodies), 3))
     if not 0.0 <= percentile <= 50.0:
         raise UsageError(f"a percentile of an envelope is 0 to 50, got {percentile}")
     check_step(step)
     direction, triangles = ray_grid(step)
     chain = limb(bodies[0], name, grip=grip, zone=zone)
-    outer, inner = np.zeros((len(bodies), len(direction))), np.full((len(bodies), len(direction)), np.inf)
+    outer = np.zeros((len(bodies), len(direction)))
+    inner = np.full((len(bodies), len(direction)), np.inf)
     for first in range(0, len(bodies), MOST):
         some = slice(first, first + MOST)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
@@ -69,10 +74,13 @@ def people_envelope(
     return _shared(percentile, zone, step, (chain.name, points, far, near))
 
 
-def _shared(percentile: float, zone: int, step: int, found: tuple[str, Floats, Floats, Floats]) -> Envelope:
+def _shared(
+    percentile: float, zone: int, step: int, found: tuple[str, Floats, Floats, Floats]
+) -> Envelope:
     """The envelope with these percentiles of radii."""
     name, points, far, near = found
-    reached, middle = far > near, points.mean(axis=0)
+    reached = far > near
+    middle = points.mean(axis=0)
     direction, triangles = ray_grid(step)
     return Envelope(
         person=f"{percentile:g}th percentile of {len(points)} people",
@@ -93,9 +101,19 @@ def _shared(percentile: float, zone: int, step: int, found: tuple[str, Floats, F
 def _rays(origin: Floats, direction: Floats, ends: tuple[Floats, Floats]) -> RayReach:
     """Rays of a share of people: how far, with nothing said of ease and obstacles."""
     outer, inner = ends
-    reached, none = outer > inner, np.zeros(0, dtype=np.int64)
+    reached = outer > inner
+    none = np.zeros(0, dtype=np.int64)
     unknown = np.full((len(GRADES), len(direction)), np.nan)
     return RayReach(
-        np.tile(origin, (len(direction), 1)), direction, outer, inner, reached, outer, inner, reached, unknown,
-        unknown, Losses(none, np.zeros(0), np.zeros(0), none),
-    )  # fmt: skip
+        np.tile(origin, (len(direction), 1)),
+        direction,
+        outer,
+        inner,
+        reached,
+        outer,
+        inner,
+        reached,
+        unknown,
+        unknown,
+        Losses(none, np.zeros(0), np.zeros(0), none),
+    )

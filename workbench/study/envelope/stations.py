@@ -1,7 +1,9 @@
-"""Stations along rays: points that a limb reaches free of obstacles, in what comfort, and whether it can clear of them.
+"""Stations along rays: points that a limb reaches free of obstacles, in what comfort, and whether
+it can clear of them.
 
-A station whose most comfortable posture enters nothing is clear. From there clearness spreads: a station beside a clear
-one is tried from that one's posture, kept off what is near, and from sampled clear postures whose tips are near.
+A station whose most comfortable posture enters nothing is clear. From there clearness spreads: a
+station beside a clear one is tried from that one's posture, kept off what is near, and from sampled
+clear postures whose tips are near.
 """
 
 from __future__ import annotations
@@ -30,10 +32,11 @@ SAMPLES = 2000
 
 @dataclass(frozen=True, eq=False)
 class Stations:
-    """S stations, those of a ray in one run from its inner end outward: ray, place (S,): number of the ray and on it;
-    radius (S,) [m]; first (R,), count (R,): the run of each ray. task: reaching for them; angles (S, K, 3): the
-    posture; reached (S,), discomfort (S,): free of obstacles. clear (S,): reached clear of obstacles, by that posture;
-    part (S,): else the obstacle that is entered deepest, -1 where none."""
+    """S stations, those of a ray in one run from its inner end outward: ray, place (S,): number of
+    the ray and on it; radius (S,) [m]; first (R,), count (R,): the run of each ray. task: reaching
+    for them; angles (S, K, 3): the posture; reached (S,), discomfort (S,): free of obstacles. clear
+    (S,): reached clear of obstacles, by that posture; part (S,): else the obstacle that is entered
+    deepest, -1 where none."""
 
     rays: Rays
     ray: Ints
@@ -53,8 +56,8 @@ class Stations:
 
 
 def stations(task: Task, rays: Rays, ends: Ends) -> Stations:
-    """The stations of the rays on which something is reached, between their ends, each in its most comfortable posture
-    obstacles aside."""
+    """The stations of the rays on which something is reached, between their ends, each in its most
+    comfortable posture obstacles aside."""
     span = ends.outer - ends.inner
     count = np.where(ends.reached, np.ceil(span / SPACING).astype(np.int64) + 1, 0)
     ray = np.repeat(np.arange(len(rays)), count)
@@ -69,11 +72,22 @@ def stations(task: Task, rays: Rays, ends: Ends) -> Stations:
     found = merged(found, held_at(rows_of(some, last), ends.angles[ray[last]]), last)
     none = np.zeros(len(ray), np.bool_)
     at = Stations(
-        rays, ray, place, radius, first, count, some, found.angles, none, np.zeros(len(ray)), none,
+        rays,
+        ray,
+        place,
+        radius,
+        first,
+        count,
+        some,
+        found.angles,
+        none,
+        np.zeros(len(ray)),
+        none,
         np.full(len(ray), -1),
-    )  # fmt: skip
+    )
     found = _reached_from_beside(at, found)
-    link, reached = task.link, found.numbers[:, 0] < REACHED
+    link = task.link
+    reached = found.numbers[:, 0] < REACHED
     off = found.angles[:, link.free_joint, link.free_axis] - link.mode
     discomfort = np.sum(link.weight * off * off, axis=1)
     return replace(at, angles=found.angles, reached=reached, discomfort=discomfort, clear=reached)
@@ -92,13 +106,16 @@ def _reached_from_beside(at: Stations, found: Found) -> Found:
             return found
         lead = can[rows].argmax(axis=1)
         tried[rows, lead] = True
-        found = merged(found, solved(rows_of(at.task, rows), found.angles[beside[rows, lead]], 0), rows)
+        found = merged(
+            found, solved(rows_of(at.task, rows), found.angles[beside[rows, lead]], 0), rows
+        )
 
 
 def cleared_stations(at: Stations, room: Room, postures: Drawn) -> Stations:
     """The stations with what obstacles leave of them."""
     first = touched(at.task, at.angles, room, CLEAR)
-    clear, angles = at.reached & (first.overlap <= 0), at.angles.copy()
+    clear = at.reached & (first.overlap <= 0)
+    angles = at.angles.copy()
     part = np.where(first.overlap > 0, first.part[:, 0], -1)
     beside = _beside(at)
     _spread(at, room, (clear, angles), beside)
@@ -108,8 +125,10 @@ def cleared_stations(at: Stations, room: Room, postures: Drawn) -> Stations:
 
 
 def _beside(at: Stations) -> Ints:
-    """(S, N) the stations next to each on its own ray and on the rays beside, -1 where there is none."""
-    here, last = np.arange(len(at)), at.count[at.ray] - 1
+    """(S, N) the stations next to each on its own ray and on the rays beside, -1 where there is
+    none."""
+    here = np.arange(len(at))
+    last = at.count[at.ray] - 1
     beside = [np.where(at.place > 0, here - 1, -1), np.where(at.place < last, here + 1, -1)]
     for column in range(at.rays.beside.shape[1]):
         other = at.rays.beside[at.ray, column]
@@ -118,14 +137,17 @@ def _beside(at: Stations) -> Ints:
         begin = at.radius[np.minimum(at.first[ray], len(at) - 1)]
         end = at.radius[np.minimum(at.first[ray] + np.maximum(at.count[ray], 1) - 1, len(at) - 1)]
         share = (at.radius - begin) / np.maximum(end - begin, 1e-9)
-        place = np.clip(np.round(share * (at.count[ray] - 1)), 0, np.maximum(at.count[ray] - 1, 0)).astype(np.int64)
+        place = np.clip(
+            np.round(share * (at.count[ray] - 1)), 0, np.maximum(at.count[ray] - 1, 0)
+        ).astype(np.int64)
         found = np.where(some, np.minimum(at.first[ray] + place, len(at) - 1), 0)
         beside.append(np.where(some & (np.abs(at.radius[found] - at.radius) < SPACING), found, -1))
     return np.stack(beside, axis=1)
 
 
 def _spread(at: Stations, room: Room, state: tuple[Bools, Floats], beside: Ints) -> None:
-    """Try stations from clear ones beside, until nothing is gained; fills clear (S,) and angles (S, K, 3)."""
+    """Try stations from clear ones beside, until nothing is gained; fills clear (S,) and angles (S,
+    K, 3)."""
     clear, angles = state
     tried = np.zeros(beside.shape, np.bool_)
     while True:
@@ -148,7 +170,9 @@ def _from_samples(at: Stations, room: Room, state: tuple[Bools, Floats], posture
     gained = False
     for person in np.unique(at.task.who):
         every = rows_toward(
-            at.task, np.flatnonzero(at.task.who == person)[:1].repeat(len(some)), np.zeros((len(some), 3))
+            at.task,
+            np.flatnonzero(at.task.who == person)[:1].repeat(len(some)),
+            np.zeros((len(some), 3)),
         )
         free = touched(every, some, room, CLEAR).overlap <= 0
         rows = np.flatnonzero(at.reached & ~clear & (at.task.who == person))
@@ -156,7 +180,8 @@ def _from_samples(at: Stations, room: Room, state: tuple[Bools, Floats], posture
             continue
         own = Drawn(some[free], postures.tips[person : person + 1, :SAMPLES][:, free])
         number, gap = own.nearest(np.zeros(len(rows), np.int64), at.task.goal[rows, :3])
-        rows, number = rows[gap < NEARBY], number[gap < NEARBY]
+        rows = rows[gap < NEARBY]
+        number = number[gap < NEARBY]
         if len(rows):
             found, good = cleared_from(rows_of(at.task, rows), own.angles[number], room)
             clear[rows[good]] = True
