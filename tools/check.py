@@ -46,6 +46,7 @@ HOMES = {
     "yaml": {"files"},
     "scipy": {"files", "solve", "shape", "people"},
     "PIL": {"draw"},
+    "contourpy": {"draw/contours.py"},
     "jinja2": {"report"},
     "markupsafe": {"report"},
     "cyclopts": {"cli"},
