@@ -22,6 +22,9 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
+"""Real inputs, which are too large for the repository or not ours to give away."""
+REFERENCE = SHARED.parent / "reference"
+"""Tables to compare with, which are no part of the repository either."""
 FOLDERS = (".ci", "benchmarks", "bodies", "docs", "environments", "studies", "tests", "workbench")
 """Folders of the repository, for where it is no checkout and nobody knows what is tracked."""
 
@@ -100,6 +103,30 @@ allowances:
 def pytest_configure(config):
     """Make warnings errors in collection and in tests, but not while the plugins of others load."""
     config.addinivalue_line("filterwarnings", "error")
+
+
+ABSENT = "real input absent"
+
+
+def real_input(path: Path) -> Path:
+    """The path of a real input; the test that asks is skipped where it is absent."""
+    if not path.exists():
+        pytest.skip(f"{ABSENT}: {path.name}")
+    return path
+
+
+def needs_real_input(path: Path) -> pytest.MarkDecorator:
+    """Skip a test, or all tests of a module, where a real input is absent."""
+    return pytest.mark.skipif(not path.exists(), reason=f"{ABSENT}: {path.name}")
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say how many tests were skipped because their real inputs are absent."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    absent = [report for report in skipped if ABSENT in str(report.longrepr)]
+    if absent:
+        counted = "1 test was" if len(absent) == 1 else f"{len(absent)} tests were"
+        terminalreporter.write_line(f"{counted} skipped: real inputs are absent from {SHARED}")
 
 
 @cache

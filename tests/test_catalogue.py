@@ -13,7 +13,7 @@ import pytest
 
 import workbench as wb
 from tests.accommodations import ACCOMMODATIONS, smaller_study
-from tests.conftest import ROOT, tracked
+from tests.conftest import REFERENCE, ROOT, real_input, tracked
 from workbench.files.kinds import check_file, json_schemas
 from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.data import result_file
@@ -87,9 +87,7 @@ def test_the_right_hand_has_the_papers_directions(bubbleman):
 
 
 def median(name):
-    path = ROOT.parent / "shared" / "reference" / "ansur2_percentiles.csv"
-    if not path.exists():
-        pytest.skip("reference table not here")
+    path = real_input(REFERENCE / "ansur2_percentiles.csv")
     return next(
         float(row["M50"])
         for row in csv.DictReader(path.read_text().splitlines())

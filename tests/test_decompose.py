@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.conftest import SHARED
+from tests.conftest import SHARED, needs_real_input
 from workbench.errors import InputError, UsageError
 from workbench.files.meshes.reading import read_mesh
 from workbench.kernels.shapes.scanlines import shared_volume
@@ -19,7 +19,7 @@ from workbench.shape.fitting.segmenting import Bones, fit_segments
 from workbench.shape.surface import sealed
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
-needs_adult = pytest.mark.skipif(not ADULT.exists(), reason="the body meshes are not here")
+needs_adult = needs_real_input(ADULT)
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 
 

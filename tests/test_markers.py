@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests.c3d_files import c3d_file
-from tests.conftest import SHARED
+from tests.conftest import SHARED, real_input
 from workbench.errors import InputError, UsageError
 from workbench.files.body.bodies import load_body
 from workbench.files.motions.lines import ALL, Pick
@@ -166,9 +166,7 @@ def test_markers_are_known_by_the_names_of_several_sets(name, segment):
 def test_recorded_people_are_explained_to_millimetres(file, keep, most):
     """Root mean square residual [mm]; knees bend their own way, one foot at least near the
     floor."""
-    path = SHARED / "motion" / file
-    if not path.is_file():
-        pytest.skip("no shared data")
+    path = real_input(SHARED / "motion" / file)
     markers = bridged(
         (read_c3d if file.endswith("c3d") else read_trc)(path, keep=keep), longest=0.2
     )

@@ -8,7 +8,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
-from tests.conftest import SHARED
+from tests.conftest import SHARED, real_input
 from tests.whole_motions import read_bvh, read_coordinates, read_segment_table
 from workbench.cli import main
 from workbench.errors import InputError, UsageError
@@ -110,8 +110,7 @@ def test_what_is_wrong_in_a_bvh_is_told_with_its_line(tmp_path, old, new, told):
 
 
 def test_a_part_of_a_motion_keeps_the_files_clock():
-    if not JUMP.is_file():
-        pytest.skip("no shared data")
+    real_input(JUMP)
     bones = read_bvh(JUMP, keep=Pick(1.0, 2.0, every=10))
     whole = read_bvh(JUMP)
     rows = np.flatnonzero((whole.time >= 1.0) & (whole.time <= 2.0))[::10]
@@ -122,8 +121,7 @@ def test_a_part_of_a_motion_keeps_the_files_clock():
 def test_a_recorded_jump_is_mapped_to_the_body():
     """CMU subject 1: legs of the unit's length, feet that come back to one floor, elbows that bend
     their own way."""
-    if not JUMP.is_file():
-        pytest.skip("no shared data")
+    real_input(JUMP)
     poses, notes = retarget(BODY, read_bvh(JUMP, keep=Pick(every=8)))
     assert "one unit is taken as 55.96 mm" in " ".join(notes)
     low = (place(BODY, poses).centres[..., 2] - BODY.radius).min(axis=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.conftest import SHARED
+from tests.conftest import SHARED, needs_real_input
 from workbench.errors import InputError
 from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import read_mesh
@@ -141,7 +141,7 @@ def test_a_grid_too_large_is_refused_with_what_is_possible():
 
 
 @pytest.mark.nightly
-@pytest.mark.skipif(not ADULT.exists(), reason="the body meshes are not here")
+@needs_real_input(ADULT)
 def test_a_trunk_sliced_every_20_mm_comes_back():
     part = read_mesh(ADULT).parts[0]
     whole = sealed(part.vertices[:, [2, 0, 1]] * (1.756 / np.ptp(part.vertices[:, 1])), part.faces)

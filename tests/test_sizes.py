@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.conftest import REFERENCE, ROOT, real_input
 from workbench.cli import main
 from workbench.files.populations import load_population_model
 from workbench.files.postures import posture_pose
@@ -35,9 +35,7 @@ def model():
 
 
 def percentile(column, names):
-    path = ROOT.parent / "shared" / "reference" / "ansur2_percentiles.csv"
-    if not path.exists():
-        pytest.skip("reference table not here")
+    path = real_input(REFERENCE / "ansur2_percentiles.csv")
     rows = {
         row["dim"].removesuffix("_d"): row for row in csv.DictReader(path.read_text().splitlines())
     }

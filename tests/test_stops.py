@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.conftest import REFERENCE, real_input
 from workbench.model.posing import angles_of, compose
 from workbench.solve.ellipse import nearest_on_cone
 from workbench.solve.stops import nearest_legal
@@ -181,9 +181,7 @@ def test_angles_come_back_from_rotations(bubbleman):
 
 
 def test_bubblemans_limits_are_those_of_the_reference_table(bubbleman):
-    path = ROOT.parent / "shared" / "reference" / "joint_stops.csv"
-    if not path.exists():
-        pytest.skip("reference table not here")
+    path = real_input(REFERENCE / "joint_stops.csv")
     columns = [
         "flex",
         "extend",
