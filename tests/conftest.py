@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -270,17 +269,3 @@ def random_arm(one_arm):
         return wb.Poses(q, 0, world)
 
     return make
-
-
-def printed_with_and_without_the_compiler(code: str) -> list[bytes]:
-    """What a fresh Python prints that runs some code, kernels compiled and kernels as plain
-    Python."""
-    return [
-        subprocess.run(
-            [sys.executable, "-c", code],
-            env=os.environ | {"NUMBA_DISABLE_JIT": off},
-            capture_output=True,
-            check=True,
-        ).stdout
-        for off in "01"
-    ]
