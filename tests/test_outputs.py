@@ -277,9 +277,7 @@ def test_killed_at_any_step_the_old_result_is_whole_or_the_new_one_and_nothing_i
 
 
 @linux
-@pytest.mark.parametrize(
-    "seed", [*range(3), *(pytest.param(seed, marks=pytest.mark.nightly) for seed in range(3, 12))]
-)
+@pytest.mark.parametrize("seed", range(12))
 def test_killed_again_and_again_also_while_it_cleans_up_nothing_is_lost(tmp_path, seed):
     random = np.random.default_rng(seed)
     out = tmp_path / "out"
