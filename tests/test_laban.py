@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -320,7 +320,7 @@ def test_the_command_line_moves_a_score_and_writes_one(tmp_path, capsys):
 def test_a_score_whose_lines_all_overlap_is_refused_at_once(tmp_path):
     rows = "".join("1 90000 left hand forward high\n" for _ in range(5000))
     (tmp_path / "a.laban").write_text(f"tempo: 60\n{rows}")
-    start = perf_counter()
+    start = process_time()
     with pytest.raises(InputError, match="moves or holds until"):
         read_score(tmp_path / "a.laban")
-    assert perf_counter() - start < 5
+    assert process_time() - start < 5

@@ -3,7 +3,7 @@ its line."""
 
 from __future__ import annotations
 
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -404,9 +404,9 @@ def test_names_in_motions_hold_no_control_characters(tmp_path):
 
 def test_a_table_of_many_columns_is_looked_through_at_once(tmp_path):
     names = ", ".join(f"J{k}.flexion [deg]" for k in range(60_000))
-    start = perf_counter()
+    start = process_time()
     table_kind(written(tmp_path, f"time [s], {names}\n", "a.csv"))
-    assert perf_counter() - start < 5
+    assert process_time() - start < 5
 
 
 def test_a_number_too_large_to_reckon_with_is_told(tmp_path):
