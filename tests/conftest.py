@@ -99,9 +99,70 @@ allowances:
 """
 
 
+CORE = {
+    "test_accommodation_page",
+    "test_accommodation_shares",
+    "test_bad_bodies",
+    "test_bad_studies",
+    "test_blend",
+    "test_camera",
+    "test_collide",
+    "test_compare",
+    "test_crash_frames",
+    "test_decimals",
+    "test_doubt",
+    "test_driving",
+    "test_environments",
+    "test_exports",
+    "test_family",
+    "test_forward",
+    "test_golden",
+    "test_house",
+    "test_index_cache",
+    "test_laban",
+    "test_marks",
+    "test_motions",
+    "test_newton",
+    "test_outline",
+    "test_packaging",
+    "test_people",
+    "test_placed_laws",
+    "test_polygons",
+    "test_populations",
+    "test_pulses",
+    "test_reach",
+    "test_readme",
+    "test_report_pictures",
+    "test_results",
+    "test_scanline",
+    "test_signals",
+    "test_sizes",
+    "test_stops",
+    "test_study",
+    "test_units",
+    "test_yaml",
+}
+"""Modules of the core tier: fast ones that between them reach every room of the package."""
+FIRST = ("test_catalogue", "test_sweep", "test_seat_people", "test_hiding", "test_render")
+"""Modules that two workers begin with: they compile most, and at first not the same kernels."""
+
+
 def pytest_configure(config):
-    """Make warnings errors in collection and in tests, but not while the plugins of others load."""
+    """Make warnings errors in collection and in tests, but not while the plugins of others load.
+    Keep the order of modules where workers share them."""
     config.addinivalue_line("filterwarnings", "error")
+    if hasattr(config.option, "loadscopereorder"):  # there is pytest-xdist
+        config.option.loadscopereorder = False
+
+
+@pytest.hookimpl(tryfirst=True)  # before tests are deselected by their markers
+def pytest_collection_modifyitems(items):
+    """Mark the core tier, and put the modules that take longest first."""
+    for item in items:
+        if item.path.stem in CORE and item.get_closest_marker("nightly") is None:
+            item.add_marker("core")
+    ranks = {name: rank for rank, name in enumerate(FIRST)}
+    items.sort(key=lambda item: ranks.get(item.path.stem, len(FIRST)))
 
 
 ABSENT = "real input absent"
