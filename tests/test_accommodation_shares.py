@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from tests.percentile_trap import inside_own_percentiles
+from workbench import draw_people
 from workbench.model.accommodation import IntervalRule
 from workbench.model.population import Population
-from workbench.people.draw import draw_people
 from workbench.people.share import bootstrap_share, share_of
 from workbench.study.accommodation.hardest import hardest_rows
 from workbench.study.accommodation.limiting import limiting_measures

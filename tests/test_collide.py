@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests import oracles
 from tests.conftest import box_part, environment_of
+from workbench import body_clearance, relation
 from workbench.files.meshes.parts import RawPart
 from workbench.kernels.contact.polygon import point_polygon, point_winding
-from workbench.model.contacts import relation
-from workbench.solve.contact.collide import _faces, body_clearance, nearest, self_clearance
+from workbench.solve.contact.collide import _faces, nearest, self_clearance
 
 
 def at(body, *position, angles=None):

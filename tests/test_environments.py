@@ -11,8 +11,8 @@ import trimesh
 
 import workbench as wb
 from tests.conftest import SHARED, real_input
-from workbench.errors import InputError, UsageError
-from workbench.files.environments import environment_files, environment_from_mesh, load_environment
+from workbench import InputError, UsageError, environment_from_mesh, load_environment
+from workbench.files.environments import environment_files
 from workbench.files.inspection import inspect_environment, inspect_mesh
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.quality import examined

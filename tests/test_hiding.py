@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
+from workbench import Placed, UsageError
 from workbench.draw.camera import in_view, look_at, projective, standard_view, to_picture
 from workbench.draw.disks import disks
 from workbench.draw.films.frames import disks_of
@@ -23,9 +24,7 @@ from workbench.draw.lines.edges import drawn_edges
 from workbench.draw.lines.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
-from workbench.errors import UsageError
 from workbench.kernels.pictures.hiding import hidden_arcs, hidden_lines, hiding_planes
-from workbench.model.poses import Placed
 
 
 def eye_rays(camera, points):

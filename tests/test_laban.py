@@ -9,9 +9,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from workbench import InputError, Poses, UsageError, load_body, place, stops
 from workbench.cli import main
-from workbench.errors import InputError, UsageError
-from workbench.files.body.bodies import load_body
 from workbench.files.motions.laban import read_score, score_text
 from workbench.model.laban import (
     DIRECTIONS,
@@ -24,13 +23,10 @@ from workbench.model.laban import (
     sign_vector,
     sign_words,
 )
-from workbench.model.poses import Poses
-from workbench.solve.forward import place
 from workbench.solve.laban.laban import score_poses
 from workbench.solve.laban.paths import Ways, smooth
 from workbench.solve.laban.reading import read_motion_score
 from workbench.solve.laban.strokes import strokes
-from workbench.solve.stops import stops
 
 BODY = load_body("bubbleman")
 SIGNS = [Sign(d, h) for h in LEVELS for d in DIRECTIONS]

@@ -16,7 +16,7 @@ import pytest
 import trimesh
 
 from tests.conftest import SHARED, real_input
-from workbench.errors import InputError, MissingPartError, UsageError
+from workbench import InputError, MissingPartError, UsageError
 from workbench.files.meshes import bounds, reading
 from workbench.files.meshes import threemf as threemf_module
 from workbench.files.meshes.parts import triangulated

@@ -10,16 +10,13 @@ import pytest
 
 from tests.conftest import SHARED, real_input
 from tests.whole_motions import read_bvh, read_coordinates, read_segment_table
+from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.cli import main
-from workbench.errors import InputError, UsageError
-from workbench.files.body.bodies import load_body
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.lines import Pick
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
-from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose
-from workbench.solve.forward import place
 from workbench.solve.recorded.retarget import bone_positions, retarget
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"

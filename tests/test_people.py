@@ -13,15 +13,18 @@ from hypothesis import strategies as st
 
 from tests.conftest import REFERENCE, SHARED, real_input
 from tests.percentile_trap import inside_limits, inside_own_percentiles
-from workbench.errors import InputError, UsageError
-from workbench.files.ansur import read_ansur
+from workbench import (
+    InputError,
+    UsageError,
+    boundary_cases,
+    draw_people,
+    load_population_model,
+    read_ansur,
+)
 from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
 from workbench.model.measures import COCKPIT, MEASURES
 from workbench.model.population import SEXES, Population
-from workbench.people.boundary import boundary_cases
 from workbench.people.conditional import condition, improbability
-from workbench.people.draw import draw_people
 from workbench.people.percentile import percentile_people, percentile_values
 from workbench.people.scores import scores_of
 

@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 
 from tests.conftest import REFERENCE, ROOT, SHARED, real_input, tracked
-from workbench.errors import InputError, UsageError
-from workbench.files.ansur import read_ansur
+from workbench import InputError, UsageError, load_population_model, read_ansur
 from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
 from workbench.model.measures import MEASURES
 from workbench.model.population import SEXES, Population, PopulationModel
 from workbench.people.fit import fit_population

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
+from workbench import limb, stops
 from workbench.model.posing import angles_of, compose
-from workbench.solve.reaching.limbs import Limb, limb
-from workbench.solve.stops import stops
+from workbench.solve.reaching.limbs import Limb
 
 PLANAR = """
 body: planar

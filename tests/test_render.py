@@ -14,13 +14,13 @@ from PIL import Image
 
 import workbench as wb
 from tests.one_arm_cab import write_cab
+from workbench import InputError, MissingPartError, UsageError
 from workbench.cli import main
 from workbench.draw import window
 from workbench.draw.looks import DISPLAYS, ENDINGS, look_for
 from workbench.draw.marks.asked import MARKS, marked
 from workbench.draw.render import render
 from workbench.draw.sources import source_of
-from workbench.errors import InputError, MissingPartError, UsageError
 from workbench.files.catalogue import find, names
 
 SMALL = "64x48"
