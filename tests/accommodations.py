@@ -10,7 +10,6 @@ import numpy as np
 
 import workbench as wb
 from tests.conftest import ROOT, tracked
-from workbench import Poses, draw_people
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
     Accommodation,
@@ -22,7 +21,9 @@ from workbench.model.accommodation import (
     Requirement,
     Shown,
 )
+from workbench.model.poses import Poses
 from workbench.model.study import Aims, Criterion, Person
+from workbench.people.draw import draw_people
 from workbench.people.share import share_of
 from workbench.study.placement import place_person
 

@@ -11,7 +11,7 @@ import pytest
 
 import workbench as wb
 from tests.toy_cockpit import write_toy
-from workbench import load_accommodation
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.study.accommodation import cluster
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.accommodation import accommodation_study

@@ -21,9 +21,9 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.test_index_cache import DAMAGE
 from tests.toy_cockpit import write_toy
-from workbench import limb, load_accommodation, reach
 from workbench.cli import main
 from workbench.files.accommodation.results import load_accommodation_result
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.files.kinds import json_schemas
 from workbench.report.accommodation.data import accommodation_lines
 from workbench.report.folder import write_report
@@ -31,6 +31,8 @@ from workbench.shape.parts import moved
 from workbench.solve.contact import index_cache
 from workbench.solve.contact.people_gaps import Gap, people_gaps
 from workbench.solve.people_placed import place_people
+from workbench.solve.reaching.limbs import limb
+from workbench.solve.reaching.reach import reach
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.accommodation import accommodation_study, ready
 from workbench.study.accommodation.chunks import forget_chunks

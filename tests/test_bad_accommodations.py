@@ -11,8 +11,9 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT, SHARED, needs_real_input
 from tests.toy_cockpit import ENVIRONMENT, STUDY, write_toy
-from workbench import MissingPartError, load_accommodation
 from workbench.cli import main
+from workbench.errors import MissingPartError
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.model.accommodation import Requirement
 from workbench.model.study import Criterion
 from workbench.study.accommodation.accommodation import _hopeless

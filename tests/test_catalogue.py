@@ -14,12 +14,11 @@ import pytest
 import workbench as wb
 from tests.accommodations import ACCOMMODATIONS, smaller_study
 from tests.conftest import REFERENCE, ROOT, real_input, tracked
-from workbench import run
 from workbench.files.kinds import check_file, json_schemas
 from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.data import result_file
 from workbench.report.folder import write_report
-from workbench.study.run import load
+from workbench.study.run import load, run
 
 YAML = tracked(
     "bodies/*.yaml",

@@ -14,7 +14,7 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.toy_cockpit import STUDY, write_toy
-from workbench import load_accommodation
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.model.stops import StopKind
 from workbench.solve.content import content_key, program_hash
 from workbench.study.accommodation import crew as crew_module

@@ -10,14 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import tracked
-from workbench import InputError, Poses, load_body, place
 from workbench.cli import main
+from workbench.errors import InputError
+from workbench.files.body.bodies import load_body
 from workbench.files.crash.studies import load_crash
 from workbench.files.motions.tables import angle_table_text
 from workbench.model.motion import SegmentTrack
+from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
 from workbench.report.movement import movement_sentences
 from workbench.report.turning import Turning
+from workbench.solve.forward import place
 from workbench.solve.recorded.tracks import poses_from_track
 from workbench.study.crash.crash import crash_study
 

@@ -11,11 +11,12 @@ import pytest
 
 from tests.crash_pit import SIMULATION, pit
 from tests.test_crash import BODY, standing
-from workbench import Poses, place
 from workbench.cli import main
 from workbench.files.crash.studies import load_crash
 from workbench.files.motions.tables import angle_table_text
+from workbench.model.poses import Poses
 from workbench.report.crash.words import pulse_words
+from workbench.solve.forward import place
 from workbench.study.crash.belts import with_belts
 from workbench.study.crash.crash import crash_ready, crash_study
 

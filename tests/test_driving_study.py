@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench import eyellipse, load_accommodation, load_study, seat_curve
+from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.studies import load_study
+from workbench.solve.seating.packaging import eyellipse, seat_curve
 from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.drivers import driver_of, drivers_among

@@ -15,7 +15,7 @@ import pytest
 
 import workbench as wb
 from tests.toy_cockpit import write_toy
-from workbench import load_accommodation
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.solve.threads import cores
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation import forks

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from workbench import limb
 from workbench.kernels.limbs.limits import Planes, rooms
 from workbench.kernels.limbs.linkage import move, new_state
 from workbench.kernels.limbs.newton import HOLD, INSIDE, equations, new_work
 from workbench.solve.family import family_of, packed_links
+from workbench.solve.reaching.limbs import limb
 
 STEP = 1e-4
 PLANE = Planes(

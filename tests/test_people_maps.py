@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from tests.accommodations import smaller_study
-from workbench import reach_people
 from workbench.model.accommodation import MapTask
+from workbench.solve.reaching.reach_people import reach_people
 from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.chunks import seated_chunk
 from workbench.study.accommodation.crew import crew_of

@@ -10,8 +10,8 @@ import pytest
 
 import workbench as wb
 from tests.accommodations import smaller_study
-from workbench import draw_people
 from workbench.model.population import SEXES, Population
+from workbench.people.draw import draw_people
 from workbench.people.percentile import percentile_values
 from workbench.study.accommodation.accommodation import accommodation_study
 

@@ -12,7 +12,7 @@ import pytest
 import workbench as wb
 from tests.accommodations import ACCOMMODATIONS
 from tests.toy_cockpit import write_toy
-from workbench import load_accommodation
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.people.share import TENTHS_FROM
 from workbench.report.accommodation.page import accommodation_page
 from workbench.shape.pieces import body_pieces, piece_warnings

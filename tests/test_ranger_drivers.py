@@ -10,7 +10,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
-from workbench import load_accommodation
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.study.accommodation.accommodation import accommodation_study
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"

@@ -12,9 +12,11 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.seat_oracle import eye_points
-from workbench import limb, load_study, scale
 from workbench.draw.sources import source_of
+from workbench.files.studies import load_study
 from workbench.model.study import Criterion, Person
+from workbench.shape.scaling.scale import scale
+from workbench.solve.reaching.limbs import limb
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import predicted
 from workbench.study.reaches import buried_controls, control_reaches

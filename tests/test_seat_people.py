@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.accommodations import smaller_study
 from tests.seat_oracle import seat_slowly
-from workbench import load_accommodation, seat_people
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.model.environment import Rest, Seat
 from workbench.solve.seating.posture import Pedals, positions
+from workbench.solve.seating.seat_people import seat_people
 from workbench.solve.seating.seating import seat_planes
 from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.crew import crew_of

@@ -9,9 +9,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ONE_ARM, box_part, environment_of
-from workbench import Study
 from workbench.model.environment import Allowance, Rest, Seat
-from workbench.model.study import Criterion, Person
+from workbench.model.study import Criterion, Person, Study
 from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
 from workbench.study.placement import adjusted_environment, place_person
 

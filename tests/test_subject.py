@@ -9,14 +9,15 @@ import pytest
 from tests.conftest import SHARED, real_input
 from tests.test_crash import drop
 from tests.test_markers import BODY, FULL, marked, walk
-from workbench import InputError, place
 from workbench.cli import main
+from workbench.errors import InputError
 from workbench.files.crash.studies import load_crash
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.lines import Pick
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
 from workbench.shape.scaling.lengthen import lengthened
+from workbench.solve.forward import place
 from workbench.solve.recorded.marker_names import marker_site
 from workbench.solve.recorded.marker_places import marker_places
 from workbench.solve.recorded.retarget import body_lengths

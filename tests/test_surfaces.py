@@ -22,9 +22,11 @@ from tests.test_crash import STUDY as CRASH
 from tests.test_crash import standing as dropped
 from tests.test_real_inputs import BALL, FILES
 from tests.toy_cockpit import write_toy
-from workbench import InputError, Study, environment_from_mesh, load_accommodation
 from workbench.cli import main
+from workbench.errors import InputError
+from workbench.files.accommodation.studies import load_accommodation
 from workbench.files.crash.studies import load_crash
+from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart, welded
@@ -32,7 +34,7 @@ from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import read_mesh, to_world
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
-from workbench.model.study import Criterion, Person
+from workbench.model.study import Criterion, Person, Study
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.crash.crash import crash_study
 
