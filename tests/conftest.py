@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -22,6 +21,9 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
+"""Real inputs, which are too large for the repository or not ours to give away."""
+REFERENCE = SHARED.parent / "reference"
+"""Tables to compare with, which are no part of the repository either."""
 FOLDERS = (".ci", "benchmarks", "bodies", "docs", "environments", "studies", "tests", "workbench")
 """Folders of the repository, for where it is no checkout and nobody knows what is tracked."""
 
@@ -97,9 +99,94 @@ allowances:
 """
 
 
+CORE = {
+    "test_accommodation_page",
+    "test_accommodation_shares",
+    "test_bad_bodies",
+    "test_bad_studies",
+    "test_blend",
+    "test_camera",
+    "test_collide",
+    "test_compare",
+    "test_crash_frames",
+    "test_decimals",
+    "test_doubt",
+    "test_driving",
+    "test_environments",
+    "test_exports",
+    "test_family",
+    "test_forward",
+    "test_golden",
+    "test_house",
+    "test_index_cache",
+    "test_laban",
+    "test_marks",
+    "test_motions",
+    "test_newton",
+    "test_outline",
+    "test_packaging",
+    "test_people",
+    "test_placed_laws",
+    "test_polygons",
+    "test_populations",
+    "test_pulses",
+    "test_reach",
+    "test_readme",
+    "test_report_pictures",
+    "test_results",
+    "test_scanline",
+    "test_signals",
+    "test_sizes",
+    "test_stops",
+    "test_study",
+    "test_units",
+    "test_yaml",
+}
+"""Modules of the core tier: fast ones that between them reach every room of the package."""
+FIRST = ("test_catalogue", "test_sweep", "test_seat_people", "test_hiding", "test_render")
+"""Modules that two workers begin with: they compile most, and at first not the same kernels."""
+
+
 def pytest_configure(config):
-    """Make warnings errors in collection and in tests, but not while the plugins of others load."""
+    """Make warnings errors in collection and in tests, but not while the plugins of others load.
+    Keep the order of modules where workers share them."""
     config.addinivalue_line("filterwarnings", "error")
+    if hasattr(config.option, "loadscopereorder"):  # there is pytest-xdist
+        config.option.loadscopereorder = False
+
+
+@pytest.hookimpl(tryfirst=True)  # before tests are deselected by their markers
+def pytest_collection_modifyitems(items):
+    """Mark the core tier, and put the modules that take longest first."""
+    for item in items:
+        if item.path.stem in CORE and item.get_closest_marker("nightly") is None:
+            item.add_marker("core")
+    ranks = {name: rank for rank, name in enumerate(FIRST)}
+    items.sort(key=lambda item: ranks.get(item.path.stem, len(FIRST)))
+
+
+ABSENT = "real input absent"
+
+
+def real_input(path: Path) -> Path:
+    """The path of a real input; the test that asks is skipped where it is absent."""
+    if not path.exists():
+        pytest.skip(f"{ABSENT}: {path.name}")
+    return path
+
+
+def needs_real_input(path: Path) -> pytest.MarkDecorator:
+    """Skip a test, or all tests of a module, where a real input is absent."""
+    return pytest.mark.skipif(not path.exists(), reason=f"{ABSENT}: {path.name}")
+
+
+def pytest_terminal_summary(terminalreporter):
+    """Say how many tests were skipped because their real inputs are absent."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    absent = [report for report in skipped if ABSENT in str(report.longrepr)]
+    if absent:
+        counted = "1 test was" if len(absent) == 1 else f"{len(absent)} tests were"
+        terminalreporter.write_line(f"{counted} skipped: real inputs are absent from {SHARED}")
 
 
 @cache
@@ -243,17 +330,3 @@ def random_arm(one_arm):
         return wb.Poses(q, 0, world)
 
     return make
-
-
-def printed_with_and_without_the_compiler(code: str) -> list[bytes]:
-    """What a fresh Python prints that runs some code, kernels compiled and kernels as plain
-    Python."""
-    return [
-        subprocess.run(
-            [sys.executable, "-c", code],
-            env=os.environ | {"NUMBA_DISABLE_JIT": off},
-            capture_output=True,
-            check=True,
-        ).stdout
-        for off in "01"
-    ]

@@ -9,11 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.conftest import SHARED
+from tests.conftest import SHARED, needs_real_input
 from tests.percentile_trap import inside_own_percentiles
+from workbench import draw_people
 from workbench.model.accommodation import IntervalRule
 from workbench.model.population import Population
-from workbench.people.draw import draw_people
 from workbench.people.share import bootstrap_share, share_of
 from workbench.study.accommodation.hardest import hardest_rows
 from workbench.study.accommodation.limiting import limiting_measures
@@ -203,7 +203,7 @@ def test_two_percentile_people_do_not_stand_for_ninety_percent():
         assert 0.55 < inside[people.sex == sex].mean() < 0.75
 
 
-@pytest.mark.skipif(not ANSUR, reason="the public files are not here")
+@needs_real_input(SHARED)
 def test_a_popliteal_range_of_351_to_471_mm_covers_what_the_survey_says():
     people = wb.read_ansur(*ANSUR, measures=("stature", "popliteal_height"))
     height = 1000 * people.column("popliteal_height")

@@ -251,57 +251,51 @@ def command(path, out, *, chunk=2):
     return [sys.executable, "-c", code]
 
 
-def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(toy, tmp_path):
-    path = toy[0]
-    kept = tmp_path / ".killed.chunks"
-    process = subprocess.Popen(
-        command(path, tmp_path / "killed"), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+linux = pytest.mark.skipif(
+    sys.platform != "linux", reason="audit hooks announce other paths elsewhere"
+)
+
+
+def killed(path, out, number, *, chunk=2):
+    """Run a study in a process that ends itself before its step `number` in the folder of its
+    chunks; returns whether it did."""
+    run = command(path, out, chunk=chunk)
+    kept = str(out.with_name(f".{out.name}.chunks"))
+    run[2] = (
+        f"import pathlib, tests.killed as k; k.kill_before({number}, pathlib.Path({kept!r})); {run[2]}"
     )
-    for _ in range(6000):
-        if len(list(kept.glob("*.chunk"))) >= 2 or process.poll() is not None:
-            break
-        time.sleep(0.01)
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    before = {file.name: file.stat().st_mtime_ns for file in kept.glob("*.chunk")}
-    assert before and not (tmp_path / "killed").exists()
-    subprocess.run(command(path, tmp_path / "killed"), check=True, capture_output=True)
-    subprocess.run(command(path, tmp_path / "whole"), check=True, capture_output=True)
-    assert not kept.exists()
-    names = sorted(file.name for file in (tmp_path / "whole").iterdir())
-    assert sorted(file.name for file in (tmp_path / "killed").iterdir()) == names
-    for name in names:
-        assert (tmp_path / "killed" / name).read_bytes() == (
-            tmp_path / "whole" / name
-        ).read_bytes(), name
+    return subprocess.run(run, capture_output=True, cwd=ROOT).returncode == -signal.SIGKILL
 
 
+@linux
+def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(tmp_path, monkeypatch):
+    path = write_toy(tmp_path / "toy", people=4)
+    assert killed(path, tmp_path / "killed", 10, chunk=1)
+    assert 2 <= len(list((tmp_path / ".killed.chunks").glob("*.chunk"))) < 4
+    assert not (tmp_path / "killed").exists()
+    monkeypatch.setattr(crew_module, "CHUNK", 1)
+    for name in ("killed", "whole"):
+        assert main(["run", str(path), "--out", str(tmp_path / name)]) == 0
+    assert not (tmp_path / ".killed.chunks").exists()
+    assert content(tmp_path / "killed") == content(tmp_path / "whole")
+
+
+def content(folder):
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+@linux
 @pytest.mark.nightly
-@pytest.mark.skipif(sys.platform != "linux", reason="audit hooks announce other paths elsewhere")
 def test_a_run_killed_at_any_step_of_its_chunks_goes_on_and_gives_the_same_bytes(toy, tmp_path):
     """Before each file of a chunk is opened or renamed, and before each is removed when the work is
     done."""
     subprocess.run(command(toy[0], tmp_path / "whole"), check=True, capture_output=True)
-    number = 0
-    killed = True
-    while killed:
+    number = 1
+    while killed(toy[0], tmp_path / f"{number}", number):
+        subprocess.run(command(toy[0], tmp_path / f"{number}"), check=True, capture_output=True)
+        assert content(tmp_path / f"{number}") == content(tmp_path / "whole"), number
+        assert not (tmp_path / f".{number}.chunks").exists(), number
         number += 1
-        kept = tmp_path / f".{number}.chunks"
-        run = command(toy[0], tmp_path / str(number))
-        run[2] = (
-            f"import pathlib, tests.killed as k; k.kill_before({number}, pathlib.Path({str(kept)!r})); {run[2]}"
-        )
-        killed = (
-            subprocess.run(run, capture_output=True, cwd=ROOT, check=False).returncode
-            == -signal.SIGKILL
-        )
-        subprocess.run(command(toy[0], tmp_path / str(number)), check=True, capture_output=True)
-        for file in (tmp_path / "whole").iterdir():
-            assert (tmp_path / str(number) / file.name).read_bytes() == file.read_bytes(), (
-                number,
-                file.name,
-            )
-        assert not kept.exists(), number
     assert number > 12
 
 

@@ -16,8 +16,8 @@ import pytest
 import workbench as wb
 from tests.conftest import environment_of
 from tests.test_fast import soup
+from workbench import Driver, Package
 from workbench.draw.scene import Scene
-from workbench.model.driving import Driver, Package
 from workbench.model.environment import Rest, Seat
 from workbench.shape.scaling.scale import morph_to
 from workbench.solve.seating.posture import Pedals

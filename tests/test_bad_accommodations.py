@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from tests.conftest import ROOT, SHARED
+from tests.conftest import ROOT, SHARED, needs_real_input
 from tests.toy_cockpit import ENVIRONMENT, STUDY, write_toy
 from workbench.cli import main
 from workbench.errors import MissingPartError
@@ -216,7 +216,7 @@ def test_a_cluster_is_for_many_people(capsys):
     assert "accommodation studies" in capsys.readouterr().err
 
 
-@pytest.mark.skipif(not SHARED.exists(), reason="the public files are not here")
+@needs_real_input(SHARED)
 def test_the_public_files_are_a_population(tmp_path):
     paths = sorted((SHARED / "anthropometry" / "ansur2").glob("*.csv"))
     names = ", ".join(str(path) for path in paths)

@@ -10,7 +10,7 @@ import pytest
 import workbench as wb
 from tests.conftest import ONE_ARM, ROOT
 from tests.one_arm_cab import changed, line_with, lines_of, mutants
-from workbench.errors import InputError
+from workbench import InputError
 
 BODY = ONE_ARM.lstrip()
 POLYGON = """    stop: polygon

@@ -19,8 +19,8 @@ from tests.one_arm_cab import (
     mutants,
     write_cab,
 )
+from workbench import InputError
 from workbench.cli import main
-from workbench.errors import InputError
 from workbench.files.kinds import check_file, kind_of
 
 

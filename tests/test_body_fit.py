@@ -11,8 +11,8 @@ import trimesh
 import workbench as wb
 from tests.conftest import ONE_ARM
 from tests.one_arm_cab import POSTURES
+from workbench import InputError, UsageError
 from workbench.cli import main
-from workbench.errors import InputError, UsageError
 from workbench.shape.fitting.candidates import Limits
 from workbench.shape.fitting.polish import union_field
 from workbench.shape.fitting.sampling import random_samples

@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, boxes, crowd, eye_of, front, painted_slowly, spheres_body
+from workbench import UsageError, scene_of
 from workbench.draw.camera import (
     VIEWS,
     fitted,
@@ -31,10 +32,8 @@ from workbench.draw.lines.circles import circles
 from workbench.draw.lines.edges import drawn_edges
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.sources import scene_of
 from workbench.draw.views import fitted_view
 from workbench.draw.visibility import projected_disks, visible_layers
-from workbench.errors import UsageError
 
 RIGHT_ANGLE = math.pi / 2  # of view: a picture is as high as twice the distance
 UP = np.array([0.0, 0.0, 1.0])

@@ -13,7 +13,7 @@ import pytest
 
 import workbench as wb
 from tests.accommodations import ACCOMMODATIONS, smaller_study
-from tests.conftest import ROOT, tracked
+from tests.conftest import REFERENCE, ROOT, real_input, tracked
 from workbench.files.kinds import check_file, json_schemas
 from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.data import result_file
@@ -27,6 +27,7 @@ YAML = tracked(
     "environments/*/environment.yaml",
     "studies/*.yaml",
 )
+STUDIES = {path.stem for path in tracked("studies/*.yaml")}
 
 
 def is_data(path):
@@ -87,9 +88,7 @@ def test_the_right_hand_has_the_papers_directions(bubbleman):
 
 
 def median(name):
-    path = ROOT.parent / "shared" / "reference" / "ansur2_percentiles.csv"
-    if not path.exists():
-        pytest.skip("reference table not here")
+    path = real_input(REFERENCE / "ansur2_percentiles.csv")
     return next(
         float(row["M50"])
         for row in csv.DictReader(path.read_text().splitlines())
@@ -195,9 +194,19 @@ def test_a_seat_reference_point_is_where_cushion_and_back_planes_meet():
             assert gap.min() < 1e-4, (seat.name, part)
 
 
-@pytest.mark.parametrize("name", [path.stem for path in tracked("studies/*.yaml")])
-def test_every_study_runs_to_the_same_bytes_twice(name, tmp_path):
-    study = smaller_study(name, tmp_path, people=20) if name in ACCOMMODATIONS else name
+@pytest.mark.parametrize("people", [4, pytest.param(20, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("name", ACCOMMODATIONS)
+def test_every_accommodation_study_runs_to_the_same_bytes_twice(name, people, tmp_path):
+    check_bytes(smaller_study(name, tmp_path, people=people), tmp_path)
+
+
+@pytest.mark.parametrize("name", sorted(STUDIES - set(ACCOMMODATIONS)))
+def test_every_other_study_runs_to_the_same_bytes_twice(name, tmp_path):
+    check_bytes(name, tmp_path)
+
+
+def check_bytes(study, tmp_path):
+    """A study that runs twice writes the same files."""
     first = tmp_path / "first"
     second = tmp_path / "second"
     for folder in (first, second):

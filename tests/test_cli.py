@@ -60,7 +60,7 @@ def started(*arguments, **settings):
         [sys.executable, "-W", "error", "-m", "workbench", *map(str, arguments)],
         capture_output=True,
         check=False,
-        timeout=120,
+        timeout=600,
         **settings,
     )
 

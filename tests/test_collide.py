@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
 from tests import oracles
 from tests.conftest import box_part, environment_of
+from workbench import body_clearance, relation
 from workbench.files.meshes.parts import RawPart
 from workbench.kernels.contact.polygon import point_polygon, point_winding
-from workbench.model.contacts import relation
-from workbench.solve.contact.collide import _faces, body_clearance, nearest, self_clearance
+from workbench.solve.contact.collide import _faces, nearest, self_clearance
 
 
 def at(body, *position, angles=None):
@@ -84,6 +84,7 @@ def test_tangent_is_not_a_contact(one_arm, unit_box):
     assert len(wb.contacts(at(one_arm, 0.5, 0.5, 1.62 - 1e-6), unit_box)) == 1
 
 
+@settings(max_examples=12)
 @given(st.integers(0, 10**6))
 def test_clearance_equals_the_triangle_oracle(one_arm, random_arm, box_cab, seed):
     placed = wb.place(one_arm, random_arm(2, seed))
@@ -105,6 +106,7 @@ def test_clearance_equals_the_oracle_among_random_triangles(one_arm, random_arm,
     )
 
 
+@settings(max_examples=12)
 @given(st.integers(0, 10**6), st.floats(0, 0.1))
 def test_contacts_are_all_pairs_the_oracle_finds(one_arm, random_arm, box_cab, seed, margin):
     placed = wb.place(one_arm, random_arm(1, seed))

@@ -18,8 +18,8 @@ import workbench as wb
 from tests.accommodations import made, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
+from workbench import InputError
 from workbench.cli import main
-from workbench.errors import InputError
 from workbench.model.comparison import Judged
 from workbench.people.paired import paired_share
 from workbench.people.share import share_of

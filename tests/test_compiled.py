@@ -6,12 +6,11 @@ import importlib.util
 import pickle
 import re
 import sys
-from pathlib import Path
 
 import pytest
 from numba.core.config import reload_config
 
-import workbench as wb
+from tests.conftest import tracked
 from tests.test_index_cache import DAMAGE
 from workbench.kernels import compiled
 from workbench.kernels.compiled import source_stamp
@@ -92,6 +91,23 @@ def test_the_code_for_other_arguments_is_not_believed(kernel, tmp_path):
     assert kernel()(21) == 42 and kernel()(21.5) == 43.0
 
 
+def test_two_processes_that_keep_code_at_once_never_run_each_others(kernel, monkeypatch):
+    """One keeps code for other arguments between the reading and the writing of the index by the
+    other, so both choose the same file; what is lost is compiled again."""
+    write_index = compiled._Files._save_index
+    other = kernel()
+
+    def interrupted(files, overloads):
+        monkeypatch.setattr(compiled._Files, "_save_index", write_index)
+        assert other(21.5) == 43.0
+        write_index(files, overloads)
+
+    monkeypatch.setattr(compiled._Files, "_save_index", interrupted)
+    assert kernel()(21) == 42
+    assert kernel()(21.5) == 43.0 and kernel()(21) == 42
+    assert not compiled_anew(kernel)
+
+
 def test_a_file_of_the_compiler_itself_is_not_read(kernel, tmp_path):
     compiled_anew(kernel)
     for ending in ("nbi", "nbc"):
@@ -141,6 +157,6 @@ def test_a_full_disk_stops_nothing(kernel, tmp_path, monkeypatch):
 
 def test_every_kernel_is_compiled_by_the_checked_cache():
     plain = re.compile(r"from numba import .*\bnjit\b|numba\.njit|import numba\b")
-    package = Path(wb.__file__).parent
-    found = [path.name for path in package.rglob("*.py") if plain.search(path.read_text())]
+    sources = tracked("workbench/**/*.py")
+    found = [path.name for path in sources if plain.search(path.read_text())]
     assert found == ["compiled.py"]

@@ -6,20 +6,17 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.conftest import SHARED
-from workbench.errors import InputError, UsageError
+from tests.conftest import SHARED, needs_real_input
+from workbench import Bones, InputError, UsageError, decompose, fit_segments, sealed
 from workbench.files.meshes.reading import read_mesh
 from workbench.kernels.shapes.scanlines import shared_volume
 from workbench.kernels.shapes.setcover import greedy_cover, prune_cover
-from workbench.shape.fitting.decompose import decompose
 from workbench.shape.fitting.fit_quality import exposed_points, fit_quality
 from workbench.shape.fitting.polish import union_field
 from workbench.shape.fitting.sampling import even_samples, random_samples
-from workbench.shape.fitting.segmenting import Bones, fit_segments
-from workbench.shape.surface import sealed
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
-needs_adult = pytest.mark.skipif(not ADULT.exists(), reason="the body meshes are not here")
+needs_adult = needs_real_input(ADULT)
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 
 

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from itertools import combinations
 from xml.etree import ElementTree
@@ -365,23 +362,3 @@ def test_a_view_that_misses_the_scene_is_an_empty_page() -> None:
     camera = standard_view("front", BOX + 50.0, width=40, height=40)
     layers = visible_layers(Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.8]])), camera)
     assert np.all(layers.sphere == -1) and np.all(layers.triangle == -1)
-
-
-def test_the_kernels_run_with_the_compiler_off() -> None:
-    code = (
-        "import numpy as np; from workbench.kernels.pictures.raster import *;"
-        "d = np.array([[5.0, 5.0, 3.0], [7.5, 5.2, 2.0]]); i = np.full((10, 12), -1); z = np.full((10, 12), -np.inf);"
-        "sphere_depths(d, d[:, 0], d[:, 2] / 10, z);"
-        "t = np.array([[[-3.0, 1, 0], [11, 2, 1], [4, 20, 2]]]); n = np.full((10, 12), -1); c = n > 0;"
-        "fill_triangles(t, np.array([7]), 0.1, 1.5, z, n, c); print(i.tolist(), n.tolist(), z.tolist(), c.tolist())"
-    )
-    runs = [
-        subprocess.run(
-            [sys.executable, "-c", code],
-            env=os.environ | {"NUMBA_DISABLE_JIT": off},
-            capture_output=True,
-            check=True,
-        ).stdout
-        for off in "01"
-    ]
-    assert runs[0] == runs[1] and runs[0]

@@ -10,9 +10,9 @@ import pytest
 import trimesh
 
 import workbench as wb
-from tests.conftest import SHARED
-from workbench.errors import InputError, UsageError
-from workbench.files.environments import environment_files, environment_from_mesh, load_environment
+from tests.conftest import SHARED, real_input
+from workbench import InputError, UsageError, environment_from_mesh, load_environment
+from workbench.files.environments import environment_files
 from workbench.files.inspection import inspect_environment, inspect_mesh
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.quality import examined
@@ -75,10 +75,7 @@ def faults(folder: Path, text: str = "", *, head: str = CAB) -> tuple[str, ...]:
 
 
 def real(name: str) -> Path:
-    path = SHARED / "environments" / name
-    if not path.exists():
-        pytest.skip(f"no {name}")
-    return path
+    return real_input(SHARED / "environments" / name)
 
 
 def corners(environment, name):
@@ -428,9 +425,7 @@ def test_the_console_and_the_space_station_load_with_their_faults_told():
 
 
 def test_a_box_with_bad_normals_is_a_solid_all_the_same():
-    path = SHARED / "nasty" / "assimp" / "BoxBadNormals.glb"
-    if not path.exists():
-        pytest.skip("no BoxBadNormals.glb")
+    path = real_input(SHARED / "nasty" / "assimp" / "BoxBadNormals.glb")
     environment = environment_from_mesh(path, up="y", forward="z")
     assert (
         environment.solid.tolist() == [True]

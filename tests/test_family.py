@@ -12,14 +12,12 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.family import write_family
+from workbench import load_population_model, measure, person_body, scale
 from workbench.cli import main
-from workbench.files.populations import load_population_model
 from workbench.model.basis import in_order
-from workbench.shape.scaling.measure import measure
 from workbench.shape.scaling.morph import morph
-from workbench.shape.scaling.scale import scale, scale_many
+from workbench.shape.scaling.scale import scale_many
 from workbench.shape.scaling.space import shape_space
-from workbench.study.persons import person_body
 
 SIX = (
     "stature",

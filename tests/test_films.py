@@ -15,6 +15,7 @@ from PIL import Image
 import workbench as wb
 from tests.conftest import ROOT
 from tests.test_draw import SVG, crowd, front, spheres_body
+from workbench import InputError, MissingPartError, Placed, UsageError
 from workbench.draw.disks import disks
 from workbench.draw.films.film import film_frames, stamped, write_film
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
@@ -26,9 +27,7 @@ from workbench.draw.render import camera_of_all
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.sources import source_of
 from workbench.draw.visibility import cut_depth, projected_disks
-from workbench.errors import InputError, MissingPartError, UsageError
 from workbench.model.moving import poses_at
-from workbench.model.poses import Placed
 
 
 @pytest.fixture(scope="module")

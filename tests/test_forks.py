@@ -43,7 +43,7 @@ def test_every_chunk_is_done_once_by_two_others_than_this_process():
     def together(number):
         if not here:  # the first chunk of each process waits until the other has one too
             here.append(number)
-            both.wait(timeout=60)
+            both.wait(timeout=600)
         return squared(number)
 
     found = list(shared(together, range(12)))
@@ -115,20 +115,17 @@ list(forks.shared(work, range(1000)))
 """
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
     pids = []
-    for _ in range(1000):
-        pids = [int(path.name) for path in tmp_path.iterdir()]
-        if len(pids) == 2:
-            break
+    while len(pids) < 2 and parent.poll() is None:
         time.sleep(0.02)
+        pids = [int(path.name) for path in tmp_path.iterdir()]
     assert len(pids) == 2
     parent.kill()
     parent.wait()
     parent.stdout.close()
-    for _ in range(200):
-        if not any(running(pid) for pid in pids):
-            return
+    latest = time.monotonic() + 120
+    while any(running(pid) for pid in pids):
+        assert time.monotonic() < latest, "children are still there"
         time.sleep(0.05)
-    pytest.fail("children are still there")
 
 
 def running(pid):

@@ -12,16 +12,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.conftest import printed_with_and_without_the_compiler
 from tests.test_draw import BOX, SVG, boxes, crowd, eye_of, front, spheres_body, veiled
+from workbench import InputError, UsageError, scene_of
 from workbench.draw.camera import Camera, look_at, standard_view, turned
 from workbench.draw.disks import MODES, POLYGONS, disks
 from workbench.draw.films.frames import disks_of, exact_disks, painted, shaded, surfaces_of
 from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Scene, Spheres
-from workbench.draw.sources import scene_of
 from workbench.draw.visibility import visible_layers
-from workbench.errors import InputError, UsageError
 from workbench.kernels.pictures.frames import resort
 from workbench.model.arrays import Bools, Floats, Ints
 
@@ -298,17 +296,6 @@ def test_a_hundred_thousand_spheres_and_one_pixel_are_pictures() -> None:
     )
     assert np.mean(painted(disks_of(many, front(200)), front(200)) >= 0) > 0.1
     assert painted(disks_of(many, front(1)), front(1)).shape == (1, 1)
-
-
-def test_the_kernels_run_with_the_compiler_off() -> None:
-    code = (
-        "import numpy as np; from tests.test_frames import *;"
-        "out = [(*(paint(disks_of(swarm(2, 9), c), c).tolist() for paint in (painted, exact_disks)),"
-        "np.round(surfaces_of(disks_of(swarm(2, 9), c), c).depth, 9).tolist(),"
-        "lit(swarm(2, 9), c, (250, 200, 99))[0].tolist()) for c in cameras(1, 13, 11)]; print(out)"
-    )
-    compiled, plain = printed_with_and_without_the_compiler(code)
-    assert compiled == plain and len(compiled) > 500
 
 
 def test_circles_in_perspective_are_the_paper_s_and_ellipses_where_asked_for() -> None:

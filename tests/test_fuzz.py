@@ -10,10 +10,9 @@ import warnings
 
 import pytest
 
-from tests.conftest import ROOT, SHARED
+from tests.conftest import ROOT, SHARED, needs_real_input, real_input
 from tests.fuzzing import LONGEST, READERS, mutation
-from workbench.errors import InputError, WorkbenchError
-from workbench.files.ansur import read_ansur
+from workbench import InputError, WorkbenchError, read_ansur
 from workbench.files.meshes.reading import FORMATS, read_mesh
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.motions.reading import MOTIONS, read_motion
@@ -88,13 +87,18 @@ def test_the_nightly_search_reads_a_hundred_thousand_files():
     assert sum(how.nightly for how in READERS.values()) >= 100_000
 
 
-REAL = sorted(SHARED.rglob("*")) if SHARED.exists() else []
+def real_files(*endings):
+    """The real inputs of some formats; one that is skipped where they are absent."""
+    found = [
+        pytest.param(path, id=path.name)
+        for path in sorted(SHARED.rglob("*"))
+        if path.suffix.lower() in endings and "ansur" not in str(path)
+    ]
+    return found or [pytest.param(SHARED, id="none", marks=needs_real_input(SHARED))]
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(
-    "path", [p for p in REAL if p.suffix.lower() in FORMATS], ids=lambda p: p.name
-)
+@pytest.mark.parametrize("path", real_files(*FORMATS))
 def test_real_meshes_lose_no_face(path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -104,11 +108,7 @@ def test_real_meshes_lose_no_face(path):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize(
-    "path",
-    [p for p in REAL if p.suffix.lower() in MOTIONS and "ansur" not in str(p)],
-    ids=lambda p: p.name,
-)
+@pytest.mark.parametrize("path", real_files(*MOTIONS))
 def test_real_motions_are_read(path, one_arm):
     read = {".trc": read_trc, ".c3d": read_c3d}.get(
         path.suffix.lower(), lambda p: list(read_motion(p, one_arm))
@@ -118,9 +118,7 @@ def test_real_motions_are_read(path, one_arm):
 
 @pytest.mark.nightly
 def test_a_population_read_from_a_broken_copy_is_refused_and_not_shortened(tmp_path):
-    whole = next((p for p in REAL if p.name == "ANSUR_II_FEMALE_Public.csv"), None)
-    if whole is None:
-        pytest.skip("no shared data")
+    whole = real_input(SHARED / "anthropometry" / "ansur2" / "ANSUR_II_FEMALE_Public.csv")
     data = whole.read_bytes()
     (tmp_path / "cut.csv").write_bytes(data[: len(data) // 2 - 7])
     with pytest.raises(InputError, match="cells are needed"):

@@ -12,7 +12,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ONE_ARM, ROOT
-from workbench.errors import MissingPartError
+from workbench import MissingPartError
 from workbench.solve.contact.gpu import _pieces
 
 installed = find_spec("numba_cuda") is not None

@@ -4,9 +4,6 @@ sphere."""
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 from dataclasses import replace
 from xml.etree import ElementTree
 
@@ -16,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
+from workbench import Placed, UsageError
 from workbench.draw.camera import in_view, look_at, projective, standard_view, to_picture
 from workbench.draw.disks import disks
 from workbench.draw.films.frames import disks_of
@@ -26,9 +24,7 @@ from workbench.draw.lines.edges import drawn_edges
 from workbench.draw.lines.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
-from workbench.errors import UsageError
 from workbench.kernels.pictures.hiding import hidden_arcs, hidden_lines, hiding_planes
-from workbench.model.poses import Placed
 
 
 def eye_rays(camera, points):
@@ -360,24 +356,3 @@ def test_a_placed_body_outside_the_window_hides_nothing():
     )
     assert not surroundings(scene, front(100), "veiled").lines.faint.any()
     assert to_picture(front(100), np.zeros((1, 3)))[0, :2].tolist() == [50.0, 50.0]
-
-
-def test_the_kernels_run_with_the_compiler_off():
-    code = (
-        "import numpy as np; from workbench.kernels.pictures.hiding import *; r = np.random.default_rng(5);"
-        "c = r.uniform(-3, 3, (20, 3, 3)); p = hiding_planes(c, 1e-3);"
-        "h = Hiders(p, 10.0, 1, 1, np.array([0, 20]), np.arange(20)); m = r.uniform(-1, 1, (15, 3, 3));"
-        "a = hidden_arcs(m, np.tile([0.3, 6.0], (15, 1)), h); e = r.uniform(0, 3, (15, 2, 3)); l = hidden_lines(e, h);"
-        "s = r.uniform(0.2, 1, (9, 4)); b = lines_among_balls(e, s, 7.0); q = lines_among_balls(e, s, np.inf);"
-        "print([np.round(x, 9).tolist() for x in (*a, *l, b, q)])"
-    )
-    runs = [
-        subprocess.run(
-            [sys.executable, "-c", code],
-            env=os.environ | {"NUMBA_DISABLE_JIT": off},
-            capture_output=True,
-            check=True,
-        ).stdout
-        for off in "01"
-    ]
-    assert runs[0] == runs[1] and len(runs[0]) > 500

@@ -5,10 +5,18 @@ from __future__ import annotations
 import ast
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
-from tests.conftest import repository_files
+from tests.conftest import (
+    ABSENT,
+    CORE,
+    FIRST,
+    pytest_terminal_summary,
+    real_input,
+    repository_files,
+)
 from tools import check
 
 
@@ -83,3 +91,19 @@ def test_every_public_name_is_where_the_package_looks_for_it():
 
     for name in workbench.__all__:
         assert getattr(workbench, name) is not None, name
+
+
+def test_the_tiers_name_modules_that_are_there():
+    modules = {path.stem for path in repository_files() if path.parent.name == "tests"}
+    assert modules >= CORE | set(FIRST)
+
+
+def test_tests_without_their_real_inputs_are_skipped_and_counted(tmp_path):
+    with pytest.raises(pytest.skip.Exception, match=ABSENT) as skipped:
+        real_input(tmp_path / "gone.obj")
+    report = SimpleNamespace(longrepr=("a.py", 1, str(skipped.value)))
+    other = SimpleNamespace(longrepr=("a.py", 1, "no users here"))
+    lines = []
+    reporter = SimpleNamespace(stats={"skipped": [report, other, report]}, write_line=lines.append)
+    pytest_terminal_summary(reporter)
+    assert len(lines) == 1 and lines[0].startswith("2 tests were skipped: real inputs are absent")

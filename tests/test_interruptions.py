@@ -85,7 +85,7 @@ def interrupted(delay, *arguments):
     time.sleep(delay)
     with suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGINT)
-    _, told = process.communicate(timeout=120)
+    _, told = process.communicate(timeout=600)
     return process.returncode, told
 
 

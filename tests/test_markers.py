@@ -7,16 +7,13 @@ import numpy as np
 import pytest
 
 from tests.c3d_files import c3d_file
-from tests.conftest import SHARED
-from workbench.errors import InputError, UsageError
-from workbench.files.body.bodies import load_body
+from tests.conftest import SHARED, real_input
+from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.names import unique_names
 from workbench.model.motion import Markers
-from workbench.model.poses import Poses
 from workbench.model.posing import angles_of, compose, motion_of
-from workbench.solve.forward import place
 from workbench.solve.recorded.marker_names import marker_site
 from workbench.solve.recorded.marker_places import marker_places
 from workbench.solve.recorded.markers import bridged, poses_from_markers
@@ -166,9 +163,7 @@ def test_markers_are_known_by_the_names_of_several_sets(name, segment):
 def test_recorded_people_are_explained_to_millimetres(file, keep, most):
     """Root mean square residual [mm]; knees bend their own way, one foot at least near the
     floor."""
-    path = SHARED / "motion" / file
-    if not path.is_file():
-        pytest.skip("no shared data")
+    path = real_input(SHARED / "motion" / file)
     markers = bridged(
         (read_c3d if file.endswith("c3d") else read_trc)(path, keep=keep), longest=0.2
     )

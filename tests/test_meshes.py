@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.conftest import SHARED
-from workbench.errors import InputError, MissingPartError, UsageError
+from tests.conftest import SHARED, real_input
+from workbench import InputError, MissingPartError, UsageError
 from workbench.files.meshes import bounds, reading
 from workbench.files.meshes import threemf as threemf_module
 from workbench.files.meshes.parts import triangulated
@@ -48,10 +48,7 @@ def refused(path: Path, *words: str) -> str:
 
 
 def real(name: str) -> Path:
-    path = SHARED / name
-    if not path.exists():
-        pytest.skip(f"no {name}")
-    return path
+    return real_input(SHARED / name)
 
 
 def dae(body: str, *, head: str = "", unit: str = '<unit meter="0.0254"/>') -> str:

@@ -13,15 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
-from tests.conftest import printed_with_and_without_the_compiler
 from tests.test_draw import BOX, SVG, boxes, crowd, front, numbered, spheres_body
+from workbench import UsageError, scene_of
 from workbench.draw.camera import VIEWS, standard_view
 from workbench.draw.lines.arcs import outline_arcs
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Mark, Scene
-from workbench.draw.sources import scene_of
 from workbench.draw.views import four_views
-from workbench.errors import UsageError
 from workbench.kernels.pictures.arcs import arc_chains, ends_met, rim_arcs
 from workbench.kernels.pictures.rims import parallel_rims
 from workbench.model.arrays import Bools, Floats, Ints
@@ -294,22 +292,6 @@ def test_an_end_meets_another_chain_s_arc_only_along_its_angle() -> None:
         0.5,
     )
     assert met[:, 0].tolist() == [True, False, True, False] and not met[:, 1].any()
-
-
-def test_the_kernels_run_with_the_compiler_off() -> None:
-    code = (
-        "import numpy as np; from workbench.kernels.pictures.arcs import *;"
-        "from workbench.kernels.pictures.rims import *;"
-        "r = np.random.default_rng(5);"
-        "b = np.column_stack([r.uniform(-3, 3, (30, 3)), r.uniform(0.1, 2, 30)]); s = np.arange(30) // 6;"
-        "a, k = rim_arcs(parallel_rims(b, s, s // 3, np.eye(5) > 0, np.full(30, 0.4)));"
-        "o, c = arc_chains(np.arange(len(k)) - 1);"
-        "e = np.column_stack([b[:, [0, 1, 3]], np.ones(30), b[:, 0]]);"
-        "m = ends_met(b[:, :2], s, e[k[:, 0]], a, k[:, 0], np.arange(len(e)) % 2 == 0, 0.1);"
-        "print(np.round(a, 9).tolist(), k.tolist(), o.tolist(), c.tolist(), m.tolist())"
-    )
-    compiled, plain = printed_with_and_without_the_compiler(code)
-    assert compiled == plain and len(compiled) > 500
 
 
 def test_more_spheres_than_anyone_can_draw_as_lines_are_refused():

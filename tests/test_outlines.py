@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.conftest import SHARED
-from workbench.errors import InputError
+from tests.conftest import SHARED, needs_real_input
+from workbench import InputError, decompose, sealed
 from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import read_mesh
 from workbench.model.outlines import Outlines, crossing
-from workbench.shape.fitting.decompose import decompose
 from workbench.shape.fitting.fit_quality import fit_quality
 from workbench.shape.outlines import outline_surface
-from workbench.shape.surface import sealed
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
 TURN = np.linspace(0, 2 * np.pi, 48, endpoint=False)
@@ -141,7 +139,7 @@ def test_a_grid_too_large_is_refused_with_what_is_possible():
 
 
 @pytest.mark.nightly
-@pytest.mark.skipif(not ADULT.exists(), reason="the body meshes are not here")
+@needs_real_input(ADULT)
 def test_a_trunk_sliced_every_20_mm_comes_back():
     part = read_mesh(ADULT).parts[0]
     whole = sealed(part.vertices[:, [2, 0, 1]] * (1.756 / np.ptp(part.vertices[:, 1])), part.faces)

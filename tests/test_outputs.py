@@ -22,8 +22,8 @@ import trimesh
 from tests.conftest import ROOT
 from tests.killed import killed_before
 from tests.one_arm_cab import write_cab
+from workbench import InputError
 from workbench.cli import main
-from workbench.errors import InputError
 from workbench.files import output_folder
 from workbench.files.inputs import note_input, noted_inputs
 from workbench.files.output_file import check_file, staged, write_file

@@ -11,24 +11,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.conftest import SHARED
+from tests.conftest import REFERENCE, SHARED, real_input
 from tests.percentile_trap import inside_limits, inside_own_percentiles
-from workbench.errors import InputError, UsageError
-from workbench.files.ansur import read_ansur
+from workbench import (
+    InputError,
+    UsageError,
+    boundary_cases,
+    draw_people,
+    load_population_model,
+    read_ansur,
+)
 from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
 from workbench.model.measures import COCKPIT, MEASURES
 from workbench.model.population import SEXES, Population
-from workbench.people.boundary import boundary_cases
 from workbench.people.conditional import condition, improbability
-from workbench.people.draw import draw_people
 from workbench.people.percentile import percentile_people, percentile_values
 from workbench.people.scores import scores_of
 
-REFERENCE = SHARED.parent / "reference" / "boundary_cases_ansur2_95.csv"
 RAW = [
     SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")
 ]
+BOUNDARY_CASES = "boundary_cases_ansur2_95.csv"
 THREE = ("sitting_height", "buttock_knee_length", "thumb_tip_reach")
 ANSUR2 = load_population_model("ansur2")
 GROWTH = load_growth()
@@ -38,9 +41,7 @@ measures = st.sampled_from(sorted(MEASURES))
 
 @pytest.fixture(scope="module")
 def raw():
-    if not all(path.is_file() for path in RAW):
-        pytest.skip("raw survey not here")
-    return read_ansur(*RAW)
+    return read_ansur(*map(real_input, RAW))
 
 
 @pytest.fixture(scope="module")
@@ -142,9 +143,8 @@ def test_a_percentile_outside_0_to_100_is_refused(p):
 
 @pytest.mark.parametrize("sex", SEXES)
 def test_boundary_cases_of_the_survey_are_those_of_the_reference_within_a_millimetre(raw, sex):
-    rows = [
-        r for r in csv.DictReader(REFERENCE.read_text().splitlines()) if r["sex"] == sex[0].upper()
-    ]
+    table = csv.DictReader(real_input(REFERENCE / BOUNDARY_CASES).read_text().splitlines())
+    rows = [r for r in table if r["sex"] == sex[0].upper()]
     people = boundary_cases(raw, sex).people
     names = {name.replace("_", ""): name for name in people.names}
     for column in [name for name in rows[0] if name in names]:

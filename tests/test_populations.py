@@ -10,17 +10,14 @@ import sys
 import numpy as np
 import pytest
 
-from tests.conftest import ROOT, SHARED, tracked
-from workbench.errors import InputError, UsageError
-from workbench.files.ansur import read_ansur
+from tests.conftest import REFERENCE, ROOT, SHARED, real_input, tracked
+from workbench import InputError, UsageError, load_population_model, read_ansur
 from workbench.files.growth import load_growth
-from workbench.files.populations import load_population_model
 from workbench.model.measures import MEASURES
 from workbench.model.population import SEXES, Population, PopulationModel
 from workbench.people.fit import fit_population
 from workbench.people.percentile import percentile_values
 
-REFERENCE = SHARED.parent / "reference"
 RAW = [
     SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")
 ]
@@ -50,9 +47,7 @@ FEW = ["stature", "mass", "interpupillary_breadth", "acromial_height_sitting"]
 
 @pytest.fixture(scope="module")
 def raw():
-    if not all(path.is_file() for path in RAW):
-        pytest.skip("raw survey not here")
-    return read_ansur(*RAW)
+    return read_ansur(*map(real_input, RAW))
 
 
 @pytest.fixture
@@ -98,9 +93,7 @@ def test_the_correlation_that_comes_along_is_symmetric_and_positive_definite():
 
 @pytest.mark.parametrize("sex", SEXES)
 def test_quantiles_that_come_along_are_those_of_the_reference_table_within_a_millimetre(sex):
-    path = REFERENCE / "ansur2_percentiles.csv"
-    if not path.exists():
-        pytest.skip("reference table not here")
+    path = real_input(REFERENCE / "ansur2_percentiles.csv")
     model = load_population_model("ansur2")
     columns = {name.replace("_", ""): k for k, name in enumerate(MEASURES)}
     table = percentile_values(model, sex, [5, 50, 95])

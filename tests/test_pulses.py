@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from tests.conftest import tracked
 from tests.crash_pit import SIMULATION, pit
+from workbench import InputError
 from workbench.cli import main
-from workbench.errors import InputError
 from workbench.files.crash.pulses import read_pulse
 from workbench.files.crash.restraints import surface_point
 from workbench.files.crash.simulations import load_simulation

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 
 import workbench as wb
-from tests.conftest import SHARED
+from tests.conftest import SHARED, needs_real_input
 from workbench.files.accommodation.studies import load_accommodation
 from workbench.study.accommodation.accommodation import accommodation_study
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"
 DATA = Path(__file__).parent / "data"
-pytestmark = pytest.mark.skipif(not MESH.exists(), reason="the vehicle's mesh is not there")
+pytestmark = needs_real_input(MESH)
 STUDY = """
 study: ranger_drivers
 kind: accommodation

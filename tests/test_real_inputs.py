@@ -14,16 +14,15 @@ import pytest
 import trimesh
 
 import workbench as wb
-from tests.conftest import SHARED
+from tests.conftest import SHARED, needs_real_input
 from tests.oracles import winding
-from workbench.errors import InputError
-from workbench.files.environments import environment_from_mesh
+from workbench import InputError, environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.postures import posture_pose
 
 ENVIRONMENTS = SHARED / "environments"
 NASTY = SHARED / "nasty" / "assimp"
-pytestmark = pytest.mark.skipif(not ENVIRONMENTS.exists(), reason="the real meshes are not there")
+pytestmark = needs_real_input(ENVIRONMENTS)
 BALL = """
 body: ball
 length: mm

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.conftest import SHARED
+from tests.conftest import SHARED, real_input
 from tests.whole_motions import read_bvh
 from workbench.files.motions.lines import Pick
 from workbench.solve.recorded.retarget import bone_positions
@@ -69,8 +69,7 @@ def positions(text, frame):
 
 @pytest.mark.parametrize("frame", [0, 700, 1500, 2751])
 def test_joints_of_a_recorded_jump_are_where_another_reader_finds_them(frame):
-    if not JUMP.is_file():
-        pytest.skip("no shared data")
+    real_input(JUMP)
     bones = read_bvh(JUMP)
     names, wanted = positions(JUMP.read_text(), frame)
     assert names == bones.names
@@ -78,8 +77,7 @@ def test_joints_of_a_recorded_jump_are_where_another_reader_finds_them(frame):
 
 
 def test_bones_of_a_recorded_jump_keep_their_lengths():
-    if not JUMP.is_file():
-        pytest.skip("no shared data")
+    real_input(JUMP)
     bones = read_bvh(JUMP, keep=Pick(every=25))
     at = bone_positions(bones)
     parent = np.asarray(bones.parent)

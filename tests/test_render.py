@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import io
 import json
+from functools import cache
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,13 +15,13 @@ from PIL import Image
 
 import workbench as wb
 from tests.one_arm_cab import write_cab
+from workbench import InputError, MissingPartError, UsageError
 from workbench.cli import main
 from workbench.draw import window
 from workbench.draw.looks import DISPLAYS, ENDINGS, look_for
 from workbench.draw.marks.asked import MARKS, marked
 from workbench.draw.render import render
 from workbench.draw.sources import source_of
-from workbench.errors import InputError, MissingPartError, UsageError
 from workbench.files.catalogue import find, names
 
 SMALL = "64x48"
@@ -52,6 +53,12 @@ def made(tmp_path, source, name, **look):
     return out.read_bytes()
 
 
+@cache
+def catalogued(source):
+    """What a source of the catalogue shows, read, seated and reached for once for all displays."""
+    return source_of(source)
+
+
 @pytest.mark.parametrize(("display", "style"), LIVE)
 @pytest.mark.parametrize("source", SOURCES)
 def test_every_display_draws_everything_in_the_catalogue(tmp_path, source, display, style):
@@ -59,18 +66,22 @@ def test_every_display_draws_everything_in_the_catalogue(tmp_path, source, displ
         display == "scanline" or style in ("id", "depth")
     ):
         with pytest.raises(UsageError, match="shows bodies only"):
-            made(tmp_path, source, "x.png", display=display, style=style, size=SMALL)
+            made(tmp_path, catalogued(source), "x.png", display=display, style=style, size=SMALL)
         return
-    recorded = source in CASES and source_of(source).moving  # a strip of four moments
+    recorded = source in CASES and catalogued(source).moving  # a strip of four moments
     width, height = (4 * 72 - 8, 48 + 26) if recorded else (64, 48)
     if DISPLAYS[display].kind == "raster":
         image = Image.open(
-            io.BytesIO(made(tmp_path, source, "x.png", display=display, style=style, size=SMALL))
+            io.BytesIO(
+                made(
+                    tmp_path, catalogued(source), "x.png", display=display, style=style, size=SMALL
+                )
+            )
         )
         assert image.size == (width, height) and len(set(image.convert("RGB").tobytes())) > 8
     else:
         root = ElementTree.fromstring(
-            made(tmp_path, source, "x.svg", display=display, style=style, size=SMALL)
+            made(tmp_path, catalogued(source), "x.svg", display=display, style=style, size=SMALL)
         )
         assert root.get("viewBox") == f"0 0 {width} {height}" and len(list(root.iter())) > 8
 

@@ -21,6 +21,7 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.one_arm_cab import write_cab
 from tests.test_crash import drop  # noqa: F401
+from workbench import InputError, UsageError
 from workbench.cli import main
 from workbench.draw.camera import standard_view
 from workbench.draw.cutting import cut_away, cut_of, opened
@@ -37,7 +38,6 @@ from workbench.draw.marks.asked import marked
 from workbench.draw.render import render
 from workbench.draw.scene import Scene
 from workbench.draw.sources import source_of
-from workbench.errors import InputError, UsageError
 from workbench.files.motions.tables import angle_table_text
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from workbench.errors import InputError, UsageError
+from workbench import Bones, InputError, UsageError, fit_segments, sealed
 from workbench.shape.fitting.polish import union_field
 from workbench.shape.fitting.sampling import random_samples
-from workbench.shape.fitting.segmenting import Bones, fit_segments, regions_of
-from workbench.shape.surface import sealed
+from workbench.shape.fitting.segmenting import regions_of
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 TOLERANCE = 0.004

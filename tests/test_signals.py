@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.errors import InputError, UsageError
+from workbench import InputError, UsageError
 from workbench.solve.signals import (
     GRAVITY,
     acceleration,

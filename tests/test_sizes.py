@@ -10,14 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.conftest import REFERENCE, ROOT, real_input
+from workbench import load_population_model, measure, person_body, scale
 from workbench.cli import main
-from workbench.files.populations import load_population_model
 from workbench.files.postures import posture_pose
 from workbench.shape.scaling.manikin import Manikin
-from workbench.shape.scaling.measure import MEASURES, lengths, measure
-from workbench.shape.scaling.scale import scale
-from workbench.study.persons import person_body
+from workbench.shape.scaling.measure import MEASURES, lengths
 
 SIX = (
     "stature",
@@ -35,9 +33,7 @@ def model():
 
 
 def percentile(column, names):
-    path = ROOT.parent / "shared" / "reference" / "ansur2_percentiles.csv"
-    if not path.exists():
-        pytest.skip("reference table not here")
+    path = real_input(REFERENCE / "ansur2_percentiles.csv")
     rows = {
         row["dim"].removesuffix("_d"): row for row in csv.DictReader(path.read_text().splitlines())
     }

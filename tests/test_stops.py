@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.conftest import ROOT
+from tests.conftest import REFERENCE, real_input
 from workbench.model.posing import angles_of, compose
 from workbench.solve.ellipse import nearest_on_cone
 from workbench.solve.stops import nearest_legal
@@ -145,12 +145,13 @@ def test_the_shoulder_reaches_what_the_swept_check_of_its_polygon_says(bubbleman
 
 
 def test_the_legal_share_of_the_shoulder_sphere_is_58_percent(bubbleman):
-    rng = np.random.default_rng(1)
-    d = rng.normal(size=(20000, 3))
     from workbench.solve.shoulder import nearest_on_polygon
 
+    height = (np.arange(2000) + 0.5) / 1000 - 1  # a spiral with equal areas between its points
+    turn = np.pi * (1 + np.sqrt(5)) * np.arange(2000)
+    ring = np.sqrt(1 - height**2)
+    unit = np.column_stack([ring * np.cos(turn), ring * np.sin(turn), height])
     j = bubbleman.joint("RS")
-    unit = d / np.linalg.norm(d, axis=1, keepdims=True)
     _, angle = nearest_on_polygon(
         unit, bubbleman.stops.polygon[j], bubbleman.stops.polygon_centre[j]
     )
@@ -182,9 +183,7 @@ def test_angles_come_back_from_rotations(bubbleman):
 
 
 def test_bubblemans_limits_are_those_of_the_reference_table(bubbleman):
-    path = ROOT.parent / "shared" / "reference" / "joint_stops.csv"
-    if not path.exists():
-        pytest.skip("reference table not here")
+    path = real_input(REFERENCE / "joint_stops.csv")
     columns = [
         "flex",
         "extend",

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.conftest import SHARED
+from tests.conftest import SHARED, real_input
 from tests.test_crash import drop
 from tests.test_markers import BODY, FULL, marked, walk
 from workbench.cli import main
@@ -111,9 +111,7 @@ def test_segments_told_one_by_one_tell_the_joints_they_turn_about():
 def test_recorded_people_are_fitted_better_by_a_body_of_their_lengths(file, keep, legs):
     """Root mean square residual of the markers before and after; how much longer the lower legs
     are."""
-    path = SHARED / "motion" / file
-    if not path.is_file():
-        pytest.skip("no shared data")
+    path = real_input(SHARED / "motion" / file)
     options = MotionOptions(keep=keep)
     made, notes = subject_body(BODY, path, options=options)
     assert body_lengths(made)["LLL"] / body_lengths(BODY)["LLL"] == pytest.approx(legs, abs=0.01)
@@ -129,9 +127,7 @@ def _carried(notes):
 
 def test_a_recorded_skeleton_has_its_own_lengths():
     """CMU subject 1 in units of 56.44 mm (1 / 0.45 inch)."""
-    path = SHARED / "motion" / "bvh" / "01_01.bvh"
-    if not path.is_file():
-        pytest.skip("no shared data")
+    path = real_input(SHARED / "motion" / "bvh" / "01_01.bvh")
     made, notes = subject_body(BODY, path, options=MotionOptions(metres=0.0254 / 0.45))
     assert "upper legs +1 %, lower legs +1 %" in notes[0]
     assert body_lengths(made)["LLL"] == pytest.approx(body_lengths(BODY)["LLL"], rel=0.02)

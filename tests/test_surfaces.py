@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
-from tests.conftest import BOX_FACES, ROOT, SHARED, box_part, environment_of
+from tests.conftest import BOX_FACES, ROOT, SHARED, box_part, environment_of, real_input
 from tests.oracles import point_triangle, winding
 from tests.test_crash import BODY
 from tests.test_crash import STUDY as CRASH
@@ -151,9 +151,7 @@ def test_any_faces_of_a_shipped_part_turned_round_leave_every_signed_distance_as
 @pytest.mark.parametrize("name", ["wheelchair_hulls", "truck", "suv", "bench"])
 def test_any_faces_of_a_real_part_turned_round_leave_every_signed_distance_as_it_was(name):
     file = FILES[name]
-    path = SHARED / "environments" / file.path
-    if not path.exists():
-        pytest.skip("the real meshes are not there")
+    path = real_input(SHARED / "environments" / file.path)
     rng = np.random.default_rng(3)
     closed = [
         part

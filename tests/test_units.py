@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from tests.conftest import ROOT, SHARED, box_part
+from tests.conftest import ROOT, SHARED, box_part, real_input
 from tests.test_real_inputs import FILES
+from workbench import environment_from_mesh, load_environment
 from workbench.cli import main
-from workbench.files.environments import environment_from_mesh, load_environment
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.reading import extent, implausible, read_mesh, to_world
 from workbench.files.meshes.sizes import THINGS, doubtful_sizes, person_size
@@ -142,8 +142,7 @@ REAL |= {
 @pytest.mark.parametrize("name", REAL)
 def test_a_real_mesh_in_its_right_unit_is_not_told_to_have_another(name):
     path, metres = REAL[name]
-    if not path.exists():
-        pytest.skip("the real meshes are not there")
+    real_input(path)
     assert (
         doubtful_sizes(to_world(read_mesh(path), np.eye(3), metres=metres), metres, file=path.stem)
         == ()
@@ -153,8 +152,7 @@ def test_a_real_mesh_in_its_right_unit_is_not_told_to_have_another(name):
 def test_most_real_meshes_in_a_wrong_unit_are_refused_or_told():
     """Of 59 pairs of a file and a wrong unit; what is left has no part named after anything
     known."""
-    if not ENVIRONMENTS.exists():
-        pytest.skip("the real meshes are not there")
+    real_input(ENVIRONMENTS)
     caught = 0
     missed = []
     for name, (path, right) in REAL.items():

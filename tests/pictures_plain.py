@@ -1,0 +1,89 @@
+"""Small calls of the kernels of pictures, to compare compiled with plain Python.
+
+`python -m tests.pictures_plain` prints what each gives as JSON; with NUMBA_DISABLE_JIT=1 the
+kernels run as plain Python there, and an index out of bounds is an error.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+
+import numpy as np
+
+from tests.test_frames import cameras, lit, swarm
+from workbench.draw.films.frames import disks_of, exact_disks, painted, surfaces_of
+from workbench.kernels.pictures.arcs import arc_chains, ends_met, rim_arcs
+from workbench.kernels.pictures.hiding import (
+    Hiders,
+    hidden_arcs,
+    hidden_lines,
+    hiding_planes,
+    lines_among_balls,
+)
+from workbench.kernels.pictures.raster import fill_triangles, sphere_depths
+from workbench.kernels.pictures.rims import parallel_rims
+
+__all__ = ["CALLS", "as_text"]
+
+
+def frames():
+    """Nine spheres painted from several cameras."""
+    found = []
+    for camera in cameras(1, 13, 11):
+        disk = disks_of(swarm(2, 9), camera)
+        found += [painted(disk, camera), exact_disks(disk, camera)]
+        depth = np.round(surfaces_of(disk, camera).depth, 9)
+        found += [depth, lit(swarm(2, 9), camera, (250, 200, 99))[0]]
+    return found
+
+
+def raster():
+    """Depths of two disks and one triangle over them."""
+    disks = np.array([[5.0, 5.0, 3.0], [7.5, 5.2, 2.0]])
+    depth = np.full((10, 12), -np.inf)
+    sphere_depths(disks, disks[:, 0], disks[:, 2] / 10, depth)
+    triangle = np.array([[[-3.0, 1, 0], [11, 2, 1], [4, 20, 2]]])
+    number = np.full((10, 12), -1)
+    covered = number > 0
+    fill_triangles(triangle, np.array([7]), 0.1, 1.5, depth, number, covered)
+    return [number, depth, covered]
+
+
+def hiding():
+    """Arcs and lines behind twenty triangles and among nine balls."""
+    random = np.random.default_rng(5)
+    planes = hiding_planes(random.uniform(-3, 3, (20, 3, 3)), 1e-3)
+    hiders = Hiders(planes, 10.0, 1, 1, np.array([0, 20]), np.arange(20))
+    circles = random.uniform(-1, 1, (15, 3, 3))
+    arcs = hidden_arcs(circles, np.tile([0.3, 6.0], (15, 1)), hiders)
+    lines = random.uniform(0, 3, (15, 2, 3))
+    balls = random.uniform(0.2, 1, (9, 4))
+    among = [lines_among_balls(lines, balls, away) for away in (7.0, np.inf)]
+    found = [*arcs, *hidden_lines(lines, hiders), *among]
+    return [np.round(array, 9) for array in found]
+
+
+def arcs():
+    """Rims of thirty spheres of five segments, chained."""
+    random = np.random.default_rng(5)
+    balls = np.column_stack([random.uniform(-3, 3, (30, 3)), random.uniform(0.1, 2, 30)])
+    segment = np.arange(30) // 6
+    rims = parallel_rims(balls, segment, segment // 3, np.eye(5) > 0, np.full(30, 0.4))
+    arc, of = rim_arcs(rims)
+    order, chain = arc_chains(np.arange(len(of)) - 1)
+    ellipses = np.column_stack([balls[:, [0, 1, 3]], np.ones(30), balls[:, 0]])
+    odd = np.arange(len(ellipses)) % 2 == 0
+    met = ends_met(balls[:, :2], segment, ellipses[of[:, 0]], arc, of[:, 0], odd, 0.1)
+    return [np.round(arc, 9), of, order, chain, met]
+
+
+def as_text(call):
+    """What a call gives as JSON."""
+    return json.dumps([array.tolist() for array in call()])
+
+
+CALLS = {"frames": frames, "raster": raster, "hiding": hiding, "arcs": arcs}
+
+if __name__ == "__main__":
+    sys.stdout.write(json.dumps({name: as_text(call) for name, call in CALLS.items()}))
