@@ -70,7 +70,7 @@ HOMES = {
 }
 """The files or rooms that may import a library."""
 DRAWERS = {"utils", "helpers", "common", "misc"}
-FORWARDS = {"cli_body.py", "arguments.py", "compiled.py"}
+FORWARDS = {"cli_body.py", "arguments.py", "compiled.py", "kept.py", "by_person.py"}
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
 CATCHES = {"cli.py"}
 """Files that may catch every exception: an exit code and one line for what nobody expects."""

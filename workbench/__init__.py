@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from workbench.files.populations import load_population_model as load_population_model
     from workbench.files.studies import load_study as load_study
     from workbench.model.body import Body as Body
+    from workbench.model.body import Topology as Topology
+    from workbench.model.body import stack_bodies as stack_bodies
     from workbench.model.comparison import Comparison as Comparison
     from workbench.model.contacts import Clearance as Clearance
     from workbench.model.contacts import Contacts as Contacts
@@ -99,6 +101,8 @@ _HOME: dict[str, str] = {
     "load_environment": "files.environments",
     "load_study": "files.studies",
     "Body": "model.body",
+    "Topology": "model.body",
+    "stack_bodies": "model.body",
     "Clearance": "model.contacts",
     "Contacts": "model.contacts",
     "relation": "model.contacts",
@@ -174,6 +178,7 @@ __all__ = [
     "Reach",
     "Result",
     "Study",
+    "Topology",
     "UsageError",
     "WorkbenchError",
     "__version__",
@@ -223,6 +228,7 @@ __all__ = [
     "self_contacts",
     "self_episodes",
     "self_sweep",
+    "stack_bodies",
     "stops",
     "sweep",
     "to_pyvista",
