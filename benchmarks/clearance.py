@@ -97,7 +97,7 @@ def checked(placed: Placed, environment: Environment, *, sample: int = 12) -> fl
             gap = brute_force(centres, part)
             if environment.solid[k]:
                 gap *= [-1.0 if abs(winding(c, part)) > 0.5 else 1.0 for c in centres]
-            least = min(least, float((gap - body.radius[body.spheres(n)]).min()))
+            least = min(least, float((gap - body.radius[0, body.spheres(n)]).min()))
         worst = max(worst, abs(least - distance[p, n]))
     return worst
 
@@ -105,7 +105,7 @@ def checked(placed: Placed, environment: Environment, *, sample: int = 12) -> fl
 def ours(size: str, placed: Placed) -> Iterator[Row]:
     """This project's figures for one environment and body."""
     environment = cockpit(size)
-    count = str(len(placed.body.radius))
+    count = str(len(placed.body.sphere_names))
     hits = collides(placed, environment)
     yield (
         "any",
@@ -127,7 +127,7 @@ def ours(size: str, placed: Placed) -> Iterator[Row]:
 def of_the_body(placed: Placed) -> Iterator[Row]:
     """Figures that need no environment."""
     body = placed.body
-    count = str(len(body.radius))
+    count = str(len(body.sphere_names))
     poses = seated_poses(body, 500)
     took = microseconds(lambda: wb.place(body, poses), len(poses))
     yield "forward kinematics and spheres", "", count, took, ""
@@ -180,7 +180,7 @@ def on_two_cores(placed: Placed) -> Iterator[Row]:
         yield (
             f"{name}, two cores",
             "50k",
-            str(len(placed.body.radius)),
+            str(len(placed.body.sphere_names)),
             1e6 * clock[2] / len(bodies),
             note,
         )
@@ -227,7 +227,7 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
         try:
             ask = prepare(environment, placed)
         except ImportError as error:
-            yield name, size, str(len(placed.body.radius)), float("nan"), f"skipped: {error}"
+            yield name, size, str(len(placed.body.sphere_names)), float("nan"), f"skipped: {error}"
             continue
         for kind, wanted in (("any", hit), ("by segment", distance)):
             try:
@@ -236,7 +236,7 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
                 yield (
                     f"{name}: {kind}",
                     size,
-                    str(len(placed.body.radius)),
+                    str(len(placed.body.sphere_names)),
                     float("nan"),
                     str(error),
                 )
@@ -252,7 +252,7 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
             yield (
                 f"{name}: {kind}",
                 size,
-                str(len(placed.body.radius)),
+                str(len(placed.body.sphere_names)),
                 1e6 * spent / len(answers),
                 told,
             )

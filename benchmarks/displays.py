@@ -47,15 +47,15 @@ def dense(count: int) -> Scene:
     """The median man, upright, with `count` spheres: neighbours of a segment have others half-way
     between them."""
     body = wb.load_body("bubbleman")
-    centre = body.centre
+    centre = body.centre[0]
     segment = body.sphere_segment
     apart = np.linalg.norm(centre[:, None] - centre[None], axis=2)
     near = np.argsort(
         apart + 9.0 * (np.eye(len(centre)) + (segment[:, None] != segment[None])), axis=1
     )
-    rows = [(centre, body.radius)]
+    rows = [(centre, body.radius[0])]
     rows += [
-        ((centre + centre[near[:, k]]) / 2, (body.radius + body.radius[near[:, k]]) / 2)
+        ((centre + centre[near[:, k]]) / 2, (body.radius[0] + body.radius[0][near[:, k]]) / 2)
         for k in range(3)
     ]
     owner = np.tile(segment, 4)[:count]

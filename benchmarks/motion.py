@@ -86,7 +86,7 @@ def table(c3d: Path | None) -> list[str]:
     lines = ["| what | CPU s | figure | baseline | times as long |", "|---|---|---|---|---|"]
     lines.append(
         row(
-            f"continuous contact: {FRAMES} frames, {len(body.radius)} spheres, 50k triangles",
+            f"continuous contact: {FRAMES} frames, {len(body.sphere_names)} spheres, 50k triangles",
             contact,
             f"{1000 * contact / FRAMES:.2f} ms a frame",
             "clearance at the frames alone",

@@ -44,7 +44,7 @@ def _spheres_one_by_one(
     """The two questions of the libraries of FCL's kind: every sphere against one mesh; for
     distances a tiny sphere, the radius taken off, which is several times as fast as their managers
     and keeps the depth."""
-    radius = placed.body.radius
+    radius = placed.body.radius[0]
     balls = [library.CollisionObject(library.Sphere(r)) for r in radius]
     dot = library.CollisionObject(library.Sphere(1e-9))
 
@@ -110,8 +110,8 @@ def warp_cpu(environment: Environment, placed: Placed) -> Ask:
     points = wp.array(environment.vertices.astype(np.float32), dtype=wp.vec3, device="cpu")
     corners = wp.array(environment.triangles.astype(np.int32).ravel(), dtype=wp.int32, device="cpu")
     mesh = wp.Mesh(points, corners)
-    count = len(placed.body.radius)
-    radius = placed.body.radius
+    count = len(placed.body.sphere_names)
+    radius = placed.body.radius[0]
     reach = {
         "any": wp.array(radius.astype(np.float32), dtype=wp.float32, device="cpu"),
         "by segment": wp.full(count, FAR, dtype=wp.float32, device="cpu"),
@@ -137,7 +137,7 @@ def fcpw_batch(environment: Environment, placed: Placed) -> Ask:
     scene.set_object_vertices(np.asfortranarray(environment.vertices, dtype=np.float32), 0)
     scene.set_object_triangles(np.asfortranarray(environment.triangles, dtype=np.int32), 0)
     scene.build(fcpw.aggregate_type.bvh_surface_area, True)
-    radius = placed.body.radius
+    radius = placed.body.radius[0]
     reach = {
         "any": (radius**2).astype(np.float32),
         "by segment": np.full(len(radius), FAR**2, dtype=np.float32),
@@ -161,7 +161,7 @@ def libigl_tree(environment: Environment, placed: Placed) -> Ask:
     faces = environment.triangles.copy()
     tree = igl.AABB()
     tree.init(points, faces)
-    radius = placed.body.radius
+    radius = placed.body.radius[0]
 
     def ask(kind: str, pose: int) -> Answer:
         square = tree.squared_distance(points, faces, placed.centres[pose].copy())[0]
@@ -179,7 +179,7 @@ def open3d_scene(environment: Environment, placed: Placed) -> Ask:
         o3d.core.Tensor(environment.vertices.astype(np.float32)),
         o3d.core.Tensor(environment.triangles.astype(np.uint32)),
     )
-    radius = placed.body.radius
+    radius = placed.body.radius[0]
 
     def ask(kind: str, pose: int) -> Answer:
         found = scene.compute_distance(
@@ -197,7 +197,7 @@ def mujoco_flex(environment: Environment, placed: Placed) -> Ask:
 
     balls = "".join(
         f'<body><freejoint/><geom type="sphere" size="{r:.17g}" contype="1" conaffinity="0"/></body>'
-        for r in placed.body.radius
+        for r in placed.body.radius[0]
     )
     points, corners = (
         " ".join(map(str, values.ravel().tolist()))
@@ -239,7 +239,7 @@ def trimesh_managers(environment: Environment, placed: Placed) -> Ask:
         managers.append(trimesh.collision.CollisionManager())
         for s in range(body.start[n], body.start[n + 1]):
             managers[-1].add_object(
-                str(s), trimesh.creation.icosphere(subdivisions=2, radius=body.radius[s])
+                str(s), trimesh.creation.icosphere(subdivisions=2, radius=body.radius[0, s])
             )
 
     def ask(kind: str, pose: int) -> Answer:

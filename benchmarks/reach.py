@@ -53,10 +53,10 @@ def ikpy_chain(body, arm):
     links = [OriginLink()]
     offset = None
     first = body.joint("RC")
-    offset = body.joint_in_parent[first] - body.joint_in_child[first]
+    offset = body.joint_in_parent[0, first] - body.joint_in_child[0, first]
     for name in ("RS", "RE", "RW"):
         j = body.joint(name)
-        at = offset + body.joint_in_parent[j]
+        at = offset + body.joint_in_parent[0, j]
         for axis in (0,) if name == "RE" else (0, 1, 2):
             high, low = body.stops.limits[j, axis]
             links.append(
@@ -69,7 +69,7 @@ def ikpy_chain(body, arm):
                 )
             )
             at = np.zeros(3)
-        offset = -body.joint_in_child[j]
+        offset = -body.joint_in_child[0, j]
     links.append(URDFLink("tip", offset + arm.tip, [0, 0, 0], joint_type="fixed"))
     mask = [False, *[True] * (len(links) - 2), False]
     return Chain(links, active_links_mask=mask)
@@ -80,18 +80,18 @@ HINGE = '<joint name="{0}{1}" type="hinge" axis="{2} {3} {4}" range="{5} {6}" li
 
 def arm_model(body, arm):
     """The same arm as MuJoCo's XML: seven hinges with their ranges."""
-    place = body.joint_in_parent[body.joint("RC")] - body.joint_in_child[body.joint("RC")]
+    place = body.joint_in_parent[0, body.joint("RC")] - body.joint_in_child[0, body.joint("RC")]
     text = ""
     ends = ""
     for name in ("RS", "RE", "RW"):
         j = body.joint(name)
-        x, y, z = place + body.joint_in_parent[j]
+        x, y, z = place + body.joint_in_parent[0, j]
         text += f'<body name="{name}" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="1" diaginertia="0.1 0.1 0.1"/>'
         for axis in (0,) if name == "RE" else (0, 1, 2):
             high, low = body.stops.limits[j, axis]
             text += HINGE.format(name, axis, *body.stops.axes[j, axis], -low, high)
         ends = ends + "</body>"
-        place = -body.joint_in_child[j]
+        place = -body.joint_in_child[0, j]
     x, y, z = place + arm.tip
     tip = f'<body name="end" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="0.1" diaginertia="0.01 0.01 0.01"/></body>'
     site = f'<site name="tip" pos="{x} {y} {z}"/>'
@@ -235,6 +235,7 @@ def crowd(count):
             for one in bodies
         ]
     )
+    bodies = wb.stack_bodies(bodies)
     pedals = Pedals(
         {"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0
     )

@@ -154,26 +154,32 @@ def cockpit(size: str) -> Environment:
 def dense_body(body: Body, spheres: int = 1500) -> Body:
     """The body with its largest spheres each split into four inside it, until there are about so
     many."""
-    split = np.zeros(len(body.radius), dtype=np.bool_)
-    split[np.argsort(-body.radius, kind="stable")[: (spheres - len(body.radius)) // 3]] = True
+    split = np.zeros(len(body.sphere_names), dtype=np.bool_)
+    split[np.argsort(-body.radius[0], kind="stable")[: (spheres - len(body.sphere_names)) // 3]] = (
+        True
+    )
     count = np.where(split, 4, 1)
     owner = np.repeat(np.arange(len(count)), count)
     turn = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
     corner = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]) / np.sqrt(3)
     pieces = split[owner]
-    shift = np.where(pieces[:, None], 0.3 * body.radius[owner, None] * corner[turn], 0.0)
+    shift = np.where(pieces[:, None], 0.3 * body.radius[0, owner, None] * corner[turn], 0.0)
     first = np.concatenate([[0], np.cumsum(count)])
-    return replace(
-        body,
-        name=f"{body.name}_{len(owner)}",
-        centre=body.centre[owner] + shift,
-        radius=np.where(pieces, 0.7, 1.0) * body.radius[owner],
+    topology = replace(
+        body.topology,
         start=first[body.start],
         sphere_names=tuple(body.sphere_names[i] for i in owner),
         sphere_direction=body.sphere_direction[owner],
-        twist_share=body.twist_share[owner],
         blend_joint=body.blend_joint[owner],
-        blend_share=body.blend_share[owner],
+    )
+    return replace(
+        body,
+        name=f"{body.name}_{len(owner)}",
+        topology=topology,
+        centre=body.centre[:, owner] + shift,
+        radius=np.where(pieces, 0.7, 1.0) * body.radius[:, owner],
+        twist_share=body.twist_share[:, owner],
+        blend_share=body.blend_share[:, owner],
     )
 
 

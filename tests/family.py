@@ -18,7 +18,7 @@ def world_of(body):
     """Sphere centres, joints and segment origins in the zero pose."""
     placed = wb.place(body, wb.pose(body, {}))
     origin = placed.world_from_segment[0, :, :, 3]
-    return placed.centres[0].copy(), origin[1:] + body.joint_in_child, origin.copy()
+    return placed.centres[0].copy(), origin[1:] + body.joint_in_child[0], origin.copy()
 
 
 def fields(points, arm, leg):
@@ -84,11 +84,11 @@ def write_family(folder):
     tied, at = np.nonzero(np.linalg.norm(centre[:, None] - joint[None], axis=-1) < 1e-9)
     centre_basis[:, tied] = joint_basis[:, at]
     growth = np.zeros((len(centre_basis), len(centre)))
-    growth[0] = 0.040 * body.radius
+    growth[0] = 0.040 * body.radius[0]
     trunk = ~(arm_segment | leg_segment)[segment]
-    growth[3] = 0.06 * body.radius
-    growth[6] = 0.05 * body.radius * (segment == body.segment("H"))
-    growth[11] = 0.03 * body.radius * trunk
+    growth[3] = 0.06 * body.radius[0]
+    growth[6] = 0.05 * body.radius[0] * (segment == body.segment("H"))
+    growth[11] = 0.03 * body.radius[0] * trunk
     named = np.array([bool(name) for name in body.sphere_names])
     kept = {
         "fine": np.arange(len(segment)),
@@ -116,7 +116,7 @@ def write_family(folder):
             f"{level}_segment": segment[rows],
             f"{level}_centre_mean": centre[rows],
             f"{level}_centre_basis": centre_basis[:, rows],
-            f"{level}_radius_mean": body.radius[rows],
+            f"{level}_radius_mean": body.radius[0, rows],
             f"{level}_radius_basis": growth[:, rows],
             f"{level}_name": np.array(body.sphere_names)[rows],
             f"{level}_direction": side[rows],

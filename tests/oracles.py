@@ -33,8 +33,8 @@ def forward(body, poses):
                 j = child - 1
                 parent_from_child = np.eye(4)
                 parent_from_child[:3, :3] = matrix(poses.rotations[p, j])
-                shift = parent_from_child[:3, :3] @ body.joint_in_child[j]
-                parent_from_child[:3, 3] = body.joint_in_parent[j] - shift
+                shift = parent_from_child[:3, :3] @ body.joint_in_child[0, j]
+                parent_from_child[:3, 3] = body.joint_in_parent[0, j] - shift
                 if parent in done and child not in done:
                     world[p, child] = world[p, parent] @ parent_from_child
                     done.add(child)
@@ -86,7 +86,7 @@ def clearance(placed, environment):
         part = corners[
             environment.triangle_start[polygons.start] : environment.triangle_start[polygons.stop]
         ]
-        rows = range(*body.spheres(n).indices(len(body.radius)))
+        rows = range(*body.spheres(n).indices(len(body.sphere_names)))
         if environment.hidden[k] or not len(part) or not rows:
             continue
         for s in rows:
@@ -94,7 +94,7 @@ def clearance(placed, environment):
             gap = min(point_triangle(c, t) for t in part)
             if environment.solid[k] and abs(winding(c, part)) > 0.5:
                 gap = -gap
-            out[p, n, k] = min(out[p, n, k], gap - body.radius[s])
+            out[p, n, k] = min(out[p, n, k], gap - body.radius[0, s])
     return out
 
 
@@ -104,12 +104,12 @@ def sphere_pairs(placed):
     segment = body.sphere_segment
     found = {}
     for p in range(len(placed)):
-        for i in range(len(body.radius)):
-            for j in range(i + 1, len(body.radius)):
+        for i in range(len(body.sphere_names)):
+            for j in range(i + 1, len(body.sphere_names)):
                 gap = (
                     np.linalg.norm(placed.centres[p, i] - placed.centres[p, j])
-                    - body.radius[i]
-                    - body.radius[j]
+                    - body.radius[0, i]
+                    - body.radius[0, j]
                 )
                 if gap < -1e-9 and not body.adjacent[segment[i], segment[j]]:
                     found[p, i, j] = gap
@@ -169,12 +169,12 @@ def check_pair_sweep(body, way, other, own, *, steps):
     import workbench as wb
 
     centres = on_the_way(body, way, steps).centres
-    radii = body.radius[:, None] + body.radius[None]
+    radii = body.radius[0, :, None] + body.radius[0, None]
     still = wb.place(body, other[1]).centres[0]
     segment = body.sphere_segment
     gaps = np.linalg.norm(centres[:, :, None] - still[None, None], axis=-1) - radii
     selves = np.linalg.norm(centres[:, :, None] - centres[:, None], axis=-1) - radii
-    allowed = body.allowance[segment][:, segment]
+    allowed = body.allowance[0, segment][:, segment]
     apart = np.triu(~body.adjacent)[segment][:, segment]
     for found, distance, level in (
         (other[0], gaps, 0.0),

@@ -161,7 +161,7 @@ def _equations(state, slopes, met):
 
 def _is_inside(met):
     """(C,) whether the sphere's centre is inside the part."""
-    return -met.distance > met.body.radius[met.sphere]
+    return -met.distance > met.body.radius[0, met.sphere]
 
 
 def _state(body, arm, pose, angles):

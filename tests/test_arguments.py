@@ -277,7 +277,7 @@ def human_cases(tmp_path):
         "limb": {"body": body, "name": "right hand", "grip": "push", "zone": 1},
         "measure": {"body": body, "names": ["stature"]},
         "people_envelope": {
-            "bodies": [body],
+            "body": body,
             "poses": upright,
             "origins": (0, 0, 0.3),
             "percentile": 5.0,
@@ -303,7 +303,7 @@ def human_cases(tmp_path):
             "tries": 1,
         },
         "reach_map": {
-            "bodies": [body],
+            "body": body,
             "poses": upright,
             "environment": room,
             "part": "soup",
@@ -315,7 +315,7 @@ def human_cases(tmp_path):
             "threads": 1,
         },
         "reach_people": {
-            "bodies": [body],
+            "body": body,
             "poses": upright,
             "targets": [[0.4, -0.2, 0.8]],
             **hand,
@@ -329,7 +329,7 @@ def human_cases(tmp_path):
         "read_ansur": {"paths": rows, "measures": ("stature",), "unit": 0.001, "weights": None},
         "seat_curve": {"height": 0.25, "percentile": 95.0},
         "seat_people": {
-            "bodies": [body],
+            "body": body,
             "poses": upright,
             "seat": seat,
             "eye": 1.1,

@@ -3,8 +3,6 @@ enclosing spheres."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,6 +10,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import ONE_ARM
+from tests.rows import changed
 from workbench.files.body.writer import body_text
 from workbench.model.blend import enclosing_spheres
 from workbench.model.quaternions import rotate
@@ -40,14 +39,14 @@ def random_blend(body, seed):
         for n in range(len(body.segments))
     ]
     joint = np.array([rng.choice(near[n]) if near[n] else -1 for n in segment])
-    made = replace(body, blend_joint=joint, blend_share=rng.uniform(0, 1, len(segment)))
+    made = changed(body, blend_joint=joint, blend_share=rng.uniform(0, 1, len(segment)))
     centre, radius = enclosing_spheres(made)
-    return replace(made, enclosing_centre=centre, enclosing_radius=radius)
+    return changed(made, enclosing_centre=centre, enclosing_radius=radius)
 
 
 def test_the_file_says_what_is_blended_across_which_joint(blended):
     assert blended.blend_joint.tolist() == [-1, -1, -1, -1, -1, 1, 2, -1, -1, -1]
-    assert blended.blend_share[5:7].tolist() == [0.5, 0.4]
+    assert blended.blend_share[0, 5:7].tolist() == [0.5, 0.4]
 
 
 def test_in_the_zero_pose_nothing_moves_at_all(one_arm, blended):
@@ -84,22 +83,22 @@ def test_a_share_of_none_is_rigid_and_of_all_moves_with_the_other_segment(one_ar
     poses = random_arm(5)
     rigid = wb.place(one_arm, poses)
     joint = np.array([-1, 0, 1, 1, 1, -1, -1, 2, 2, 2])
-    none = replace(one_arm, blend_joint=joint, blend_share=np.zeros(10))
+    none = changed(one_arm, blend_joint=joint, blend_share=np.zeros(10))
     assert np.array_equal(wb.place(none, poses).centres, rigid.centres)
     # the upper arm's last sphere, carried along by the forearm: the elbow is its own middle, so 150
     # below it
     share = np.array([0, 0, 1.0, 0, 0, 0, 0, 0, 0, 0])
-    moved = wb.place(replace(one_arm, blend_joint=joint, blend_share=share), poses)
+    moved = wb.place(changed(one_arm, blend_joint=joint, blend_share=share), poses)
     lower = rigid.world_from_segment[:, 2]
-    at = np.array([0, 0, 0.1]) + one_arm.centre[2] - one_arm.joint_in_parent[1]
+    at = np.array([0, 0, 0.1]) + one_arm.centre[0, 2] - one_arm.joint_in_parent[0, 1]
     assert np.allclose(moved.centres[:, 2], lower[:, :, :3] @ at + lower[:, :, 3], atol=1e-12)
 
 
 @given(st.integers(0, 10**6))
 def test_the_formula_of_two_frames_is_what_the_kernel_does(one_arm, random_arm, seed):
-    body = random_blend(replace(one_arm, twist_joint=np.full(4, -1)), seed)
+    body = random_blend(changed(one_arm, twist_joint=np.full(4, -1)), seed)
     poses = random_arm(3, seed)
-    body = replace(body, twist_share=np.zeros(10))
+    body = changed(body, twist_share=np.zeros(10))
     placed = wb.place(body, poses)
     world = placed.world_from_segment
     segment = body.sphere_segment
@@ -107,10 +106,10 @@ def test_the_formula_of_two_frames_is_what_the_kernel_does(one_arm, random_arm, 
         n = int(segment[s])
         j = int(body.blend_joint[s])
         other = int(body.parent[n]) if j == n - 1 else j + 1
-        point = body.joint_in_child[j] if j == n - 1 else body.joint_in_parent[j]
-        w = body.blend_share[s]
+        point = body.joint_in_child[0, j] if j == n - 1 else body.joint_in_parent[0, j]
+        w = body.blend_share[0, s]
         turn = (1 - w) * world[:, n, :, :3] + w * world[:, other, :, :3]
-        at = world[:, n, :, :3] @ point + world[:, n, :, 3] + turn @ (body.centre[s] - point)
+        at = world[:, n, :, :3] @ point + world[:, n, :, 3] + turn @ (body.centre[0, s] - point)
         assert np.allclose(placed.centres[:, s], at, atol=1e-12)
 
 
@@ -120,14 +119,14 @@ def test_both_sides_of_a_joint_that_shares_its_twist_stay_together(one_arm, seed
     halfway blended."""
     rng = np.random.default_rng(seed)
     spot = np.array([0.02, 0.01, 0.0])
-    centre = one_arm.centre.copy()
-    centre[6] = one_arm.joint_in_parent[2] + spot
-    centre[7] = one_arm.joint_in_child[2] + spot
-    share = one_arm.twist_share.copy()
+    centre = one_arm.centre[0].copy()
+    centre[6] = one_arm.joint_in_parent[0, 2] + spot
+    centre[7] = one_arm.joint_in_child[0, 2] + spot
+    share = one_arm.twist_share[0].copy()
     share[6] = 1.0
     joint = np.full(10, -1)
     joint[6:8] = 2
-    body = replace(
+    body = changed(
         one_arm, centre=centre, twist_share=share, blend_joint=joint, blend_share=np.full(10, 0.5)
     )
     q = rng.normal(size=(1, 3, 4))
@@ -190,9 +189,9 @@ def test_enclosing_spheres_hold_blended_spheres_in_any_pose(bubbleman, seed):
     placed = wb.place(body, wb.Poses(q, 0, np.broadcast_to(np.eye(3, 4), (8, 3, 4))))
     world = placed.world_from_segment
     segment = body.sphere_segment
-    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre) + world[..., 3]
-    reach = np.linalg.norm(placed.centres - around[:, segment], axis=-1) + body.radius
-    assert (reach - body.enclosing_radius[segment]).max() <= 1e-9
+    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
+    reach = np.linalg.norm(placed.centres - around[:, segment], axis=-1) + body.radius[0]
+    assert (reach - body.enclosing_radius[0, segment]).max() <= 1e-9
 
 
 def test_the_sphere_at_a_joint_stays_at_the_joint_however_it_is_blended(bubbleman):
@@ -200,14 +199,14 @@ def test_the_sphere_at_a_joint_stays_at_the_joint_however_it_is_blended(bubblema
     q = np.random.default_rng(3).normal(size=(5, len(body.joints), 4))
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     for s in np.flatnonzero(
-        np.linalg.norm(body.centre - body.joint_in_parent[body.blend_joint], axis=1) < 1e-9
+        np.linalg.norm(body.centre[0] - body.joint_in_parent[0, body.blend_joint], axis=1) < 1e-9
     ):
         j = int(body.blend_joint[s])
         if body.parent[j + 1] != body.sphere_segment[s]:
             continue
         placed = wb.place(body, wb.Poses(q, 0, np.broadcast_to(np.eye(3, 4), (5, 3, 4))))
         world = placed.world_from_segment[:, j + 1]
-        joint = rotate_all(world, body.joint_in_child[j])
+        joint = rotate_all(world, body.joint_in_child[0, j])
         assert np.allclose(placed.centres[:, s], joint, atol=1e-9)
 
 
@@ -222,7 +221,7 @@ def test_a_blended_body_is_written_and_read_again_as_it_was(blended, tmp_path):
     path.write_text(body_text(blended, origin, name="again", description=""))
     again = wb.load_body(path)
     assert again.blend_joint.tolist() == blended.blend_joint.tolist()
-    assert again.blend_share.tolist() == blended.blend_share.tolist()
+    assert again.blend_share[0].tolist() == blended.blend_share[0].tolist()
     assert again.sphere_names == blended.sphere_names
 
 
@@ -250,9 +249,9 @@ def test_a_wrong_blend_is_told_where_it_stands(tmp_path, blend, words):
 
 def test_a_body_cannot_be_blended_across_a_joint_of_another_segment(one_arm):
     with pytest.raises(wb.InputError, match="a joint of its own segment"):
-        replace(one_arm, blend_joint=np.full(10, 2), blend_share=np.full(10, 0.1))
+        changed(one_arm, blend_joint=np.full(10, 2), blend_share=np.full(10, 0.1))
     with pytest.raises(wb.InputError, match="between 0 and 1"):
-        replace(one_arm, blend_joint=np.full(10, -1), blend_share=np.full(10, 1.1))
+        changed(one_arm, blend_joint=np.full(10, -1), blend_share=np.full(10, 1.1))
 
 
 def test_quaternions_and_their_matrices_agree_about_what_is_carried(blended):

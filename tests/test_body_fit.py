@@ -70,29 +70,33 @@ def fitted(arm):
 def test_the_body_has_the_skeletons_segments_joints_and_stops(fitted, arm):
     skeleton = wb.load_body(arm / "one_arm.yaml")
     assert (fitted.segments, fitted.joints) == (skeleton.segments, skeleton.joints)
-    assert np.allclose(fitted.joint_in_parent, skeleton.joint_in_parent) and len(
-        fitted.radius
-    ) > len(skeleton.radius)
+    assert np.allclose(fitted.joint_in_parent[0], skeleton.joint_in_parent[0]) and len(
+        fitted.sphere_names
+    ) > len(skeleton.sphere_names)
     assert np.allclose(fitted.stops.limits, skeleton.stops.limits)
 
 
 def test_a_sphere_is_exactly_at_every_joint_in_both_segments(fitted):
     for j in range(len(fitted.joints)):
         for segment, joint in (
-            (fitted.parent[j + 1], fitted.joint_in_parent[j]),
-            (j + 1, fitted.joint_in_child[j]),
+            (fitted.parent[j + 1], fitted.joint_in_parent[0, j]),
+            (j + 1, fitted.joint_in_child[0, j]),
         ):
-            assert np.abs(fitted.centre[fitted.spheres(segment)] - joint).sum(axis=1).min() == 0
+            assert np.abs(fitted.centre[0, fitted.spheres(segment)] - joint).sum(axis=1).min() == 0
 
 
 def test_the_surface_stays_within_the_stated_fit_error(fitted, arm):
     surface = read_surface(arm / "arm.obj", length="mm")
-    assert (fitted.fit_error[:, 0] <= 8.3e-3).all() and (fitted.fit_error[:, 1] <= 8.1e-3).all()
+    assert (fitted.fit_error[0, :, 0] <= 8.3e-3).all() and (
+        fitted.fit_error[0, :, 1] <= 8.1e-3
+    ).all()
     places = random_samples(surface, 30_000, seed=9).point - [0, 0, 1]
     centres = wb.place(fitted, wb.pose(fitted, {})).centres[0]
-    assert union_field(places, centres, fitted.radius)[0].max() <= fitted.fit_error[:, 0].max()
-    out = surface.distance(centres + np.array([0, 0, 1])) + fitted.radius
-    assert (out <= fitted.fit_error[fitted.sphere_segment, 1] + 2e-6).all()
+    assert (
+        union_field(places, centres, fitted.radius[0])[0].max() <= fitted.fit_error[0, :, 0].max()
+    )
+    out = surface.distance(centres + np.array([0, 0, 1])) + fitted.radius[0]
+    assert (out <= fitted.fit_error[0, fitted.sphere_segment, 1] + 2e-6).all()
 
 
 def test_named_subparts_are_there_and_masses_are_volumes(fitted, arm):
@@ -101,7 +105,7 @@ def test_named_subparts_are_there_and_masses_are_volumes(fitted, arm):
         "thumb tip",
     }
     volume = read_surface(arm / "arm.obj", length="mm").volume
-    assert fitted.mass.sum() == pytest.approx(1010 * volume, rel=1e-3)
+    assert fitted.mass[0].sum() == pytest.approx(1010 * volume, rel=1e-3)
 
 
 def test_the_body_runs_in_a_study(fitted, arm):
@@ -157,12 +161,12 @@ def test_outlines_give_a_body_of_one_segment(tmp_path, capsys):
     )
     told = json.loads(capsys.readouterr().out)
     body = wb.load_body(out)
-    assert body.segments == ("BODY",) and len(body.radius) == told["whole"]["spheres"] == 12
+    assert body.segments == ("BODY",) and len(body.sphere_names) == told["whole"]["spheres"] == 12
     assert told["whole"]["mean_mm"] < 2 and told["whole"]["volume_l"] == pytest.approx(
         0.387, rel=0.02
     )
     # the origin is the centre of gravity
-    assert np.abs(np.average(body.centre, axis=0, weights=body.radius**3)).max() < 0.02
+    assert np.abs(np.average(body.centre[0], axis=0, weights=body.radius[0] ** 3)).max() < 0.02
 
 
 def test_the_bound_is_at_most_what_was_found():

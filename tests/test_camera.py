@@ -81,7 +81,7 @@ def test_a_fitted_view_holds_every_sphere_and_touches_the_margin(view: str, fiel
         shown.placed.centres[0]
         + surface
         / np.linalg.norm(surface, axis=-1, keepdims=True)
-        * shown.placed.body.radius[:, None]
+        * shown.placed.body.radius[0, :, None]
     )
     pixels = project(camera, points)[..., :2].reshape(-1, 2) / (300, 200)
     room = np.min([pixels.min(axis=0), 1.0 - pixels.max(axis=0)])

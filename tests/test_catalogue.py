@@ -72,8 +72,8 @@ def test_bubbleman_has_the_papers_joints_between_the_papers_segments(bubbleman):
 
 
 def test_bubbleman_is_of_250_to_400_spheres_and_median_mass(bubbleman):
-    assert 250 <= len(bubbleman.radius) <= 400
-    assert bubbleman.mass.sum() == pytest.approx(84.6, abs=0.05)
+    assert 250 <= len(bubbleman.sphere_names) <= 400
+    assert bubbleman.mass[0].sum() == pytest.approx(84.6, abs=0.05)
 
 
 def test_the_right_hand_has_the_papers_directions(bubbleman):
@@ -102,7 +102,7 @@ def extent(library, posture, *, segments, axis):
     p = names.index(posture)
     rows = np.isin(body.sphere_segment, [body.segment(s) for s in segments])
     c = placed.centres[p, rows, axis]
-    r = body.radius[rows]
+    r = body.radius[0, rows]
     return 1000 * (c - r).min(), 1000 * (c + r).max()
 
 
@@ -137,7 +137,7 @@ def test_left_and_right_mirror_each_other(bubbleman):
     for name in bubbleman.segments:
         if name.startswith("L") and name not in ("LT",):
             left, right = (
-                bubbleman.centre[bubbleman.spheres(bubbleman.segment(s))]
+                bubbleman.centre[0, bubbleman.spheres(bubbleman.segment(s))]
                 for s in (name, "R" + name[1:])
             )
             assert np.allclose(left * [1, -1, 1], right, atol=1e-9), name

@@ -113,12 +113,15 @@ def test_contacts_are_all_pairs_the_oracle_finds(one_arm, random_arm, box_cab, s
     rows = wb.contacts(placed, box_cab, margin=margin)
     corners = box_cab.vertices[box_cab.triangles]
     wanted = {}
-    for s, f in np.ndindex(len(one_arm.radius), len(box_cab.normal)):
+    for s, f in np.ndindex(len(one_arm.sphere_names), len(box_cab.normal)):
         part = corners[box_cab.triangle_start[f] : box_cab.triangle_start[f + 1]]
-        gap = min(oracles.point_triangle(placed.centres[0, s], t) for t in part) - one_arm.radius[s]
+        gap = (
+            min(oracles.point_triangle(placed.centres[0, s], t) for t in part)
+            - one_arm.radius[0, s]
+        )
         if gap < margin - 1e-9:
             wanted[s, f] = gap
-    outside = rows.rows(rows.distance >= -one_arm.radius[rows.sphere])
+    outside = rows.rows(rows.distance >= -one_arm.radius[0, rows.sphere])
     found = dict(
         zip(
             zip(outside.sphere.tolist(), outside.polygon.tolist(), strict=True),
@@ -301,7 +304,7 @@ def test_a_joint_sphere_stays_at_its_joint_in_every_posture(bubbleman, library):
     placed, _ = library
     for j in range(len(bubbleman.joints)):
         frame = placed.world_from_segment[:, j + 1]
-        joint = frame[:, :, :3] @ bubbleman.joint_in_child[j] + frame[:, :, 3]
+        joint = frame[:, :, :3] @ bubbleman.joint_in_child[0, j] + frame[:, :, 3]
         gaps = []
         for n in (j + 1, int(bubbleman.parent[j + 1])):
             gaps.append(
@@ -318,7 +321,7 @@ def test_nearest_witnesses_lie_where_they_say(one_arm, random_arm, box_cab):
         centre = placed.centres[p, found.sphere[p, n, k]]
         gap = np.linalg.norm(found.point[p, n, k] - centre)
         assert abs(found.distance[p, n, k]) == pytest.approx(
-            abs(gap - one_arm.radius[found.sphere[p, n, k]]), abs=1e-9
+            abs(gap - one_arm.radius[0][found.sphere[p, n, k]]), abs=1e-9
         ) or found.distance[p, n, k] == pytest.approx(
-            -gap - one_arm.radius[found.sphere[p, n, k]], abs=1e-9
+            -gap - one_arm.radius[0][found.sphere[p, n, k]], abs=1e-9
         )

@@ -316,7 +316,10 @@ def test_where_people_sit_is_a_matter_of_seat_pedals_points_and_people_alone(stu
         != base
     )
     stops = replace(study.body.stops, play=study.body.stops.play + 0.01)
-    assert key(seating_study(replace(study, body=with_field(study.body, "stops", stops)))) != base
+    shared = with_field(study.body.topology, "stops", stops)
+    assert (
+        key(seating_study(replace(study, body=with_field(study.body, "topology", shared)))) != base
+    )
 
 
 STOPS = """

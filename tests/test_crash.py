@@ -57,7 +57,7 @@ def standing(height, time, *, angles=None):
     turns = np.zeros((frames, len(BODY.joints), 3)) if angles is None else angles
     still = Poses(compose(BODY, turns), 0, np.tile(np.eye(3, 4), (frames, 1, 1)), time)
     world = np.array(still.world_from_reference)
-    sole = (place(BODY, still).centres[0, :, 2] - BODY.radius).min()
+    sole = (place(BODY, still).centres[0, :, 2] - BODY.radius[0]).min()
     world[:, 2, 3] = height - sole
     return Poses(still.rotations, 0, world, time)
 

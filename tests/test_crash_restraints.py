@@ -125,7 +125,7 @@ def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
     some = BODY.spheres(BODY.segment("LT"))
     gap = (
         np.linalg.norm(placed.centres[0, some][None] - middle[1:-1, None], axis=-1)
-        - BODY.radius[some]
+        - BODY.radius[0, some]
     )
     assert gap.min(axis=1) == pytest.approx(0.004, abs=2e-3)  # it lies on the pelvis
 

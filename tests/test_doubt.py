@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.rows import changed
 from tests.test_study import criterion, only, study
 from workbench.report.data import result_file
 from workbench.report.tables import csv_tables
@@ -20,7 +21,7 @@ ASKED = ("clearance", {"segments": ("HAND",), "parts": ("wall",)})
 def outcome(one_arm, at_least, outside=np.nan, inside=np.nan):
     """The verdict on the hand's clearance to the wall, the surface of every segment known so
     well."""
-    body = replace(one_arm, fit_error=np.tile([outside, inside], (4, 1)))
+    body = changed(one_arm, fit_error=np.tile([outside, inside], (4, 1)))
     return wb.run(study(body, criterion(ASKED[0], at_least=at_least, **ASKED[1])))
 
 
@@ -60,14 +61,14 @@ def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
 
 
 def test_one_breach_beyond_doubt_decides(one_arm):
-    body = replace(one_arm, fit_error=np.array([[0.01, 0.6]] * 3 + [[0.01, 0.001]]))
+    body = changed(one_arm, fit_error=np.array([[0.01, 0.6]] * 3 + [[0.01, 0.001]]))
     found = only(wb.run(study(body, criterion("clearance", at_least=0.47, parts=("wall",)))))
     assert len(found.breaches) > 1
     assert found.doubtful is None
 
 
 def test_of_two_people_both_surfaces_count(one_arm):
-    body = replace(one_arm, fit_error=np.full((4, 2), 0.002))
+    body = changed(one_arm, fit_error=np.full((4, 2), 0.002))
     made = study(body, criterion("between_people", at_least=0.197), other=(0.3, 0.0, 0.0))
     made = replace(made, people=tuple(replace(person, body=body) for person in made.people))
     found = only(wb.run(made))
@@ -78,7 +79,7 @@ def test_of_two_people_both_surfaces_count(one_arm):
 
 
 def test_a_margin_of_a_joint_stop_has_no_surface(one_arm):
-    body = replace(one_arm, fit_error=np.full((4, 2), 0.002))
+    body = changed(one_arm, fit_error=np.full((4, 2), 0.002))
     assert np.isnan(only(wb.run(study(body, criterion("stops")))).worst.surface_known_to)
 
 

@@ -20,7 +20,7 @@ from workbench.draw.views import four_views
 from workbench.draw.visibility import projected_disks, visible_layers
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Ints
-from workbench.model.body import Body
+from workbench.model.body import Body, Topology
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.model.stops import Stops
@@ -66,34 +66,37 @@ def spheres_body(centre: ArrayLike, radius: ArrayLike) -> SceneBody:
         none,
         np.empty((0, 3)),
     )
+    topology = Topology(
+        segments=("A",),
+        segment_names=("a",),
+        segment_numbers=(1,),
+        joints=(),
+        joint_names=(),
+        joint_numbers=(),
+        parent=np.array([-1]),
+        stops=stops,
+        start=np.array([0, count]),
+        sphere_names=("",) * count,
+        sphere_direction=np.full(count, -1),
+        directions=np.zeros((1, 6, 3)),
+        twist_joint=np.array([-1]),
+    )
     body = Body(
-        "lump",
-        "",
-        ("A",),
-        ("a",),
-        (1,),
-        (),
-        (),
-        (),
-        np.array([-1]),
-        np.empty((0, 3)),
-        np.empty((0, 3)),
-        stops,
-        np.ones(1),
-        points,
-        radii,
-        np.array([0, count]),
-        np.zeros((1, 3)),
-        np.array([9.0]),
-        ("",) * count,
-        np.full(count, -1),
-        np.zeros((1, 6, 3)),
-        np.array([-1]),
-        np.zeros((1, 3)),
-        np.zeros((1, 3)),
-        np.zeros(count),
-        np.zeros((1, 1)),
-        np.zeros((1, 2)),
+        name="lump",
+        description="",
+        topology=topology,
+        joint_in_parent=np.empty((1, 0, 3)),
+        joint_in_child=np.empty((1, 0, 3)),
+        mass=np.ones((1, 1)),
+        centre=points[None],
+        radius=radii[None],
+        enclosing_centre=np.zeros((1, 1, 3)),
+        enclosing_radius=np.array([[9.0]]),
+        twist_point=np.zeros((1, 1, 3)),
+        twist_axis=np.zeros((1, 1, 3)),
+        twist_share=np.zeros((1, count)),
+        allowance=np.zeros((1, 1, 1)),
+        fit_error=np.zeros((1, 1, 2)),
     )
     return SceneBody(Placed(body, np.eye(4)[None, None, :3], points[None], np.array([True])))
 

@@ -46,7 +46,7 @@ def man():
     body = wb.load_body("adult_male")
     at = measure(body, ["stature", "sitting_height"])
     driver = Driver(
-        "male", at["stature"], at["sitting_height"], body.mass.sum() / at["stature"] ** 2
+        "male", at["stature"], at["sitting_height"], body.mass[0].sum() / at["stature"] ** 2
     )
     poses = posture_pose(body, load_postures(posture_path("adult_male"), body)[0], "driving")
     return body, poses, driver
@@ -217,13 +217,13 @@ def test_the_heel_on_the_accelerator_rests_in_the_corner_of_floor_and_pedal(man)
     first = int(body.start[body.segment("RF")])
     rows = {name: body.sphere_names.index(name, first) for name in ("heel", "ball of foot")}
     heel, ball = (placed.centres[0, row] for row in rows.values())
-    assert heel[2] == pytest.approx(body.radius[rows["heel"]], abs=0.003)
+    assert heel[2] == pytest.approx(body.radius[0][rows["heel"]], abs=0.003)
     plane = np.subtract(car.ball, car.heel)
     normal = np.array([-plane[2], 0.0, plane[0]]) / np.hypot(plane[0], plane[2])
     for name, centre in (("heel", heel), ("ball of foot", ball)):
-        assert (centre - car.heel) @ normal == pytest.approx(body.radius[rows[name]], abs=0.003), (
-            name
-        )
+        assert (centre - car.heel) @ normal == pytest.approx(
+            body.radius[0][rows[name]], abs=0.003
+        ), name
 
 
 def test_the_seat_goes_no_farther_than_its_travel_and_says_where_it_wanted_to_be(man):
@@ -262,7 +262,9 @@ def test_shoes_move_the_driver_back_by_about_their_soles(man):
     assert 0.015 < bare.forward - dressed.forward < 0.05
     lowest = wb.place(shod, dressed.poses, window=["RF"])
     rows = shod.spheres(shod.segment("RF"))
-    assert np.min(lowest.centres[0, rows, 2] - shod.radius[rows]) == pytest.approx(0.0, abs=0.012)
+    assert np.min(lowest.centres[0, rows, 2] - shod.radius[0, rows]) == pytest.approx(
+        0.0, abs=0.012
+    )
 
 
 def test_many_drivers_sit_as_each_of_them_does_alone(man):
@@ -271,7 +273,7 @@ def test_many_drivers_sit_as_each_of_them_does_alone(man):
     feet = {"right foot": car.ball, "left foot": (car.ball[0] - 0.03, 0.5, 0.13)}
     rows = wb.join_poses([poses, poses])
     found = seat_drivers(
-        [body, body],
+        wb.stack_bodies([body, body]),
         rows,
         SEAT,
         drivers=[driver, driver],
@@ -291,7 +293,7 @@ def test_as_many_drivers_as_bodies_are_needed(man):
     with pytest.raises(
         wb.UsageError, match="1 bodies need as many poses, drivers and numbers, got 1, 0 and 1"
     ):
-        seat_drivers([man[0]], man[1], SEAT, drivers=[], package=package(), feet={})
+        seat_drivers(man[0], man[1], SEAT, drivers=[], package=package(), feet={})
 
 
 def test_the_code_in_the_docs_runs_and_gives_people_their_angles():

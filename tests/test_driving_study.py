@@ -93,7 +93,9 @@ def test_the_drivers_hip_point_is_the_seats_where_the_seat_stands(result):
     body = person.body
     lap = person.body.segment("LT")
     assert person.poses.reference == lap
-    hips = 0.5 * (body.joint_in_parent[body.joint("LH")] + body.joint_in_parent[body.joint("RH")])
+    hips = 0.5 * (
+        body.joint_in_parent[0, body.joint("LH")] + body.joint_in_parent[0, body.joint("RH")]
+    )
     at = world[:, :3] @ hips + world[:, 3]
     index = 70 / 1.6**2
     expected = [
@@ -172,7 +174,7 @@ def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(wri
 def test_a_population_with_somebody_who_cannot_drive_names_the_person(written):
     study = ready(load_accommodation(written(CREW)))
     with pytest.raises(wb.InputError, match="male 1: drivers are 16 to 100 years old, got 9"):
-        drivers_among(study.people, [0], [study.body], 9.0)
+        drivers_among(study.people, [0], study.body, 9.0)
 
 
 def test_the_sex_of_a_populations_drivers_is_not_for_the_study_to_say(written):

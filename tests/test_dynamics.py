@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.rows import changed, rows_of
+
 pytest.importorskip("mujoco")
 
 from tests.conftest import ROOT
@@ -79,7 +81,7 @@ def test_the_wall_stops_who_flies_at_it_and_gives_back_only_its_share(tmp_path):
     flying = result.kinetic[60]
     hit = next(k for k in range(60, 261) if result.kinetic[k] < 0.99 * flying)
     body = load_simulation(tmp_path / "studies/simulations/pit_crash.yaml").body
-    reach = place(body, result.motion).centres[hit, :, 0] + body.radius
+    reach = place(body, result.motion).centres[hit, :, 0] + body.radius[0]
     assert reach.max() == pytest.approx(1.5, abs=0.02)
     assert np.ptp(result.kinetic[55 : hit - 4]) < 1e-3 * flying
     assert result.kinetic[-1] < 0.6 * flying
@@ -136,7 +138,7 @@ def test_a_step_too_coarse_is_told_and_nothing_is_written(tmp_path, capsys):
 def test_a_ball_has_the_inertia_of_a_ball_and_a_joint_carries_what_lies_beyond(bubbleman):
     n = bubbleman.segment("LHN")
     mass = segment_masses(bubbleman)
-    some = np.arange(len(bubbleman.radius))[bubbleman.spheres(n)]
+    some = np.arange(len(bubbleman.sphere_names))[bubbleman.spheres(n)]
     one = replace_spheres(bubbleman, n, some[:1])
     tensor = segment_inertia(one, mass)[n]
     radius = one.radius[one.spheres(n)][0]
@@ -154,7 +156,11 @@ def test_a_ball_has_the_inertia_of_a_ball_and_a_joint_carries_what_lies_beyond(b
 def replace_spheres(body, segment, keep):
     """A body with only some spheres in a segment."""
     rows = np.concatenate(
-        [np.arange(body.start[segment]), keep, np.arange(body.start[segment + 1], len(body.radius))]
+        [
+            np.arange(body.start[segment]),
+            keep,
+            np.arange(body.start[segment + 1], len(body.sphere_names)),
+        ]
     )
     start = body.start.copy()
     start[segment + 1 :] -= int(body.start[segment + 1] - body.start[segment]) - len(keep)
@@ -166,11 +172,11 @@ def replace_spheres(body, segment, keep):
         "blend_joint",
         "blend_share",
     )
-    return replace(
+    return changed(
         body,
         start=start,
         sphere_names=tuple(body.sphere_names[r] for r in rows),
-        **{name: getattr(body, name)[rows] for name in per_sphere},
+        **{name: rows_of(body, name)[rows] for name in per_sphere},
     )
 
 
@@ -263,4 +269,4 @@ def pelvis_of(poses):
 
 def test_faults_of_the_body_are_told(bubbleman):
     with pytest.raises(InputError, match="has no mass"):
-        segment_masses(replace(bubbleman, mass=np.zeros(20)))
+        segment_masses(changed(bubbleman, mass=np.zeros(20)))

@@ -3,8 +3,6 @@ people."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -12,6 +10,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
+from tests.rows import changed
 from tests.test_reach import LOWER, NEAREST, PLANAR, UPPER, legal, tip_of
 from workbench import limb, load_body
 from workbench.solve.reaching.limbs import Limb
@@ -72,9 +71,9 @@ def planar_ends(body, first, second, rays=None):
 
 
 def replace_lengths(body, first):
-    at = body.joint_in_parent.copy()
+    at = body.joint_in_parent[0].copy()
     at[1] = [0, 0, -first]
-    return replace(body, joint_in_parent=at)
+    return changed(body, joint_in_parent=at)
 
 
 @pytest.fixture(scope="module")
@@ -124,13 +123,13 @@ def test_all_lengths_twice_as_long_reach_twice_as_far(planar):
 
 def scaled_body(body, s):
     """A body with all lengths times s."""
-    return replace(
+    return changed(
         body,
-        joint_in_parent=s * body.joint_in_parent,
-        joint_in_child=s * body.joint_in_child,
-        centre=s * body.centre,
-        radius=s * body.radius,
-        twist_point=s * body.twist_point,
+        joint_in_parent=s * body.joint_in_parent[0],
+        joint_in_child=s * body.joint_in_child[0],
+        centre=s * body.centre[0],
+        radius=s * body.radius[0],
+        twist_point=s * body.twist_point[0],
     )
 
 
@@ -193,7 +192,7 @@ def reach_side_clear(body, poses, arm, cab):
         high = corners.reshape(-1, 3).max(axis=0)
         centres = placed.centres[:, arm.solid]
         gap = np.linalg.norm(np.maximum(np.maximum(low - centres, centres - high), 0.0), axis=2)
-        clear &= np.all(gap > body.radius[arm.solid], axis=1)
+        clear &= np.all(gap > body.radius[0, arm.solid], axis=1)
     return clear
 
 
@@ -314,7 +313,7 @@ def test_level_sections_agree_with_the_rays_about_the_point(bubbleman, sitting):
 
 def test_the_percentile_of_people_is_that_of_their_radii(bubbleman, sitting):
     poses, origin = sitting
-    bodies = [scaled_body(bubbleman, s) for s in (0.9, 1.0, 1.1)]
+    bodies = wb.stack_bodies([scaled_body(bubbleman, s) for s in (0.9, 1.0, 1.1)])
     three = wb.join_poses([poses] * 3)
     low, middle = (
         wb.people_envelope(bodies, three, origin, percentile=p, step=30, **HAND) for p in (5, 50)
@@ -349,7 +348,7 @@ def test_a_body_fitted_to_a_thumb_tip_reach_reaches_that_far_from_the_wall_and_l
     arm = limb(person.body, "right hand", grip="pinch")
     placed = wb.place(body, wb.pose(body, {"RS": {"flexion": 90}}, reference="UT"))
     torso = np.isin(body.sphere_segment, [body.segment(code) for code in ("LT", "CT", "UT")])
-    wall = (placed.centres[0, :, 0] - body.radius)[torso].min()
+    wall = (placed.centres[0, :, 0] - body.radius[0])[torso].min()
     world = placed.world_from_segment[0, arm.end]
     tip = world[:, :3] @ arm.tip + world[:, 3]
     assert tip[0] - wall == pytest.approx(given, abs=1e-3)

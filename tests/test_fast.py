@@ -286,7 +286,7 @@ def test_clusters_hold_their_spheres_however_the_joints_turn(one_arm, random_arm
     body = random_blend(one_arm, seed)
     placed = wb.place(body, random_arm(20, seed, spread=3.0))
     crowd = crowd_of(placed)
-    assert sorted(crowd.member.tolist()) == list(range(len(body.radius)))
+    assert sorted(crowd.member.tolist()) == list(range(len(body.sphere_names)))
     for n in range(len(body.segments)):
         for c in range(crowd.start[n], crowd.start[n + 1]):
             some = crowd.member[crowd.first[c] : crowd.first[c + 1]]
@@ -297,7 +297,8 @@ def test_clusters_hold_their_spheres_however_the_joints_turn(one_arm, random_arm
                 ]
             )
             far = (
-                np.linalg.norm(placed.centres[:, some] - hub[:, None], axis=-1) + body.radius[some]
+                np.linalg.norm(placed.centres[:, some] - hub[:, None], axis=-1)
+                + body.radius[0, some]
             )
             assert np.all(far <= crowd.reach[c])
 

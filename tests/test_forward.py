@@ -114,18 +114,20 @@ def test_joint_coordinates_meet_in_every_pose(bubbleman, library):
     for j in range(len(bubbleman.joints)):
         parent = placed.world_from_segment[:, bubbleman.parent[j + 1]]
         child = placed.world_from_segment[:, j + 1]
-        one = parent[:, :, :3] @ bubbleman.joint_in_parent[j] + parent[:, :, 3]
-        other = child[:, :, :3] @ bubbleman.joint_in_child[j] + child[:, :, 3]
+        one = parent[:, :, :3] @ bubbleman.joint_in_parent[0, j] + parent[:, :, 3]
+        other = child[:, :, :3] @ bubbleman.joint_in_child[0, j] + child[:, :, 3]
         assert np.allclose(one, other, rtol=0, atol=1e-12)
 
 
 def test_enclosing_spheres_hold_all_spheres_at_every_twist(bubbleman, library):
     placed, _ = library
     world = placed.world_from_segment
-    around = np.einsum("pnij,nj->pni", world[..., :3], bubbleman.enclosing_centre) + world[..., 3]
+    around = (
+        np.einsum("pnij,nj->pni", world[..., :3], bubbleman.enclosing_centre[0]) + world[..., 3]
+    )
     segment = bubbleman.sphere_segment
-    reach = np.linalg.norm(placed.centres - around[:, segment], axis=-1) + bubbleman.radius
-    assert np.all(reach <= bubbleman.enclosing_radius[segment] + 1e-9)
+    reach = np.linalg.norm(placed.centres - around[:, segment], axis=-1) + bubbleman.radius[0]
+    assert np.all(reach <= bubbleman.enclosing_radius[0, segment] + 1e-9)
 
 
 def test_poses_of_another_body_are_refused(one_arm, bubbleman):

@@ -3,14 +3,13 @@ with."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import workbench as wb
+from tests.rows import changed
 from tests.test_blend import random_blend
 from workbench.kernels import lanes
 from workbench.model.blend import enclosing_spheres
@@ -29,11 +28,11 @@ def crowded(body, seed, *, most=200, grid=0.0):
     centre = np.round(centre / grid) * grid if grid else centre
     radius = rng.choice([0.01, 0.02], len(owner)) if grid else rng.uniform(0.001, 0.06, len(owner))
     start = np.concatenate([[0], np.cumsum(counts)])
-    made = replace(
+    made = changed(
         body, **(spheres(len(owner)) | {"centre": centre, "radius": radius, "start": start})
     )
     middle, reach = enclosing_spheres(made)
-    return replace(made, enclosing_centre=middle, enclosing_radius=reach)
+    return changed(made, enclosing_centre=middle, enclosing_radius=reach)
 
 
 def spheres(count):
@@ -56,7 +55,7 @@ def all_pairs(one, other, p, a, b):
     t = other.body.spheres(b)
     away = one.centres[p, s][:, None] - other.centres[p, t][None]
     gap = np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2 + away[..., 2] ** 2)
-    gap = gap - (one.body.radius[s][:, None] + other.body.radius[t][None])
+    gap = gap - (one.body.radius[0, s][:, None] + other.body.radius[0, t][None])
     if not gap.size:
         return np.inf, -1, -1
     u, v = np.unravel_index(np.argmin(gap), gap.shape)
@@ -141,15 +140,15 @@ def test_every_sphere_has_its_place_in_the_blocks(one_arm, seed):
     radius = blocks.ball.reshape(-1, 4, 8)[:, 3].reshape(-1)
     place = (
         8 * blocks.first[body.sphere_segment]
-        + np.arange(len(body.radius))
+        + np.arange(len(body.sphere_names))
         - body.start[body.sphere_segment]
     )
-    assert np.array_equal(radius[place], body.radius.astype(np.float32))
-    assert np.sum(radius > 0) == len(body.radius)
+    assert np.array_equal(radius[place], body.radius[0].astype(np.float32))
+    assert np.sum(radius > 0) == len(body.sphere_names)
 
 
 def test_nine_spheres_take_two_blocks_and_eight_take_one(one_arm):
-    body = replace(crowded(one_arm, 1, most=2), start=np.array([0, 0, 8, 17, 17]), **spheres(17))
+    body = changed(crowded(one_arm, 1, most=2), start=np.array([0, 0, 8, 17, 17]), **spheres(17))
     assert blocks_of(body).first.tolist() == [0, 0, 1, 3, 3]
 
 

@@ -220,7 +220,7 @@ def test_what_is_reached_is_within_the_stops_and_on_the_ground():
     poses, notes = score_poses(BODY, given_score)
     assert len(notes) == 3 and "left arm right back high is beyond the joint stops" in notes[1]
     assert stops(BODY, poses).margin.min() > -1e-6
-    low = (place(BODY, poses).centres[..., 2] - BODY.radius).min(axis=1)
+    low = (place(BODY, poses).centres[..., 2] - BODY.radius[0]).min(axis=1)
     assert np.abs(low).max() < 1e-12
 
 

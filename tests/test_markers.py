@@ -171,7 +171,7 @@ def test_recorded_people_are_explained_to_millimetres(file, keep, most):
     assert 1000 * np.sqrt(np.nanmean(fit.residual**2)) < most
     knees = np.degrees(angles_of(BODY, fit.poses)[:, [BODY.joint("LK"), BODY.joint("RK")], 0])
     assert knees.min() > -8 and 50 < knees.max() < 120
-    low = (place(BODY, fit.poses).centres[..., 2] - BODY.radius).min(axis=1)
+    low = (place(BODY, fit.poses).centres[..., 2] - BODY.radius[0]).min(axis=1)
     assert np.ptp(low) < 0.09
 
 

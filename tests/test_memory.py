@@ -12,7 +12,7 @@ from workbench.solve.contact import posed
 def test_a_body_of_four_segments_and_ten_spheres_takes_624_bytes_a_pose(one_arm, monkeypatch):
     # 12 numbers for each of 4 segments, 3 for each of 10 spheres, 8 bytes each
     monkeypatch.setattr(posed, "MEMORY", 624 * 7 + 623)
-    assert (len(one_arm.segments), len(one_arm.radius)) == (4, 10)
+    assert (len(one_arm.segments), len(one_arm.sphere_names)) == (4, 10)
     assert posed._at_a_time(one_arm) == 7
     monkeypatch.setattr(posed, "MEMORY", 1)
     assert posed._at_a_time(one_arm) == 1

@@ -121,7 +121,7 @@ def test_a_recorded_jump_is_mapped_to_the_body():
     real_input(JUMP)
     poses, notes = retarget(BODY, read_bvh(JUMP, keep=Pick(every=8)))
     assert "one unit is taken as 55.96 mm" in " ".join(notes)
-    low = (place(BODY, poses).centres[..., 2] - BODY.radius).min(axis=1)
+    low = (place(BODY, poses).centres[..., 2] - BODY.radius[0]).min(axis=1)
     assert np.percentile(low, 50) == pytest.approx(0.0, abs=0.02)
     assert low.min() > -0.05
     assert 0.1 < low.max() < 0.5
@@ -183,7 +183,7 @@ def _proximal(segment):
         BODY, Poses(np.tile([1.0, 0, 0, 0], (1, len(BODY.joints), 1)), 0, np.eye(3, 4)[None])
     ).world_from_segment
     n = BODY.segments.index(segment)
-    return world[0, n, :, 3] + BODY.joint_in_child[n - 1]
+    return world[0, n, :, 3] + BODY.joint_in_child[0, n - 1]
 
 
 def test_a_skeleton_without_legs_is_refused_with_its_bones(tmp_path):
@@ -352,7 +352,7 @@ def test_a_motion_written_as_bvh_comes_back(tmp_path, motion):
 
 def joints_of(poses):
     world = place(BODY, poses).world_from_segment[:, 2:]
-    return np.einsum("pnij,nj->pni", world[..., :3], BODY.joint_in_child[1:]) + world[..., 3]
+    return np.einsum("pnij,nj->pni", world[..., :3], BODY.joint_in_child[0, 1:]) + world[..., 3]
 
 
 @pytest.mark.parametrize("ending", ["csv", "bvh", "glb"])

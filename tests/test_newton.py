@@ -8,8 +8,8 @@ import pytest
 from workbench.kernels.limbs.limits import Planes, rooms
 from workbench.kernels.limbs.linkage import move, new_state
 from workbench.kernels.limbs.newton import HOLD, INSIDE, equations, new_work
-from workbench.solve.family import family_of, packed_links
 from workbench.solve.reaching.limbs import limb
+from workbench.solve.reaching.packing import packed_links
 
 STEP = 1e-4
 PLANE = Planes(
@@ -22,7 +22,7 @@ class Arm:
     """A right arm at angles (n,), with one plane."""
 
     def __init__(self, body, zone):
-        self.link = packed_links(family_of((body,)), limb(body, "right hand", zone=zone))
+        self.link = packed_links(body, limb(body, "right hand", zone=zone))
         count = len(self.link.rows) + 1
         joints = len(self.link.axes)
         self.free = len(self.link.mode)

@@ -50,6 +50,6 @@ def test_shares_are_those_of_reaching_for_each_point_one_by_one(two):
     reached = np.zeros((2, len(found.points)), dtype=bool)
     for hand in ("left hand", "right hand"):
         reached |= reach_people(
-            sitters.bodies, sitters.seat.poses, found.points, name=hand, grip="push", zone=2
+            sitters.body, sitters.seat.poses, found.points, name=hand, grip="push", zone=2
         ).reached
     assert found.share == pytest.approx(np.array([0.25, 0.75]) @ reached, abs=1e-12)

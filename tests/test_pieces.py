@@ -4,13 +4,13 @@ none."""
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import workbench as wb
 from tests.accommodations import ACCOMMODATIONS
+from tests.rows import changed
 from tests.toy_cockpit import write_toy
 from workbench.files.accommodation.studies import load_accommodation
 from workbench.people.share import TENTHS_FROM
@@ -34,11 +34,11 @@ def test_two_balls_of_10_mm_at_100_mm_are_two_pieces_80_mm_apart(two_spheres):
 
 
 def test_balls_that_just_touch_are_one_piece(two_spheres):
-    radius = two_spheres.radius.copy()
+    radius = two_spheres.radius[0].copy()
     radius[[0, 3]] = 0.05
-    assert body_pieces(replace(two_spheres, radius=radius)).count == 1
+    assert body_pieces(changed(two_spheres, radius=radius)).count == 1
     radius[0] -= 1e-9
-    assert body_pieces(replace(two_spheres, radius=radius)).count == 2
+    assert body_pieces(changed(two_spheres, radius=radius)).count == 2
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import workbench as wb
+from tests.rows import changed, rows_of
 from tests.test_blend import random_blend
 from tests.test_fronts import crowded
 from workbench.kernels.order import stable_order
@@ -128,12 +129,10 @@ def test_a_sphere_stands_where_it_does_whoever_stands_beside_it(one_arm, random_
 
 def only(body, kept, n):
     """The body with these spheres alone, all of segment n."""
-    from dataclasses import replace
-
     start = np.where(np.arange(len(body.segments) + 1) > n, len(kept), 0)
     fields = ("centre", "radius", "sphere_direction", "twist_share", "blend_joint", "blend_share")
-    some = {name: getattr(body, name)[kept] for name in fields}
-    return replace(body, start=start, sphere_names=("",) * len(kept), **some)
+    some = {name: rows_of(body, name)[kept] for name in fields}
+    return changed(body, start=start, sphere_names=("",) * len(kept), **some)
 
 
 @given(

@@ -135,7 +135,7 @@ def test_a_point_of_a_belt_lies_on_the_surface_of_its_segment(bubbleman):
     n = bubbleman.segment("LT")
     at = surface_point(bubbleman, n, np.array([1.0, 0.0, 0.0]))
     some = bubbleman.spheres(n)
-    gap = np.linalg.norm(bubbleman.centre[some] - at, axis=1) - bubbleman.radius[some]
+    gap = np.linalg.norm(bubbleman.centre[0, some] - at, axis=1) - bubbleman.radius[0, some]
     assert gap.min() == pytest.approx(0.0, abs=1e-12)
 
 

@@ -45,7 +45,7 @@ MOST_FALSE = 0.35
 
 @pytest.fixture(scope="module")
 def people(bubbleman):
-    return [scale(bubbleman, measures) for measures in MEASURES]
+    return wb.stack_bodies([scale(bubbleman, measures) for measures in MEASURES])
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def hard(bubbleman):
         wb.pose(body, LEGS, reference="LT", position=(x, 0.28, z))
         for body, (_, x, z) in zip(bodies, HARD, strict=True)
     ]
-    return bodies, wb.join_poses(poses)
+    return wb.stack_bodies(bodies), wb.join_poses(poses)
 
 
 @pytest.fixture(scope="module")
@@ -136,9 +136,7 @@ def test_who_reaches_does_not_depend_on_who_else_is_asked(people, seated, traine
     where = {"environment": trainer, "moves": seat.moves}
     together = reach_people(people, seated, controls, shift=np.zeros((4, 3)), **where, **HOW)
     for b, body in enumerate(people):
-        alone = reach_people(
-            [body], row(seated, b), controls, shift=np.zeros((1, 3)), **where, **HOW
-        )
+        alone = reach_people(body, row(seated, b), controls, shift=np.zeros((1, 3)), **where, **HOW)
         assert list(alone.reached[0]) == list(together.reached[b])
         np.testing.assert_allclose(
             alone.miss[0][alone.reached[0]], together.miss[b][together.reached[b]], atol=1e-4
@@ -194,7 +192,7 @@ def test_who_was_falsely_said_to_be_kept_reaches_within_the_stops_and_clear(
     control = one(trainer, name)
     arm = limb(body, hand, grip=control.grip, zone=zone)
     found = reach_people(
-        [body],
+        body,
         pose,
         [control.at],
         name=hand,
@@ -223,7 +221,7 @@ def test_a_slow_search_of_its_own_finds_their_way_too(hard, trainer, who, hand, 
 def ask(bodies, poses, environment, targets, how, rows=None):
     rows = np.arange(len(bodies)) if rows is None else np.array(rows)
     return reach_people(
-        [bodies[b] for b in rows], seated_of(poses, rows), targets, environment=environment, **how
+        bodies[rows], seated_of(poses, rows), targets, environment=environment, **how
     )
 
 

@@ -21,7 +21,8 @@ def board():
 @pytest.fixture(scope="module")
 def people(bubbleman):
     bodies = [scale(bubbleman, {"stature": stature}) for stature in (1.55, 1.72, 1.88)]
-    return bodies, wb.join_poses([wb.pose(body, {}, reference="LT") for body in bodies])
+    poses = wb.join_poses([wb.pose(body, {}, reference="LT") for body in bodies])
+    return wb.stack_bodies(bodies), poses
 
 
 def test_points_lie_on_the_part_and_are_spread_by_area(board):

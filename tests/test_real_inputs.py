@@ -209,7 +209,7 @@ def test_a_floating_body_is_as_far_from_the_walls_as_trimesh_says(bubbleman, pos
     placed = wb.place(bubbleman, wb.Poses(pose.rotations, pose.reference, world))
     hand = bubbleman.spheres(bubbleman.segment("LHN"))
     apart = (
-        surface_distance(placed.centres[0, hand], trimesh_corners(file)) - bubbleman.radius[hand]
+        surface_distance(placed.centres[0, hand], trimesh_corners(file)) - bubbleman.radius[0, hand]
     )
     assert wb.clearance(placed, module)[0, bubbleman.segment("LHN"), 0] == pytest.approx(
         apart.min(), abs=1e-5

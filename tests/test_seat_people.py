@@ -38,15 +38,15 @@ def seat():
 
 @pytest.fixture(scope="module")
 def people(bubbleman):
-    return [wb.scale(bubbleman, measures) for measures in MEASURES]
+    return wb.stack_bodies([wb.scale(bubbleman, measures) for measures in MEASURES])
 
 
 @pytest.fixture(scope="module")
 def crowd(bubbleman):
     sizes = np.random.default_rng(5).normal([1.69, 0.89], [0.09, 0.035], (24, 2))
-    return [
-        wb.scale(bubbleman, {"stature": float(s), "sitting_height": float(h)}) for s, h in sizes
-    ]
+    return wb.stack_bodies(
+        [wb.scale(bubbleman, {"stature": float(s), "sitting_height": float(h)}) for s, h in sizes]
+    )
 
 
 def poses_of(people):
@@ -136,7 +136,7 @@ def test_drawn_people_sit_where_trying_all_places_puts_them(tmp_path, study, dri
     path.write_text(re.sub(drivers, "", path.read_text()) if drivers else path.read_text())
     plan = ready(load_accommodation(path))
     crew = crew_of(plan.body, plan.people, plan.wears, say=lambda words: None)
-    bodies = [crew.body(row) for row in range(len(plan.people))]
+    bodies = crew.of(np.arange(len(plan.people)))
     controls = {control.name: control.at for control in plan.environment.controls}
     pedals = Pedals(
         {
@@ -187,7 +187,7 @@ def test_mirrored_pedals_give_the_mirrored_sitter(bubbleman, seat, left):
     for one, other, sign in ((left, right, 1), (right, left, -1)):
         at = {"left foot": one, "right foot": other}
         pedals = Pedals({name: (x, side + sign * y, z) for name, (x, y, z) in at.items()}, 0.0)
-        found.append(seat_people([bubbleman], poses, seat, eye=EYE, pedals=pedals))
+        found.append(seat_people(bubbleman, poses, seat, eye=EYE, pedals=pedals))
     one, two = found
     assert one.forward == two.forward
     np.testing.assert_allclose(
@@ -221,6 +221,7 @@ def test_longer_legs_on_the_same_trunk_sit_no_farther_forward(bubbleman, seat):
         wb.scale(bubbleman, {"stature": 0.90 + leg, "sitting_height": 0.90})
         for leg in (0.72, 0.78, 0.84, 0.90)
     ]
+    legs = wb.stack_bodies(legs)
     found = seat_people(legs, poses_of(legs), seat, eye=EYE, pedals=TRAINER)
     assert np.all(np.diff(found.forward) <= 1e-9) and found.forward[0] > found.forward[-1]
 
@@ -242,9 +243,9 @@ def test_hips_rest_as_deep_in_cushion_and_back_as_the_seat_says(people, seat):
         point = np.array(seat.srp) + found.shift[b]
         for way, rest in zip(seat_planes(seat)[:2], (seat.cushion, seat.back), strict=True):
             on = np.isin(body.sphere_segment, [body.segment(name) for name in rest.segments])
-            assert np.min((placed.centres[0, on] - point) @ way - body.radius[on]) == pytest.approx(
-                -rest.depth, abs=1e-5
-            )
+            assert np.min(
+                (placed.centres[0, on] - point) @ way - body.radius[0, on]
+            ) == pytest.approx(-rest.depth, abs=1e-5)
 
 
 def test_no_stop_of_a_sitters_legs_is_breached(people, seat):
@@ -284,7 +285,9 @@ def test_who_has_no_pedals_sits_where_the_seat_stands(people, seat):
     assert np.all(found.forward == 0) and np.all(found.up == 0) and not found.miss
     placed = wb.place(people[2], row(found.poses, 2))
     on = np.isin(people[2].sphere_segment, [people[2].segment("LT")])
-    low = np.min((placed.centres[0, on] - seat.srp) @ seat_planes(seat)[0] - people[2].radius[on])
+    low = np.min(
+        (placed.centres[0, on] - seat.srp) @ seat_planes(seat)[0] - people[2].radius[0, on]
+    )
     assert low == pytest.approx(-seat.cushion.depth, abs=1e-9)
 
 
@@ -302,14 +305,12 @@ def test_a_seat_that_faces_another_way_is_sat_in_the_same_way(people, seat):
     )
 
 
-def test_what_cannot_be_seated_is_refused(people, seat, one_arm):
+def test_what_cannot_be_seated_is_refused(people, seat):
     poses = poses_of(people)
-    with pytest.raises(wb.UsageError, match="poses: expected 2 rows for 2 bodies, got 4"):
+    with pytest.raises(wb.UsageError, match="poses: expected 2 rows for 2 bodies"):
         seat_people(people[:2], poses, seat, eye=None, pedals=Pedals({}))
-    with pytest.raises(wb.UsageError, match="one family"):
-        seat_people([*people[:3], one_arm], poses, seat, eye=None, pedals=Pedals({}))
     dog = wb.load_body("dog")
     with pytest.raises(wb.InputError, match="no spheres in"):
-        seat_people([dog], wb.pose(dog, {}), seat, eye=None, pedals=Pedals({}))
+        seat_people(dog, wb.pose(dog, {}), seat, eye=None, pedals=Pedals({}))
     with pytest.raises(wb.InputError, match="no limb 'third foot'"):
         seat_people(people, poses, seat, eye=None, pedals=Pedals({"third foot": (1, 0, 0)}))

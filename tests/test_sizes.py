@@ -107,8 +107,8 @@ def test_a_length_is_linear_in_the_body_while_its_extreme_spheres_stay(bubbleman
 
 def test_measured_on_the_posed_body_stature_is_its_height(bubbleman):
     placed = wb.place(bubbleman, wb.pose(bubbleman, {}))
-    top = (placed.centres[0, :, 2] + bubbleman.radius).max()
-    low = (placed.centres[0, :, 2] - bubbleman.radius).min()
+    top = (placed.centres[0, :, 2] + bubbleman.radius[0]).max()
+    low = (placed.centres[0, :, 2] - bubbleman.radius[0]).min()
     assert measure(bubbleman, ["stature"])["stature"] == pytest.approx(top - low)
 
 
@@ -136,9 +136,9 @@ def test_six_measures_come_out_within_a_hundredth_of_a_millimetre(bubbleman, col
 
 def test_scaling_to_its_own_measures_changes_nothing(bubbleman):
     same = scale(bubbleman, measure(bubbleman, SIX))
-    assert np.allclose(same.centre, bubbleman.centre, atol=1e-9)
-    assert np.allclose(same.radius, bubbleman.radius, atol=1e-9)
-    assert np.allclose(same.allowance, bubbleman.allowance, atol=1e-9)
+    assert np.allclose(same.centre[0], bubbleman.centre[0], atol=1e-9)
+    assert np.allclose(same.radius[0], bubbleman.radius[0], atol=1e-9)
+    assert np.allclose(same.allowance[0], bubbleman.allowance[0], atol=1e-9)
 
 
 def test_a_scaled_body_stands_on_the_floor_with_spheres_at_its_joints(bubbleman, postures):
@@ -150,10 +150,10 @@ def test_a_scaled_body_stands_on_the_floor_with_spheres_at_its_joints(bubbleman,
         ),
     )
     standing = wb.place(small, wb.pose(small, {}))
-    assert (standing.centres[0, :, 2] - small.radius).min() == pytest.approx(0, abs=1e-9)
+    assert (standing.centres[0, :, 2] - small.radius[0]).min() == pytest.approx(0, abs=1e-9)
     for j in range(len(small.joints)):
         at = (
-            placed.world_from_segment[:, j + 1, :, :3] @ small.joint_in_child[j]
+            placed.world_from_segment[:, j + 1, :, :3] @ small.joint_in_child[0, j]
             + placed.world_from_segment[:, j + 1, :, 3]
         )
         near = np.linalg.norm(placed.centres - at[:, None], axis=-1).min(axis=1)
@@ -204,7 +204,7 @@ def test_what_is_not_given_follows_the_population(bubbleman, model):
     found = measure(made.body)
     wanted = percentile("F50", ["knee_height_sitting", "buttock_knee_length", "foot_length"])
     assert all(abs(found[name] - wanted[name]) < 0.012 for name in wanted)
-    assert made.body.mass.sum() == pytest.approx(66.8, abs=3)
+    assert made.body.mass[0].sum() == pytest.approx(66.8, abs=3)
     assert made.warnings == ()
 
 

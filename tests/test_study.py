@@ -41,9 +41,9 @@ def test_a_sitter_sinks_into_cushion_and_back_by_exactly_the_stated_depth(bubble
     cushion, back, centre = seat_planes(place)
     for normal, rest in ((cushion, place.cushion), (back, place.back)):
         rows = np.isin(bubbleman.sphere_segment, [bubbleman.segment(s) for s in rest.segments])
-        low = (placed.centres[0, rows] @ normal - bubbleman.radius[rows]).min() - normal @ np.array(
-            place.srp
-        )
+        low = (
+            placed.centres[0, rows] @ normal - bubbleman.radius[0, rows]
+        ).min() - normal @ np.array(place.srp)
         assert low == pytest.approx(-rest.depth, abs=1e-12)
     origin = placed.world_from_segment[0, bubbleman.segment("LT"), :, 3]
     assert centre @ (origin - np.array(place.srp)) == pytest.approx(0, abs=1e-12)
@@ -87,7 +87,7 @@ def test_standing_puts_the_lowest_sphere_on_the_point(one_arm):
         study(one_arm, stand=(0.1, 0.2, 0.3)).people[0],
         environment_of(box_part("b", [0, 0, 0], [1, 1, 1])),
     )
-    assert (placed.centres[0, :, 2] - one_arm.radius).min() == pytest.approx(0.3)
+    assert (placed.centres[0, :, 2] - one_arm.radius[0]).min() == pytest.approx(0.3)
     assert placed.world_from_segment[0, 0, :2, 3] == pytest.approx([0.1, 0.2])
 
 

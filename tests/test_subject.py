@@ -42,9 +42,9 @@ def test_a_lengthened_body_stands_on_the_floor_with_its_limbs_that_much_longer()
     assert {s: after[s] / before[s] for s in before} == pytest.approx(
         {s: GROWN[s] for s in before}, rel=2e-3
     )
-    assert BODY.radius.tolist() == TALL.radius.tolist()
+    assert BODY.radius[0].tolist() == TALL.radius[0].tolist()
     soles = [
-        (b.zero_origins[b.sphere_segment, 2] + b.centre[:, 2] - b.radius).min()
+        (b.zero_origins[0, b.sphere_segment, 2] + b.centre[0, :, 2] - b.radius[0]).min()
         for b in (BODY, TALL)
     ]
     assert soles[0] == pytest.approx(soles[1])
@@ -61,8 +61,8 @@ def test_a_skeleton_with_its_unit_tells_every_length(tmp_path):
     made, notes = subject_body(BODY, path, options=options)
     want = body_lengths(TALL)
     assert {s: body_lengths(made)[s] for s in want} == pytest.approx(want, rel=2e-3)
-    assert made.zero_origins[BODY.segment("H"), 2] == pytest.approx(
-        TALL.zero_origins[BODY.segment("H"), 2], abs=0.006
+    assert made.zero_origins[0, BODY.segment("H"), 2] == pytest.approx(
+        TALL.zero_origins[0, BODY.segment("H"), 2], abs=0.006
     )
     assert (
         "scaled to the subject: upper arms -5 %, lower arms -10 %, upper legs +10 %, lower legs +8 %"

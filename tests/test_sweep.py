@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests import oracles
 from tests.conftest import ROOT, box_part, environment_of
+from tests.rows import changed
 from workbench.files.meshes.parts import RawPart
 from workbench.model.blend import enclosing_spheres
 from workbench.model.environment import Allowance
@@ -56,7 +57,7 @@ def plate():
 def test_a_dropped_sphere_meets_the_plate_when_its_height_is_its_radius(one_arm, plate):
     found = wb.sweep(one_arm, (at(one_arm, 0, 0, 1), at(one_arm, 0, 0, -1)), plate, by="sphere")[0]
     heights = wb.place(one_arm, at(one_arm, 0, 0, 1)).centres[0, :, 2]
-    assert found == pytest.approx((heights - one_arm.radius) / 2, abs=1e-9)
+    assert found == pytest.approx((heights - one_arm.radius[0]) / 2, abs=1e-9)
 
 
 @pytest.mark.parametrize("speed", [1.0, 100.0, 1e4, 1e6])
@@ -252,7 +253,7 @@ def strays_beyond(body, way, seed):
     mover = pack_motion(body, *frames_of(*way))
     count = 200
     pair = rng.integers(0, len(way[0]), count)
-    sphere = rng.integers(0, len(body.radius), count)
+    sphere = rng.integers(0, len(body.sphere_names), count)
     ends = np.sort(rng.uniform(size=(2, count)), axis=0)
     ends[1] = ends[0] + (ends[1] - ends[0]) * 10.0 ** -rng.integers(0, 4, count)
     fraction = rng.uniform(size=count)
@@ -290,9 +291,9 @@ def blended_arm(one_arm):
     shared as well."""
     joint = np.array([-1, 0, 1, 1, 1, 2, 2, 2, 2, 2])
     share = np.array([0, 0.5, 0.2, 0.5, 0.7, 0.3, 0.5, 1.0, 0.4, 0.1])
-    body = replace(one_arm, blend_joint=joint, blend_share=share)
+    body = changed(one_arm, blend_joint=joint, blend_share=share)
     centre, radius = enclosing_spheres(body)
-    return replace(body, enclosing_centre=centre, enclosing_radius=radius)
+    return changed(body, enclosing_centre=centre, enclosing_radius=radius)
 
 
 @given(st.integers(0, 10**6), st.sampled_from([1.0, 5.0]))

@@ -60,7 +60,13 @@ HOMES = {
 }
 """The files or rooms that may import a library."""
 DRAWERS = {"utils", "helpers", "common", "misc"}
-FORWARDS = {"cli/body.py", "model/arguments.py", "kernels/compiled.py"}
+FORWARDS = {
+    "cli/body.py",
+    "kernels/compiled.py",
+    "model/arguments.py",
+    "model/kept.py",
+    "solve/contact/by_person.py",
+}
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
 CATCHES = {"cli/application.py"}
 """Files that may catch every exception: an exit code and one line for what nobody expects."""

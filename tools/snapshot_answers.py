@@ -224,9 +224,9 @@ def _summary(body: wb.Body) -> Answers:
     return {
         "segments": len(body.segments),
         "joints": len(body.joints),
-        "spheres": len(body.radius),
-        "mass_kg": float(body.mass.sum()),
-        "radii_mm": 1000 * float(body.radius.sum()),
+        "spheres": len(body.sphere_names),
+        "mass_kg": float(body.mass[0].sum()),
+        "radii_mm": 1000 * float(body.radius[0].sum()),
     }
 
 

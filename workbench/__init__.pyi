@@ -14,6 +14,8 @@ from .files.environments import load_environment as load_environment
 from .files.populations import load_population_model as load_population_model
 from .files.studies import load_study as load_study
 from .model.body import Body as Body
+from .model.body import Topology as Topology
+from .model.body import stack_bodies as stack_bodies
 from .model.comparison import Comparison as Comparison
 from .model.contacts import Clearance as Clearance
 from .model.contacts import Contacts as Contacts

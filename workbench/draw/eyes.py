@@ -33,7 +33,10 @@ def eye_point(shown: SceneBody) -> tuple[Floats, Floats]:
         )
     head = int(body.sphere_segment[eyes[0]])
     axes = placed.world_from_segment[shown.pose, head, :, :3].T
-    point = placed.centres[shown.pose][eyes].mean(axis=0) + body.radius[eyes].mean() * axes[0]
+    point = (
+        placed.centres[shown.pose][eyes].mean(axis=0)
+        + body.radius[placed.person[shown.pose], eyes].mean() * axes[0]
+    )
     if not np.all(np.isfinite(point)):
         raise UsageError(
             f"body {body.name}: its eyes are outside the logical window, nothing can be seen from them"

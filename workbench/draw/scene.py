@@ -96,9 +96,8 @@ class Scene:
                 raise InputError(
                     f"scene: body {body.name}, pose {shown.pose}: sphere centres must be finite"
                 )
-            found.append(
-                Spheres(centre, body.radius[inside], np.full(len(centre), index, dtype=np.int64))
-            )
+            radius = body.radius[shown.placed.person[shown.pose], inside]
+            found.append(Spheres(centre, radius, np.full(len(centre), index, dtype=np.int64)))
         return Spheres(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
     @property

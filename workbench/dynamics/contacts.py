@@ -67,7 +67,7 @@ class Touch:
         allowed = allowed_depth(simulation.body, simulation.environment)
         self_deep = -self_clearance(placed).distance[0]
         flesh = np.maximum(
-            simulation.body.allowance, np.where(np.isfinite(self_deep), self_deep, 0.0)
+            simulation.body.allowance[0], np.where(np.isfinite(self_deep), self_deep, 0.0)
         )
         return cls(
             simulation, depth_offset(simulation.bears, allowed, start), np.maximum(flesh, flesh.T)
@@ -157,7 +157,7 @@ def _with_parts(touch: Touch, placed: Placed) -> Iterator[tuple[Key, _Rows, Forc
         at = code == value
         n, k = divmod(value, len(environment.parts))
         rows = _Rows(
-            -numbers[at, 0], body.radius[sphere[at]], numbers[at, 1:4], normal[at], inside[at]
+            -numbers[at, 0], body.radius[0][sphere[at]], numbers[at, 1:4], normal[at], inside[at]
         )
         yield (n, -1, k), rows, law_of(touch.simulation, n, k)
 
@@ -175,7 +175,9 @@ def _with_itself(touch: Touch, placed: Placed) -> Iterator[tuple[Key, _Rows, For
         if depth.max() <= touch.own[n, m]:
             continue
         none = np.zeros(len(depth), dtype=np.bool_)
-        rows = _Rows(depth, body.radius[found.sphere[at]], found.point[at], found.normal[at], none)
+        rows = _Rows(
+            depth, body.radius[0][found.sphere[at]], found.point[at], found.normal[at], none
+        )
         yield (n, m, -1), rows, touch.simulation.flesh
 
 

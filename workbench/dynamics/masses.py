@@ -32,7 +32,7 @@ def root_segment(body: Body) -> int:
     """The first segment that has mass or spheres, or branches: what lies before it only says where
     it is."""
     at = 0
-    while body.mass[at] == 0 and body.start[at] == body.start[at + 1]:
+    while body.mass[0, at] == 0 and body.start[at] == body.start[at + 1]:
         below = np.flatnonzero(body.parent == at)
         if len(below) != 1:
             break
@@ -43,10 +43,11 @@ def root_segment(body: Body) -> int:
 def segment_masses(body: Body) -> Floats:
     """(N,) [kg]; segments without mass get a ten-thousandth of the body's. InputError for a body
     without mass."""
-    total = float(body.mass.sum())
+    total = float(body.mass[0].sum())
     if not total > 0:
         raise InputError(f"body {body.name} has no mass, so it cannot be simulated")
-    return np.maximum(body.mass, _LEAST_SHARE * total)
+    mass: Floats = np.maximum(body.mass[0], _LEAST_SHARE * total)
+    return mass
 
 
 def segment_inertia(body: Body, mass: Floats) -> Floats:
@@ -56,8 +57,8 @@ def segment_inertia(body: Body, mass: Floats) -> Floats:
     out = np.zeros((len(mass), 3, 3))
     for n in range(len(mass)):
         some = body.spheres(n)
-        centre = body.centre[some]
-        radius = body.radius[some]
+        centre = body.centre[0, some]
+        radius = body.radius[0, some]
         if not len(radius):
             out[n] = 1e-4 * mass[n] * np.eye(3)
             continue
@@ -84,7 +85,7 @@ def carried(placed: Placed, mass: Floats, inertia: Floats) -> Carried:
     for j in range(len(body.joints)):
         beyond = [j + 1]
         beyond += [n for n in range(j + 2, len(mass)) if _descends(body, n, j + 1)]
-        at = world[j + 1, :, :3] @ body.joint_in_child[j] + world[j + 1, :, 3]
+        at = world[j + 1, :, :3] @ body.joint_in_child[0, j] + world[j + 1, :, 3]
         arm = world[beyond, :, 3] - at
         own = np.einsum(
             "nij,njk,nlk->nil", world[beyond, :, :3], inertia[beyond], world[beyond, :, :3]

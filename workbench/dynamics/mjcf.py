@@ -94,11 +94,11 @@ def _segment(simulation: Simulation, n: int, given: Any) -> list[str]:
     if n == root_segment(body):
         lines = [f'<body name="{name}"><freejoint name="root"/>']
     else:
-        place = body.joint_in_parent[j] - body.joint_in_child[j]
+        place = body.joint_in_parent[0, j] - body.joint_in_child[0, j]
         passive = f'stiffness="{float(stiffness[j])!r}" damping="{float(damping[j])!r}"'
         lines = [
             f'<body name="{name}" pos="{_row(place)}"><joint name="{body.joints[j]}" type="ball" '
-            f'pos="{_row(body.joint_in_child[j])}" {passive}/>'
+            f'pos="{_row(body.joint_in_child[0, j])}" {passive}/>'
         ]
     t = inertia[n]
     full = (t[0, 0], t[1, 1], t[2, 2], t[0, 1], t[0, 2], t[1, 2])
@@ -106,7 +106,7 @@ def _segment(simulation: Simulation, n: int, given: Any) -> list[str]:
     some = body.spheres(n)
     lines += [
         f'<geom type="sphere" size="{float(r)!r}" pos="{_row(c)}" contype="0" conaffinity="0" mass="0"/>'
-        for c, r in zip(body.centre[some], body.radius[some], strict=True)
+        for c, r in zip(body.centre[0, some], body.radius[0, some], strict=True)
     ]
     lines += sites.get(n, [])
     for child in np.flatnonzero(body.parent == n).tolist():

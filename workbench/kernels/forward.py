@@ -11,7 +11,7 @@ from workbench.kernels.compiled import njit
 from workbench.kernels.quads import FOUR, first_of, four, load_four, store_triples
 from workbench.kernels.rotation import product, quaternion_matrix, twist_angle
 
-__all__ = ["Chain", "Skin", "chain_transforms", "place_spheres"]
+__all__ = ["Chain", "Rows", "Skin", "chain_transforms", "place_bodies", "place_spheres"]
 
 
 class Chain(NamedTuple):
@@ -58,6 +58,19 @@ class Skin(NamedTuple):
     blend_start: NDArray[np.int64]
     distal: NDArray[np.int64]
     twist_shared: NDArray[np.int64]
+
+
+class Rows(NamedTuple):
+    """What B bodies of one topology differ in: joint_in_parent, joint_in_child (B, J, 3), centre
+    (B, S, 3), twist_point, twist_axis (B, N, 3), twist_share, blend_share (B, S)."""
+
+    joint_in_parent: NDArray[np.float64]
+    joint_in_child: NDArray[np.float64]
+    centre: NDArray[np.float64]
+    twist_point: NDArray[np.float64]
+    twist_axis: NDArray[np.float64]
+    twist_share: NDArray[np.float64]
+    blend_share: NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
@@ -275,3 +288,80 @@ def place_spheres(rotations, world, skin, centres):  # type: ignore[no-untyped-d
                     skin, np.uint64(s), quarter, f, centres, np.uint64(3 * (p * spheres + s))
                 )
             _blended_spheres(rotations, p, skin, n, quarter, f, centres)
+
+
+@njit(cache=True, error_model="numpy", nogil=True)
+def place_bodies(rotations, person, chain, first, skin, segment, rows, world, centres):  # type: ignore[no-untyped-def]
+    """Place P poses, pose p of the body in row person[p].
+
+    rotations (P, J, 4); chain, skin: of the topology, without a body's own coordinates; first: the
+    step of the chain to begin at; segment (S,): of each sphere; rows: Rows. Fills world (P, N, 3,
+    4), where the reference segment stands already, and centres (P, S, 3). Poses of one body in a
+    run share its packing.
+    """
+    steps = len(chain.to)
+    spheres = centres.shape[1]
+    at_came = np.empty((steps, 3))
+    at_to = np.empty((steps, 3))
+    centre = np.empty((3, spheres))
+    out = np.empty((3, spheres))
+    across = np.empty((3, spheres))
+    blend_point = np.zeros((spheres, 3))
+    begin = 0
+    while begin < len(person):
+        b = person[begin]
+        end = begin + 1
+        while end < len(person) and person[end] == b:
+            end += 1
+        for m in range(steps):
+            j = chain.joint[m]
+            for i in range(3):
+                above = rows.joint_in_parent[b, j, i]
+                below = rows.joint_in_child[b, j, i]
+                at_came[m, i], at_to[m, i] = (below, above) if chain.upward[m] else (above, below)
+        for s in range(spheres):
+            n = segment[s]
+            x = rows.twist_axis[b, n, 0]
+            y = rows.twist_axis[b, n, 1]
+            z = rows.twist_axis[b, n, 2]
+            u = rows.centre[b, s, 0] - rows.twist_point[b, n, 0]
+            v = rows.centre[b, s, 1] - rows.twist_point[b, n, 1]
+            w = rows.centre[b, s, 2] - rows.twist_point[b, n, 2]
+            along = u * x + v * y + w * z
+            u = u - along * x
+            v = v - along * y
+            w = w - along * z
+            out[0, s] = u
+            out[1, s] = v
+            out[2, s] = w
+            across[0, s] = y * w - z * v
+            across[1, s] = z * u - x * w
+            across[2, s] = x * v - y * u
+            j = skin.blend_joint[s]
+            for i in range(3):
+                centre[i, s] = rows.centre[b, s, i]
+                if j >= 0:
+                    near = rows.joint_in_child if skin.distal[s] else rows.joint_in_parent
+                    blend_point[s, i] = near[b, j, i]
+        own_chain = Chain(chain.to, chain.came, chain.joint, chain.upward, at_came, at_to)
+        chain_transforms(rotations[begin:end], own_chain, first, world[begin:end])
+        own_skin = Skin(
+            centre,
+            out,
+            across,
+            skin.start,
+            skin.twist_joint,
+            skin.joint_axis,
+            rows.twist_axis[b],
+            rows.twist_share[b],
+            skin.shown,
+            skin.blend_joint,
+            rows.blend_share[b],
+            blend_point,
+            skin.blended,
+            skin.blend_start,
+            skin.distal,
+            skin.twist_shared,
+        )
+        place_spheres(rotations[begin:end], world[begin:end], own_skin, centres[begin:end])
+        begin = end

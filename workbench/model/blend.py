@@ -13,28 +13,29 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats
-from workbench.model.body import Body
+from workbench.model.body import Body, Topology
 
 __all__ = ["blend_point", "distal", "enclosing_spheres", "swept_spheres", "twist_shared"]
 
 
-def distal(body: Body) -> Bools:
+def distal(body: Body | Topology) -> Bools:
     """(S,) True where a sphere is blended across the joint above its own segment."""
     above: Bools = (body.blend_joint >= 0) & (body.blend_joint == body.sphere_segment - 1)
     return above
 
 
 def blend_point(body: Body) -> Floats:
-    """(S, 3) the joint a sphere is blended across in the frame of its segment [m]; 0 where it is
+    """(B, S, 3) the joint a sphere is blended across in the frame of its segment [m]; 0 where it is
     rigid."""
     if not len(body.joints):
-        return np.zeros((len(body.blend_joint), 3))
+        return np.zeros((len(body), len(body.blend_joint), 3))
     joint = np.maximum(body.blend_joint, 0)
-    point = np.where(distal(body)[:, None], body.joint_in_child[joint], body.joint_in_parent[joint])
+    above = body.joint_in_child[:, joint]
+    point = np.where(distal(body)[:, None], above, body.joint_in_parent[:, joint])
     return np.where(body.blend_joint[:, None] >= 0, point, 0.0)
 
 
-def twist_shared(body: Body) -> Bools:
+def twist_shared(body: Body | Topology) -> Bools:
     """(J,) True where the joint's proximal segment shares its twist."""
     shared = np.zeros(len(body.joints), dtype=np.bool_)
     shared[body.twist_joint[body.twist_joint >= 0]] = True
@@ -42,23 +43,26 @@ def twist_shared(body: Body) -> Bools:
 
 
 def swept_spheres(body: Body) -> tuple[Floats, Floats]:
-    """Centres (S, 3) and radii (S,) [m], in segment frames, of spheres that hold each sphere
-    however the joint turns that it is blended across; seen from the line that its segment's twist
+    """Centres (S, 3) and radii (S,) [m], in segment frames, of spheres that hold each sphere of the
+    first row however the joint turns that it is blended across; seen from the line that its segment's twist
     turns about, also at every twist.
 
     w R (c - joint) stays on a sphere of radius w |c - joint| about joint + (1 - w)(c - joint).
     Where the sphere twists about a line that the joint is not on, both are taken at their farthest
     from the line and from each other.
     """
-    point = blend_point(body)
-    share = np.where(body.blend_joint >= 0, body.blend_share, 0.0)
-    middle = body.centre - share[:, None] * (body.centre - point)
-    reach = np.linalg.norm(body.centre - point, axis=1)
+    point = blend_point(body)[0]
+    own = body.centre[0]
+    share = np.where(body.blend_joint >= 0, body.blend_share[0], 0.0)
+    middle = own - share[:, None] * (own - point)
+    reach = np.linalg.norm(own - point, axis=1)
     segment = body.sphere_segment
-    turned = np.flatnonzero((share > 0) & (body.twist_share > 0) & (body.twist_joint[segment] >= 0))
-    start = body.twist_point[segment[turned]]
-    line = body.twist_axis[segment[turned]]
-    both = np.stack([body.centre[turned], point[turned]]) - start
+    turned = np.flatnonzero(
+        (share > 0) & (body.twist_share[0] > 0) & (body.twist_joint[segment] >= 0)
+    )
+    start = body.twist_point[0, segment[turned]]
+    line = body.twist_axis[0, segment[turned]]
+    both = np.stack([own[turned], point[turned]]) - start
     along = np.einsum("ksi,si->ks", both, line)
     off = both - along[..., None] * line
     far = np.linalg.norm(off, axis=-1)
@@ -78,14 +82,14 @@ def swept_spheres(body: Body) -> tuple[Floats, Floats]:
     middle[turned] = (
         start + line * (along * part).sum(axis=0)[:, None] + out * (far * part).sum(axis=0)[:, None]
     )
-    return middle, body.radius + share * reach
+    return middle, body.radius[0] + share * reach
 
 
 def enclosing_spheres(
     body: Body, *, steps: int = 100, centre: Floats | None = None
 ) -> tuple[Floats, Floats]:
-    """Centres (N, 3) and radii (N,) of small spheres around all spheres of each segment in every
-    pose; radius 0 where there are none.
+    """Centres (N, 3) and radii (N,) of small spheres around all spheres of each segment of the
+    first row in every pose; radius 0 where there are none.
 
     Where a segment shares a twist the centre lies on the line it turns about, so that any twist
     fits. Found by moving toward the farthest sphere by ever smaller steps (after Badoiu & Clarkson
@@ -97,8 +101,8 @@ def enclosing_spheres(
     count = np.diff(body.start)[filled]
     group = np.repeat(np.arange(len(filled)), count)
     turns = (body.twist_joint[filled] >= 0)[:, None]
-    point = body.twist_point[filled]
-    axis = body.twist_axis[filled]
+    point = body.twist_point[0, filled]
+    axis = body.twist_axis[0, filled]
 
     def on_line(at: Floats) -> Floats:
         along = np.einsum("ni,ni->n", at - point, axis)[:, None]

@@ -3,34 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.model.arguments import check_fields
-from workbench.model.arrays import Bools, Floats, frozen
+from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
 from workbench.model.spool import Spool, pieces
 
-__all__ = ["Placed", "Poses", "check_joints", "check_rows", "rotation_fault", "stacked"]
+__all__ = [
+    "Placed",
+    "Poses",
+    "check_joints",
+    "check_rows",
+    "people_of",
+    "rotation_fault",
+    "row_for_each",
+    "stacked",
+]
 
 _CHECKED = 65_536
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Poses:
-    """P poses of a body with J joints.
+    """P poses of bodies with J joints.
 
     rotations (P, J, 4): unit quaternions w, x, y, z; distal segment relative to the proximal one.
     reference: index of the segment that is placed; world_from_reference (P, 3, 4) [m]. time (P,)
-    [s] where it is a motion.
+    [s] where it is a motion. person (P,): the row of the body that each pose is of. Where it is
+    None, all are of a body of one row, or there is one pose for each row, in their order.
     """
 
     rotations: Floats
     reference: int
     world_from_reference: Floats
     time: Floats | None = None
+    person: Ints | None = None
 
     def __repr__(self) -> str:
         return f"Poses({len(self)} poses of {self.rotations.shape[1]} joints)"
@@ -57,14 +68,19 @@ class Poses:
             if not np.all(np.isfinite(time)):
                 raise InputError("poses.time: expected finite times [s]")
             object.__setattr__(self, "time", time)
+        if self.person is not None:
+            object.__setattr__(self, "person", _rows(self.person, poses, "poses.person"))
 
     def __len__(self) -> int:
         return len(self.rotations)
 
-    def rows(self, keep: slice) -> Poses:
-        """The poses of a slice, without a copy."""
+    def rows(self, keep: slice | Ints) -> Poses:
+        """Some of the poses; those of a slice without a copy."""
         time = None if self.time is None else self.time[keep]
-        return Poses(self.rotations[keep], self.reference, self.world_from_reference[keep], time)
+        rotations = self.rotations[keep]
+        world = self.world_from_reference[keep]
+        person = None if self.person is None else self.person[keep]
+        return Poses(rotations, self.reference, world, time, person)
 
     @property
     def clock(self) -> Floats:
@@ -77,12 +93,15 @@ class Placed:
     """P placed bodies: world_from_segment (P, N, 3, 4), sphere centres (P, S, 3) [m].
 
     window (N,): the segments that were placed; what is outside holds NaN and takes part in nothing.
+    person (P,): the row of the body that each pose is of; its spheres have the radii
+    `body.radius[person]`. The first row where None is given.
     """
 
     body: Body
     world_from_segment: Floats
     centres: Floats
     window: Bools
+    person: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     def __repr__(self) -> str:
         return f"Placed({len(self)} poses of {self.body!r})"
@@ -98,9 +117,18 @@ class Placed:
         centres = frozen(self.centres, np.float64, (len(world), s, 3), "placed.centres")
         object.__setattr__(self, "centres", centres)
         object.__setattr__(self, "window", frozen(self.window, np.bool_, (n,), "placed.window"))
+        person = self.person if len(self.person) else np.zeros(len(world), dtype=np.int64)
+        person = _rows(person, len(world), "placed.person")
+        _check_people(self.body, person, "placed.person")
+        object.__setattr__(self, "person", person)
 
     def __len__(self) -> int:
         return len(self.world_from_segment)
+
+    def of_person(self, person: int, rows: Ints) -> Placed:
+        """Some poses of one person, placed with this one row of the body."""
+        world = self.world_from_segment[rows]
+        return Placed(self.body[person], world, self.centres[rows], self.window)
 
 
 def stacked(parts: Iterable[Poses]) -> Poses:
@@ -109,6 +137,7 @@ def stacked(parts: Iterable[Poses]) -> Poses:
     name different reference segments."""
     kept: tuple[Spool, Spool, Spool] | None = None
     reference = -1
+    person: list[Ints] = []
     for part in parts:
         if kept is None:
             reference = part.reference
@@ -119,10 +148,28 @@ def stacked(parts: Iterable[Poses]) -> Poses:
             kept, (part.rotations, part.world_from_reference, part.clock), strict=True
         ):
             spool.add(rows)
+        if part.person is not None:
+            person.append(part.person)
     if kept is None:
         raise InputError("no poses to stack")
     rotations, place, time = (spool.done() for spool in kept)
-    return Poses(rotations, reference, place, time)
+    people = np.concatenate(person) if person else None
+    return Poses(rotations, reference, place, time, people)
+
+
+def _rows(person: Ints, count: int, what: str) -> Ints:
+    """Rows of a body (P,); InputError where they are no such numbers."""
+    rows = frozen(person, np.int64, (count,), what)
+    if np.any(rows < 0):
+        raise InputError(f"{what}: expected numbers of rows from 0 on, got {rows.min()}")
+    return rows
+
+
+def _check_people(body: Body, person: Ints, what: str) -> None:
+    """InputError where a body does not have such rows."""
+    if person.max(initial=0) >= len(body):
+        rows = f"{len(body)} row{'s' if len(body) > 1 else ''}"
+        raise InputError(f"{what}: body {body.name} has {rows}, counted from 0, got {person.max()}")
 
 
 def _check(rotations: Floats, place: Floats, first: int) -> None:
@@ -148,6 +195,33 @@ def check_joints(body: Body, poses: Poses) -> None:
         raise InputError(
             f"poses: expected {len(body.joints)} joints, those of body {body.name}, got {given}"
         )
+
+
+def people_of(body: Body, poses: Poses) -> Ints:
+    """(P,) the row of the body that each pose is of.
+
+    InputError where the poses are of another body: of other joints, or of rows that it does not
+    have. UsageError where they do not say which rows they are of and are not one for each.
+    """
+    check_joints(body, poses)
+    if poses.person is not None:
+        _check_people(body, poses.person, "poses.person")
+        return poses.person
+    if len(body) == 1:
+        return np.zeros(len(poses), dtype=np.int64)
+    if len(poses) != len(body):
+        raise UsageError(
+            f"poses: expected {len(body)} rows for {len(body)} bodies, or `person`, the body's row of "
+            f"each pose, got {len(poses)} rows"
+        )
+    return np.arange(len(poses))
+
+
+def row_for_each(body: Body, poses: Poses) -> Body:
+    """A body with one row for each pose, in their order. Raises as `people_of`."""
+    person = people_of(body, poses)
+    alike = len(body) == len(poses) and np.array_equal(person, np.arange(len(poses)))
+    return body if alike else body[person]
 
 
 def check_rows(poses: Poses, count: int, what: str) -> None:

@@ -84,9 +84,10 @@ def join_poses(rows: Sequence[Poses]) -> Poses:
     if len({row.reference for row in rows}) > 1:
         raise InputError("poses with different reference segments cannot be one batch")
     rotations = np.concatenate([row.rotations for row in rows])
-    return Poses(
-        rotations, rows[0].reference, np.concatenate([row.world_from_reference for row in rows])
-    )
+    world = np.concatenate([row.world_from_reference for row in rows])
+    person = [row.person for row in rows if row.person is not None]
+    together = np.concatenate(person) if person else None
+    return Poses(rotations, rows[0].reference, world, person=together)
 
 
 def motion_of(body: Body, joint: int, motion: str) -> tuple[int, float]:

@@ -15,8 +15,8 @@ __all__ = ["settled"]
 
 
 def settled(body: Body, *, steps: int = 100) -> Body:
-    """The body with twist_point, twist_axis, twist_share and its enclosing spheres as its joints
-    and spheres say.
+    """The body of one row with twist_point, twist_axis, twist_share and its enclosing spheres as
+    its joints and spheres say.
 
     The line of a segment runs from its proximal joint (the origin, at the stage) to the distal
     joint whose twist it shares; the share is 0 at the first and 1 at the second. steps: how long
@@ -26,12 +26,13 @@ def settled(body: Body, *, steps: int = 100) -> Body:
     axis = np.zeros((len(body.segments), 3))
     share = np.zeros(len(body.sphere_names))
     for n in np.flatnonzero(body.twist_joint >= 0):
-        point[n] = body.joint_in_child[n - 1] if n else 0.0
-        span: Floats = body.joint_in_parent[body.twist_joint[n]] - point[n]
+        point[n] = body.joint_in_child[0, n - 1] if n else 0.0
+        span: Floats = body.joint_in_parent[0, body.twist_joint[n]] - point[n]
         length = float(np.linalg.norm(span))
         axis[n] = span / length
         rows = body.spheres(int(n))
-        share[rows] = np.clip((body.centre[rows] - point[n]) @ axis[n] / length, 0.0, 1.0)
-    body = replace(body, twist_point=point, twist_axis=axis, twist_share=share)
+        along = (body.centre[0, rows] - point[n]) @ axis[n]
+        share[rows] = np.clip(along / length, 0.0, 1.0)
+    body = replace(body, twist_point=point[None], twist_axis=axis[None], twist_share=share[None])
     centre, radius = enclosing_spheres(body, steps=steps)
-    return replace(body, enclosing_centre=centre, enclosing_radius=radius)
+    return replace(body, enclosing_centre=centre[None], enclosing_radius=radius[None])

@@ -7,12 +7,12 @@ from collections.abc import Iterable
 import numpy as np
 
 from workbench.model.arrays import Bools
-from workbench.model.body import Body
+from workbench.model.body import Body, Topology
 
 __all__ = ["logical_window", "walk"]
 
 
-def walk(body: Body, reference: int) -> list[tuple[int, int, int, bool]]:
+def walk(body: Body | Topology, reference: int) -> list[tuple[int, int, int, bool]]:
     """The tree walked depth first from the reference segment: (to, came from, joint, upward) for
     each step.
 

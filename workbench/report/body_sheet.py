@@ -28,8 +28,8 @@ def _head(body: Body) -> dict[str, Any]:
         "name": body.name,
         "description": body.description,
         "segments": len(body.segments),
-        "spheres": len(body.radius),
-        "mass_kg": round(float(body.mass.sum()), 3),
+        "spheres": len(body.sphere_names),
+        "mass_kg": round(float(body.mass[0].sum()), 3),
     }
 
 
@@ -52,7 +52,7 @@ def _segment(body: Body, n: int) -> dict[str, Any]:
         "number": body.segment_numbers[n],
         "segment": body.segments[n],
         "name": body.segment_names[n],
-        "mass_kg": round(float(body.mass[n]), 3),
+        "mass_kg": round(float(body.mass[0, n]), 3),
         "spheres": rows.stop - rows.start,
         "subparts": [name for name in body.sphere_names[rows] if name],
     }

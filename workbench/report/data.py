@@ -96,7 +96,7 @@ def _person_row(result: Result, index: int) -> PersonRow:
     body = person.body
     return PersonRow(
         name=person.name,
-        description=person_words(person, float(found.placed.body.mass.sum())),
+        description=person_words(person, float(found.placed.body.mass[0].sum())),
         body=body.name,
         seat=person.seat,
         size={

@@ -195,7 +195,7 @@ def _reach(body: Body, motion: Poses, group: list[_Turn]) -> str:
     j = body.joint(side + ball)
     own = np.einsum("pji,pj->pi", seen[:, :, :3], tip - seen[:, :, 3])
     root = (
-        np.einsum("pij,j->pi", world[:, j + 1, :, :3], body.joint_in_child[j])
+        np.einsum("pij,j->pi", world[:, j + 1, :, :3], body.joint_in_child[0, j])
         + world[:, j + 1, :, 3]
     )
     length = np.linalg.norm(tip - root, axis=1)

@@ -48,18 +48,18 @@ def body_pieces(body: Body) -> Pieces:
     Pieces
         Their number, and the piece of each sphere (S,).
     """
-    centres = body.centre + body.zero_origins[body.sphere_segment]
+    centres = body.centre[0] + body.zero_origins[0, body.sphere_segment]
     found = np.full(len(centres), -1, dtype=np.int64)
     count = 0
     while (left := np.flatnonzero(found < 0)).size:
-        _flood(centres, body.radius, found, first=int(left[0]), number=count)
+        _flood(centres, body.radius[0], found, first=int(left[0]), number=count)
         count += 1
     sizes = np.bincount(found, minlength=count)
     order = np.argsort(-sizes, kind="stable")
     piece = np.argsort(order)[found]
     gap = np.zeros(count)
     if count > 1:
-        gap = np.array([_gap(centres, body.radius, piece == number) for number in range(count)])
+        gap = np.array([_gap(centres, body.radius[0], piece == number) for number in range(count)])
     return Pieces(count, piece, gap)
 
 
@@ -129,5 +129,5 @@ def _whole_levels(body: Body) -> list[str]:
     return [
         level
         for level in body.basis.details
-        if body_pieces(morph(body, body.basis_at, level)).count == 1
+        if body_pieces(morph(body, body.basis_at[0], level)).count == 1
     ]

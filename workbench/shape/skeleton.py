@@ -30,9 +30,9 @@ def bones_of(body: Body, world: Floats) -> Bones:
     for n, name in enumerate(body.segments):
         turn = world[n, :, :3]
         shift = world[n, :, 3]
-        start = body.joint_in_child[n - 1] if n else np.zeros(3)
+        start = body.joint_in_child[0, n - 1] if n else np.zeros(3)
         distal = [
-            body.joint_in_parent[j] for j in range(len(body.joints)) if body.parent[j + 1] == n
+            body.joint_in_parent[0, j] for j in range(len(body.joints)) if body.parent[j + 1] == n
         ]
         tips = [p for p in distal if np.linalg.norm(p - start) > _NEAR] or _tips(body, n, start)
         for tip in tips:
@@ -44,7 +44,7 @@ def bones_of(body: Body, world: Floats) -> Bones:
 def _tips(body: Body, segment: int, start: Floats) -> list[Floats]:
     """Ends of the bones of a segment without distal joints: its far sphere centres ahead and
     behind."""
-    centre = body.centre[body.spheres(segment)]
+    centre = body.centre[0, body.spheres(segment)]
     way = -start
     length = float(np.linalg.norm(way))
     if length < _NEAR or not len(centre):
@@ -68,9 +68,9 @@ def spheres_in_frames(
         centre, radius = cut.spheres(name)
         local = (centre - world[n, :, 3]) @ world[n, :, :3]
         joints = [
-            body.joint_in_parent[j] for j in range(len(body.joints)) if body.parent[j + 1] == n
+            body.joint_in_parent[0, j] for j in range(len(body.joints)) if body.parent[j + 1] == n
         ]
-        for joint in [*joints, *([body.joint_in_child[n - 1]] if n else [])]:
+        for joint in [*joints, *([body.joint_in_child[0, n - 1]] if n else [])]:
             at = np.linalg.norm(local - joint, axis=1)
             if not len(at) or at.min() > _NEAR:
                 raise InputError(f"segment {name}: no sphere at one of its joints")
@@ -96,9 +96,9 @@ def named_rows(
         out = (
             body.directions[segment, side]
             if side >= 0
-            else body.centre[s] / max(np.linalg.norm(body.centre[s]), 1e-9)
+            else body.centre[0, s] / max(np.linalg.norm(body.centre[0, s]), 1e-9)
         )
-        place = body.centre[s] + body.radius[s] * out
+        place = body.centre[0, s] + body.radius[0, s] * out
         gap = np.abs(np.linalg.norm(place - centre, axis=1) - radius)
         gap[~free] = np.inf
         best = int(gap.argmin())

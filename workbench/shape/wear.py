@@ -4,13 +4,13 @@ shifted."""
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Floats, Ints
-from workbench.model.body import Body
+from workbench.model.body import Body, stack_bodies
 from workbench.model.encumbrance import Encumbrance, Layer
 from workbench.model.settled import settled
 from workbench.model.vocabulary import DIRECTIONS
@@ -19,74 +19,95 @@ from workbench.shape.scaling.manikin import Manikin
 __all__ = ["wear"]
 
 
-def wear(body: Body, items: Iterable[Encumbrance]) -> Body:
+def wear(body: Body, items: Iterable[Encumbrance], *, like: Body | None = None) -> Body:
     """The body with what it wears: it stands on its soles, and its measures are taken over what it
     wears.
 
     A copy is called after its sphere and what it is of ("heel (boots)"). Allowances for soft flesh
-    grow by what standing and sitting overlap more. The dressed body belongs to no family.
-    InputError where a layer finds no sphere.
+    grow by what standing and sitting overlap more. The dressed body belongs to no family. like: a
+    body of the same topology by whose first row the spheres are chosen that something covers, the
+    body's own where None; rows chosen alike can be rows of one body. InputError where a layer finds
+    no sphere.
     """
     chosen = list(items)
     if not chosen:
         return body
-    before = Manikin(body).overlaps()
+    shown = body[0] if like is None else like[0]
+    before = [Manikin(one).overlaps() for one in body]
     for item in chosen:
-        body = _dressed(body, item)
+        copies = _copies(shown, item)
+        body = _dressed(body, item, copies)
+        shown = _dressed(shown, item, copies)
+    return stack_bodies([_standing(one, was) for one, was in zip(body, before, strict=True)])
+
+
+def _standing(body: Body, before: Floats) -> Body:
+    """One row, dressed, with its twist lines, enclosing spheres and soft flesh; before (N, N) [m]:
+    what overlapped when it was bare."""
     body = settled(body)
     manikin = Manikin(body)
     in_parent = body.joint_in_parent.copy()
-    in_parent[body.parent[1:] == 0, 2] -= manikin.lowest()
+    in_parent[0, body.parent[1:] == 0, 2] -= manikin.lowest()
     more = np.where(body.adjacent, 0.0, np.maximum(manikin.overlaps() - before, 0.0))
     return replace(body, joint_in_parent=in_parent, allowance=body.allowance + more)
 
 
-def _dressed(body: Body, item: Encumbrance) -> Body:
-    """The body with one thing more; its twist lines and enclosing spheres are still to be
-    settled."""
-    rows: list[int] = []
-    centre: list[Floats] = []
-    radius: list[float] = []
-    for layer in item.layers:
-        for s in _covered(body, item, layer):
-            rows.append(int(s))
-            centre.append(body.centre[s] + np.array(layer.shift))
-            radius.append(float(body.radius[s]) + layer.thickness)
-    kept = _once(rows, centre, radius)
-    rows, centre, radius = ([each[i] for i in kept] for each in (rows, centre, radius))  # type: ignore[assignment]
+@dataclass(frozen=True, eq=False)
+class _Copies:
+    """The spheres (C,) that are copied, by how much each copy is shifted (C, 3) and thicker (C,)
+    [m]."""
+
+    sphere: Ints
+    shift: Floats
+    thickness: Floats
+
+
+def _copies(body: Body, item: Encumbrance) -> _Copies:
+    """What is copied to be one thing; layers that make the same copy make it once."""
+    rows = {
+        (int(s), layer.shift, layer.thickness): None
+        for layer in item.layers
+        for s in _covered(body, item, layer)
+    }
+    sphere, shift, thickness = zip(*rows, strict=True)
+    return _Copies(np.array(sphere), np.array(shift, dtype=np.float64), np.array(thickness))
+
+
+def _dressed(body: Body, item: Encumbrance, copies: _Copies) -> Body:
+    """The rows of a body with one thing more; their twist lines and enclosing spheres are still to
+    be settled."""
     names = tuple(
         f"{body.sphere_names[s]} ({item.name})" if body.sphere_names[s] else f"({item.name})"
-        for s in rows
+        for s in copies.sphere
     )
-    source = np.concatenate([np.arange(len(body.radius)), np.array(rows, dtype=np.int64)])
-    order = np.argsort(body.sphere_segment[source], kind="stable")
+    segment = body.sphere_segment
+    source = np.concatenate([np.arange(len(segment)), copies.sphere])
+    order = np.argsort(segment[source], kind="stable")
     source = source[order]
-    label = [*body.sphere_names, *_numbered(names, body.sphere_segment[rows].tolist())]
+    label = [*body.sphere_names, *_numbered(names, segment[copies.sphere].tolist())]
     mass = body.mass.copy()
-    for segment, extra in item.mass:
-        mass[body.segment(segment)] += extra
-    return replace(
-        body,
-        centre=np.concatenate([body.centre, np.array(centre).reshape(-1, 3)])[order],
-        radius=np.concatenate([body.radius, radius])[order],
-        start=np.searchsorted(body.sphere_segment[source], np.arange(len(body.segments) + 1)),
+    for name, extra in item.mass:
+        mass[:, body.segment(name)] += extra
+    topology = replace(
+        body.topology,
+        start=np.searchsorted(segment[source], np.arange(len(body.segments) + 1)),
         sphere_names=tuple(label[i] for i in order),
         sphere_direction=body.sphere_direction[source],
-        twist_share=body.twist_share[source],
         blend_joint=body.blend_joint[source],
-        blend_share=body.blend_share[source],
-        mass=mass,
         basis=None,
-        basis_at=np.zeros(0),
     )
-
-
-def _once(rows: list[int], centre: list[Floats], radius: list[float]) -> list[int]:
-    """The copies without those that two layers make alike."""
-    first: dict[tuple[float, ...], int] = {}
-    for i, (row, at, size) in enumerate(zip(rows, centre, radius, strict=True)):
-        first.setdefault((row, *np.round(at, 9).tolist(), round(size, 9)), i)
-    return list(first.values())
+    centre = body.centre[:, copies.sphere] + copies.shift
+    radius = body.radius[:, copies.sphere] + copies.thickness
+    return replace(
+        body,
+        topology=topology,
+        centre=np.concatenate([body.centre, centre], axis=1)[:, order],
+        radius=np.concatenate([body.radius, radius], axis=1)[:, order],
+        twist_share=body.twist_share[:, source],
+        blend_share=body.blend_share[:, source],
+        mass=mass,
+        basis_at=np.zeros((len(body), 0)),
+    )
 
 
 def _numbered(names: tuple[str, ...], segments: list[int]) -> list[str]:
@@ -123,7 +144,7 @@ def _covered(body: Body, item: Encumbrance, layer: Layer) -> Ints:
                     f"{one_of(subpart, have)}"
                 )
             along = body.directions[n, DIRECTIONS.index(direction)]
-            rows = rows[(body.centre[rows] - body.centre[named[0]]) @ along >= by]
+            rows = rows[(body.centre[0, rows] - body.centre[0, named[0]]) @ along >= by]
         found.append(rows)
     rows = np.concatenate(found)
     if not len(rows):

@@ -89,7 +89,7 @@ def _self_contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]
         own = measured.own[person.name]
         wanted = np.isin(own.body.segments, criterion.segments)
         keep = wanted[:, None] | wanted[None, :]
-        yield from _pairs(own, (own.distance, -own.body.allowance, keep), (person.name, ""))
+        yield from _pairs(own, (own.distance, -own.body.allowance[0], keep), (person.name, ""))
 
 
 def _between_people(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -186,8 +186,8 @@ def _pairs(
 def _surface(near: Clearance) -> Floats:
     """(2, N, K) [m] how far the true surface may lie outside and inside the spheres of each pair,
     NaN where not known; parts of an environment are where they are."""
-    own = near.body.fit_error.T[:, :, None]
+    own = near.body.fit_error[0].T[:, :, None]
     if isinstance(near.other, Environment):
         return np.broadcast_to(own, (2, *near.distance.shape[1:]))
-    both: Floats = own + near.other.fit_error.T[:, None, :]
+    both: Floats = own + near.other.fit_error[0].T[:, None, :]
     return both

@@ -96,7 +96,7 @@ def _made(body: Body, measures: Measures, values: Measures, told: tuple[str, ...
             body, exact
         )  # what is given comes first; where even that cannot be had, this says so
         told += ("the measures that are not given could not be drawn near to those of such people",)
-    mass = measures.get("mass", values.get("mass", float(made.mass.sum())))
+    mass = measures.get("mass", values.get("mass", float(made.mass[0].sum())))
     made = replace(made, mass=made.mass * (mass / made.mass.sum()))
     return SizedBody(made, {**values, **measures}, told)
 

@@ -46,7 +46,7 @@ def place_person(person: Person, environment: Environment) -> Placed:
     if person.stand is not None:
         centres = place(person.body, poses).centres
         world = poses.world_from_reference.copy()
-        lowest = np.min(centres[:, :, 2] - person.body.radius, axis=1)
+        lowest = np.min(centres[:, :, 2] - person.body.radius[0], axis=1)
         world[:, :, 3] += np.array(person.stand) - np.stack(
             [world[:, 0, 3], world[:, 1, 3], lowest], axis=1
         )

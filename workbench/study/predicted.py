@@ -104,7 +104,7 @@ def _seat(
             continue
         if settled:
             seat = replace(seat, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
-        found = seat_people([person.body], pose, seat, eye=wanted, pedals=pedals)
+        found = seat_people(person.body, pose, seat, eye=wanted, pedals=pedals)
         person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
         settled = True
         rows.append(found.poses)

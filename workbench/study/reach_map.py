@@ -13,7 +13,7 @@ Obstacles do not count: the map says how far arms are long enough and joints fre
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,8 +23,8 @@ from workbench.model.accommodation import MAP_POINTS, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses, check_rows
-from workbench.solve.family import family_of, frames
+from workbench.model.poses import Poses, row_for_each
+from workbench.solve.forward import segment_frames
 from workbench.solve.reaching.limbs import HANDS
 from workbench.solve.reaching.reach_people import reach_people
 
@@ -42,7 +42,7 @@ GROUP = 128
 
 
 def reach_map(
-    bodies: Sequence[Body],
+    body: Body,
     poses: Poses,
     environment: Environment,
     part: str,
@@ -54,35 +54,35 @@ def reach_map(
     weights: ArrayLike | None = None,
     threads: int | None = None,
 ) -> ReachMap:
-    """The share of B bodies of a family, a row of poses each, that reach points spread over a part.
+    """The share of B people, rows of a body and of poses, that reach points spread over a part.
 
     hand: "left" or "right", either where None; weights (B,): of the people, alike where None.
     InputError for an unknown part, UsageError where numbers do not fit.
     """
-    check_rows(poses, len(bodies), "bodies")
+    if not len(poses):
+        raise UsageError("poses: expected one row at least, got none")
+    people = row_for_each(body, poses)
     least, most = MAP_POINTS
     if not least <= points <= most:
         raise UsageError(f"points: expected {least} to {most}, got {points}")
     if hand not in (None, "left", "right"):
         raise UsageError(f"hand is left or right, or None for either, got {hand!r}")
-    weight = np.ones(len(bodies)) if weights is None else np.asarray(weights, dtype=np.float64)
-    if weight.shape != (len(bodies),) or not np.all(weight >= 0) or not weight.sum() > 0:
-        raise UsageError(
-            f"weights are {len(bodies)} numbers that are not negative, got {weights!r}"
-        )
+    weight = np.ones(len(poses)) if weights is None else np.asarray(weights, dtype=np.float64)
+    if weight.shape != (len(poses),) or not np.all(weight >= 0) or not weight.sum() > 0:
+        raise UsageError(f"weights are {len(poses)} numbers that are not negative, got {weights!r}")
     point, normal = part_points(environment, part, points)
     names = HANDS if hand is None else (f"{hand} hand",)
-    reached = np.zeros((len(bodies), len(point)), dtype=np.bool_)
+    reached = np.zeros((len(poses), len(point)), dtype=np.bool_)
     for name in names:
         reached |= who_reaches(
-            bodies, poses, point, limb=(name, grip, zone), settled=reached, threads=threads
+            people, poses, point, limb=(name, grip, zone), settled=reached, threads=threads
         )
     task = MapTask(part, grip, zone, hand or "either", points)
     return ReachMap(task, point, normal, _flat(point, normal), weight @ reached / weight.sum())
 
 
 def who_reaches(
-    bodies: Sequence[Body],
+    body: Body,
     poses: Poses,
     points: Floats,
     *,
@@ -93,14 +93,14 @@ def who_reaches(
     """(B, M) who reaches which of the points (M, 3) [m] with a limb (name, grip, zone); what is
     settled (B, M) already is not asked again, and told as reached."""
     reached = (
-        np.zeros((len(bodies), len(points)), dtype=np.bool_) if settled is None else settled.copy()
+        np.zeros((len(poses), len(points)), dtype=np.bool_) if settled is None else settled.copy()
     )
     order, far = from_coarse_to_fine(points)
-    for at in groups(bodies, poses, points, limb[0]):
+    for at in groups(body, poses, points, limb[0]):
         own = Poses(poses.rotations[at], poses.reference, poses.world_from_reference[at])
-        some = [bodies[b] for b in at.tolist()]
+        some = body[at]
 
-        def ask(rows: Ints, some: list[Body] = some, own: Poses = own) -> Bools:
+        def ask(rows: Ints, some: Body = some, own: Poses = own) -> Bools:
             return reach_people(
                 some, own, points[rows], name=limb[0], grip=limb[1], zone=limb[2], threads=threads
             ).reached
@@ -109,26 +109,26 @@ def who_reaches(
     return reached
 
 
-def groups(bodies: Sequence[Body], poses: Poses, points: Floats, name: str) -> list[Ints]:
+def groups(body: Body, poses: Poses, points: Floats, name: str) -> list[Ints]:
     """The numbers of B people in groups of GROUP or fewer who stretch about as far for the points
     with a limb."""
-    order = np.argsort(_stretches(bodies, poses, points, name), kind="stable")
-    return np.array_split(order, max(1, -(-len(bodies) // GROUP)))
+    order = np.argsort(_stretches(body, poses, points, name), kind="stable")
+    return np.array_split(order, max(1, -(-len(poses) // GROUP)))
 
 
-def _stretches(bodies: Sequence[Body], poses: Poses, points: Floats, name: str) -> Floats:
+def _stretches(body: Body, poses: Poses, points: Floats, name: str) -> Floats:
     """(B,) [m] how far the middle of the points (M, 3) is from the shoulder or hip of a limb,
     beyond its length."""
-    family = family_of(tuple(bodies))
     foot = name.endswith("foot")
     first, end = (
-        bodies[0].joint(name[0].upper() + joint) for joint in (("H", "A") if foot else ("S", "W"))
+        body.joint(name[0].upper() + joint) for joint in (("H", "A") if foot else ("S", "W"))
     )
-    world = frames(family, poses, first + 1)
-    root = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, first]) + world[:, :, 3]
+    world = segment_frames(body, poses, first + 1)
+    root = np.einsum("bij,bj->bi", world[:, :, :3], body.joint_in_child[:, first]) + world[:, :, 3]
     links = range(first + 1, end + 1)
     length = sum(
-        np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in links
+        np.linalg.norm(body.joint_in_parent[:, j] - body.joint_in_child[:, j - 1], axis=1)
+        for j in links
     )
     beyond: Floats = np.linalg.norm(points.mean(axis=0) - root, axis=1) - length
     return beyond

@@ -77,5 +77,5 @@ def _told(body: Body, made: Body, factors: dict[str, float], file: str) -> list[
 
 def _stature(body: Body) -> float:
     """[m] from the soles to the top in the zero pose."""
-    z = body.zero_origins[body.sphere_segment, 2] + body.centre[:, 2]
-    return float((z + body.radius).max() - (z - body.radius).min())
+    z = body.zero_origins[0, body.sphere_segment, 2] + body.centre[0, :, 2]
+    return float((z + body.radius[0]).max() - (z - body.radius[0]).min())

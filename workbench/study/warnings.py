@@ -55,7 +55,7 @@ def _breached(study: Study, person: PersonResult) -> Iterator[str]:
 def _swallowed(study: Study, person: PersonResult) -> Iterator[str]:
     body = person.placed.body
     with_spheres = np.diff(body.start) > 0
-    radius = body.radius[person.clearance.sphere[:, with_spheres]]
+    radius = body.radius[0][person.clearance.sphere[:, with_spheres]]
     inside = person.clearance.distance[:, with_spheres] < -radius
     for case, part in np.argwhere(np.all(inside, axis=1)):
         yield (

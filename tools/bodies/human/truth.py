@@ -151,6 +151,6 @@ def bent_gaps(surface: Surface, share: Floats, joints: Floats, body: Body) -> di
         keep = (np.linalg.norm(samples.point - place, axis=1) < 0.12 * scale) & np.isin(mine, pair)
         segment = np.array([order[n] for n in body.sphere_segment])
         own = np.isin(segment, near)
-        gap = union_field(samples.point[keep], placed.centres[0][own], body.radius[own])[0]
+        gap = union_field(samples.point[keep], placed.centres[0][own], body.radius[0, own])[0]
         result[name] = np.array([gap.max(), np.abs(gap).mean(), -gap.min()])
     return result

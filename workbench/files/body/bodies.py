@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,9 +16,9 @@ from workbench.files.body.stops import pack_stops, stop_faults
 from workbench.files.catalogue import find, find_beside
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import in_order
-from workbench.model.body import Body
+from workbench.model.body import Body, Topology
 from workbench.model.settled import settled
 from workbench.model.vocabulary import DIRECTIONS
 
@@ -61,9 +60,10 @@ def _of_family(document: Document, file: BodyFile, body: Body) -> Body:
         raise InputError(fail(document, ("basis_at",) if file.basis_at else ("basis",), what))
     if not basis.level(np.diff(body.start)):
         told = ", ".join(f"{level} {len(detail.names)}" for level, detail in basis.details.items())
-        what = f"{basis.name} has spheres for {told}; this body's {len(body.radius)} spheres fit none of these levels"
+        what = f"{basis.name} has spheres for {told}; this body's {len(body.sphere_names)} spheres fit none of these levels"
         raise InputError(fail(document, ("basis",), what))
-    return replace(body, basis=basis, basis_at=np.array(file.basis_at))
+    topology = replace(body.topology, basis=basis)
+    return replace(body, topology=topology, basis_at=np.array([file.basis_at]))
 
 
 def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
@@ -71,9 +71,9 @@ def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
     segments = [file.segments[name] for name in order]
     entries = [file.joints[name] for name in joints]
     index = {name: i for i, name in enumerate(order)}
-    return Body(
-        name=file.body,
-        description=file.description,
+    rows = [row for segment in segments for row in segment.spheres]
+    blend = _blend(segments, joints)
+    topology = Topology(
         segments=tuple(order),
         segment_names=tuple(s.name for s in segments),
         segment_numbers=tuple(s.number for s in segments),
@@ -82,51 +82,40 @@ def _pack(file: BodyFile, tree: tuple[list[str], list[str]]) -> Body:
         joint_numbers=tuple(j.number for j in entries),
         parent=np.array([-1] + [index[j.between[0]] for j in entries]),
         stops=pack_stops(file, tree),
-        mass=np.array([s.mass for s in segments]),
-        directions=np.array([direction_table(s) for s in segments]),
-        allowance=_allowance(file, index),
-        fit_error=np.array([_fit_error(segment) for segment in segments]),
-        **_spheres(file, tree),
-    )
-
-
-def _spheres(file: BodyFile, tree: tuple[list[str], list[str]]) -> dict[str, Any]:
-    """The fields of a Body that hold spheres and joints; what follows from both is still to be
-    settled."""
-    order, joints = tree
-    segments = [file.segments[name] for name in order]
-    rows = [row for segment in segments for row in segment.spheres]
-    start = np.concatenate([[0], np.cumsum([len(segment.spheres) for segment in segments])])
-    centre = np.array([row[:3] for row in rows]).reshape(-1, 3)
-    radius = np.array([row[3] for row in rows])
-    in_child = np.array(
-        [file.joints[j].at[n] for j, n in zip(joints, order[1:], strict=True)]
-    ).reshape(-1, 3)
-    in_parent = np.array([file.joints[j].at[file.joints[j].between[0]] for j in joints]).reshape(
-        -1, 3
-    )
-    twists = [joints.index(s.twist_along) if s.twist_along else -1 for s in segments]
-    return {
-        "joint_in_parent": in_parent,
-        "joint_in_child": in_child,
-        "centre": centre,
-        "radius": radius,
-        "start": start,
-        "enclosing_centre": np.zeros((len(order), 3)),
-        "enclosing_radius": np.zeros(len(order)),
-        "sphere_names": tuple(row[4] if len(row) > 4 else "" for row in rows),
-        "sphere_direction": np.array(
+        start=np.concatenate([[0], np.cumsum([len(segment.spheres) for segment in segments])]),
+        sphere_names=tuple(row[4] if len(row) > 4 else "" for row in rows),
+        sphere_direction=np.array(
             [DIRECTIONS.index(row[5]) if len(row) > 5 else -1 for row in rows], np.int64
         ),
-        "twist_joint": np.array(twists, dtype=np.int64),
-        "twist_point": np.zeros((len(order), 3)),
-        "twist_axis": np.zeros((len(order), 3)),
-        "twist_share": np.zeros(len(rows)),
-        **_blend(segments, joints),
-    }
+        directions=np.array([direction_table(s) for s in segments]),
+        twist_joint=np.array(
+            [joints.index(s.twist_along) if s.twist_along else -1 for s in segments], np.int64
+        ),
+        blend_joint=blend[0],
+    )
+    in_child = [j.at[name] for j, name in zip(entries, order[1:], strict=True)]
+    in_parent = [j.at[j.between[0]] for j in entries]
+    return Body(
+        name=file.body,
+        description=file.description,
+        topology=topology,
+        joint_in_parent=np.array(in_parent, dtype=np.float64).reshape(1, -1, 3),
+        joint_in_child=np.array(in_child, dtype=np.float64).reshape(1, -1, 3),
+        mass=np.array([[s.mass for s in segments]]),
+        centre=np.array([row[:3] for row in rows], dtype=np.float64).reshape(1, -1, 3),
+        radius=np.array([[row[3] for row in rows]], dtype=np.float64),
+        enclosing_centre=np.zeros((1, len(order), 3)),
+        enclosing_radius=np.zeros((1, len(order))),
+        twist_point=np.zeros((1, len(order), 3)),
+        twist_axis=np.zeros((1, len(order), 3)),
+        twist_share=np.zeros((1, len(rows))),
+        allowance=_allowance(file, index)[None],
+        fit_error=np.array([[_fit_error(segment) for segment in segments]]),
+        blend_share=blend[1][None],
+    )
 
 
-def _blend(segments: list[SegmentFile], joints: list[str]) -> dict[str, Any]:
+def _blend(segments: list[SegmentFile], joints: list[str]) -> tuple[Ints, Floats]:
     """The joint each sphere is blended across, -1 where none, and its share."""
     joint: list[int] = []
     share: list[float] = []
@@ -139,7 +128,7 @@ def _blend(segments: list[SegmentFile], joints: list[str]) -> dict[str, Any]:
         found = [rows.get(row, (-1, 0.0)) for row in range(len(segment.spheres))]
         joint += [at for at, _ in found]
         share += [part for _, part in found]
-    return {"blend_joint": np.array(joint, dtype=np.int64), "blend_share": np.array(share)}
+    return np.array(joint, dtype=np.int64), np.array(share)
 
 
 def _allowance(file: BodyFile, index: dict[str, int]) -> Floats:

@@ -95,8 +95,8 @@ def _joint(body: Body, joint: str, entry: dict[str, Any], unit: float) -> list[s
     j = body.joint(joint)
     parent, child = entry["between"]
     at = {
-        parent: _numbers(body.joint_in_parent[j], unit),
-        child: _numbers(body.joint_in_child[j], unit),
+        parent: _numbers(body.joint_in_parent[0, j], unit),
+        child: _numbers(body.joint_in_child[0, j], unit),
     }
     return [
         f"  {_flow(joint)}:",

@@ -42,7 +42,7 @@ def body_text(
     if body.basis is not None:
         named = _named(str(value.get("basis", body.basis.name)), origin, folder)
         lines.append(f"basis: {_flow(named)}")
-        lines.append(f"basis_at: {_flow([round(float(z), 6) + 0.0 for z in body.basis_at])}")
+        lines.append(f"basis_at: {_flow([round(float(z), 6) + 0.0 for z in body.basis_at[0]])}")
     lines.append("segments:")
     for segment, entry in value["segments"].items():
         lines += _segment(body, (segment, dict(entry)), unit)
@@ -52,8 +52,8 @@ def body_text(
         j = body.joint(joint)
         parent, child = entry["between"]
         at = {
-            parent: _numbers(body.joint_in_parent[j], unit),
-            child: _numbers(body.joint_in_child[j], unit),
+            parent: _numbers(body.joint_in_parent[0, j], unit),
+            child: _numbers(body.joint_in_child[0, j], unit),
         }
         lines.append(f"  {_flow(joint)}:")
         lines += [f"    {key}: {_flow(at if key == 'at' else item)}" for key, item in entry.items()]
@@ -80,9 +80,9 @@ def _segment(body: Body, entry: tuple[str, dict[str, Any]], unit: float) -> list
     given = {
         key: item for key, item in given.items() if key not in ("spheres", "blend", "fit_error")
     }
-    given["mass"] = round(float(body.mass[n]), 4)
-    outside, inside = (round(float(v) / unit, DIGITS) for v in body.fit_error[n])
-    if not np.isnan(body.fit_error[n]).any():
+    given["mass"] = round(float(body.mass[0, n]), 4)
+    outside, inside = (round(float(v) / unit, DIGITS) for v in body.fit_error[0, n])
+    if not np.isnan(body.fit_error[0, n]).any():
         given["fit_error"] = {"outside": outside, "inside": inside}
     if blend := _blend(body, n):
         given["blend"] = blend
@@ -98,8 +98,8 @@ def _segment(body: Body, entry: tuple[str, dict[str, Any]], unit: float) -> list
 def _sphere(body: Body, sphere: int, unit: float) -> str:
     """[x, y, z, radius, name, direction], the last two where there are any."""
     row: list[Any] = [
-        *_numbers(body.centre[sphere], unit),
-        round(float(body.radius[sphere]) / unit, DIGITS),
+        *_numbers(body.centre[0, sphere], unit),
+        round(float(body.radius[0, sphere]) / unit, DIGITS),
     ]
     if name := body.sphere_names[sphere]:
         side = int(body.sphere_direction[sphere])
@@ -113,7 +113,7 @@ def _blend(body: Body, segment: int) -> dict[str, dict[str, float]]:
     for place, s in enumerate(range(body.start[segment], body.start[segment + 1])):
         if body.blend_joint[s] >= 0:
             joint = body.joints[int(body.blend_joint[s])]
-            rows.setdefault(joint, {})[str(place)] = round(float(body.blend_share[s]), 4)
+            rows.setdefault(joint, {})[str(place)] = round(float(body.blend_share[0, s]), 4)
     return rows
 
 
@@ -121,8 +121,8 @@ def _allowances(body: Body, unit: float) -> list[str]:
     lines = []
     for a in range(len(body.segments)):
         for b in range(a + 1, len(body.segments)):
-            if body.allowance[a, b] > 0:
-                depth = round(float(body.allowance[a, b]) / unit + 0.5 * 10**-DIGITS, DIGITS)
+            if body.allowance[0, a, b] > 0:
+                depth = round(float(body.allowance[0, a, b]) / unit + 0.5 * 10**-DIGITS, DIGITS)
                 between = [body.segments[a], body.segments[b]]
                 lines.append(f"  - {_flow({'between': between, 'depth': depth})}")
     return lines or ["  []"]

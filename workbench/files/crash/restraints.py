@@ -129,8 +129,8 @@ def surface_point(body: Body, segment: int, toward: Floats) -> Floats:
     segment's frame; the point itself where the ray meets none."""
     way = toward / np.linalg.norm(toward)
     some = body.spheres(segment)
-    centre = body.centre[some]
-    radius = body.radius[some]
+    centre = body.centre[0, some]
+    radius = body.radius[0, some]
     along = centre @ way
     square = radius**2 - (np.sum(centre**2, axis=1) - along**2)
     out = along + np.sqrt(np.maximum(square, 0.0))

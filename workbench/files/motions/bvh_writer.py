@@ -59,13 +59,13 @@ def _depth_first(body: Body, root: int) -> list[int]:
 
 def _origin(body: Body, n: int) -> Floats:
     """(3,) [m] where a segment's bone begins, in its frame."""
-    return np.asarray(body.joint_in_child[n - 1]) if n else np.zeros(3)
+    return np.asarray(body.joint_in_child[0, n - 1]) if n else np.zeros(3)
 
 
 def _bone(body: Body, n: int, depth: int) -> Iterator[str]:
     pad = "\t" * depth
     parent = int(body.parent[n])
-    offset = np.zeros(3) if depth == 0 else body.joint_in_parent[n - 1] - _origin(body, parent)
+    offset = np.zeros(3) if depth == 0 else body.joint_in_parent[0, n - 1] - _origin(body, parent)
     x, y, z = 100.0 * _TO_FILE @ offset + 0.0
     yield f"{pad}{'ROOT' if depth == 0 else 'JOINT'} {body.segments[n]}\n{pad}{{\n"
     yield f"{pad}\tOFFSET {x:.6f} {y:.6f} {z:.6f}\n"

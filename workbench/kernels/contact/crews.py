@@ -1,5 +1,4 @@
-"""Many different bodies of a family, one pose each: where their spheres are, and the least
-clearance of each thing that is asked for."""
+"""Least clearances of many placed bodies of one topology, of each pair that is asked for."""
 
 from __future__ import annotations
 
@@ -11,81 +10,8 @@ from workbench.kernels.compiled import njit
 from workbench.kernels.contact.inside import inside_part
 from workbench.kernels.contact.polygon import point_polygon
 from workbench.kernels.contact.tree import box_gap, nearest_polygon
-from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 
-__all__ = ["least_gaps", "place_crew"]
-
-
-@njit(cache=True, nogil=True)
-def place_crew(rotations, chain, skin, segment, family, world, centres, begin, end):  # type: ignore[no-untyped-def]
-    """Place bodies begin..end.
-
-    rotations (B, J, 4); chain, skin: of one of them; segment (S,): of each sphere. family:
-    in_parent, in_child (B, J, 3), centre (B, S, 3), twist_point, twist_axis (B, N, 3), twist_share,
-    blend_share (B, S). world (B, N, 3, 4): the reference segment's is there before; centres (B, S,
-    3).
-    """
-    in_parent, in_child, centre, twist_point, twist_axis, twist_share, blend_share = family
-    steps = len(chain.to)
-    count = centre.shape[1]
-    came = np.empty((steps, 3))
-    to = np.empty((steps, 3))
-    own = np.empty((3, count))
-    out = np.empty((3, count))
-    across = np.empty((3, count))
-    joint = np.zeros((count, 3))
-    for b in range(begin, end):
-        for m in range(steps):
-            j = chain.joint[m]
-            for i in range(3):
-                up = in_parent[b, j, i]
-                down = in_child[b, j, i]
-                came[m, i], to[m, i] = (down, up) if chain.upward[m] else (up, down)
-        for s in range(count):
-            n = segment[s]
-            x = twist_axis[b, n, 0]
-            y = twist_axis[b, n, 1]
-            z = twist_axis[b, n, 2]
-            u = centre[b, s, 0] - twist_point[b, n, 0]
-            v = centre[b, s, 1] - twist_point[b, n, 1]
-            w = centre[b, s, 2] - twist_point[b, n, 2]
-            along = u * x + v * y + w * z
-            u = u - along * x
-            v = v - along * y
-            w = w - along * z
-            out[0, s] = u
-            out[1, s] = v
-            out[2, s] = w
-            across[0, s] = y * w - z * v
-            across[1, s] = z * u - x * w
-            across[2, s] = x * v - y * u
-            for i in range(3):
-                own[i, s] = centre[b, s, i]
-            j = skin.blend_joint[s]
-            if j >= 0:
-                for i in range(3):
-                    joint[s, i] = in_child[b, j, i] if skin.distal[s] else in_parent[b, j, i]
-        one = Chain(chain.to, chain.came, chain.joint, chain.upward, came, to)
-        chain_transforms(rotations[b : b + 1], one, 0, world[b : b + 1])
-        whole = Skin(
-            own,
-            out,
-            across,
-            skin.start,
-            skin.twist_joint,
-            skin.joint_axis,
-            twist_axis[b],
-            twist_share[b],
-            skin.shown,
-            skin.blend_joint,
-            blend_share[b],
-            joint,
-            skin.blended,
-            skin.blend_start,
-            skin.distal,
-            skin.twist_shared,
-        )
-        place_spheres(rotations[b : b + 1], world[b : b + 1], whole, centres[b : b + 1])
+__all__ = ["least_gaps"]
 
 
 @njit(cache=True, nogil=True, forceinline=True)

@@ -78,7 +78,7 @@ def accommodation_page(
         fits=percent(everybody.share, len(result.served)),
         people=len(result.served),
         parts=part_count(result.study.environment),
-        spheres=f"{len(result.study.body.radius):,}",
+        spheres=f"{len(result.study.body.sphere_names):,}",
         groups=[_group(result, index, least) for index in range(len(result.shares))],
         group_axis=Markup(share_axis(least)),
         confidence=f"{100 * result.study.confidence:g}",

@@ -101,8 +101,8 @@ def _shown(study: CrashStudy, times: Floats) -> list[tuple[CrashStudy, Placed]]:
 
 def _camera(shown: list[tuple[CrashStudy, Placed]], size: tuple[int, int]) -> Camera:
     """What holds all bodies and the anchors of their belts."""
-    ends = [(p.centres - p.body.radius[:, None]).min(axis=(0, 1)) for _, p in shown]
-    ends += [(p.centres + p.body.radius[:, None]).max(axis=(0, 1)) for _, p in shown]
+    ends = [(p.centres - p.body.radius[0, :, None]).min(axis=(0, 1)) for _, p in shown]
+    ends += [(p.centres + p.body.radius[0, :, None]).max(axis=(0, 1)) for _, p in shown]
     ends += [
         np.array(point.at)
         for who, _ in shown

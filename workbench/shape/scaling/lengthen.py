@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.body import Body
+from workbench.model.body import Body, check_one
 from workbench.model.settled import settled
 
 __all__ = ["lengthened"]
@@ -27,6 +27,7 @@ def lengthened(body: Body, factors: Mapping[str, float]) -> Body:
     lengths. The soles of the zero pose stay where they are. InputError for a segment that is not
     there, or a factor below 0.4 or above 2.
     """
+    check_one(body)
     along = np.ones(len(body.segments))
     for segment, factor in factors.items():
         if not _LEAST <= factor <= _MOST:
@@ -40,19 +41,19 @@ def lengthened(body: Body, factors: Mapping[str, float]) -> Body:
     in_parent = body.joint_in_parent * size[parent]
     made = replace(
         body,
+        topology=replace(body.topology, basis=None),
         centre=body.centre * size[body.sphere_segment],
         joint_in_parent=in_parent,
         joint_in_child=body.joint_in_child * size[1:],
         mass=body.mass * along,
-        basis=None,
-        basis_at=np.zeros(0),
+        basis_at=np.zeros((1, 0)),
     )
     standing = in_parent.copy()
-    standing[parent == 0, 2] += _lowest(body) - _lowest(made)
+    standing[0, parent == 0, 2] += _lowest(body) - _lowest(made)
     return settled(replace(made, joint_in_parent=standing))
 
 
 def _lowest(body: Body) -> float:
     """[m] of the zero pose."""
-    z = body.zero_origins[body.sphere_segment, 2] + body.centre[:, 2]
-    return float((z - body.radius).min())
+    z = body.zero_origins[0, body.sphere_segment, 2] + body.centre[0, :, 2]
+    return float((z - body.radius[0]).min())

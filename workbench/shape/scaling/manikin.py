@@ -91,7 +91,10 @@ class Manikin:
         self.rig = rig_of(body)
         self._found = _landmarks(body.segments, body.sphere_names, body.start.tobytes())
         self._take(
-            shape or Shape(body.centre, body.radius, body.joint_in_parent, body.joint_in_child)
+            shape
+            or Shape(
+                body.centre[0], body.radius[0], body.joint_in_parent[0], body.joint_in_child[0]
+            )
         )
 
     def _take(self, shape: Shape) -> None:
@@ -130,7 +133,7 @@ class Manikin:
     def overlaps(self) -> Floats:
         """(N, N) greatest depth [m] two segments that share no joint overlap by, standing or
         sitting."""
-        deepest = np.zeros(self.body.allowance.shape)
+        deepest = np.zeros(self.body.allowance[0].shape)
         asked = ~self.body.adjacent
         for posture in ("standing", "sitting"):
             segment_overlaps(

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from workbench.errors import InputError
 from workbench.model.arrays import Floats, Ints
 from workbench.model.basis import Detail, ShapeBasis
-from workbench.model.body import Body
+from workbench.model.body import Body, check_one
 from workbench.model.settled import settled
 from workbench.shape.scaling.rig import Shape
 from workbench.shape.scaling.space import volumes
@@ -30,6 +30,7 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
     with the volume of each segment. InputError where the template has no family, there is no such
     level, or there is no such member.
     """
+    check_one(template)
     basis = template.basis
     if basis is None:
         raise InputError(f"body {template.name} belongs to no family of bodies")
@@ -45,22 +46,27 @@ def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
             f"{basis.name}: no body has these coefficients (a radius falls to nothing)"
         )
     start = np.searchsorted(detail.segment, np.arange(len(basis.segments) + 1))
-    bare = replace(
-        template,
-        centre=shape.centre,
-        radius=shape.radius,
+    topology = replace(
+        template.topology,
         start=start,
         sphere_names=detail.names,
         sphere_direction=detail.direction,
-        twist_share=np.zeros(len(detail.names)),
         blend_joint=detail.blend_joint,
-        blend_share=detail.blend_share,
-        joint_in_parent=shape.in_parent,
-        joint_in_child=shape.in_child,
-        fit_error=detail.fit_error,
-        basis_at=z,
     )
-    own = Shape(template.centre, template.radius, template.joint_in_parent, template.joint_in_child)
+    bare = replace(
+        template,
+        topology=topology,
+        centre=shape.centre[None],
+        radius=shape.radius[None],
+        twist_share=np.zeros((1, len(detail.names))),
+        blend_share=detail.blend_share[None],
+        joint_in_parent=shape.in_parent[None],
+        joint_in_child=shape.in_child[None],
+        fit_error=detail.fit_error[None],
+        basis_at=z[None],
+    )
+    joints = template.joint_in_parent[0], template.joint_in_child[0]
+    own = Shape(template.centre[0], template.radius[0], *joints)
     mass = template.mass * volumes(bare, shape) / np.maximum(volumes(template, own), 1e-12)
     return settled(replace(bare, mass=mass))
 

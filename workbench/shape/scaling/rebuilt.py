@@ -25,13 +25,13 @@ def rebuilt(space: ShapeSpace, values: Floats, manikin: Manikin) -> Body:
     shape = manikin.shape
     made = replace(
         body,
-        centre=shape.centre,
-        radius=shape.radius,
-        joint_in_parent=_on_the_floor(body, manikin),
-        joint_in_child=shape.in_child,
+        centre=shape.centre[None],
+        radius=shape.radius[None],
+        joint_in_parent=_on_the_floor(body, manikin)[None],
+        joint_in_child=shape.in_child[None],
         mass=body.mass * volumes(body, shape) / np.maximum(space.volume, 1e-12),
         allowance=_flesh(space, manikin),
-        basis_at=values[: space.family],
+        basis_at=values[None, : space.family],
     )
     return settled(made, steps=ENCLOSING_STEPS)
 
@@ -45,7 +45,7 @@ def _on_the_floor(body: Body, manikin: Manikin) -> Floats:
 
 
 def _flesh(space: ShapeSpace, manikin: Manikin) -> Floats:
-    """(N, N) [m] the allowance for soft flesh: grown by what standing and sitting overlap more than
+    """(1, N, N) [m] the allowance for soft flesh: grown by what standing and sitting overlap more than
     they did.
 
     A stouter body presses more flesh together in the very postures in which the first one was not

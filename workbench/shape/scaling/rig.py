@@ -97,12 +97,12 @@ def rig_of(body: Body) -> Rig:
     """The rig of a body; bodies with the same tree and stops share most of the work."""
     frames = _frames(body)
     segment = body.sphere_segment
-    blended = np.flatnonzero((body.blend_joint >= 0) & (body.blend_share > 0))
+    blended = np.flatnonzero((body.blend_joint >= 0) & (body.blend_share[0] > 0))
     joint = body.blend_joint[blended]
     below = distal(body)[blended]
     turn = frames[:, segment]
     other = frames[:, np.where(below, body.parent[joint + 1], joint + 1)]
-    lever = body.blend_share[blended, None, None] * (turn[:, blended] - other)
+    lever = body.blend_share[0, blended, None, None] * (turn[:, blended] - other)
     turn[:, blended] -= lever
     above = np.eye(len(body.segments))
     for n in range(1, len(body.segments)):

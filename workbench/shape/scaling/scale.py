@@ -119,7 +119,7 @@ def morph_to(body: Body, detail: str | None) -> Body:
         raise InputError(
             f"body {body.name} belongs to no family of bodies, so it has no other level of detail"
         )
-    return morph(body, body.basis_at, detail)
+    return morph(body, body.basis_at[0], detail)
 
 
 def _nothing() -> Iterator[None]:

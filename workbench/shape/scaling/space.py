@@ -124,7 +124,7 @@ def shape_space(body: Body) -> ShapeSpace:
         within = family_shapes(body)
         family = len(within.radius)
         knobs = Shape(*(np.concatenate([getattr(within, f), getattr(stretch, f)]) for f in _FIELDS))
-        neutral = np.concatenate([body.basis_at, neutral])
+        neutral = np.concatenate([body.basis_at[0], neutral])
         likely = _likely(body)
         both = np.zeros((family + len(price), family + len(price)))
         both[:family, :family] = (likely[1] / likely[0]) @ likely[1].T
@@ -182,7 +182,7 @@ def _likely(body: Body) -> tuple[Floats, Floats]:
     the family."""
     basis = body.basis
     assert basis is not None
-    variance, axes = np.linalg.eigh(basis.anchor_spread[basis.nearest_anchor(body.basis_at)])
+    variance, axes = np.linalg.eigh(basis.anchor_spread[basis.nearest_anchor(body.basis_at[0])])
     return np.maximum(variance, NARROW**2), axes
 
 
@@ -191,8 +191,8 @@ def _tied(body: Body) -> tuple[tuple[Ints, Ints], tuple[Ints, Ints]]:
     pairs: list[tuple[Ints, Ints]] = []
     segment = body.sphere_segment
     child = np.arange(1, len(body.segments))
-    for owner, at in ((body.parent[1:], body.joint_in_parent), (child, body.joint_in_child)):
-        gap = np.linalg.norm(body.centre[:, None] - at[None], axis=-1)
+    for owner, at in ((body.parent[1:], body.joint_in_parent[0]), (child, body.joint_in_child[0])):
+        gap = np.linalg.norm(body.centre[0, :, None] - at[None], axis=-1)
         sphere, joint = np.nonzero((gap <= 2e-6) & (segment[:, None] == owner[None]))
         pairs.append((sphere, joint))
     return pairs[0], pairs[1]

@@ -45,10 +45,10 @@ def stretch_shapes(body: Body, groups: Ints) -> Shape:
             along = np.eye(4)[axis, :3]
             shapes.append(
                 Shape(
-                    body.centre * mine * along,
-                    body.radius * mine[:, 0] * float(axis == 3),
-                    body.joint_in_parent * above * along,
-                    body.joint_in_child * below * along,
+                    body.centre[0] * mine * along,
+                    body.radius[0] * mine[:, 0] * float(axis == 3),
+                    body.joint_in_parent[0] * above * along,
+                    body.joint_in_child[0] * below * along,
                 )
             )
         long, middle, half = _extent(body, groups, group)
@@ -62,10 +62,10 @@ def stretch_shapes(body: Body, groups: Ints) -> Shape:
 
         shapes.append(
             Shape(
-                body.centre * mine * across * taper(body.centre),
-                body.radius * mine[:, 0] * taper(body.centre)[:, 0],
-                body.joint_in_parent * above * across * taper(body.joint_in_parent),
-                body.joint_in_child * below * across * taper(body.joint_in_child),
+                body.centre[0] * mine * across * taper(body.centre[0]),
+                body.radius[0] * mine[:, 0] * taper(body.centre[0])[:, 0],
+                body.joint_in_parent[0] * above * across * taper(body.joint_in_parent[0]),
+                body.joint_in_child[0] * below * across * taper(body.joint_in_child[0]),
             )
         )
     return Shape(
@@ -78,7 +78,7 @@ def stretch_shapes(body: Body, groups: Ints) -> Shape:
 
 def _extent(body: Body, groups: Ints, group: int) -> tuple[int, float, float]:
     """The long axis of a group's spheres, their middle along it and half their extent [m]."""
-    centres = body.centre[groups[body.sphere_segment] == group]
+    centres = body.centre[0][groups[body.sphere_segment] == group]
     if len(centres) < 2:
         return 2, 0.0, 1.0
     span = np.ptp(centres, axis=0)

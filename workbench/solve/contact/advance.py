@@ -165,9 +165,9 @@ def deepest(chase: Chase, spans: Spans, key: Ints, keys: int) -> tuple[Floats, I
 
 def _radii(chase: Chase, who: Ints) -> Floats:
     """(M,) [m] what a centre's distance is lessened by."""
-    radius: Floats = chase.mover.body.radius[who[:, 1]]
+    radius: Floats = chase.mover.body.radius[0][who[:, 1]]
     if isinstance(chase.against, Mover):
-        radius = radius + chase.against.body.radius[who[:, 2]]
+        radius = radius + chase.against.body.radius[0][who[:, 2]]
     return radius
 
 

@@ -232,7 +232,7 @@ def touching(
                 placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end
             )
         found[begin] = environment_contacts(
-            placed.centres, placed.body.radius, near, *index, margin, begin, end
+            placed.centres, placed.body.radius[0], near, *index, margin, begin, end
         )
 
     in_pieces(work, len(placed), PIECE)

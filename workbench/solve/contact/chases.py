@@ -32,7 +32,7 @@ def self_chase(mover: Mover, tolerance: float) -> Rule:
     body = mover.body
     shown = mover.placed.window
     pairs = np.argwhere(np.triu(~body.adjacent) & np.outer(shown, shown))
-    return Chase(mover, mover), pairs, body.allowance + tolerance
+    return Chase(mover, mover), pairs, body.allowance[0] + tolerance
 
 
 def body_chase(one: Mover, other: Mover, tolerance: float) -> Rule:

@@ -11,7 +11,7 @@ from workbench.errors import InputError
 from workbench.kernels.contact.clearance import row_clearance
 from workbench.kernels.contact.pairs import sphere_contacts
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body
+from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
@@ -25,6 +25,7 @@ from workbench.solve.contact.batches import (
     touching,
     witnesses,
 )
+from workbench.solve.contact.by_person import by_person
 from workbench.solve.contact.fields import packed_faces, packed_shells
 from workbench.solve.contact.gpu import on_cpu
 
@@ -66,6 +67,7 @@ class SegmentClearance:
     point: Floats
 
 
+@by_person
 def collides(
     placed: Placed,
     environment: Environment,
@@ -90,6 +92,7 @@ def collides(
     )
 
 
+@by_person
 def by_segment(
     placed: Placed, environment: Environment, *, threads: int | None = None, device: str = "cpu"
 ) -> SegmentClearance:
@@ -122,6 +125,7 @@ def by_segment(
     return SegmentClearance(distance, sphere, owner[polygon], polygon, point)
 
 
+@by_person
 def contacts(
     placed: Placed,
     environment: Environment,
@@ -166,6 +170,7 @@ def contacts(
     )
 
 
+@by_person
 def self_contacts(
     placed: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
 ) -> Contacts:
@@ -178,10 +183,13 @@ def self_contacts(
     one, other = np.nonzero(np.triu(~body.adjacent))
     both = placed.window[one] & placed.window[other]
     return _sphere_rows(
-        (placed, placed), np.stack([one, other], axis=1)[both], (margin - tolerance, body.allowance)
+        (placed, placed),
+        np.stack([one, other], axis=1)[both],
+        (margin - tolerance, body.allowance[0]),
     )
 
 
+@by_person
 def body_contacts(
     one: Placed, other: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
 ) -> Contacts:
@@ -196,6 +204,7 @@ def body_contacts(
     )
 
 
+@by_person
 def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") -> Floats:
     """Signed clearance (P, N, parts) [m] of every segment to every part: negative is penetration
     depth.
@@ -211,6 +220,7 @@ def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") 
     return distance
 
 
+@by_person
 def clearance_of_groups(
     placed: Placed, environment: Environment, groups: Groups, *, grid: bool | None = None
 ) -> Floats:
@@ -241,6 +251,7 @@ def clearance_of_rows(
     -1 and NaN where the segment has no sphere or the part no polygon. Needs no grid: for few rows.
     """
     body = placed.body
+    check_one(body)
     count = len(rows)
     out = (
         np.full(count, np.inf),
@@ -249,10 +260,13 @@ def clearance_of_rows(
         np.full((count, 3), np.nan),
     )
     index = _faces(environment), packed_shells(environment)
-    row_clearance(placed.centres, body.radius, body.start, np.ascontiguousarray(rows), *index, out)
+    row_clearance(
+        placed.centres, body.radius[0], body.start, np.ascontiguousarray(rows), *index, out
+    )
     return out
 
 
+@by_person
 def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = None) -> Clearance:
     """As `clearance`, with the spheres, polygons and points that are nearest.
 
@@ -318,12 +332,14 @@ def _plain(
     return out
 
 
+@by_person
 def body_clearance(one: Placed, other: Placed) -> Clearance:
     """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with
     the nearest spheres; `point` lies on the other's sphere."""
     return _pair_rows((one, other), _all_pairs(one, other))
 
 
+@by_person
 def self_clearance(placed: Placed) -> Clearance:
     """Signed clearance (P, N, N) [m] of all non-adjacent segment pairs of one body, each pair once
     (row < column); infinite elsewhere."""
@@ -337,7 +353,7 @@ def _pair_rows(placed: tuple[Placed, Placed], pairs: Ints) -> Clearance:
     return Clearance(one.body, other.body, *paired_clearance(one, other, pairs))
 
 
-def allowed_depth(body: Body, environment: Environment) -> Floats:
+def allowed_depth(body: Body | Topology, environment: Environment) -> Floats:
     """(N, parts) [m] how deep each segment may be in each part: the environment's rules read for
     this body."""
     depth = np.zeros((len(body.segments), len(environment.parts)))
@@ -393,7 +409,7 @@ def _sphere_rows(
         polygon=none,
         other_sphere=rows[:, 2],
         distance=distance,
-        point=b + normal * other.body.radius[rows[:, 2], None],
+        point=b + normal * other.body.radius[0][rows[:, 2], None],
         normal=normal,
         facing=_facing(one, (rows[:, 0], segment), -normal),
         other_facing=_facing(other, (rows[:, 0], other_segment), normal),
@@ -404,13 +420,13 @@ def _sphere_rows(
 def _spheres(placed: Placed) -> Spheres:
     body = placed.body
     world = placed.world_from_segment
-    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre) + world[..., 3]
+    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
     return (
         placed.centres,
-        body.radius,
+        body.radius[0],
         body.start,
         np.ascontiguousarray(around),
-        body.enclosing_radius,
+        body.enclosing_radius[0],
     )
 
 
@@ -434,7 +450,7 @@ def _near_side(placed: Placed, found: tuple[Floats, Ints, Floats]) -> Ints:
         pose, segment, other = np.nonzero(sphere >= 0)
         picked = sphere[pose, segment, other]
         toward = point[pose, segment, other] - placed.centres[begin + pose, picked]
-        inside = distance[pose, segment, other] < -placed.body.radius[picked]
+        inside = distance[pose, segment, other] < -placed.body.radius[0, picked]
         turned = np.where(inside[:, None], -toward, toward)
         side[some][pose, segment, other] = _facing(placed, (begin + pose, segment), turned)
     return side

@@ -45,7 +45,9 @@ def enclosed(placed: Placed, environment: Environment, part: int) -> Floats:
 def _largest(body: Body) -> Ints:
     """The largest sphere of each segment that has any."""
     rows = [row for row in map(body.spheres, range(len(body.segments))) if row.stop > row.start]
-    return np.array([row.start + int(np.argmax(body.radius[row])) for row in rows], dtype=np.int64)
+    return np.array(
+        [row.start + int(np.argmax(body.radius[0, row])) for row in rows], dtype=np.int64
+    )
 
 
 def _directions() -> Floats:

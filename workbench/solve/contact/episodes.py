@@ -80,7 +80,7 @@ def self_episodes(
         return self_chase(_packed(body, motion, frames, window), tolerance)
 
     found = _found(rule, len(motion), (key, key), threads)
-    return _between_bodies((body, body), time, found, body.allowance)
+    return _between_bodies((body, body), time, found, body.allowance[0])
 
 
 def body_episodes(
@@ -116,7 +116,7 @@ def _checked(body: Body, motion: Poses, by: str) -> tuple[Floats, Ints]:
     if by not in ("segment", "sphere"):
         raise UsageError(f"by={by!r}: {one_of(by, ('segment', 'sphere'))}")
     return check_times(motion), np.arange(
-        len(body.radius)
+        len(body.sphere_names)
     ) if by == "sphere" else body.sphere_segment
 
 

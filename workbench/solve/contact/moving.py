@@ -13,7 +13,7 @@ from workbench.kernels.contact.motion import Levers, Turns, aim, bound_segments,
 from workbench.kernels.forward import Chain, Skin, chain_transforms, place_spheres
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.blend import blend_point, twist_shared
-from workbench.model.body import Body
+from workbench.model.body import Body, check_one
 from workbench.model.poses import Placed, Poses, check_joints
 from workbench.model.quaternions import from_matrices, matrices
 from workbench.model.window import logical_window
@@ -55,6 +55,7 @@ def pack_motion(
 ) -> Mover:
     """Pose pairs first (P,), second (P,) of the frames (F) of a body; segments outside the window
     hold NaN."""
+    check_one(body)
     check_joints(body, frames)
     shown = logical_window(body, window, frames.reference)
     turn = from_matrices(frames.world_from_reference[:, :, :3])
@@ -172,7 +173,7 @@ def _placed_between(mover: Mover, when: tuple[Ints, Floats], shown: Bools) -> Fl
         world,
     )
     chain_transforms(turned[:, :joints], mover.chain, 0, world)
-    centres = np.empty((len(pair), len(body.radius), 3))
+    centres = np.empty((len(pair), len(body.sphere_names), 3))
     skin = mover.skin._replace(shown=shown.astype(np.int64))
     place_spheres(turned[:, :joints], world, skin, centres)
     return centres
@@ -181,20 +182,20 @@ def _placed_between(mover: Mover, when: tuple[Ints, Floats], shown: Bools) -> Fl
 def _levers(body: Body, entry: Floats) -> tuple[Levers, Bools]:
     """What makes each sphere stray, and the joints (J,) whose twist is shared."""
     segment = body.sphere_segment
-    turns = (body.twist_joint[segment] >= 0) & (body.twist_share > 0)
-    axis = body.twist_axis[segment]
-    point = body.twist_point[segment]
-    foot = point + np.einsum("si,si->s", body.centre - point, axis)[:, None] * axis
-    off = np.linalg.norm(body.centre - foot, axis=1)
+    turns = (body.twist_joint[segment] >= 0) & (body.twist_share[0] > 0)
+    axis = body.twist_axis[0, segment]
+    point = body.twist_point[0, segment]
+    foot = point + np.einsum("si,si->s", body.centre[0] - point, axis)[:, None] * axis
+    off = np.linalg.norm(body.centre[0] - foot, axis=1)
 
     def farthest(at: Floats) -> Floats:
         circle = np.linalg.norm(foot - at, axis=1) + off
-        most: Floats = np.where(turns, circle, np.linalg.norm(body.centre - at, axis=1))
+        most: Floats = np.where(turns, circle, np.linalg.norm(body.centre[0] - at, axis=1))
         return most
 
-    blends = (body.blend_joint >= 0) & (body.blend_share > 0)
+    blends = (body.blend_joint >= 0) & (body.blend_share[0] > 0)
     joint = body.blend_joint
-    point = blend_point(body)
+    point = blend_point(body)[0]
     shared = twist_shared(body)
     reach = np.where(
         blends,
@@ -208,9 +209,9 @@ def _levers(body: Body, entry: Floats) -> tuple[Levers, Bools]:
     levers = Levers(
         segment=segment,
         reach=reach,
-        twist=np.where(turns, body.twist_share * off, 0.0),
+        twist=np.where(turns, body.twist_share[0] * off, 0.0),
         twist_joint=body.twist_joint[segment],
-        blend=np.where(blends, body.blend_share * farthest(point), 0.0),
+        blend=np.where(blends, body.blend_share[0] * farthest(point), 0.0),
         blend_joint=joint,
         blend_twist=blend_twist,
     )

@@ -24,11 +24,11 @@ def candidates(
     """
     one = _swept(chase.mover, begin, end)
     segment = chase.mover.levers.segment
-    radius = chase.mover.body.radius
+    radius = chase.mover.body.radius[0]
     if isinstance(chase.against, Mover):
         other = chase.against
         who = near_pairs(one, _swept(other, begin, end), checked, allowed, SLACK)
-        level = radius[who[:, 1]] + other.body.radius[who[:, 2]]
+        level = radius[who[:, 1]] + other.body.radius[0][who[:, 2]]
         level = level - allowed[segment[who[:, 1]], other.levers.segment[who[:, 2]]]
         keep = level > 0
     else:
@@ -51,21 +51,21 @@ def _swept(mover: Mover, begin: int, end: int) -> tuple[Swept, Swept, Ints]:
     bound = mover.turns.bound[begin:end]
     around = []
     for frames in (first, second):
-        turned = np.einsum("pnij,nj->pni", world[frames][..., :3], body.enclosing_centre)
+        turned = np.einsum("pnij,nj->pni", world[frames][..., :3], body.enclosing_centre[0])
         around.append(np.ascontiguousarray(turned + world[frames][..., 3]))
     entry = np.zeros((len(body.segments), 3))
     entry[mover.chain.to] = mover.chain.at_to
-    arm = np.linalg.norm(body.enclosing_centre - entry, axis=1)
-    size = body.enclosing_radius + 0.125 * (
+    arm = np.linalg.norm(body.enclosing_centre[0] - entry, axis=1)
+    size = body.enclosing_radius[0] + 0.125 * (
         bound[..., 1] + (bound[..., 2] ** 2 + bound[..., 3]) * arm
     )
     size[:, ~mover.placed.window] = np.nan
     pairs = end - begin
-    spheres = len(body.radius)
+    spheres = len(body.sphere_names)
     pair = np.repeat(np.arange(begin, end), spheres)
     sphere = np.tile(np.arange(spheres), pairs)
     way = ways(mover, pair, sphere, np.zeros(len(pair)), np.ones(len(pair)))
     way[jumps(mover, pair, sphere) <= 1.0] = np.inf
-    reach = way.reshape(pairs, spheres) + body.radius
+    reach = way.reshape(pairs, spheres) + body.radius[0]
     moved = mover.placed.centres[first], mover.placed.centres[second]
     return (around[0], around[1], size * (1 + 1e-12) + 1e-9), (*moved, reach), body.start

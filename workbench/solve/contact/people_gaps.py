@@ -11,9 +11,9 @@ from workbench.kernels.contact.crews import least_gaps
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
+from workbench.model.poses import Placed
 from workbench.solve.contact.collide import allowed_depth
 from workbench.solve.contact.fields import packed_faces, packed_shells
-from workbench.solve.people_placed import PeoplePlaced
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Gap", "PeopleGaps", "people_gaps"]
@@ -46,8 +46,7 @@ class PeopleGaps:
 
 
 def people_gaps(
-    body: Body,
-    placed: PeoplePlaced,
+    placed: Placed,
     environment: Environment,
     *,
     gaps: Sequence[Gap],
@@ -55,9 +54,9 @@ def people_gaps(
     shift: Floats | None = None,
     threads: int | None = None,
 ) -> PeopleGaps:
-    """The clearances of B placed bodies of a family.
+    """The clearances of B placed people.
 
-    body: any of them, for its segments; moves: parts that have gone along with each person's seat
+    moves: parts that have gone along with each person's seat
     by shift (B, 3) [m]. Hidden parts take no part. threads: all cores where None; the answer does
     not depend on it.
     """
@@ -70,11 +69,12 @@ def people_gaps(
         np.full(shape, -1),
         np.full((*shape, 3), np.nan),
     )
-    asked = _asked(body, environment, gaps, np.isin(environment.parts, list(moves)))
+    asked = _asked(placed.body, environment, gaps, np.isin(environment.parts, list(moves)))
     index = packed_faces(environment), packed_shells(environment)
+    radius = np.ascontiguousarray(placed.body.radius[placed.person])
 
     def work(begin: int, end: int) -> None:
-        least_gaps(placed.centres, placed.radius, by, asked, *index, out, begin, end)
+        least_gaps(placed.centres, radius, by, asked, *index, out, begin, end)
 
     in_pieces(work, count, PIECE, threads=threads)
     return PeopleGaps(*out)

@@ -63,4 +63,4 @@ def posed_collides(
 
 def _at_a_time(body: Body) -> int:
     """How many poses of a body MEMORY holds: 12 numbers a segment and 3 a sphere; at least one."""
-    return max(1, MEMORY // (8 * (12 * len(body.segments) + 3 * len(body.radius))))
+    return max(1, MEMORY // (8 * (12 * len(body.segments) + 3 * len(body.sphere_names))))

@@ -134,7 +134,7 @@ def _sphere_rows(body: Body, by: str) -> Ints:
     words = ("segment", "part", "sphere", "sphere and part")
     if by not in words:
         raise UsageError(f"by={by!r}: {one_of(by, words)}")
-    return np.arange(len(body.radius)) if by.startswith("sphere") else body.sphere_segment
+    return np.arange(len(body.sphere_names)) if by.startswith("sphere") else body.sphere_segment
 
 
 def _pair_by(by: str) -> str:

@@ -169,6 +169,6 @@ def _grounded(body: Body, rotations: Floats, when: tuple[Floats, Floats]) -> Pos
     for first in range(0, len(time), 1024):
         some = slice(first, first + 1024)
         centres = place(body, Poses(legal[some], pelvis, world[some])).centres
-        world[some, 2, 3] = -(centres[..., 2] - body.radius).min(axis=1)
+        world[some, 2, 3] = -(centres[..., 2] - body.radius[0]).min(axis=1)
     world[:, :2, 3] = way
     return Poses(legal, pelvis, world, time)

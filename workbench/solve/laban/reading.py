@@ -99,7 +99,7 @@ class _Seen:
                 body,
                 Poses(motion.rotations[rows], motion.reference, motion.world_from_reference[rows]),
             )
-            low = placed.centres[..., 2] - body.radius
+            low = placed.centres[..., 2] - body.radius[0]
             world.append(placed.world_from_segment)
             lowest.append(low.min(axis=1))
             feet.append(
@@ -117,7 +117,7 @@ class _Seen:
     def _aside(self, side: str) -> Floats:
         """(P,) [m] how far an ankle is from below its hip."""
         thigh, foot = (self.world[:, self.body.segment(side + name)] for name in ("UL", "F"))
-        hip, ankle = (self.body.joint_in_child[self.body.joint(side + name)] for name in "HA")
+        hip, ankle = (self.body.joint_in_child[0, self.body.joint(side + name)] for name in "HA")
         apart = thigh[:, :, :3] @ hip + thigh[:, :, 3] - foot[:, :, :3] @ ankle - foot[:, :, 3]
         return np.asarray(np.linalg.norm(apart[:, :2], axis=1))
 

@@ -1,10 +1,9 @@
-"""Limbs of bodies of a family that reach for targets, a row a reach: tasks, their solution free of
+"""Limbs of the rows of a body that reach for targets, a row a reach: tasks, their solution free of
 obstacles, seeds."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -13,10 +12,11 @@ from workbench.kernels.limbs.limits import Planes
 from workbench.kernels.limbs.linkage import Linkage
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.kept import kept_with_body
 from workbench.model.posing import compose
-from workbench.solve.family import Family, family_of, packed_links
 from workbench.solve.reaching.limbs import Limb
 from workbench.solve.reaching.linkage import joints_between
+from workbench.solve.reaching.packing import packed_links
 from workbench.solve.threads import in_pieces
 
 __all__ = [
@@ -45,11 +45,11 @@ NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """One limb of the bodies of a family reaching for P targets: row p is that of body who[p] (P,),
-    whose joints stand at held (P, J, 4) and whose held segment at base (P, 3, 4); goal (P, 12):
+    """One limb of the rows of a body reaching for P targets: row p is that of row who[p] (P,), whose
+    joints stand at held (P, J, 4) and whose held segment at base (P, 3, 4); goal (P, 12):
     target, direction, weights of each."""
 
-    family: Family
+    body: Body
     limb: Limb
     link: Linkage
     joints: list[int]
@@ -60,11 +60,6 @@ class Task:
 
     def __len__(self) -> int:
         return len(self.who)
-
-    @property
-    def body(self) -> Body:
-        """Any of the bodies, for what they share."""
-        return self.family.bodies[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,11 +161,11 @@ def solved(
     return Found(*out, np.zeros(count), np.full(count, -1))
 
 
-@lru_cache(maxsize=64)
+@kept_with_body
 def seeds_of(body: Body, limb: Limb) -> tuple[Floats, Floats]:
     """Legal angles (M, K, 3) spread over the chain's range, and where they bring tip and direction
     (M, 6) in the frame of the held segment; the same ones each time."""
-    link = packed_links(family_of((body,)), limb)
+    link = packed_links(body[0], limb)
     joints = joints_between(body, limb.base, limb.end)
     limits = body.stops.limits[joints]
     share = np.random.default_rng(1).uniform(size=(4 * SEEDS, len(joints), 3))

@@ -10,15 +10,14 @@ surface of the palm.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from workbench.errors import InputError, one_of
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
+from workbench.model.kept import kept_with_body
 from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "landmarks", "limb", "solids"]
@@ -29,8 +28,6 @@ GRIPS = {"hand": ("push", "pinch", "grasp"), "foot": ("ball", "heel")}
 ZONES = (1, 2, 3)
 _ARM = {1: ("S", "E", "W"), 2: ("C", "S", "E", "W"), 3: ("C", "S", "E", "W")}
 _LEG = ("H", "K", "A")
-Spheres = tuple[Floats, Floats]
-"""Centres (B, S, 3) and radii (B, S) of bodies of a family."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +35,7 @@ class Limb:
     """A chain of a body that reaches: from segment `base` (held) to segment `end`, the joints
     `free` free.
 
-    tip (3,) [m]: the point that reaches, pointing (3,): the direction it reaches in, both in the
+    tip (3,) [m]: the point that reaches of the first row of a body, pointing (3,): the direction it reaches in, both in the
     frame of `end`. moving: the segments that go along; solid (S,): the spheres that may meet
     obstacles. The fingers of a hand that reaches are not among them: the body holds them straight,
     where a person bends them out of the way.
@@ -54,7 +51,6 @@ class Limb:
     solid: Bools
 
 
-@lru_cache(maxsize=256)
 def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Limb:
     """A hand or foot of a human body.
 
@@ -62,6 +58,12 @@ def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Li
     or heel of a foot (the first of them where None); zone: 1, 2 or 3 (of a hand). InputError for
     unknown names, and where the body lacks the landmark.
     """
+    return _limb(body, name, grip, zone)
+
+
+@kept_with_body
+def _limb(body: Body, name: str, grip: str | None, zone: int) -> Limb:
+    """The limb, made once a body."""
     if name not in HANDS + FEET:
         raise InputError(f"no limb {name!r}; {one_of(name, HANDS + FEET)}")
     side = name[0].upper()
@@ -85,55 +87,48 @@ def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Li
     moving = tuple(
         sorted({joint + 1 for joint in free} | {body.segment(segment) for segment in more})
     )
-    tip, pointing = _landmark([body], (body.centre[None], body.radius[None]), (end, grip))
+    tip, pointing = _landmark(body[0], (end, grip))
     solid = np.isin(body.sphere_segment, moving)
     if kind == "hand":
-        solid &= ~(
-            _beyond_knuckle([body], body.centre[None], end)[0] & (body.sphere_segment == end)
-        )
+        solid &= ~(_beyond_knuckle(body[0], end)[0] & (body.sphere_segment == end))
     return Limb(f"{name}, {grip}", base, end, free, tip[0], pointing[0], moving, solid)
 
 
-def solids(bodies: Sequence[Body], centre: Floats, limb: Limb) -> Bools:
-    """(B, S) the spheres that may meet obstacles, of bodies of a family whose sphere centres are
-    (B, S, 3): those of the limb, but of a hand that reaches not those farther out than the index
-    knuckle."""
-    body = bodies[0]
-    found = np.repeat(limb.solid[None], len(bodies), axis=0)
-    if len(bodies) == 1 or limb.name.split()[1].rstrip(",") != "hand":
+def solids(body: Body, limb: Limb) -> Bools:
+    """(B, S) the spheres that may meet obstacles: those of the limb, but of a hand that reaches not
+    those farther out than the index knuckle."""
+    found = np.repeat(limb.solid[None], len(body), axis=0)
+    if len(body) == 1 or limb.name.split()[1].rstrip(",") != "hand":
         return found
     hand = body.sphere_segment == limb.end
-    found[:, hand] = ~_beyond_knuckle(bodies, centre, limb.end)[:, hand]
+    found[:, hand] = ~_beyond_knuckle(body, limb.end)[:, hand]
     return found
 
 
-def _beyond_knuckle(bodies: Sequence[Body], centre: Floats, hand: int) -> Bools:
+def _beyond_knuckle(body: Body, hand: int) -> Bools:
     """(B, S) the spheres that lie farther out than the index knuckle of a hand."""
-    top = np.stack([body.directions[hand, DIRECTIONS.index("top")] for body in bodies])
-    knuckle = centre[:, _row(bodies[0], hand, "index knuckle")]
-    beyond: Bools = np.einsum("bsi,bi->bs", centre - knuckle[:, None], top) > 1e-6
+    top = body.directions[hand, DIRECTIONS.index("top")]
+    knuckle = body.centre[:, _row(body, hand, "index knuckle")]
+    beyond: Bools = np.einsum("bsi,i->bs", body.centre - knuckle[:, None], top) > 1e-6
     return beyond
 
 
-def landmarks(bodies: Sequence[Body], spheres: Spheres, limb: Limb) -> tuple[Floats, Floats]:
-    """(B, 3) the points that arrive and the ways they point, of the limb of bodies of a family
-    whose spheres are centre (B, S, 3) and radius (B, S)."""
-    tip, pointing = _landmark(bodies, spheres, (limb.end, limb.name.split(", ")[1]))
+def landmarks(body: Body, limb: Limb) -> tuple[Floats, Floats]:
+    """(B, 3) the points of a limb that arrive and the ways they point, of all rows of a body."""
+    tip, pointing = _landmark(body, (limb.end, limb.name.split(", ")[1]))
     return np.ascontiguousarray(tip), np.ascontiguousarray(pointing)
 
 
-def _landmark(
-    bodies: Sequence[Body], spheres: Spheres, which: tuple[int, str]
-) -> tuple[Floats, Floats]:
+def _landmark(body: Body, which: tuple[int, str]) -> tuple[Floats, Floats]:
     """(B, 3) the point of a hand or foot (a segment) that arrives, and the way it points, by
     grip."""
     segment, grip = which
 
     def named(name: str) -> tuple[Floats, Floats]:
-        row = _row(bodies[0], segment, name)
-        return spheres[0][:, row], spheres[1][:, row : row + 1]
+        row = _row(body, segment, name)
+        return body.centre[:, row], body.radius[:, row : row + 1]
 
-    turn = np.stack([body.directions[segment] for body in bodies])
+    turn = np.repeat(body.directions[segment][None], len(body), axis=0)
     top, front, down = (turn[:, DIRECTIONS.index(d)] for d in ("top", "front", "bottom"))
     if grip == "push":
         centre, radius = named("index fingertip")

@@ -59,8 +59,8 @@ def linkage(
     sides, link = _polygon(body, joints, k)
     coupled, coupling = _couplings(body, joints)
     return Linkage(
-        at_parent=np.ascontiguousarray(body.joint_in_parent[joints].reshape(1, -1, 3)),
-        at_child=np.ascontiguousarray(body.joint_in_child[joints].reshape(1, -1, 3)),
+        at_parent=np.ascontiguousarray(body.joint_in_parent[0, joints].reshape(1, -1, 3)),
+        at_child=np.ascontiguousarray(body.joint_in_child[0, joints].reshape(1, -1, 3)),
         axes=np.ascontiguousarray(stops.axes[joints].reshape(-1, 3, 3)),
         rows=_rows(body, joints, free_of),
         limits=np.ascontiguousarray(stops.limits[joints].reshape(-1, 3, 2)),

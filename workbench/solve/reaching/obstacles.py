@@ -22,11 +22,10 @@ from workbench.kernels.contact.polygon import Faces
 from workbench.kernels.limbs.around import Trail, settle
 from workbench.kernels.limbs.contacts import Limbs, Obstacles, overlaps
 from workbench.model.arrays import Floats, Ints
-from workbench.model.body import Body
+from workbench.model.body import Body, Topology
 from workbench.model.environment import Environment
 from workbench.solve.contact.collide import allowed_depth
 from workbench.solve.contact.fields import field_of, packed_faces, packed_shells
-from workbench.solve.family import packed_limbs
 from workbench.solve.reaching.chains import (
     AGAIN,
     PIECE,
@@ -37,6 +36,7 @@ from workbench.solve.reaching.chains import (
     seeds_of,
     solved,
 )
+from workbench.solve.reaching.packing import packed_limbs
 from workbench.solve.threads import in_pieces
 
 __all__ = ["Room", "cleared", "obstacles_of"]
@@ -116,24 +116,25 @@ def _settled(task: Task, found: Found, room: Room) -> Found:
 
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
     around = obstacles_of(task.body, room.environment, room.moving, room.shift)
-    return packed_limbs(task.family, task.limb), around
+    return packed_limbs(task.body, task.limb), around
 
 
 def obstacles_of(body: Body, environment: Environment, moving: Ints, shift: Floats) -> Obstacles:
     """Obstacles packed for the kernels, for a body and those with the same segments; the parts
     moving (K,) stand aside by shift (B, 3) [m] for each body."""
-    return _fixed(body, environment, tuple(moving.tolist()))._replace(shift=np.array(shift))
+    return _fixed(body.topology, environment, tuple(moving.tolist()))._replace(
+        shift=np.array(shift)
+    )
 
 
 @lru_cache(maxsize=8)
-def _fixed(body: Body, environment: Environment, moving: tuple[int, ...]) -> Obstacles:
-    """The obstacles for a body and those with the same segments, with the parts that move in a
-    group of their own."""
+def _fixed(topology: Topology, environment: Environment, moving: tuple[int, ...]) -> Obstacles:
+    """The obstacles for bodies of a topology, with the parts that move in a group of their own."""
     shown = ~environment.hidden
     moves = np.array(moving)
     groups = [np.flatnonzero(shown & (moves == 0)), np.flatnonzero(shown & (moves > 0))]
     chosen = tuple(tuple(group.tolist()) for group in groups if len(group) or group is groups[0])
-    allowed = allowed_depth(body, environment)
+    allowed = allowed_depth(topology, environment)
     least = np.stack(
         [allowed[:, list(group)].min(axis=1, initial=np.inf) for group in chosen], axis=1
     )

@@ -9,16 +9,17 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
-from workbench.model.body import Body
+from workbench.model.body import Body, check_one
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, check_joints
 from workbench.model.posing import angles_of
 from workbench.model.reach import Reach
-from workbench.solve.family import family_of, frames, packed_links
+from workbench.solve.forward import segment_frames
 from workbench.solve.reaching.chains import AGAIN, Found, Task, cold, posed, solved, tips_of
 from workbench.solve.reaching.limbs import Limb
 from workbench.solve.reaching.linkage import joints_between
 from workbench.solve.reaching.obstacles import Room, cleared
+from workbench.solve.reaching.packing import packed_links
 
 __all__ = ["REACHED", "TURN_LEVER", "goals_of", "reach", "stopped_by"]
 
@@ -75,9 +76,9 @@ def _task(
         raise UsageError(
             f"poses: expected 1 or {len(targets)} rows for {len(targets)} targets, got {len(poses)}"
         )
+    check_one(body)
     check_joints(body, poses)
-    family = family_of((body,))
-    base = frames(family, poses, limb.base)
+    base = segment_frames(body, poses, limb.base)
     rotations = poses.rotations
     if len(poses) != len(targets):
         base, rotations = (np.repeat(array, len(targets), axis=0) for array in (base, rotations))
@@ -97,9 +98,7 @@ def _task(
     joints = joints_between(body, limb.base, limb.end)
     # arrays of one kind only: each new kind would have the kernels compiled again
     who = np.zeros(len(targets), dtype=np.int64)
-    return Task(
-        family, limb, packed_links(family, limb), joints, who, np.array(rotations), base, goal
-    )
+    return Task(body, limb, packed_links(body, limb), joints, who, np.array(rotations), base, goal)
 
 
 def goals_of(targets: Floats) -> Floats:

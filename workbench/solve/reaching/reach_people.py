@@ -1,4 +1,4 @@
-"""Reaches of many people at once: one limb of B bodies of a family, each to its T targets.
+"""Reaches of many people at once: one limb of the B rows of a body, each to its T targets.
 
 People are taken in the order of how far they must stretch for a target, so that each can follow the
 one before: his solution and its multipliers are a start that mostly needs three steps. The first of
@@ -19,9 +19,9 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.people_reach import PeopleReach
-from workbench.model.poses import Poses, check_rows
+from workbench.model.poses import Poses, row_for_each
 from workbench.model.posing import angles_of
-from workbench.solve.family import Family, family_of, frames, packed_links
+from workbench.solve.forward import segment_frames
 from workbench.solve.reaching.chains import (
     AGAIN,
     PIECE,
@@ -37,6 +37,7 @@ from workbench.solve.reaching.limbs import HANDS, Limb, limb
 from workbench.solve.reaching.linkage import joints_between
 from workbench.solve.reaching.obstacles import Room, cleared
 from workbench.solve.reaching.outward import outward
+from workbench.solve.reaching.packing import packed_links
 from workbench.solve.reaching.reach import REACHED, goals_of, stopped_by
 
 __all__ = ["reach_people"]
@@ -72,7 +73,7 @@ class _Ask:
 
 
 def reach_people(
-    bodies: Sequence[Body],
+    body: Body,
     poses: Poses,
     targets: ArrayLike,
     *,
@@ -86,48 +87,45 @@ def reach_people(
     rotations: bool = False,
     threads: int | None = None,
 ) -> PeopleReach:
-    """Reach with a limb of B bodies, one row of poses a body, for targets (T, 3) or (B, T, 3) [m].
+    """Reach with a limb of B people, a row of poses each, for targets (T, 3) or (B, T, 3) [m].
 
-    bodies: of one family, with the same segments, joints and stops; only lengths and spheres
-    differ. name, grip, zone: as for `limb`. environment: obstacles, with their allowances; moves:
+    body: its row for each of the poses is the person's. name, grip, zone: as for `limb`. environment: obstacles, with their allowances; moves:
     its parts that have gone along with each person's seat by shift (B, 3) [m]. spare [m]: how far
     beyond a reached target to look for the farthest point that the limb still reaches, on the ray
     from its first joint (shoulder, hip) as it stands in the poses; to within 1 mm, obstacles aside.
     rotations: whether to give the postures found. threads: all cores where None; the answer does
     not depend on it. A posture may depend slightly on the other people, because each solution
     starts from a neighbour's; who is kept from a target by obstacles does not, because everybody in
-    doubt is solved alone. UsageError where numbers of rows do not fit or bodies are not of one
-    family.
+    doubt is solved alone. UsageError where numbers of rows do not fit.
     """
-    goals = _targets(bodies, poses, targets)
-    moved_by = np.zeros((len(bodies), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
-    if moved_by.shape != (len(bodies), 3):
+    people = row_for_each(body, poses)
+    goals = _targets(poses, targets)
+    moved_by = np.zeros((len(poses), 3)) if shift is None else np.asarray(shift, dtype=np.float64)
+    if moved_by.shape != (len(poses), 3):
         raise UsageError(
-            f"shift: expected ({len(bodies)}, 3) for {len(bodies)} bodies, got {moved_by.shape}"
+            f"shift: expected ({len(poses)}, 3) for {len(poses)} people, got {moved_by.shape}"
         )
     if not 0 <= spare <= MOST_SPARE:
         raise UsageError(f"spare: expected 0 to {MOST_SPARE:g} m, got {spare:g}")
     ask = _Ask((name, grip, zone), environment, moves, spare, rotations, threads)
-    family_of(tuple({id(body.stops): body for body in bodies}.values()))
     answers = []
-    for first in range(0, len(bodies), MOST_PEOPLE):
+    for first in range(0, len(poses), MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        answers.append(
-            _some_people(family_of(tuple(bodies[some])), own, goals[some], moved_by[some], ask)
-        )
+        answers.append(_some_people(people[some], own, goals[some], moved_by[some], ask))
     return answers[0] if len(answers) == 1 else _joined(answers)
 
 
-def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats:
+def _targets(poses: Poses, targets: ArrayLike) -> Floats:
     """Targets (B, T, 3); UsageError where the numbers of rows do not fit."""
     goals = np.asarray(targets, dtype=np.float64)
-    check_rows(poses, len(bodies), "bodies")
+    if not len(poses):
+        raise UsageError("poses: expected one row at least, got none")
     if goals.ndim == 2:
-        goals = np.broadcast_to(goals, (len(bodies), *goals.shape))
+        goals = np.broadcast_to(goals, (len(poses), *goals.shape))
     if (
         goals.ndim != 3
-        or goals.shape[0] != len(bodies)
+        or goals.shape[0] != len(poses)
         or goals.shape[2] != 3
         or not np.all(np.isfinite(goals))
     ):
@@ -137,20 +135,18 @@ def _targets(bodies: Sequence[Body], poses: Poses, targets: ArrayLike) -> Floats
     return goals
 
 
-def _some_people(
-    family: Family, poses: Poses, goals: Floats, shift: Floats, ask: _Ask
-) -> PeopleReach:
+def _some_people(body: Body, poses: Poses, goals: Floats, shift: Floats, ask: _Ask) -> PeopleReach:
     name, grip, zone = ask.limb
-    chain = limb(family.bodies[0], name, grip=grip, zone=zone)
-    rows = _rows(family, poses, chain, goals)
+    chain = limb(body, name, grip=grip, zone=zone)
+    rows = _rows(body, poses, chain, goals)
     people, count = goals.shape[:2]
     who = rows.order % people
-    joints = joints_between(family.bodies[0], chain.base, chain.end)
-    base = frames(family, poses, chain.base)
-    link = packed_links(family, chain)
+    joints = joints_between(body, chain.base, chain.end)
+    base = segment_frames(body, poses, chain.base)
+    link = packed_links(body, chain)
     goal = goals_of(goals.transpose(1, 0, 2).reshape(-1, 3)[rows.order])
-    task = Task(family, chain, link, joints, who, poses.rotations[who], base[who], goal)
-    start = cold(task, angles_of(family.bodies[0], poses)[who][:, joints])
+    task = Task(body, chain, link, joints, who, poses.rotations[who], base[who], goal)
+    start = cold(task, angles_of(body, poses)[who][:, joints])
     free = solved(task, start, AGAIN, follow=rows.follow, threads=ask.threads)
     found = free
     if ask.environment is not None:
@@ -162,16 +158,18 @@ def _some_people(
     return _answer((task, found, reached), spare, rows.order, (people, count), ask)
 
 
-def _rows(family: Family, poses: Poses, chain: Limb, goals: Floats) -> _Rows:
-    body = family.bodies[0]
+def _rows(body: Body, poses: Poses, chain: Limb, goals: Floats) -> _Rows:
     joint = body.joint(
         body.segments[chain.end][0] + ("S" if chain.name.split(",")[0] in HANDS else "H")
     )
-    world = frames(family, poses, joint + 1)
-    shoulder = np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
+    world = segment_frames(body, poses, joint + 1)
+    shoulder = (
+        np.einsum("bij,bj->bi", world[:, :, :3], body.joint_in_child[:, joint]) + world[:, :, 3]
+    )
     beyond = range(joint + 1, chain.end)
     length = sum(
-        np.linalg.norm(family.in_parent[:, j] - family.in_child[:, j - 1], axis=1) for j in beyond
+        np.linalg.norm(body.joint_in_parent[:, j] - body.joint_in_child[:, j - 1], axis=1)
+        for j in beyond
     )
     stretch = np.linalg.norm(goals - shoulder[:, None], axis=2) / np.maximum(length, 1e-6)[:, None]
     people, count = goals.shape[:2]

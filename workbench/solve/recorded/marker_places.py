@@ -26,14 +26,14 @@ def marker_places(body: Body, sites: Mapping[str, Site]) -> tuple[Floats, Floats
 
 def _stature(body: Body) -> float:
     """Rough height [m] of a body in the zero pose, from the ankles to the top of the head."""
-    z = body.zero_origins[body.sphere_segment, 2] + body.centre[:, 2]
-    return float((z + body.radius).max() - (z - body.radius).min())
+    z = body.zero_origins[0, body.sphere_segment, 2] + body.centre[0, :, 2]
+    return float((z + body.radius[0]).max() - (z - body.radius[0]).min())
 
 
 def _place(body: Body, site: Site, size: float) -> Floats:
     n = body.segment(site.segment)
     points = [
-        body.joint_in_child[j] if n == j + 1 else body.joint_in_parent[j]
+        body.joint_in_child[0, j] if n == j + 1 else body.joint_in_parent[0, j]
         for j in map(body.joint, site.joints)
     ]
     base = (
@@ -62,8 +62,8 @@ def _skin(body: Body, segment: int, ray: tuple[Floats, Floats]) -> float:
     """How far [m] the last sphere of a segment reaches along a ray from a point."""
     base, way = ray
     spheres = body.spheres(segment)
-    gap = body.centre[spheres] - base
+    gap = body.centre[0, spheres] - base
     along = gap @ way
-    under = body.radius[spheres] ** 2 - (np.sum(gap**2, axis=1) - along**2)
+    under = body.radius[0, spheres] ** 2 - (np.sum(gap**2, axis=1) - along**2)
     met = under > 0
     return float(np.max(along[met] + np.sqrt(under[met]), initial=0.0))

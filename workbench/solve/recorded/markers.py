@@ -206,7 +206,7 @@ def _chain(
     limits = body.stops.limits[joints]
     half = np.maximum(0.5 * np.abs(limits).sum(axis=-1), _LEAST_HALF)
     weight = 1.0 / (_UNIT * np.clip(spread / _NEAR, 0.7, 2.0))
-    ends = body.joint_in_parent[joints], body.joint_in_child[joints]
+    ends = body.joint_in_parent[0, joints], body.joint_in_child[0, joints]
     return MarkerChain(parent, *ends, body.stops.axes[joints].copy(), half, segment, local, weight)
 
 
@@ -219,7 +219,7 @@ def _begun(
     at = np.zeros((len(order), 3))
     for k, n in enumerate(order[1:], start=1):
         parent = order.index(int(body.parent[n]))
-        at[k] = at[parent] + body.joint_in_parent[n - 1] - body.joint_in_child[n - 1]
+        at[k] = at[parent] + body.joint_in_parent[0, n - 1] - body.joint_in_child[0, n - 1]
     own = at[segment] + local
     visible = _visible(seen[0])
     a = own[visible]

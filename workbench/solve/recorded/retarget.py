@@ -101,7 +101,9 @@ def retarget(
     place = np.zeros((len(bones.time), 3, 4))
     pelvis = segments["LT"]
     place[:, :, :3] = matrices(pelvis)
-    own = 0.5 * (body.joint_in_parent[body.joint("LH")] + body.joint_in_parent[body.joint("RH")])
+    own = 0.5 * (
+        body.joint_in_parent[0, body.joint("LH")] + body.joint_in_parent[0, body.joint("RH")]
+    )
     place[:, :, 3] = middle - rotate(pelvis, np.broadcast_to(own, (len(pelvis), 3)))
     return Poses(rotations, body.segment("LT"), place, bones.time), tuple(notes)
 
@@ -238,7 +240,7 @@ def _rest_end(bones: Bones, segment: str, chosen: Mapping[str, str], rest: Float
 def _axis(body: Body, segment: str) -> Floats:
     """(3,) from the proximal to the distal joint of a segment in the zero pose."""
     proximal, distal = (body.joint(j) for j in _AXIS_JOINTS[segment])
-    return np.asarray(body.joint_in_parent[distal] - body.joint_in_child[proximal])
+    return np.asarray(body.joint_in_parent[0, distal] - body.joint_in_child[0, proximal])
 
 
 def _joint_rotations(body: Body, segments: Mapping[str, Floats], frames: int) -> Floats:
@@ -289,7 +291,7 @@ def _one_axis(body: Body, rotations: Floats, joints: tuple[str, str, str]) -> No
 def _line(body: Body, joints: tuple[int, int]) -> Floats:
     """(3,) unit vector in the zero pose from one joint of a limb segment to the next one down."""
     upper, lower = joints
-    line = body.joint_in_parent[lower] - body.joint_in_child[upper]
+    line = body.joint_in_parent[0, lower] - body.joint_in_child[0, upper]
     return np.asarray(line / np.linalg.norm(line))
 
 

@@ -83,7 +83,7 @@ def factors_from_markers(
     if not sites:
         return {}
     local, _ = marker_places(body, sites)
-    origin = body.zero_origins
+    origin = body.zero_origins[0]
     own = {
         name: origin[body.segment(site.segment)] + local[m]
         for m, (name, site) in enumerate(sites.items())
@@ -124,7 +124,10 @@ def factors_from_track(body: Body, track: SegmentTrack) -> dict[str, float]:
             continue
         first, last = (name if segment in TRUNK else segment[0] + name for name in pair)
         if first in joints and last in joints and {first, last} <= set(body.joints):
-            ours = body.joint_in_parent[body.joint(last)] - body.joint_in_child[body.joint(first)]
+            ours = (
+                body.joint_in_parent[0, body.joint(last)]
+                - body.joint_in_child[0, body.joint(first)]
+            )
             factors[segment] = float(
                 np.linalg.norm(joints[last] - joints[first]) / np.linalg.norm(ours)
             )
@@ -175,5 +178,5 @@ def _span(
 
 def _joints(body: Body) -> dict[str, Floats]:
     """(3,) [m] each joint in the zero pose."""
-    at = body.zero_origins
-    return {name: at[j + 1] + body.joint_in_child[j] for j, name in enumerate(body.joints)}
+    at = body.zero_origins[0]
+    return {name: at[j + 1] + body.joint_in_child[0, j] for j, name in enumerate(body.joints)}

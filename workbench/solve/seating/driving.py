@@ -21,8 +21,7 @@ from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
-from workbench.solve.family import Family, family_of, frames
-from workbench.solve.forward import place
+from workbench.solve.forward import place, segment_frames
 from workbench.solve.reaching.chains import AGAIN, Task, cold, posed, rows_of, solved
 from workbench.solve.reaching.limbs import FEET
 from workbench.solve.reaching.linkage import joints_between
@@ -84,7 +83,7 @@ def driving_posture(
     hips, eyes and ears.
     """
     case = DrivingCase(seat, package, feet, eye, seed)
-    found = at_wheel([body], poses, case, drivers=[driver], numbers=[person])
+    found = at_wheel(body, poses, case, drivers=[driver], numbers=[person])
     placed = place(body, found.poses)
     forward, up, wanted = (float(value) for value in found.travel[0])
     return DrivingPosture(
@@ -131,10 +130,10 @@ class Drivers:
 
 @dataclass(frozen=True, eq=False)
 class _Crew:
-    """B drivers before they sit: their family, drivers, numbers, trunks, soles, and the poses they
+    """B drivers before they sit: their bodies (rows of one), drivers, numbers, trunks, soles, and the poses they
     come with."""
 
-    family: Family
+    body: Body
     drivers: Sequence[Driver]
     numbers: Sequence[int]
     spines: list[Spine]
@@ -143,7 +142,7 @@ class _Crew:
 
 
 def at_wheel(
-    bodies: Sequence[Body],
+    body: Body,
     poses: Poses,
     case: DrivingCase,
     *,
@@ -161,17 +160,17 @@ def at_wheel(
             f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
             f"drivers who face along +x"
         )
-    check_rows(poses, len(bodies), "bodies")
+    check_rows(poses, len(body), "bodies")
     if not {"right foot"} <= set(case.feet) <= set(FEET):
         raise UsageError(
             f"feet: expected 'right foot', and 'left foot' or not, got {', '.join(case.feet) or 'none'}"
         )
     if min([case.seed or 0, *numbers]) < 0:
         raise UsageError(f"seed, person: expected 0 or more, got {case.seed} and {min(numbers)}")
-    family, (low, high) = family_of(tuple(bodies)), seat.travel_up
-    soles = {foot: soles_on(family, foot, at, case.package) for foot, at in case.feet.items()}
-    crew = _Crew(family, drivers, numbers, [spine_of(body) for body in bodies], soles, poses)
-    up = np.full(len(bodies), min(max(0.0, low), high) if case.eye is None else low)
+    low, high = seat.travel_up
+    soles = {foot: soles_on(body, foot, at, case.package) for foot, at in case.feet.items()}
+    crew = _Crew(body, drivers, numbers, [spine_of(one) for one in body], soles, poses)
+    up = np.full(len(body), min(max(0.0, low), high) if case.eye is None else low)
     rows = _seated(crew, case, up)
     for _ in range(LIFTS if case.eye is not None else 0):
         lift = np.clip(up + (case.eye or 0.0) - rows.eye[:, 2], low, high)
@@ -185,7 +184,8 @@ def at_wheel(
 
 def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
     """The drivers with the seat lifted by `up` (B,) [m], feet as they were."""
-    family, (x, y, z) = crew.family, case.package.h_point
+    body = crew.body
+    x, y, z = case.package.h_point
     angles = []
     for driver, number, lift in zip(crew.drivers, crew.numbers, up.tolist(), strict=True):
         mean = driving_angles(driver, replace(case.package, h_point=(x, y, z + lift)))
@@ -195,16 +195,14 @@ def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
     tilts = spine_tilts(crew.spines, angles)
     aft, above = np.array([h_point_offset(driver) for driver in crew.drivers]).T
     height = z + up - above
-    wanted = hips_from_pedal(family, crew.soles["right foot"], height, angles) - aft - x
+    wanted = hips_from_pedal(crew.soles["right foot"], height, angles) - aft - x
     forward = np.clip(wanted, *case.seat.travel_forward)
     hips = np.stack([x + forward + aft, np.full(len(up), y), height], axis=1)
     seated = _placed(crew, tilts, hips)
-    body = family.bodies[0]
     sphere = [body.sphere_names.index(f"{side} eye") for side in ("left", "right")]
-    head = frames(family, seated, int(body.sphere_segment[sphere[0]]))
+    head = segment_frames(body, seated, int(body.sphere_segment[sphere[0]]))
     eye = (
-        np.einsum("bij,bj->bi", head[:, :, :3], family.centre[:, sphere].mean(axis=1))
-        + head[:, :, 3]
+        np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
     )
     expected = np.array([one.mean for one in angles])
     return Drivers(seated, np.stack([forward, up, wanted], axis=1), eye, hips, expected, {}, {})
@@ -213,7 +211,7 @@ def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
     """The poses with the trunks tilted segment by segment (B, 5) [rad] aft, the middle of the hips
     at points (B, 3)."""
-    body = crew.family.bodies[0]
+    body = crew.body
     rotations = np.array(crew.poses.rotations)
     angles = np.zeros((len(tilts), len(body.joints), 3))
     joints = [body.joint(name) for name in SPINE[1:]]
@@ -239,10 +237,10 @@ def _stepped(crew: _Crew, rows: Drivers) -> Drivers:
         goal = goals_of(sole.at)
         goal[:, 3:6] = sole.along
         goal[:, 9:] = TURN_LEVER
-        joints = joints_between(crew.family.bodies[0], sole.limb.base, sole.limb.end)
+        joints = joints_between(crew.body, sole.limb.base, sole.limb.end)
         base = seated.world_from_reference
         task = Task(
-            crew.family,
+            crew.body,
             sole.limb,
             sole.link,
             joints,
@@ -262,7 +260,7 @@ def _stepped(crew: _Crew, rows: Drivers) -> Drivers:
             numbers[off] = found.numbers
         seated = Poses(rotations, seated.reference, seated.world_from_reference)
         miss[foot], limit[foot] = numbers[:, 0].copy(), limits_of(task, numbers)
-    world = frames(crew.family, seated, crew.poses.reference)
+    world = segment_frames(crew.body, seated, crew.poses.reference)
     return replace(
         rows, poses=Poses(seated.rotations, crew.poses.reference, world), miss=miss, limit=limit
     )

@@ -10,9 +10,10 @@ import numpy as np
 
 from workbench.kernels.limbs.linkage import Linkage
 from workbench.model.arrays import Floats
+from workbench.model.body import Body
 from workbench.model.driving import DrivingAngles, Package
-from workbench.solve.family import Family, packed_links
 from workbench.solve.reaching.limbs import Limb, limb
+from workbench.solve.reaching.packing import packed_links
 from workbench.solve.seating.posture import pointed_foot
 
 __all__ = ["Sole", "hips_from_pedal", "soles_on"]
@@ -37,19 +38,18 @@ class Sole:
     sole: Floats
 
 
-def soles_on(family: Family, foot: str, at: tuple[float, float, float], package: Package) -> Sole:
+def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Package) -> Sole:
     """Soles in the plane that rises from the heel point (for the other foot: from beside it) to the
     pedal.
 
     Soles of shoes lie under the foot's own. The round of the heel rests in the corner of floor and
     plane, and the ball lies as far up as the foot is long.
     """
-    body = family.bodies[0]
-    chain = pointed_foot(family.bodies[0], foot)
-    link = packed_links(family, chain)
+    chain = pointed_foot(body, foot)
+    link = packed_links(body, chain)
     heel = limb(body, foot, grip="heel")
     ball = link.tip
-    back = packed_links(family, heel).tip
+    back = packed_links(body, heel).tip
     sole = ball - back
     length = np.linalg.norm(sole, axis=1)
     start = np.array([package.heel[0], at[1], package.heel[2]])
@@ -57,18 +57,16 @@ def soles_on(family: Family, foot: str, at: tuple[float, float, float], package:
     slope = float(np.arctan2(plane[2], plane[0]))
     spheres = body.spheres(heel.end)
     row = int(spheres.start) + body.sphere_names[spheres].index("heel")
-    lowest = (family.centre[:, spheres, 2] - family.radius[:, spheres]).min(axis=1)
+    lowest = (body.centre[:, spheres, 2] - body.radius[:, spheres]).min(axis=1)
     under = np.maximum(np.minimum(ball[:, 2], back[:, 2]) - lowest, 0.0)
-    up_plane = (family.radius[:, row] + under) * np.tan(0.5 * slope) + length
+    up_plane = (body.radius[:, row] + under) * np.tan(0.5 * slope) + length
     lift = np.array([-plane[2], 0.0, plane[0]])
     where = start + up_plane[:, None] * plane + under[:, None] * lift
     link = link._replace(pointing=np.ascontiguousarray(sole / length[:, None]))
     return Sole(np.ascontiguousarray(where), plane, chain, link, sole)
 
 
-def hips_from_pedal(
-    family: Family, right: Sole, height: Floats, angles: Sequence[DrivingAngles]
-) -> Floats:
+def hips_from_pedal(right: Sole, height: Floats, angles: Sequence[DrivingAngles]) -> Floats:
     """(B,) x [m] of the hips at heights (B,) [m] from which thigh and knee come nearest to their
     angles, in units of their scatter, the right foot being on the accelerator."""
     link = right.link

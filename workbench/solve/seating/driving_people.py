@@ -22,7 +22,7 @@ MOST_PEOPLE = 256
 
 
 def seat_drivers(
-    bodies: Sequence[Body],
+    body: Body,
     poses: Poses,
     seat: Seat,
     *,
@@ -39,7 +39,7 @@ def seat_drivers(
     A foot's miss is that of its pedal; where the travel ends before the seat is where the driver
     wants it, the feet still go to their pedals, and `spare_travel` is negative by what is lacking.
     """
-    count = len(bodies)
+    count = len(body)
     numbers = numbers or range(count)
     if not len(poses) == len(drivers) == len(numbers) == count:
         got = f"{len(poses)}, {len(drivers)} and {len(numbers)}"
@@ -49,9 +49,7 @@ def seat_drivers(
     for first in range(0, count, MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        found.append(
-            at_wheel(bodies[some], own, case, drivers=drivers[some], numbers=numbers[some])
-        )
+        found.append(at_wheel(body[some], own, case, drivers=drivers[some], numbers=numbers[some]))
     return _people(found, seat, eye)
 
 

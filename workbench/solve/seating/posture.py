@@ -5,12 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.kept import kept_with_body
 from workbench.solve.reaching.limbs import Limb, limb
 
 __all__ = ["STEP", "Pedals", "pointed_foot", "positions"]
@@ -37,7 +37,7 @@ def positions(travel: tuple[float, float]) -> Floats:
     return positions
 
 
-@lru_cache(maxsize=64)
+@kept_with_body
 def pointed_foot(body: Body, name: str) -> Limb:
     """The foot that arrives by its ball, pointing from the heel to the ball."""
     ball = limb(body, name, grip="ball")

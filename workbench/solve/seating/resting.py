@@ -4,7 +4,6 @@ for the kernel."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -14,9 +13,11 @@ from workbench.kernels.limbs.sitting import Sitting
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.environment import Rest, Seat
+from workbench.model.kept import kept_with_body
 from workbench.model.poses import Poses
-from workbench.solve.family import Family, frames, packed_limbs
+from workbench.solve.forward import segment_frames
 from workbench.solve.reaching.limbs import Limb
+from workbench.solve.reaching.packing import packed_limbs
 from workbench.solve.seating.seating import seat_attitude, seat_planes
 
 __all__ = ["Lap", "at_rest", "lap_of", "sitting_of"]
@@ -38,24 +39,23 @@ class Lap:
     wanted: Floats
 
 
-def lap_of(family: Family, poses: Poses, seat: Seat, *, segment: int, eye: float | None) -> Lap:
+def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | None) -> Lap:
     """The laps of bodies in poses, a row each. InputError where eyes are asked for that a body does
     not have."""
-    body = family.bodies[0]
     world = np.zeros((len(poses), 3, 4))
     world[:, :, :3] = seat_attitude(seat)
-    lean = frames(family, Poses(poses.rotations, poses.reference, world), segment)
+    lean = segment_frames(body, Poses(poses.rotations, poses.reference, world), segment)
     attitude = lean.copy()
     attitude[:, :, 3] = 0.0
     names = ("left eye", "right eye")
     eyes = np.full((len(poses), 3), np.nan)
     if all(name in body.sphere_names for name in names):
         sphere = [body.sphere_names.index(name) for name in names]
-        head = frames(
-            family, Poses(poses.rotations, segment, attitude), int(body.sphere_segment[sphere[0]])
+        head = segment_frames(
+            body, Poses(poses.rotations, segment, attitude), int(body.sphere_segment[sphere[0]])
         )
         eyes = (
-            np.einsum("bij,bj->bi", head[:, :, :3], family.centre[:, sphere].mean(axis=1))
+            np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1))
             + head[:, :, 3]
         )
     elif eye is not None:
@@ -69,9 +69,8 @@ def lap_of(family: Family, poses: Poses, seat: Seat, *, segment: int, eye: float
     )
 
 
-def sitting_of(family: Family, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
+def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
     """How bodies sit on a seat. InputError where no segment with spheres rests there."""
-    body = family.bodies[0]
     segment = lap.segment
     lean = lap.lean
     cushion, back, centre = seat_planes(seat)
@@ -79,24 +78,24 @@ def sitting_of(family: Family, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
     counts = np.stack([_resting(body, rest) for rest in (seat.cushion, seat.back)])
     moving = counts.any(axis=0) & _by_legs(body, segment)
     still = counts.any(axis=0) & ~moving
-    fixed = np.full((len(family), 2), np.inf)
+    fixed = np.full((len(body), 2), np.inf)
     if still.any():
-        limbs = packed_limbs(family, _rests(body, segment, tuple(np.flatnonzero(still).tolist())))
-        who = np.arange(len(family))
+        limbs = packed_limbs(body, _rests(body, segment, tuple(np.flatnonzero(still).tolist())))
+        who = np.arange(len(body))
         turns = np.array(poses.rotations)
-        least_heights(limbs, who, turns, lap.attitude, (ways, counts), fixed, 0, len(family))
+        least_heights(limbs, who, turns, lap.attitude, (ways, counts), fixed, 0, len(body))
     point = np.array(seat.srp)
     depth = np.array([seat.cushion.depth, seat.back.depth])
     level = np.concatenate(
         [
-            np.repeat((ways @ point - depth)[None], len(family), axis=0),
+            np.repeat((ways @ point - depth)[None], len(body), axis=0),
             (centre @ point + lean[:, :, 3] @ centre)[:, None],
         ],
         axis=1,
     )
     segments = tuple(np.flatnonzero(moving).tolist()) or (segment,)
     return Sitting(
-        limbs=packed_limbs(family, _rests(body, segment, segments)),
+        limbs=packed_limbs(body, _rests(body, segment, segments)),
         counts=counts,
         ways=ways,
         fixed=fixed,
@@ -162,7 +161,7 @@ def _by_legs(body: Body, lap: int) -> Bools:
     return found
 
 
-@lru_cache(maxsize=16)
+@kept_with_body
 def _rests(body: Body, base: int, segments: tuple[int, ...]) -> Limb:
     """Some segments that rest on a seat, as a limb without joints."""
     none = np.zeros(len(body.sphere_names), dtype=np.bool_)

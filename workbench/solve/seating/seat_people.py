@@ -8,7 +8,7 @@ short.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,9 +18,8 @@ from workbench.kernels.limbs.sitting import EASE, TRIED, Sitting
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Seat
-from workbench.model.poses import Poses, check_rows
+from workbench.model.poses import Poses, check_rows, row_for_each
 from workbench.model.posing import join_poses
-from workbench.solve.family import Family, family_of
 from workbench.solve.reaching.chains import Task
 from workbench.solve.seating.posture import Pedals, positions
 from workbench.solve.seating.resting import at_rest, lap_of, sitting_of
@@ -82,7 +81,7 @@ class _Ask:
 
 
 def seat_people(
-    bodies: Sequence[Body],
+    body: Body,
     poses: Poses,
     seat: Seat,
     *,
@@ -91,7 +90,7 @@ def seat_people(
     every: bool = False,
     threads: int | None = None,
 ) -> SeatedPeople:
-    """Seat B bodies of a family, one row of poses a body, each where view and pedals are had.
+    """Seat B people, rows of a body and a row of poses each, where view and pedals are had.
 
     Trunk, head and arms stay as the poses have them. eye: the height [m] that the eyes are to
     reach, any where None; the seat is as low as gives it. pedals: where the balls of the feet go,
@@ -99,27 +98,26 @@ def seat_people(
     its travel: where the feet miss least, then most comfortably, then nearest to where it stands at
     rest. These are looked for downhill from a guess; every: all are tried, which takes many times
     as long and comes to the same. threads: all cores where None; no answer depends on it, nor on
-    who else is seated. UsageError where there are not as many poses as bodies, or bodies are not of
-    one family; InputError where nothing of a body rests on the seat, or eyes are asked for that it
-    does not have.
+    who else is seated. UsageError where there are not as many poses as rows; InputError where
+    nothing of a body rests on the seat, or eyes are asked for that it does not have.
     """
-    check_rows(poses, len(bodies), "bodies")
+    check_rows(poses, len(poses), "people")
+    people = row_for_each(body, poses)
     ask = _Ask(seat, eye, pedals, every, threads)
     found = []
-    for first in range(0, len(bodies), MOST_PEOPLE):
+    for first in range(0, len(poses), MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        found.append(_some_people(family_of(tuple(bodies[some])), own, ask))
+        found.append(_some_people(people[some], own, ask))
     return found[0] if len(found) == 1 else _joined(found)
 
 
-def _some_people(family: Family, poses: Poses, ask: _Ask) -> SeatedPeople:
-    body = family.bodies[0]
+def _some_people(body: Body, poses: Poses, ask: _Ask) -> SeatedPeople:
     seat = ask.seat
     segment = body.segment("LT") if ask.pedals.at else poses.reference
-    lap = lap_of(family, poses, seat, segment=segment, eye=ask.eye)
-    sitting = sitting_of(family, poses, seat, lap)
-    tasks = foot_tasks(family, poses, ask.pedals, sitting.ahead)
+    lap = lap_of(body, poses, seat, segment=segment, eye=ask.eye)
+    sitting = sitting_of(body, poses, seat, lap)
+    tasks = foot_tasks(body, poses, ask.pedals, sitting.ahead)
     found = (
         _stepped(sitting, tasks, poses.rotations, ask)
         if tasks

@@ -66,6 +66,6 @@ def _support(placed: Placed, normal: Floats, rest: Rest) -> Floats:
         raise InputError(
             f"body {body.name} has no spheres in {list(rest.segments)}, which rest on {rest.part!r}"
         )
-    heights: Floats = placed.centres[:, wanted] @ normal - body.radius[wanted]
+    heights: Floats = placed.centres[:, wanted] @ normal - body.radius[0, wanted]
     lowest: Floats = heights.min(axis=1)
     return lowest

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -21,6 +20,7 @@ from workbench.kernels.limbs.trunk import trunk_turns
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.driving import DrivingAngles
+from workbench.model.kept import kept_with_body
 from workbench.model.poses import Placed
 from workbench.model.posing import motion_of
 
@@ -47,18 +47,20 @@ class Spine:
     flexion: Floats
 
 
-@lru_cache(maxsize=64)
+@kept_with_body
 def spine_of(body: Body) -> Spine:
     """The trunk of a body. InputError where it has no human trunk, or no eyes and ears."""
     for name in ("LH", "RH", *SPINE[1:]):
         body.joint(name)
-    hips = 0.5 * (body.joint_in_parent[body.joint("LH")] + body.joint_in_parent[body.joint("RH")])
+    hips = 0.5 * (
+        body.joint_in_parent[0, body.joint("LH")] + body.joint_in_parent[0, body.joint("RH")]
+    )
     joints = [body.joint(name) for name in SPINE[1:]]
     ear = _middle(body, "ear")
     eye = _middle(body, "eye")
-    points = [body.joint_in_parent[joints[0]] - hips]
-    points += [body.joint_in_parent[b] - body.joint_in_child[a] for a, b in pairwise(joints)]
-    points += [ear - body.joint_in_child[joints[3]], eye - ear]
+    points = [body.joint_in_parent[0][joints[0]] - hips]
+    points += [body.joint_in_parent[0, b] - body.joint_in_child[0, a] for a, b in pairwise(joints)]
+    points += [ear - body.joint_in_child[0][joints[3]], eye - ear]
     flexion = np.zeros((4, 2))
     for k, joint in enumerate(joints):
         axis, sign = motion_of(body, joint, "flexion")
@@ -76,7 +78,7 @@ def _middle(body: Body, name: str) -> Floats:
             raise InputError(
                 f"body {body.name} has no sphere '{side} {name}'; {one_of(f'{side} {name}', known)}"
             )
-        rows.append(body.centre[body.sphere_names.index(f"{side} {name}")])
+        rows.append(body.centre[0, body.sphere_names.index(f"{side} {name}")])
     middle: Floats = 0.5 * (rows[0] + rows[1])
     return middle
 
@@ -116,7 +118,7 @@ def side_view(placed: Placed) -> Floats:
     def joint(name: str) -> Floats:
         j = body.joint(name)
         frame = world[:, body.parent[j + 1]]
-        at: Floats = frame[:, :, :3] @ body.joint_in_parent[j] + frame[:, :, 3]
+        at: Floats = frame[:, :, :3] @ body.joint_in_parent[0, j] + frame[:, :, 3]
         return at
 
     hips = 0.5 * (joint("LH") + joint("RH"))

@@ -12,11 +12,11 @@ from workbench.model.poses import Poses
 from workbench.model.posing import motion_of
 from workbench.model.quaternions import exponential, multiply, swing_twist
 from workbench.model.reach import limit_words
-from workbench.solve.family import Family, packed_links
 from workbench.solve.reaching.chains import AGAIN, Found, Task, cold, seeds_of
 from workbench.solve.reaching.comfort import comfort_modes
 from workbench.solve.reaching.limbs import limb
 from workbench.solve.reaching.linkage import joints_between
+from workbench.solve.reaching.packing import packed_links
 from workbench.solve.reaching.reach import REACHED, TURN_LEVER, goals_of, stopped_by
 from workbench.solve.seating.posture import Pedals, pointed_foot
 
@@ -29,18 +29,17 @@ FREE_FOOT = 10.0
 """Discomfort of a heel in the air: it is put up with where the pedal cannot be had otherwise."""
 
 
-def foot_tasks(family: Family, poses: Poses, pedals: Pedals, ahead: Floats) -> list[Task]:
+def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[Task]:
     """For each foot its leg with the ball to go to the pedal, the sole as it is with the heel on
     the floor: pointing in the heading `ahead` (3,), rising as far as the ball is above the heel."""
-    body = family.bodies[0]
-    count = len(family)
+    count = len(body)
     tasks = []
     who = np.arange(count)
     base = np.zeros((count, 3, 4))
     for name, at in pedals.at.items():
         chain = pointed_foot(body, name)
-        link = packed_links(family, chain)
-        sole = link.tip - packed_links(family, limb(body, name, grip="heel")).tip
+        link = packed_links(body, chain)
+        sole = link.tip - packed_links(body, limb(body, name, grip="heel")).tip
         size = np.linalg.norm(sole, axis=1)
         goal = goals_of(np.repeat(np.array(at, dtype=np.float64)[None], count, axis=0))
         if pedals.floor is not None:
@@ -51,7 +50,7 @@ def foot_tasks(family: Family, poses: Poses, pedals: Pedals, ahead: Floats) -> l
             goal[:, 9:] = TURN_LEVER
         link = link._replace(pointing=np.ascontiguousarray(sole / size[:, None]))
         joints = joints_between(body, chain.base, chain.end)
-        tasks.append(Task(family, chain, link, joints, who, poses.rotations, base, goal))
+        tasks.append(Task(body, chain, link, joints, who, poses.rotations, base, goal))
     return tasks
 
 

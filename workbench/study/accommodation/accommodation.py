@@ -195,7 +195,7 @@ def _around(study: AccommodationStudy, crew: Crew, hardest: tuple[int, ...]) -> 
         return []
     row = hardest[0] if hardest else 0
     body = crew.body(row)
-    sitters = seated(study, [body], [row])
+    sitters = seated(study, body, [row])
     environment = moved(
         study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0]
     )

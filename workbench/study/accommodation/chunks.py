@@ -21,8 +21,10 @@ from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.poses import Poses
 from workbench.solve.contact.index_cache import PARTIAL
 from workbench.solve.content import content_key
+from workbench.solve.seating.seat_people import SeatedPeople
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.forks import shared
@@ -143,21 +145,21 @@ def _here(
 
     key = seat_key(study)
 
-    def work(chunk: int) -> tuple[Kept, Sitters | None]:
+    def work(chunk: int) -> tuple[Kept, tuple[SeatedPeople, Poses] | None]:
         known = (key, chunk) in crew.sitting
         sitters = seated_chunk(study, crew, chunk)
         kept = packed(judged(study, asked, sitting(study, asked, sitters)))
-        return kept, None if known else Sitters((), sitters.seat, sitters.held)
+        return kept, None if known else (sitters.seat, sitters.held)
 
     if (
         len(chunks) > 1
     ):  # one person here first: forks then know the kernels and what obstacles are indexed by
         row = int(crew.index(chunks[0])[0])
-        met_by(study, asked, [crew.body(row)], [row])
+        met_by(study, asked, crew.body(row), [row])
     with closing(shared(work, chunks)) as ready:
-        for chunk, (kept, sitters) in ready:
-            if sitters is not None:
-                crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), sitters.seat, sitters.held)
+        for chunk, (kept, seat) in ready:
+            if seat is not None:
+                crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), *seat)
             yield chunk, kept
 
 
@@ -200,10 +202,10 @@ def time_left(begun: float, done: int, left: int) -> str:
 
 
 def chunk_result(
-    study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]
+    study: AccommodationStudy, asked: Sequence[Asked], body: Body, rows: Sequence[int]
 ) -> Kept:
     """The numbers of one chunk, the people of these rows, as they are kept."""
-    return packed(met_by(study, asked, bodies, rows))
+    return packed(met_by(study, asked, body, rows))
 
 
 def packed(tried: Tried) -> Kept:

@@ -15,7 +15,6 @@ import numpy as np
 
 from workbench.errors import InputError, MissingPartError
 from workbench.model.accommodation import AccommodationStudy
-from workbench.model.body import Body
 from workbench.model.population import Population
 from workbench.solve.threads import cores
 from workbench.study.accommodation.chunks import chunk_result
@@ -128,5 +127,4 @@ def _tried(
     """A worker's numbers of a chunk, the people of these rows."""
     study, asked, task, wears = common
     crew = Crew(task, study.people.rows(np.array(rows)), wears, fits)
-    bodies: list[Body] = [crew.body(row) for row in range(len(rows))]
-    return chunk_result(study, asked, bodies, rows)
+    return chunk_result(study, asked, crew.of(np.arange(len(rows))), rows)

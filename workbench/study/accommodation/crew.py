@@ -17,8 +17,8 @@ from typing import Any, Protocol
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.model.arrays import Floats, Ints
-from workbench.model.body import Body
+from workbench.model.arrays import Ints
+from workbench.model.body import ROW_FIELDS, Body, body_of_rows, stack_bodies
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.population import SEXES, Population
 from workbench.shape.scaling.morph import morph
@@ -92,19 +92,25 @@ class Crew:
         """What was fitted of the people of a chunk."""
         return self.fits[chunk * self.together : (chunk + 1) * self.together]
 
-    def bodies(self, chunk: int) -> list[Body]:
-        """The bodies of a chunk, dressed."""
-        return [self._body(int(row)) for row in self.index(chunk)]
+    def bodies(self, chunk: int) -> Body:
+        """The bodies of a chunk, dressed, a row each."""
+        return self.of(self.index(chunk))
 
     def body(self, row: int) -> Body:
         """The body of one person, dressed."""
-        return self._body(row)
+        return self.of(np.array([row]))
 
-    def _body(self, row: int) -> Body:
-        template = self.task.templates[SEXES[int(self.people.sex[row])]]
-        number, at = divmod(row, len(self.fits[0].told))
-        made = _member(template, {name: self.fits[number].fields[name][at] for name in FIELDS})
-        return wear(made, self.wears)
+    def of(self, people: Ints) -> Body:
+        """The bodies of some people, dressed, a row each."""
+        templates = self.task.templates
+        bare = stack_bodies([templates[sex] for sex in SEXES])[self.people.sex[people]]
+        fields = {name: getattr(bare, name) for name in ROW_FIELDS}
+        number, at = np.divmod(people, len(self.fits[0].told))
+        for name in FIELDS:
+            rows = [self.fits[n].fields[name][k] for n, k in zip(number, at, strict=True)]
+            fields[name] = np.stack(rows)
+        made = body_of_rows(bare, fields)
+        return wear(made, self.wears, like=templates[SEXES[0]])
 
     @property
     def told(self) -> list[str]:
@@ -171,21 +177,14 @@ def templates(body: Body) -> dict[str, Body]:
     if basis is None:
         return dict.fromkeys(SEXES, body)
     level = next(
-        name for name, detail in basis.details.items() if len(detail.names) == len(body.radius)
+        name
+        for name, detail in basis.details.items()
+        if len(detail.names) == len(body.sphere_names)
     )
     anchors = dict(zip(basis.anchor_names, basis.anchors, strict=True))
     if not {f"adult_{sex}" for sex in SEXES} <= set(anchors):
         return dict.fromkeys(SEXES, body)
     return {sex: morph(body, anchors[f"adult_{sex}"], level) for sex in SEXES}
-
-
-def _member(template: Body, fields: dict[str, Floats]) -> Body:
-    """The template with other fields, which were checked when they were made: checking thousands
-    again costs more than all else that is done with them."""
-    made = object.__new__(Body)
-    made.__dict__.update(template.__dict__)
-    made.__dict__.update(fields)
-    return made
 
 
 def _folder() -> Path | None:

@@ -97,7 +97,7 @@ def fit_chunk(task: Task, people: Population) -> Fit:
         bodies.append(_heavy(body, row))
         told.append(words)
     return Fit(
-        {field: np.stack([getattr(body, field) for body in bodies]) for field in FIELDS}, told
+        {field: np.concatenate([getattr(body, field) for body in bodies]) for field in FIELDS}, told
     )
 
 

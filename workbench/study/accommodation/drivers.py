@@ -44,23 +44,21 @@ def driver_of(person: Person, aims: DrivingAims) -> Driver:
     size = person.size
     given: Mapping[str, float] = size.measures if size is not None else {}
     taken = measure(person.body, [name for name in NEEDED[:2] if name not in given])
-    mass = given.get("mass", float(person.body.mass.sum()))
+    mass = given.get("mass", float(person.body.mass[0].sum()))
     sex = aims.sex or (size.sex if size is not None else "")
     return _driver(sex, {**taken, **given, "mass": mass}, aims.age)
 
 
-def drivers_among(
-    people: Population, rows: Sequence[int], bodies: Sequence[Body], age: float
-) -> list[Driver]:
+def drivers_among(people: Population, rows: Sequence[int], body: Body, age: float) -> list[Driver]:
     """The drivers that some people (rows) of a population are; what the population does not tell is
-    taken from their bodies. InputError for somebody who is no driver."""
+    taken from their rows of a body. InputError for somebody who is no driver."""
     found = []
-    for row, body in zip(rows, bodies, strict=True):
+    for row, one in zip(rows, body, strict=True):
         values = dict(zip(people.names, people.measures[row].tolist(), strict=True))
         if "mass" not in values:
-            values["mass"] = float(body.mass.sum())
+            values["mass"] = float(one.mass[0].sum())
         missing = [name for name in NEEDED[:2] if name not in values]
-        values |= measure(body, missing) if missing else {}
+        values |= measure(one, missing) if missing else {}
         try:
             found.append(_driver(SEXES[int(people.sex[row])], values, age))
         except InputError as error:

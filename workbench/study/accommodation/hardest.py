@@ -14,7 +14,6 @@ from workbench.model.poses import Placed, Poses
 from workbench.shape.parts import moved
 from workbench.solve.contact.people_gaps import people_gaps
 from workbench.solve.forward import place
-from workbench.solve.people_placed import place_people
 from workbench.solve.reaching.limbs import FEET, HANDS, Limb, limb
 from workbench.solve.reaching.reach_people import reach_people
 from workbench.study.accommodation.crew import Crew
@@ -52,7 +51,7 @@ def shown_people(
     for row in rows:
         body = crew.body(row)
         r = int(np.nanargmin(margin[row]))
-        sitters = seated(study, [body], [row])
+        sitters = seated(study, body, [row])
         seat = study.environment.seat(study.seat)
         environment = moved(study.environment, seat.moves, sitters.seat.shift[0])
         yield _shown(study, (asked[r], r), (row, body, environment, sitters))
@@ -70,13 +69,12 @@ def _shown(
         gaps = [gap_of(body, study.environment, one.criterion)]
         moves = study.environment.seat(study.seat).moves
         shift = sitters.seat.shift
-        people = place_people([body], sitters.held)
-        found = people_gaps(body, people, study.environment, gaps=gaps, moves=moves, shift=shift)
+        found = people_gaps(placed, study.environment, gaps=gaps, moves=moves, shift=shift)
         sphere = int(found.sphere[0, 0])
         if sphere >= 0:
             segment = body.segment_names[int(body.sphere_segment[sphere])]
             point = found.point[0, 0]
-            centre = people.centres[0, sphere]
+            centre = placed.centres[0, sphere]
             return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(centre))
     if one.requirement.check == "vision" and study.aims.eyes is not None:
         eye = sitters.seat.eye[0]
@@ -115,7 +113,7 @@ def _reaching(
     tries = []
     for name in sides:
         found = reach_people(
-            [body],
+            body,
             seat.poses,
             [one.control.at],
             name=name,

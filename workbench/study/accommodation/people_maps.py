@@ -10,9 +10,10 @@ import numpy as np
 
 from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body
+from workbench.model.body import Body, stack_bodies
 from workbench.model.poses import Poses
 from workbench.solve.reaching.limbs import HANDS
+from workbench.solve.seating.seat_people import SeatedPeople
 from workbench.solve.seating.seating import seat_planes
 from workbench.study.accommodation.chunks import seat_key, seated_chunk
 from workbench.study.accommodation.crew import Crew
@@ -37,11 +38,11 @@ def people_maps(
         points, normals = _facing(study, task)
         names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
         limbs = [(name, task.grip, task.zone) for name in names]
-        bodies, poses = _everybody(study, crew)
-        some = groups(bodies, poses, points, names[0])
+        body, poses = _everybody(study, crew)
+        some = groups(body, poses, points, names[0])
 
         def work(number: int) -> Floats:
-            return _reached(study, (bodies, poses), points, (limbs, some[number]))  # noqa: B023
+            return _reached(study, (body, poses), points, (limbs, some[number]))  # noqa: B023
 
         parts = np.zeros((len(some), len(points)))
         with closing(shared(work, range(len(some)))) as ready:
@@ -52,44 +53,41 @@ def people_maps(
         yield ReachMap(task, points, normals, _flat(study, points), np.clip(share, 0.0, 1.0))
 
 
-def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[list[Body], Poses]:
+def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[Body, Poses]:
     """Everybody in the seat; who has not been seated yet is, by all processes."""
     key = seat_key(study)
     missing = [chunk for chunk in range(len(crew)) if (key, chunk) not in crew.sitting]
 
-    def work(chunk: int) -> Sitters:
+    def work(chunk: int) -> tuple[SeatedPeople, Poses]:
         found = seated_chunk(study, crew, chunk)
-        return Sitters((), found.seat, found.held)
+        return found.seat, found.held
 
     with closing(shared(work, missing)) as ready:
-        for chunk, found in ready:
-            crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), found.seat, found.held)
+        for chunk, (seat, held) in ready:
+            crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), seat, held)
     sitters = [crew.sitting[key, chunk] for chunk in range(len(crew))]
     poses = [one.seat.poses for one in sitters]
     rotations, world = (
         np.concatenate([getattr(p, n) for p in poses])
         for n in ("rotations", "world_from_reference")
     )
-    return [body for one in sitters for body in one.bodies], Poses(
-        rotations, poses[0].reference, world
-    )
+    body = stack_bodies([one.body for one in sitters])
+    return body, Poses(rotations, poses[0].reference, world)
 
 
 def _reached(
     study: AccommodationStudy,
-    people: tuple[list[Body], Poses],
+    people: tuple[Body, Poses],
     points: Floats,
     what: tuple[Sequence[tuple[str, str, int]], Ints],
 ) -> Floats:
     """(M,) the weight of those of some people (numbers) who reach each point with any of the
     limbs."""
-    (bodies, poses), (limbs, rows) = people, what
+    (body, poses), (limbs, rows) = people, what
     own = Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
     reached = np.zeros((len(rows), len(points)), dtype=np.bool_)
     for limb in limbs:
-        reached = who_reaches(
-            [bodies[b] for b in rows.tolist()], own, points, limb=limb, settled=reached
-        )
+        reached = who_reaches(body[rows], own, points, limb=limb, settled=reached)
     found: Floats = study.people.weight[rows] @ reached
     return found
 

@@ -40,16 +40,16 @@ SEAT_FORWARD = "the seat stops too far forward"
 
 @dataclass(frozen=True, eq=False)
 class Sitters:
-    """B people seated for a study: where the seat is, poses with the hands at rest and with hands
-    on their controls."""
+    """B people seated for a study, rows of a body: where the seat is, poses with the hands at rest
+    and with hands on their controls."""
 
-    bodies: Sequence[Body]
+    body: Body
     seat: SeatedPeople
     held: Poses
 
 
-def seated(study: AccommodationStudy, bodies: Sequence[Body], rows: Sequence[int]) -> Sitters:
-    """B bodies, these rows of the study's people, in the seat, feet on the pedals, arms as in the
+def seated(study: AccommodationStudy, body: Body, rows: Sequence[int]) -> Sitters:
+    """The B rows of a body, these rows of the study's people, in the seat, feet on the pedals, arms as in the
     posture they sit like."""
     study = seating_study(study)
     environment = study.environment
@@ -59,30 +59,30 @@ def seated(study: AccommodationStudy, bodies: Sequence[Body], rows: Sequence[int
     pedals = Pedals(at, environment.points[aims.heels][2] if aims.heels else None)
     eye = environment.points[aims.eyes][2] if aims.eyes else None
     assert study.pose is not None
-    lap = bodies[0].segment("LT")
-    world = place(bodies[0], study.pose).world_from_segment[:, lap]
+    lap = body.segment("LT")
+    world = place(body[0], study.pose).world_from_segment[:, lap]
     poses = Poses(
-        np.repeat(study.pose.rotations, len(bodies), axis=0),
+        np.repeat(study.pose.rotations, len(body), axis=0),
         lap,
-        np.repeat(world, len(bodies), axis=0),
+        np.repeat(world, len(body), axis=0),
     )
     seat = environment.seat(study.seat)
     driving = aims.driving
     if driving is None:
-        found = seat_people(bodies, poses, seat, eye=eye, pedals=pedals)
+        found = seat_people(body, poses, seat, eye=eye, pedals=pedals)
     else:
         found = seat_drivers(
-            bodies,
+            body,
             poses,
             seat,
-            drivers=drivers_among(study.people, rows, bodies, driving.age),
+            drivers=drivers_among(study.people, rows, body, driving.age),
             seed=driving.seed,
             package=package_of(aims, environment),
             feet=feet_of(aims, environment),
             eye=eye,
             numbers=list(rows),
         )
-    return Sitters(bodies, found, found.poses)
+    return Sitters(body, found, found.poses)
 
 
 def seating_study(study: AccommodationStudy) -> AccommodationStudy:
@@ -139,16 +139,14 @@ def with_hands(study: AccommodationStudy, sitters: Sitters) -> Sitters:
     poses = sitters.held
     for limb, name in study.aims.controls.items():
         if limb in HANDS:
-            poses = _hand(
-                study, Sitters(sitters.bodies, sitters.seat, poses), (limb, controls[name])
-            )
-    return Sitters(sitters.bodies, sitters.seat, poses)
+            poses = _hand(study, Sitters(sitters.body, sitters.seat, poses), (limb, controls[name]))
+    return Sitters(sitters.body, sitters.seat, poses)
 
 
 def _hand(study: AccommodationStudy, sitters: Sitters, what: tuple[str, Control]) -> Poses:
     limb, control = what
     rotations = sitters.held.rotations.copy()
-    left = np.arange(len(sitters.bodies))
+    left = np.arange(len(sitters.body))
     for zone in range(1, control.zone + 1):
         poses = Poses(
             sitters.held.rotations[left],
@@ -156,7 +154,7 @@ def _hand(study: AccommodationStudy, sitters: Sitters, what: tuple[str, Control]
             sitters.held.world_from_reference[left],
         )
         found = reach_people(
-            [sitters.bodies[int(b)] for b in left],
+            sitters.body[left],
             poses,
             [control.at],
             name=limb,

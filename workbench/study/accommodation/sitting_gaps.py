@@ -8,9 +8,9 @@ import numpy as np
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
+from workbench.model.poses import Placed
 from workbench.model.study import Criterion
 from workbench.solve.contact.people_gaps import Gap, PeopleGaps
-from workbench.solve.people_placed import PeoplePlaced
 
 __all__ = ["gap_of", "gap_toward", "gap_words"]
 
@@ -40,13 +40,14 @@ def gap_words(body: Body, environment: Environment, pair: tuple[int, int]) -> st
     return f"{segment} ({name}) at {part}" if name else f"{segment} at {part}"
 
 
-def gap_toward(placed: PeoplePlaced, gaps: PeopleGaps) -> Floats:
+def gap_toward(placed: Placed, gaps: PeopleGaps) -> Floats:
     """(B, Q, 3) the unit vectors from the nearest spheres to the nearest parts: where a part would
     have to go; NaN where nothing is there, or a centre is inside."""
     people = np.arange(len(placed.centres))[:, None]
     sphere = np.maximum(gaps.sphere, 0)
     way = gaps.point - placed.centres[people, sphere]
     far = np.linalg.norm(way, axis=2)
-    seen = (gaps.sphere >= 0) & (far > 1e-9) & (gaps.room > -placed.radius[people, sphere])
+    radius = placed.body.radius[placed.person[:, None], sphere]
+    seen = (gaps.sphere >= 0) & (far > 1e-9) & (gaps.room > -radius)
     toward: Floats = np.where(seen[..., None], way / np.maximum(far, 1e-9)[..., None], np.nan)
     return toward

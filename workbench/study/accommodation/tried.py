@@ -19,8 +19,7 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.solve.contact.people_gaps import people_gaps
-from workbench.solve.family import family_of, frames
-from workbench.solve.people_placed import place_people
+from workbench.solve.forward import place, segment_frames
 from workbench.solve.reaching.reach_people import reach_people
 from workbench.solve.seating.seating import seat_planes
 from workbench.solve.stops import stops
@@ -59,10 +58,10 @@ class Tried:
 
 
 def met_by(
-    study: AccommodationStudy, asked: Sequence[Asked], bodies: Sequence[Body], rows: Sequence[int]
+    study: AccommodationStudy, asked: Sequence[Asked], body: Body, rows: Sequence[int]
 ) -> Tried:
     """How B people, these rows of the study's people, come out in all requirements."""
-    return judged(study, asked, sitting(study, asked, seated(study, bodies, rows)))
+    return judged(study, asked, sitting(study, asked, seated(study, body, rows)))
 
 
 def sitting(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Sitters:
@@ -75,9 +74,9 @@ def sitting(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters)
 
 def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Tried:
     """How people who sit come out in all requirements."""
-    bodies = sitters.bodies
-    margin = np.full((len(bodies), len(asked)), np.nan)
-    toward = np.full((len(bodies), len(asked), 3), np.nan)
+    people = len(sitters.body)
+    margin = np.full((people, len(asked)), np.nan)
+    toward = np.full((people, len(asked), 3), np.nan)
     words = np.full(margin.shape, "", dtype=object)
     tried = Tried(margin, words, toward, np.stack([sitters.seat.forward, sitters.seat.up], axis=1))
     _reaches(study, asked, sitters, tried)
@@ -119,7 +118,7 @@ def _reaches(
             (f"{s} {'foot' if foot else 'hand'}")
             for s in (side, "left" if side == "right" else "right")
         )
-        _tried(study, asked, (sitters, tried), (first, *how), rows, np.arange(len(sitters.bodies)))
+        _tried(study, asked, (sitters, tried), (first, *how), rows, np.arange(len(sitters.body)))
         free = [r for r in rows if asked[r].criterion.hand is None]
         left = (
             np.flatnonzero((tried.margin[:, free] < -MET).any(axis=1))
@@ -141,11 +140,11 @@ def _tried(
     """Let some people reach with one limb for some controls; what is better than before counts."""
     (sitters, tried), (limb, grip, zone, environment) = people, how
     poses = sitters.seat.poses
-    root = _root(sitters.bodies, poses, limb)[who]
+    root = _root(sitters.body, poses, limb)[who]
     some = Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who])
     targets = [asked[r].control.at for r in rows]  # type: ignore[union-attr]
     found = reach_people(
-        [sitters.bodies[int(b)] for b in who],
+        sitters.body[who],
         some,
         targets,
         name=limb,
@@ -170,14 +169,12 @@ def _tried(
         tried.toward[who[better], r] = way[better]
 
 
-def _root(bodies: Sequence[Body], poses: Poses, limb: str) -> Floats:
+def _root(body: Body, poses: Poses, limb: str) -> Floats:
     """(B, 3) [m] the shoulder or hip that a limb begins at, as people sit."""
-    family = family_of(tuple(bodies))
-    joint = bodies[0].joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
-    world = frames(family, poses, joint + 1)
-    at: Floats = (
-        np.einsum("bij,bj->bi", world[:, :, :3], family.in_child[:, joint]) + world[:, :, 3]
-    )
+    joint = body.joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
+    world = segment_frames(body, poses, joint + 1)
+    below = body.joint_in_child[:, joint]
+    at: Floats = np.einsum("bij,bj->bi", world[:, :, :3], below) + world[:, :, 3]
     return at
 
 
@@ -188,13 +185,13 @@ def _gaps(
     rows = [r for r, one in enumerate(asked) if one.requirement.check in ("clearance", "contact")]
     if not rows:
         return
-    body = sitters.bodies[0]
+    body = sitters.body
     environment = study.environment
     moves = environment.seat(study.seat).moves
     shift = sitters.seat.shift
-    placed = place_people(sitters.bodies, sitters.held)
+    placed = place(body, sitters.held)
     gaps = [gap_of(body, environment, asked[r].criterion) for r in rows]
-    found = people_gaps(body, placed, environment, gaps=gaps, moves=moves, shift=shift)
+    found = people_gaps(placed, environment, gaps=gaps, moves=moves, shift=shift)
     toward = gap_toward(placed, found)
     for q, r in enumerate(rows):
         room = found.room[:, q] - asked[r].criterion.at_least
@@ -225,7 +222,7 @@ def _seat(sitters: Sitters, tried: Tried, r: int) -> None:
 def _stops(sitters: Sitters, tried: Tried, what: tuple[int, float]) -> None:
     """The joint nearest to its stop, as an arc at TURN_LEVER."""
     r, at_least = what
-    body = sitters.bodies[0]  # stops are those of the family
+    body = sitters.body
     found = stops(body, sitters.held)
     joint = found.margin.argmin(axis=1)
     tried.margin[:, r] = TURN_LEVER * (found.margin.min(axis=1) - at_least)

@@ -218,6 +218,6 @@ def _points(body: Body, poses: Poses) -> Floats:
     """(P, N + J, 3) [m] centres of gravity of the segments, then the joints."""
     world = place(body, poses).world_from_segment
     joints = (
-        np.einsum("pjik,jk->pji", world[:, 1:, :, :3], body.joint_in_child) + world[:, 1:, :, 3]
+        np.einsum("pjik,jk->pji", world[:, 1:, :, :3], body.joint_in_child[0]) + world[:, 1:, :, 3]
     )
     return np.concatenate([world[..., 3], joints], axis=1)

@@ -196,7 +196,7 @@ def _farthest(criterion: CrashCriterion, placed: Placed, first: int) -> Excursio
     body = placed.body
     about: Bools = np.isin(body.sphere_segment, [body.segment(s) for s in criterion.segments])
     gap = placed.centres[:, about] - np.array(criterion.origin)
-    ahead = np.einsum("psi,i->ps", gap, np.array(criterion.direction)) + body.radius[about]
+    ahead = np.einsum("psi,i->ps", gap, np.array(criterion.direction)) + body.radius[0, about]
     frame, sphere = np.unravel_index(int(np.argmax(ahead)), ahead.shape)
     return Excursion(
         float(ahead[frame, sphere]), first + int(frame), int(np.flatnonzero(about)[sphere])
@@ -219,7 +219,7 @@ class _Steps:
         centres = (
             np.concatenate([self.last, placed.centres]) if self.last is not None else placed.centres
         )
-        step = np.linalg.norm(np.diff(centres, axis=0), axis=-1) / self.body.radius
+        step = np.linalg.norm(np.diff(centres, axis=0), axis=-1) / self.body.radius[0]
         self.last = np.array(placed.centres[-1:])
         if not step.size:
             return

@@ -87,7 +87,7 @@ class _Moments:
         if other is not None and other[where] >= 0:
             moved = moved - self._moved(k, int(other[where]))
         toward = begun.point[where] - self.enter.centres[k, sphere]
-        inside = begun.distance[where] < -self.study.body.radius[sphere]
+        inside = begun.distance[where] < -self.study.body.radius[0, sphere]
         length = float(np.linalg.norm(toward))
         normal = (
             float(moved @ toward) / length * (-1.0 if inside else 1.0) if length > 1e-12 else 0.0

@@ -3,7 +3,6 @@ retargeted."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,10 +11,11 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
-from workbench.solve.family import family_of, frames, packed_links
+from workbench.solve.forward import segment_frames
 from workbench.solve.reaching.chains import Found, Task, cold, legal, rows_of, tips_of
 from workbench.solve.reaching.limbs import Limb
 from workbench.solve.reaching.linkage import joints_between
+from workbench.solve.reaching.packing import packed_links
 from workbench.solve.reaching.reach import goals_of
 
 __all__ = [
@@ -55,17 +55,17 @@ class Drawn:
         return best, gap
 
 
-def asked(bodies: Sequence[Body], poses: Poses, chain: Limb) -> Task:
-    """One row for each of B bodies in its own pose (B rows of poses), as yet without a goal."""
-    family = family_of(tuple(bodies))
-    who = np.arange(len(bodies))
-    joints = joints_between(bodies[0], chain.base, chain.end)
-    base = frames(family, poses, chain.base)
-    goal = goals_of(np.zeros((len(bodies), 3)))
+def asked(body: Body, poses: Poses, chain: Limb) -> Task:
+    """One row for each of the B rows of a body in its own pose (B rows of poses), as yet without a
+    goal."""
+    who = np.arange(len(body))
+    joints = joints_between(body, chain.base, chain.end)
+    base = segment_frames(body, poses, chain.base)
+    goal = goals_of(np.zeros((len(body), 3)))
     return Task(
-        family,
+        body,
         chain,
-        packed_links(family, chain),
+        packed_links(body, chain),
         joints,
         who,
         np.array(poses.rotations),
@@ -96,7 +96,7 @@ def anchors(task: Task) -> tuple[Floats, Floats]:
         # what lies before the first free joint is held: its link is where forward kinematics puts
         # it
         poses = Poses(task.held, task.limb.base, task.base)
-        base = frames(task.family, poses, task.joints[first - 1] + 1)
+        base = segment_frames(task.body, poses, task.joints[first - 1] + 1)
     held = np.einsum("bij,bj->bi", base[:, :, :3], link.at_parent[:, first]) + base[:, :, 3]
     steps = link.at_parent[:, first + 1 :] - link.at_child[:, first:-1]
     length = np.linalg.norm(steps, axis=2).sum(axis=1) + np.linalg.norm(

@@ -14,9 +14,9 @@ import numpy as np
 from workbench.kernels.limbs.contacts import DEEPEST, limb_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
-from workbench.solve.family import packed_limbs
 from workbench.solve.reaching.chains import PIECE, Found, Task, Walls, rows_of, solved
 from workbench.solve.reaching.obstacles import obstacles_of
+from workbench.solve.reaching.packing import packed_limbs
 from workbench.solve.threads import in_pieces
 
 __all__ = ["CLEAR", "REACHED", "Room", "Touched", "cleared_from", "touched"]
@@ -57,7 +57,7 @@ def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
     """What limbs at angles (P, K, 3) enter, or come nearer to than `near` [m], beyond what is
     allowed."""
     count = len(angles)
-    limbs = packed_limbs(task.family, task.limb)
+    limbs = packed_limbs(task.body, task.limb)
     obstacles = obstacles_of(task.body, room.environment, room.moving, room.shift)
     out = (
         np.zeros((count, DEEPEST, 8)),

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
-from workbench.model.body import Body
+from workbench.model.body import Body, check_one
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses, check_rows
@@ -84,13 +84,14 @@ def reach_envelope(
     step [deg]: of the grid, a divisor of 90. levels: whether level sections are told as well.
     InputError where the body lacks the landmarks of the grip.
     """
+    check_one(body)
     check_step(step)
     chain = limb(body, name, grip=grip, zone=zone)
     centre = np.asarray(origin, dtype=np.float64)
     if centre.shape != (3,):
         raise UsageError(f"origin: expected a point (3,), got an array {centre.shape}")
     check_rows(poses, 1, "body")
-    task = asked([body], poses, chain)
+    task = asked(body, poses, chain)
     postures = drawn(task, TRIES)
     direction, triangles = ray_grid(step)
     about = _ray_reach(task, point_rays(centre[None], direction, triangles), postures, environment)

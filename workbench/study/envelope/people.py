@@ -3,8 +3,6 @@ Kennedy's tables are."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -12,7 +10,7 @@ from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.envelope import Envelope
-from workbench.model.poses import Poses, check_rows
+from workbench.model.poses import Poses, row_for_each
 from workbench.model.ray_reach import GRADES, Losses, RayReach
 from workbench.solve.reaching.limbs import limb
 from workbench.study.envelope.asking import asked, drawn
@@ -28,7 +26,7 @@ MOST = 64
 
 
 def people_envelope(
-    bodies: Sequence[Body],
+    body: Body,
     poses: Poses,
     origins: ArrayLike,
     *,
@@ -38,7 +36,7 @@ def people_envelope(
     zone: int = 1,
     step: int = 15,
 ) -> Envelope:
-    """The envelope of B people of a family, one row of poses each, about their seat reference
+    """The envelope of B people, rows of a body and a row of poses each, about their seat reference
     points (B, 3) [m] or one (3,) for all, obstacles aside.
 
     percentile p (0 to 50): of every ray the outer boundary is the p-th percentile of the people's
@@ -48,24 +46,26 @@ def people_envelope(
     fewer do, as nobody is at the same percentile everywhere. The origin is the mean of theirs.
     UsageError where numbers of rows do not fit, or for another percentile.
     """
-    check_rows(poses, len(bodies), "bodies")
+    if not len(poses):
+        raise UsageError("poses: expected one row at least, got none")
+    people = row_for_each(body, poses)
     given = np.asarray(origins, dtype=np.float64)
-    if given.shape not in ((3,), (len(bodies), 3)):
+    if given.shape not in ((3,), (len(poses), 3)):
         raise UsageError(
-            f"origins: expected points (3,) or ({len(bodies)}, 3), got an array {given.shape}"
+            f"origins: expected points (3,) or ({len(poses)}, 3), got an array {given.shape}"
         )
-    points = np.broadcast_to(given, (len(bodies), 3))
+    points = np.broadcast_to(given, (len(poses), 3))
     if not 0.0 <= percentile <= 50.0:
         raise UsageError(f"a percentile of an envelope is 0 to 50, got {percentile}")
     check_step(step)
     direction, triangles = ray_grid(step)
-    chain = limb(bodies[0], name, grip=grip, zone=zone)
-    outer = np.zeros((len(bodies), len(direction)))
-    inner = np.full((len(bodies), len(direction)), np.inf)
-    for first in range(0, len(bodies), MOST):
+    chain = limb(body, name, grip=grip, zone=zone)
+    outer = np.zeros((len(poses), len(direction)))
+    inner = np.full((len(poses), len(direction)), np.inf)
+    for first in range(0, len(poses), MOST):
         some = slice(first, first + MOST)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
-        task = asked(bodies[some], own, chain)
+        task = asked(people[some], own, chain)
         ends = ray_ends(task, point_rays(points[some], direction, triangles), drawn(task, TRIES))
         outer[some] = np.where(ends.reached, ends.outer, 0.0).reshape(len(task), -1)
         inner[some] = np.where(ends.reached, ends.inner, np.inf).reshape(len(task), -1)

@@ -1,0 +1,107 @@
+"""Rows of a body: many people of one topology, each the same as alone."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.model.body import ROW_FIELDS
+
+
+@pytest.fixture(scope="module")
+def three(one_arm):
+    """One arm in three sizes."""
+    sizes = np.array([0.9, 1.0, 1.2])
+    lengths = ("joint_in_parent", "joint_in_child", "centre", "radius", "twist_point")
+    return wb.stack_bodies(
+        [replace(one_arm, **{name: s * getattr(one_arm, name) for name in lengths}) for s in sizes]
+    )
+
+
+@pytest.fixture(scope="module")
+def mixed(random_arm):
+    """Eight poses of the three, in no order."""
+    return replace(random_arm(8, 3), person=np.array([2, 0, 0, 1, 2, 2, 1, 0]))
+
+
+def test_rows_are_taken_by_number_slice_and_numbers_and_share_the_topology(three):
+    assert [len(three), len(three[0]), len(three[1:]), len(three[[2, 0]])] == [3, 1, 2, 2]
+    assert all(one.topology is three.topology for one in (three[1], three[:2], three[[0, 2]], *three))
+    assert all(np.array_equal(three[[2, 0]].radius[k], three[n].radius[0]) for k, n in enumerate((2, 0)))
+    assert three[-1].radius[0, 0] == three.radius[2, 0] and three[0][0] is not three
+    assert three[:] is three
+    with pytest.raises(IndexError, match="no row 3; it has 3"):
+        three[3]
+
+
+def test_a_stack_has_the_rows_of_its_bodies(three, one_arm):
+    again = wb.stack_bodies([three[:1], three[1:]])
+    assert all(np.array_equal(getattr(again, name), getattr(three, name)) for name in ROW_FIELDS)
+    assert wb.stack_bodies([one_arm]) is one_arm
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"sphere_names": ("",) * 10}, "spheres"),
+        ({"segments": ("A", "B", "C", "D")}, "segments or joints"),
+        ({"twist_joint": np.full(4, -1)}, "twist_joint"),
+    ],
+)
+def test_bodies_of_other_topologies_cannot_be_stacked(one_arm, change, words):
+    other = replace(one_arm, name="other", topology=replace(one_arm.topology, **change))
+    with pytest.raises(wb.UsageError, match=f"'one_arm' and 'other' .* differ in {words}"):
+        wb.stack_bodies([one_arm, other])
+
+
+def test_poses_of_many_people_are_placed_as_each_alone_to_the_last_bit(three, mixed):
+    placed = wb.place(three, mixed)
+    assert placed.person.tolist() == mixed.person.tolist()
+    for p, b in enumerate(mixed.person):
+        alone = wb.place(three[int(b)], replace(mixed.rows(slice(p, p + 1)), person=None))
+        assert np.array_equal(placed.centres[p], alone.centres[0])
+        assert np.array_equal(placed.world_from_segment[p], alone.world_from_segment[0])
+
+
+def test_a_pose_for_each_row_needs_no_person_and_other_numbers_do(three, random_arm):
+    assert wb.place(three, random_arm(3, 1)).person.tolist() == [0, 1, 2]
+    with pytest.raises(wb.UsageError, match="expected 3 rows for 3 bodies, or `person`.*got 2"):
+        wb.place(three, random_arm(2, 1))
+    with pytest.raises(wb.InputError, match="has 3 rows, counted from 0, got 3"):
+        wb.place(three, replace(random_arm(2, 1), person=np.array([0, 3])))
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        wb.contacts,
+        wb.nearest,
+        wb.clearance,
+        wb.collides,
+        lambda placed, room: wb.self_clearance(placed),
+        lambda placed, room: wb.self_contacts(placed, margin=0.2),
+        lambda placed, room: wb.body_clearance(placed, placed),
+    ],
+)
+def test_contacts_of_many_people_are_those_of_each_alone(three, mixed, box_cab, ask):
+    placed = wb.place(three, mixed)
+    whole = _arrays(ask(placed, box_cab))
+    for b, body in enumerate(three):
+        rows = np.flatnonzero(mixed.person == b)
+        alone = _arrays(ask(wb.place(body, replace(mixed.rows(rows), person=None)), box_cab))
+        pose = whole.get("pose")
+        some = rows if pose is None else np.flatnonzero(np.isin(pose, rows))
+        if pose is not None:
+            alone["pose"] = rows[alone["pose"]]
+        assert all(np.array_equal(whole[name][some], alone[name], equal_nan=True) for name in alone)
+
+
+def _arrays(answer):
+    """The arrays of an answer by name."""
+    if isinstance(answer, np.ndarray):
+        return {"": answer}
+    named = {field.name: getattr(answer, field.name) for field in fields(answer)}
+    return {name: value for name, value in named.items() if isinstance(value, np.ndarray)}

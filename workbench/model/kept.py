@@ -1,0 +1,35 @@
+"""What is made of a body once and kept with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Concatenate, ParamSpec, TypeVar
+
+from workbench.model.body import KEPT, Body
+
+__all__ = ["kept_with_body"]
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def kept_with_body(
+    function: Callable[Concatenate[Body, P], T],
+) -> Callable[Concatenate[Body, P], T]:
+    """Keep what a function makes of a body for as long as the body itself is kept.
+
+    Further arguments are hashable and given by place. What is made of shared fields alone is better
+    kept by the topology.
+    """
+
+    @wraps(function)
+    def call(body: Body, /, *args: P.args, **options: P.kwargs) -> T:
+        kept = body.__dict__.setdefault(KEPT, {})
+        key = (function, args)
+        if key not in kept:
+            kept[key] = function(body, *args, **options)
+        found: T = kept[key]
+        return found
+
+    return call
