@@ -29,8 +29,12 @@ def mixed(random_arm):
 
 def test_rows_are_taken_by_number_slice_and_numbers_and_share_the_topology(three):
     assert [len(three), len(three[0]), len(three[1:]), len(three[[2, 0]])] == [3, 1, 2, 2]
-    assert all(one.topology is three.topology for one in (three[1], three[:2], three[[0, 2]], *three))
-    assert all(np.array_equal(three[[2, 0]].radius[k], three[n].radius[0]) for k, n in enumerate((2, 0)))
+    assert all(
+        one.topology is three.topology for one in (three[1], three[:2], three[[0, 2]], *three)
+    )
+    assert all(
+        np.array_equal(three[[2, 0]].radius[k], three[n].radius[0]) for k, n in enumerate((2, 0))
+    )
     assert three[-1].radius[0, 0] == three.radius[2, 0] and three[0][0] is not three
     assert three[:] is three
     with pytest.raises(IndexError, match="no row 3; it has 3"):
@@ -68,7 +72,7 @@ def test_poses_of_many_people_are_placed_as_each_alone_to_the_last_bit(three, mi
 
 def test_a_pose_for_each_row_needs_no_person_and_other_numbers_do(three, random_arm):
     assert wb.place(three, random_arm(3, 1)).person.tolist() == [0, 1, 2]
-    with pytest.raises(wb.UsageError, match="expected 3 rows for 3 bodies, or `person`.*got 2"):
+    with pytest.raises(wb.UsageError, match=r"expected 3 rows for 3 bodies, or `person`.*got 2"):
         wb.place(three, random_arm(2, 1))
     with pytest.raises(wb.InputError, match="has 3 rows, counted from 0, got 3"):
         wb.place(three, replace(random_arm(2, 1), person=np.array([0, 3])))
