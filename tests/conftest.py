@@ -119,7 +119,6 @@ CORE = {
     "test_golden",
     "test_house",
     "test_index_cache",
-    "test_laban",
     "test_marks",
     "test_motions",
     "test_newton",

@@ -209,12 +209,11 @@ def test_every_study_runs_and_writes_a_result_of_its_schema(name, tmp_path):
     assert files["report.html"].startswith(b"<!doctype html>")
 
 
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=[pytest.mark.nightly] * (n != "trainer_reach")) for n in STUDIES],
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", STUDIES)
 def test_every_study_runs_to_the_same_bytes_twice(name, tmp_path):
-    """Small studies of the other kinds do so in test_cli, test_crash and test_accommodation_study."""
+    """By default small studies do so in test_cli, test_crash and test_accommodation_study, and
+    reaches in test_reach."""
     for number in ("first", "second"):
         (tmp_path / number).mkdir()
     assert ran(name, tmp_path / "first", people=20) == ran(name, tmp_path / "second", people=20)
