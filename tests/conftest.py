@@ -100,7 +100,6 @@ allowances:
 
 
 CORE = {
-    "test_accommodation_page",
     "test_accommodation_shares",
     "test_bad_bodies",
     "test_bad_studies",
