@@ -100,7 +100,6 @@ allowances:
 
 
 CORE = {
-    "test_accommodation_page",
     "test_accommodation_shares",
     "test_bad_bodies",
     "test_bad_studies",
@@ -119,7 +118,6 @@ CORE = {
     "test_golden",
     "test_house",
     "test_index_cache",
-    "test_laban",
     "test_marks",
     "test_motions",
     "test_newton",

@@ -6,7 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from workbench import limb, reach
+from workbench.solve.reaching.limbs import limb
+from workbench.solve.reaching.reach import reach
 from workbench.solve.seating.posture import pointed_foot, positions
 from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
 

@@ -7,13 +7,16 @@ import pytest
 import trimesh
 
 from tests.conftest import SHARED, needs_real_input
-from workbench import Bones, InputError, UsageError, decompose, fit_segments, sealed
+from workbench import Bones, InputError, UsageError
 from workbench.files.meshes.reading import read_mesh
 from workbench.kernels.shapes.scanlines import shared_volume
 from workbench.kernels.shapes.setcover import greedy_cover, prune_cover
+from workbench.shape.fitting.decompose import decompose
 from workbench.shape.fitting.fit_quality import exposed_points, fit_quality
 from workbench.shape.fitting.polish import union_field
 from workbench.shape.fitting.sampling import even_samples, random_samples
+from workbench.shape.fitting.segmenting import fit_segments
+from workbench.shape.surface import sealed
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
 needs_adult = needs_real_input(ADULT)

@@ -13,7 +13,7 @@ pytest.importorskip("mujoco")
 
 from tests.conftest import ROOT
 from tests.crash_pit import SIMULATION, pit
-from workbench import InputError, Poses, place, stops
+from workbench import InputError, Poses
 from workbench.cli import main
 from workbench.dynamics.crash import simulate
 from workbench.dynamics.masses import carried, segment_inertia, segment_masses
@@ -23,6 +23,8 @@ from workbench.files.motions.tables import read_angle_table
 from workbench.kernels.limbs.past_stops import past_stops
 from workbench.model.posing import compose
 from workbench.model.pulse import gained
+from workbench.solve.forward import place
+from workbench.solve.stops import stops
 from workbench.study.simulation import prepared
 
 BELT = """belts:

@@ -13,7 +13,6 @@ import workbench as wb
 from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
-from workbench import collides
 from workbench.files.meshes.parts import RawPart
 from workbench.kernels.contact.field import nearest_in, record_gap, square_bound
 from workbench.kernels.contact.groups import cluster_hub
@@ -21,7 +20,7 @@ from workbench.kernels.contact.inside import inside_part
 from workbench.kernels.contact.polygon import point_polygon, point_winding
 from workbench.kernels.contact.wide import DEEP, EIGHT
 from workbench.model.environment import Allowance
-from workbench.solve.contact.collide import _plain, allowed_depth, by_segment, nearest
+from workbench.solve.contact.collide import _plain, allowed_depth, by_segment, collides, nearest
 from workbench.solve.contact.crowd import crowd_of
 from workbench.solve.contact.fields import field_of, packed_faces, packed_records, packed_shells
 from workbench.solve.threads import in_pieces

@@ -11,10 +11,9 @@ import yaml
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench import measure
 from workbench.kernels.contact.nearest import morton_order
 from workbench.shape.fitting.polish import union_field
-from workbench.shape.scaling.measure import MEASURES
+from workbench.shape.scaling.measure import MEASURES, measure
 from workbench.shape.scaling.morph import morph
 
 NAMES = ("adult_male", "adult_female", "child_6", "child_3")

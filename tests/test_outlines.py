@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from tests.conftest import SHARED, needs_real_input
-from workbench import InputError, decompose, sealed
+from workbench import InputError
 from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import read_mesh
 from workbench.model.outlines import Outlines, crossing
+from workbench.shape.fitting.decompose import decompose
 from workbench.shape.fitting.fit_quality import fit_quality
 from workbench.shape.outlines import outline_surface
+from workbench.shape.surface import sealed
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
 TURN = np.linspace(0, 2 * np.pi, 48, endpoint=False)

@@ -13,11 +13,12 @@ from hypothesis import strategies as st
 
 from tests.test_draw import BOX, crowd, front
 from tests.test_frames import cameras, swarm
-from workbench import UsageError, scene_of
+from workbench import UsageError
 from workbench.draw.camera import standard_view
 from workbench.draw.films.frames import disks_of, exact_disks, painted, surfaces_of
 from workbench.draw.scanline import scan_numbers, scan_pieces, scanline
 from workbench.draw.scene import Scene, Spheres
+from workbench.draw.sources import scene_of
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from workbench import Bones, InputError, UsageError, fit_segments, sealed
+from workbench import Bones, InputError, UsageError
 from workbench.shape.fitting.polish import union_field
 from workbench.shape.fitting.sampling import random_samples
-from workbench.shape.fitting.segmenting import regions_of
+from workbench.shape.fitting.segmenting import fit_segments, regions_of
+from workbench.shape.surface import sealed
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 TOLERANCE = 0.004

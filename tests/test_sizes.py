@@ -11,11 +11,13 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import REFERENCE, ROOT, real_input
-from workbench import load_population_model, measure, person_body, scale
 from workbench.cli import main
+from workbench.files.populations import load_population_model
 from workbench.files.postures import posture_pose
 from workbench.shape.scaling.manikin import Manikin
-from workbench.shape.scaling.measure import MEASURES, lengths
+from workbench.shape.scaling.measure import MEASURES, lengths, measure
+from workbench.shape.scaling.scale import scale
+from workbench.study.persons import person_body
 
 SIX = (
     "stature",

@@ -11,8 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench import InputError, read_ansur
+from workbench import InputError
 from workbench.errors import has_controls, printable
+from workbench.files.ansur import read_ansur
 from workbench.files.kinds import check_file
 from workbench.files.motions.lines import numbered
 from workbench.files.results import load_result
