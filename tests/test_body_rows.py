@@ -29,8 +29,12 @@ def mixed(random_arm):
 
 def test_rows_are_taken_by_number_slice_and_numbers_and_share_the_topology(three):
     assert [len(three), len(three[0]), len(three[1:]), len(three[[2, 0]])] == [3, 1, 2, 2]
-    assert all(one.topology is three.topology for one in (three[1], three[:2], three[[0, 2]], *three))
-    assert all(np.array_equal(three[[2, 0]].radius[k], three[n].radius[0]) for k, n in enumerate((2, 0)))
+    assert all(
+        one.topology is three.topology for one in (three[1], three[:2], three[[0, 2]], *three)
+    )
+    assert all(
+        np.array_equal(three[[2, 0]].radius[k], three[n].radius[0]) for k, n in enumerate((2, 0))
+    )
     assert three[-1].radius[0, 0] == three.radius[2, 0] and three[0][0] is not three
     assert three[:] is three
     with pytest.raises(IndexError, match="no row 3; it has 3"):

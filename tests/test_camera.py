@@ -47,10 +47,8 @@ def test_a_point_half_as_far_is_drawn_twice_as_far_from_the_middle() -> None:
     assert far == pytest.approx([62.5, 37.5, 0])
 
 
-def test_the_eye_is_where_it_was_put_and_a_parallel_view_has_none() -> None:
-    assert look_at((4, 1, 2), (0, 0, 0)).eye == pytest.approx([4, 1, 2])
-    with pytest.raises(UsageError, match="no eye"):
-        _ = front().eye
+def test_the_eye_is_where_it_was_put() -> None:
+    assert eye_of(look_at((4, 1, 2), (0, 0, 0))) == pytest.approx([4, 1, 2])
 
 
 def test_a_parallel_view_is_the_limit_of_perspective() -> None:

@@ -154,7 +154,7 @@ def test_all_library_postures_are_within_the_joint_stops(bubbleman, postures):
 
 def test_bubbleman_is_made_by_its_script_to_the_byte(tmp_path):
     subprocess.run(
-        [sys.executable, ROOT / "bodies" / "make_bubbleman.py", tmp_path],
+        [sys.executable, ROOT / "tools" / "bodies" / "make_bubbleman.py", tmp_path],
         check=True,
         capture_output=True,
     )
@@ -166,7 +166,9 @@ def test_bubbleman_is_made_by_its_script_to_the_byte(tmp_path):
 def test_the_trainer_is_made_by_its_script_to_the_byte(tmp_path):
     path = ROOT / "environments" / "trainer" / "trainer.obj"
     subprocess.run(
-        [sys.executable, path.with_name("make.py"), tmp_path], check=True, capture_output=True
+        [sys.executable, ROOT / "tools" / "environments" / "trainer" / "make.py", tmp_path],
+        check=True,
+        capture_output=True,
     )
     assert (tmp_path / "trainer.obj").read_bytes() == path.read_bytes()
 

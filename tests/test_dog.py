@@ -104,6 +104,8 @@ def test_it_stands_sits_and_lies_on_level_ground(dog, postures, posture, on_the_
 @pytest.mark.nightly
 def test_the_dog_is_made_by_its_script_to_the_byte(tmp_path):
     subprocess.run(
-        [sys.executable, ROOT / "bodies" / "make_dog.py", tmp_path], check=True, capture_output=True
+        [sys.executable, ROOT / "tools" / "bodies" / "make_dog.py", tmp_path],
+        check=True,
+        capture_output=True,
     )
     assert (tmp_path / "dog.yaml").read_bytes() == FILE.read_bytes()

@@ -15,8 +15,7 @@ import pytest
 
 from tests.conftest import ROOT
 from tests.toy_cockpit import write_toy
-from workbench import cli
-from workbench.cli import main
+from workbench.cli import application, main
 
 ASK = "Please report this with the command and its files. WORKBENCH_TRACEBACK=1 shows where it happened.\n"
 
@@ -175,7 +174,10 @@ def test_ctrl_c_while_bodies_are_fitted_by_several_processes_leaves_no_traceback
 
 
 def test_the_exit_codes_of_the_program_and_of_its_help_are_the_same(capsys):
-    assert (getattr(os, "EX_SOFTWARE", 70), 130) == (cli.INTERNAL_ERROR, cli.INTERRUPTED)
+    assert (getattr(os, "EX_SOFTWARE", 70), 130) == (
+        application.INTERNAL_ERROR,
+        application.INTERRUPTED,
+    )
     assert main(["--help"]) == 0
     assert "70 an internal error, 130 stopped by Ctrl-C" in " ".join(
         capsys.readouterr().out.split()

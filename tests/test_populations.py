@@ -124,7 +124,7 @@ def test_quantiles_that_come_along_are_those_of_the_raw_survey_within_a_millimet
 def test_populations_are_made_by_their_script_to_the_byte(raw, tmp_path):
     command = [
         sys.executable,
-        ROOT / "bodies" / "make_populations.py",
+        ROOT / "tools" / "bodies" / "make_populations.py",
         SHARED / "anthropometry",
         tmp_path,
     ]

@@ -273,11 +273,12 @@ def test_where_vtk_cannot_draw_the_message_names_the_packages_and_the_exit_code_
 ):
     fault = window.drawing_fault("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
     assert "signal 11" in fault and "apt install libegl1 libgl1" in fault
-    assert "pip install 'bubbleman-workbench[pyvista]'" in window.drawing_fault(
+    assert "pip install pyvista" in window.drawing_fault(
         "raise ModuleNotFoundError(\"No module named 'pyvista'\")"
     )
     monkeypatch.setattr(window, "drawing_fault", lambda: fault)
-    assert main(["render", "bubbleman", "-o", str(tmp_path / "x.png"), "--display", "pyvista"]) == 4
+    for flag in ("--display", "--style"):
+        assert main(["render", "bubbleman", "-o", str(tmp_path / "x.png"), flag, "pyvista"]) == 4
     assert "apt install" in capsys.readouterr().err and not list(tmp_path.iterdir())
     with pytest.raises(MissingPartError):
         window.to_pyvista(source_of("bubbleman").scene)

@@ -166,7 +166,8 @@ def test_left_and_right_stops_are_mirror_images(bubbleman):
         }
         mirrored = {other + name[1:]: value for name, value in angles.items()}
         one, two = (
-            wb.stops(bubbleman, wb.pose(bubbleman, a)).degrees[0] for a in (angles, mirrored)
+            np.degrees(wb.stops(bubbleman, wb.pose(bubbleman, a)).margin[0])
+            for a in (angles, mirrored)
         )
         for name in angles:
             assert one[bubbleman.joint(name)] == pytest.approx(

@@ -33,7 +33,7 @@ class Display:
 DISPLAYS: Mapping[str, Display] = {
     "disks": Display("raster", ("flat", "shaded", "hidden_line", "depth", "id")),
     "scanline": Display("raster", ("surface", "front")),
-    "pyvista": Display("raster", ("lit",)),
+    "pyvista": Display("raster", ("pyvista",)),
     "outline": Display("vector", ("veiled", "hidden_line")),
     "circles": Display("vector", ("veiled", "hidden_line")),
 }
@@ -109,7 +109,7 @@ def look_for(
         "--trail": trail,
     }
     _check_holds(ending, holds, picture, {"--fps": fps, "--speed": speed}, at)
-    chosen = _display(ending, holds, usual, display)
+    chosen = _display(ending, holds, display or _display_of(style, usual))
     width, height = _pixels(size)
     look = Look(
         ending=ending,
@@ -181,9 +181,18 @@ def _refuse(given: Mapping[str, object], why: str) -> None:
         raise UsageError(f"{why}: leave out {' and '.join(named)}")
 
 
-def _display(ending: str, holds: str, usual: str, display: str | None) -> str:
-    if display is None:
-        return usual
+def _display_of(style: str | None, usual: str) -> str:
+    """The display that has a style, where none is named; the usual one of the file first."""
+    kind = DISPLAYS[usual].kind if usual else ""
+    having = [
+        name for name, entry in DISPLAYS.items() if entry.kind == kind and style in entry.styles
+    ]
+    return having[0] if having and usual not in having else usual
+
+
+def _display(ending: str, holds: str, display: str) -> str:
+    if not display:
+        return ""
     if display not in DISPLAYS:
         raise UsageError(f"no display {display!r}; {one_of(display, DISPLAYS)}")
     kind = "vector" if holds == "vector" else "raster"

@@ -56,7 +56,7 @@ _PAINTERS: dict[tuple[str, str], _Painter] = {
     ("disks", "id"): partial(disks, mode="id"),
     ("scanline", "surface"): scanline,
     ("scanline", "front"): partial(scanline, rule="front"),
-    ("pyvista", "lit"): window_image,
+    ("pyvista", "pyvista"): window_image,
 }
 _PENS: dict[tuple[str, str], _Pen] = {
     (name, style): partial(pen, hidden=style)

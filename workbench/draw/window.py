@@ -49,7 +49,7 @@ def drawing_fault(probe: str = PROBE) -> str:
         return ""
     said = done.stderr.decode("utf-8", "replace").strip().splitlines()
     if "No module named 'pyvista'" in (said[-1] if said else ""):
-        return "pyvista is not installed: pip install 'bubbleman-workbench[pyvista]'"
+        return "pyvista is not installed: pip install pyvista"
     end = f"signal {-done.returncode}" if done.returncode < 0 else f"code {done.returncode}"
     return (
         f"VTK finds no OpenGL to draw with (a trial ended with {end}). Install the system's EGL and GL libraries: "

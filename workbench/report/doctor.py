@@ -19,17 +19,19 @@ NEEDED = (
     "pydantic",
     "PyYAML",
     "pillow",
+    "contourpy",
     "jinja2",
     "cyclopts",
     "rich",
     "pycollada",
     "lxml",
+    "lazy_loader",
+    "pyvista",
 )
 OPTIONAL = {
     "cascadio": "STEP files: pip install 'bubbleman-workbench[step]'",
     "mujoco": "simulated crashes: pip install 'bubbleman-workbench[dynamics]'",
     "imageio-ffmpeg": "MP4 films: pip install 'bubbleman-workbench[film]'",
-    "pyvista": "the display pyvista: pip install 'bubbleman-workbench[pyvista]'",
 }
 
 

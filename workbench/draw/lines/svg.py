@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from functools import cache
-from itertools import pairwise
 from xml.sax.saxutils import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
 from workbench.draw.camera import Camera
 from workbench.draw.colours import PAPER, SECTION, hexadecimal
@@ -17,8 +14,7 @@ from workbench.draw.lines.edges import Lines
 from workbench.draw.marks.pictures import svg_bar, svg_key, svg_marks
 from workbench.draw.scene import Scene
 from workbench.errors import InputError
-from workbench.kernels.pictures.decimals import write_rows
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Floats
 
 __all__ = ["environment_paths", "number_rows", "page", "section_paths"]
 
@@ -28,30 +24,31 @@ _MOST_LINES = 9000  # keeps a picture under 400 kB
 
 
 def number_rows(pattern: str, values: Floats) -> list[str]:
-    """A text for each row of values (M, K): `pattern` with K fields such as {:.2f}. The text of
-    str.format, but for halves, which are rounded away from zero, and for zero, which has no sign.
+    """Write each row of numbers as text.
 
-    InputError for numbers that are not finite or a billion and more.
+    Parameters
+    ----------
+    pattern
+        K fields such as {:.2f}, with other text around them.
+    values
+        (M, K) numbers.
+
+    Returns
+    -------
+    list[str]
+        M texts. Halves are rounded away from zero; zero has no sign.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite, or is a billion or more.
     """
-    words, start, places = _pattern(pattern)
     if not np.all(np.abs(values) < _FARTHEST):
         raise InputError("a drawing needs finite coordinates below a billion pixels")
-    out = np.empty(len(values) * (len(words) + 20 * len(places)) + 1, dtype=np.uint8)
-    rows = np.empty(len(values) + 1, dtype=np.int64)
-    write_rows(np.ascontiguousarray(values, dtype=np.float64), places, words, start, out, rows)
-    text = out[: rows[-1]].tobytes().decode("ascii")
-    ends = rows.tolist()
-    return [text[low:high] for low, high in pairwise(ends)]
-
-
-@cache
-def _pattern(pattern: str) -> tuple[NDArray[np.uint8], Ints, Ints]:
-    """The words between fields as bytes, where each begins, and the decimals of the fields."""
-    parts = _FIELD.split(pattern)
-    words = [part.encode("ascii") for part in parts[0::2]]
-    start = np.cumsum([0, *(len(word) for word in words)])
-    places = np.array([int(part) for part in parts[1::2]], dtype=np.int64)
-    return np.frombuffer(b"".join(words), dtype=np.uint8).copy(), start, places
+    unit = 10.0 ** np.array([int(places) for places in _FIELD.findall(pattern)])
+    size = np.floor(np.abs(values) * unit + 0.5) / unit
+    rounded = np.where(values < 0, -size, size) + 0.0  # -0 becomes 0
+    return [pattern.format(*row) for row in rounded.tolist()]
 
 
 def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from workbench.cli_progress import emit, tell
+from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 __all__ = ["body_app"]

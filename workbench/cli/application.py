@@ -18,14 +18,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from workbench import __version__
-from workbench.cli_body import body_app
-from workbench.cli_compare import compare
-from workbench.cli_fit import body_fit
-from workbench.cli_motion import motion_app
-from workbench.cli_people import people_app
-from workbench.cli_progress import Progress, emit, tell
-from workbench.cli_render import render
-from workbench.cli_simulate import simulate
+from workbench.cli.body import body_app
+from workbench.cli.compare import compare
+from workbench.cli.fit import body_fit
+from workbench.cli.motion import motion_app
+from workbench.cli.people import people_app
+from workbench.cli.progress import Progress, emit, tell
+from workbench.cli.render import render
+from workbench.cli.simulate import simulate
 from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 from workbench.files.inputs import noted_inputs
 

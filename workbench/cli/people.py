@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from workbench.cli_progress import emit, tell
+from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:

@@ -1,6 +1,6 @@
 """Writes bubbleman.yaml from bubbleman_sections.yaml: cross sections chosen by hand become spheres.
 
-Run `python bodies/make_bubbleman.py [FOLDER]` from anywhere; the same sections always give the same
+Run `python tools/bodies/make_bubbleman.py [FOLDER]` from anywhere; the same sections always give the same
 file. Lengths [mm], angles [deg], masses [kg]. The data file holds the left half in the world of the
 zero pose; here it is filled with spheres, mirrored, moved into segment frames, and written one
 sphere a line.
@@ -24,12 +24,13 @@ Row = dict[str, Any]
 Vector = NDArray[np.float64]
 
 HERE = Path(__file__).resolve().parent
+BODIES = HERE.parents[1] / "bodies"
 HEADER = """\
 # Bubbleman: a man of median size made of {spheres} spheres, 20 segments and 19 joints.
 # Segments, joints, numbers and mnemonics: Badler, O'Rourke & Toltzis, Proc. IEEE 67(10), 1979, tables 1 and 2.
 # Size: ANSUR II (NATICK/TR-15/007), median man. Masses: de Leva 1996, the shoulder masses taken from the upper trunk.
 # Joint stops: Barter, Emanuel & Truett 1957 and later surveys. Licence: CC0-1.0.
-# Made by make_bubbleman.py from bubbleman_sections.yaml: change those, then run `python bodies/make_bubbleman.py`.
+# Made from tools/bodies/bubbleman_sections.yaml: change that, then run `python tools/bodies/make_bubbleman.py`.
 body: bubbleman
 description: adult man of median size
 source: shape drawn by hand to the median man of ANSUR II (NATICK/TR-15/007); masses after de Leva 1996
@@ -67,7 +68,7 @@ class Ball:
 
 def main() -> None:
     """Write bubbleman.yaml into a folder, beside this file where none is given."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else BODIES
     data = yaml.safe_load((HERE / "bubbleman_sections.yaml").read_text(encoding="utf-8"))
     (folder / "bubbleman.yaml").write_text(body_text(data), encoding="utf-8")
 

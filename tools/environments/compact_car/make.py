@@ -1,4 +1,4 @@
-"""Build compact_car.obj, the front of a compact car inside: python environments/compact_car/make.py
+"""Build compact_car.obj, the front of a compact car inside: python tools/environments/compact_car/make.py
 
 Every length is in mm here; x is forward of the driver's seating reference point, y left of the
 centre line, z above the floor at the heel. `dimensions` says where each dimension is from.
@@ -15,14 +15,15 @@ from dimensions import A27, A40, ROOF, SRP, W20
 from manifold3d import Manifold
 from numpy.typing import NDArray
 
-sys.path.insert(
-    0, str(Path(__file__).resolve().parents[1])
-)  # where the solids of all environments are
+# where the solids of all environments are
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cockpit import both, cockpit_parts
 from solids import box, disc, hull, loft, mirrored, prism, shell, sweep, union, write_obj
 
 Floats = NDArray[np.float64]
 Parts = dict[str, Manifold]
+
+FOLDER = Path(__file__).resolve().parents[3] / "environments" / "compact_car"
 
 TAIL = -820.0
 TOE = 990.0
@@ -271,8 +272,8 @@ def seat_parts() -> Parts:
 
 
 def main() -> None:
-    """Write compact_car.obj into a folder, beside this file where none is given."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
+    """Write compact_car.obj into a folder, environments/compact_car where none is given."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
     parts = shell_parts() | door_parts() | seat_parts() | cockpit_parts()
     write_obj(folder / "compact_car.obj", parts, "front of a compact car inside, made by make.py")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from workbench.cli_progress import emit, tell
+from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:

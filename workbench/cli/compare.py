@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 from cyclopts import Parameter
 
-from workbench.cli_progress import Progress, emit, tell
+from workbench.cli.progress import Progress, emit, tell
 
 if TYPE_CHECKING:
     from workbench.files.accommodation.results import AccommodationResultFile

@@ -1,5 +1,5 @@
 """Build trainer.obj, the cockpit of a two-seat side-by-side light trainer: python
-environments/trainer/make.py
+tools/environments/trainer/make.py
 
 Every length is in mm here; x is forward of the seat reference point, y left of the centre line, z
 above the floor.
@@ -15,9 +15,8 @@ import numpy as np
 from manifold3d import Manifold
 from numpy.typing import ArrayLike, NDArray
 
-sys.path.insert(
-    0, str(Path(__file__).resolve().parents[1])
-)  # where the solids of all environments are
+# where the solids of all environments are
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from panel import panel_parts
 from solids import (
     box,
@@ -67,6 +66,8 @@ DECK = 980.0
 NOSE = 1150.0  # canopy from TAIL to BOW, windscreen from there to DECK
 WALL = 22.0
 PERSPEX = 4.0
+
+FOLDER = Path(__file__).resolve().parents[3] / "environments" / "trainer"
 
 SEAT_Y = 280.0
 SRP_HEIGHT = 280.0
@@ -417,8 +418,8 @@ def lever_parts() -> Parts:
 
 
 def main() -> None:
-    """Write trainer.obj into a folder, beside this file where none is given."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).parent
+    """Write trainer.obj into a folder, environments/trainer where none is given."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else FOLDER
     parts = (
         hull_parts()
         | glass_parts()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import App, Parameter
 
-from workbench.cli_progress import emit, tell
+from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError, one_of
 
 if TYPE_CHECKING:

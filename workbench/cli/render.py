@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from workbench.cli_progress import Progress, emit, tell
+from workbench.cli.progress import Progress, emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ class Picture:
         disks, scanline or pyvista for .png and films; outline or circles for .svg
     style
         of disks: flat, shaded, hidden_line, depth or id; of scanline: surface or front; of outline
-        and circles: veiled (pale behind walls) or hidden_line
+        and circles: veiled (pale behind walls) or hidden_line; pyvista. Where no display is named,
+        the style chooses it
     view
         front, back, left, right, top, bottom, three_quarter, eye (of the first body) or eye:NAME
     size

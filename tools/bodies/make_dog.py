@@ -1,7 +1,7 @@
 """Writes dog.yaml from dog_outlines.yaml: cross sections become one smooth surface, the surface
 spheres.
 
-Run `python bodies/make_dog.py` from anywhere; the same outlines give the same file. The sections of
+Run `python tools/bodies/make_dog.py` from anywhere; the same outlines give the same file. The sections of
 each part carry ellipsoids along its middle line; parts flow into each other over `blend` (smooth
 minimum of distances); the surface of the field is cut by the nearest bone and each segment fitted.
 Limbs are fitted on the left and mirrored.
@@ -33,6 +33,7 @@ Row = dict[str, Any]
 Array = NDArray[np.float64]
 
 HERE = Path(__file__).resolve().parent
+BODIES = HERE.parents[1] / "bodies"
 MASS = 24.0
 PITCH = 0.0045
 FAR = 0.05
@@ -42,7 +43,7 @@ FIT = {"outward": 0.003, "inward": 0.0025, "least_radius": 0.003, "greatest_radi
 MIRROR = np.array([1.0, -1.0, 1.0])
 HEADER = """\
 # A dog of medium size, 550 mm at the withers: {spheres} spheres, {segments} segments. Own work; licence: CC0-1.0.
-# Made by make_dog.py from dog_outlines.yaml: change those, then run `python bodies/make_dog.py`.
+# Made from tools/bodies/dog_outlines.yaml: change that, then run `python tools/bodies/make_dog.py`.
 body: dog
 description: dog of medium size, 550 mm at the withers
 source: outlines drawn by eye to common breed measures
@@ -298,7 +299,7 @@ def folds(file: Path) -> dict[tuple[str, str], int]:
     """Depth [mm] by which segments that share no joint overlap in the dog's own postures: folds of
     its skin."""
     body = wb.load_body(file)
-    postures = load_postures(HERE / "dog_postures.yaml", body)[0]
+    postures = load_postures(BODIES / "dog_postures.yaml", body)[0]
     found: dict[tuple[str, str], int] = {}
     for name in postures.postures:
         rows = wb.self_contacts(wb.place(body, posture_pose(body, postures, name)))
@@ -340,7 +341,7 @@ def _flow(value: Any) -> str:
 
 def main() -> None:
     """Write dog.yaml into a folder, beside this file where none is given."""
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else BODIES
     data = yaml.safe_load((HERE / "dog_outlines.yaml").read_text(encoding="utf-8"))
     segments, joints = both_sides(data)
     rows = fitted(dog_surface(data["parts"]), segments, data["claims"])

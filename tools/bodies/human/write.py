@@ -127,7 +127,9 @@ def body_text(
     allowances (list of segment, segment, depth [m]).
     """
     template = yaml.safe_load(
-        (Path(__file__).parents[1] / "bubbleman.yaml").read_text(encoding="utf-8")
+        (Path(__file__).resolve().parents[3] / "bodies" / "bubbleman.yaml").read_text(
+            encoding="utf-8"
+        )
     )
     level = basis.levels[level_name]
     origin = basis.at("origin", z)
