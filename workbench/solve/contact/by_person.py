@@ -39,7 +39,7 @@ def by_person(function: Callable[P, T]) -> Callable[P, T]:
         for rows, some in _people(placed):
             own = [some.get(id(value), value) for value in args]
             named = {name: some.get(id(value), value) for name, value in options.items()}
-            answers.append((rows, function(*own, **named)))  # type: ignore[arg-type]
+            answers.append((rows, function(*own, **named)))
         return _together(answers, placed)  # type: ignore[no-any-return]
 
     return call
