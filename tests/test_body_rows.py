@@ -9,7 +9,7 @@ import pytest
 
 import workbench as wb
 from workbench.model.body import ROW_FIELDS
-from workbench.solve.contact.collide import nearest
+from workbench.solve.contact.collide import nearest, self_clearance
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def three(one_arm):
     )
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def mixed(random_arm):
     """Eight poses of the three, in no order."""
     return replace(random_arm(8, 3), person=np.array([2, 0, 0, 1, 2, 2, 1, 0]))
@@ -87,7 +87,7 @@ def test_a_pose_for_each_row_needs_no_person_and_other_numbers_do(three, random_
         nearest,
         wb.clearance,
         wb.collides,
-        lambda placed, room: wb.self_clearance(placed),
+        lambda placed, room: self_clearance(placed),
         lambda placed, room: wb.self_contacts(placed, margin=0.2),
         lambda placed, room: wb.body_clearance(placed, placed),
     ],
