@@ -29,7 +29,7 @@ from workbench.report.accommodation.data import accommodation_lines
 from workbench.report.folder import write_report
 from workbench.shape.parts import moved
 from workbench.solve.contact import index_cache
-from workbench.solve.contact.people_gaps import Gap, people_gaps
+from workbench.solve.contact.clearance_pairs import ClearancePair, clearance_of_pairs
 from workbench.solve.reaching.limbs import limb
 from workbench.solve.reaching.reach import reach
 from workbench.study.accommodation import crew as crew_module
@@ -151,13 +151,15 @@ def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_m
     sitters = seated(study, bodies, [0, 1, 2])
     shift = np.array([[0.01, 0, 0], [0, 0, 0.02], [-0.03, 0, 0.01]])
     moves = study.environment.seat("pilot").moves
-    head = Gap(
+    head = ClearancePair(
         bodies.sphere_segment == bodies.segment("H"),
         np.array([True, True, False, True]),
         False,
     )
     placed = wb.place(bodies, sitters.seat.poses)
-    found = people_gaps(placed, study.environment, gaps=[head], moves=moves, shift=shift)
+    found = clearance_of_pairs(
+        placed, study.environment, pairs=[head], moving_parts=moves, displacement=shift
+    )
     for b, body in enumerate(bodies):
         one = sitters.seat.poses
         pose = wb.Poses(
@@ -165,7 +167,7 @@ def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_m
         )
         room = moved(study.environment, moves, shift[b])
         near = wb.clearance(wb.place(body, pose), room)[0, body.segment("H")]
-        assert found.room[b, 0] == pytest.approx(
+        assert found.distance[b, 0] == pytest.approx(
             near[3], abs=1e-12
         )  # pan and back may be touched: left out
 

@@ -9,6 +9,7 @@ import pytest
 
 import workbench as wb
 from workbench.model.body import ROW_FIELDS
+from workbench.solve.contact.collide import nearest, self_clearance
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +22,7 @@ def three(one_arm):
     )
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture
 def mixed(random_arm):
     """Eight poses of the three, in no order."""
     return replace(random_arm(8, 3), person=np.array([2, 0, 0, 1, 2, 2, 1, 0]))
@@ -43,7 +44,8 @@ def test_rows_are_taken_by_number_slice_and_numbers_and_share_the_topology(three
 
 def test_a_stack_has_the_rows_of_its_bodies(three, one_arm):
     again = wb.stack_bodies([three[:1], three[1:]])
-    assert all(np.array_equal(getattr(again, name), getattr(three, name)) for name in ROW_FIELDS)
+    for name in ROW_FIELDS:
+        assert np.array_equal(getattr(again, name), getattr(three, name), equal_nan=True)
     assert wb.stack_bodies([one_arm]) is one_arm
 
 
@@ -72,7 +74,7 @@ def test_poses_of_many_people_are_placed_as_each_alone_to_the_last_bit(three, mi
 
 def test_a_pose_for_each_row_needs_no_person_and_other_numbers_do(three, random_arm):
     assert wb.place(three, random_arm(3, 1)).person.tolist() == [0, 1, 2]
-    with pytest.raises(wb.UsageError, match=r"expected 3 rows for 3 bodies, or `person`.*got 2"):
+    with pytest.raises(wb.UsageError, match="expected 3 rows for 3 bodies, or `person`"):
         wb.place(three, random_arm(2, 1))
     with pytest.raises(wb.InputError, match="has 3 rows, counted from 0, got 3"):
         wb.place(three, replace(random_arm(2, 1), person=np.array([0, 3])))
@@ -82,10 +84,10 @@ def test_a_pose_for_each_row_needs_no_person_and_other_numbers_do(three, random_
     "ask",
     [
         wb.contacts,
-        wb.nearest,
+        nearest,
         wb.clearance,
         wb.collides,
-        lambda placed, room: wb.self_clearance(placed),
+        lambda placed, room: self_clearance(placed),
         lambda placed, room: wb.self_contacts(placed, margin=0.2),
         lambda placed, room: wb.body_clearance(placed, placed),
     ],

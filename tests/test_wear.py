@@ -87,6 +87,15 @@ def test_a_dressed_body_is_in_no_contact_with_itself_standing_or_seated(bubblema
     assert wb.self_contacts(wb.place(body, poses)).excess.max(initial=-1) < 1e-9
 
 
+def test_people_dressed_alike_are_rows_of_one_body(bubbleman):
+    sizes = [wb.scale(bubbleman, {"stature": stature}) for stature in (1.5, 1.9)]
+    boots = worn(["boots"], bubbleman)
+    both = wear(wb.stack_bodies(sizes), boots, like=bubbleman)
+    assert both.sphere_names == dressed(bubbleman, "boots").sphere_names
+    for k, body in enumerate(sizes):
+        assert np.array_equal(both.centre[k], wear(body, boots, like=bubbleman).centre[0])
+
+
 def test_a_contact_names_what_is_worn(bubbleman):
     body = dressed(bubbleman, "gloves")
     hand = body.sphere_names[body.spheres(body.segment("RHN"))]

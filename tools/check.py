@@ -62,9 +62,9 @@ HOMES = {
 DRAWERS = {"utils", "helpers", "common", "misc"}
 FORWARDS = {
     "cli/body.py",
-    "kernels/compiled.py",
     "model/arguments.py",
     "model/kept.py",
+    "kernels/compiled.py",
     "solve/contact/by_person.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""

@@ -188,8 +188,8 @@ def replaced(body: Body, manikin: Manikin) -> Body:
     """The body in another shape, for trying it out."""
     return replace(
         body,
-        centre=manikin.shape.centre,
-        radius=manikin.shape.radius,
-        joint_in_parent=manikin.shape.in_parent,
-        joint_in_child=manikin.shape.in_child,
+        centre=manikin.shape.centre[None],
+        radius=manikin.shape.radius[None],
+        joint_in_parent=manikin.shape.in_parent[None],
+        joint_in_child=manikin.shape.in_child[None],
     )

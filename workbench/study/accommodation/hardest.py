@@ -12,14 +12,14 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.shape.parts import moved
-from workbench.solve.contact.people_gaps import people_gaps
+from workbench.solve.contact.clearance_pairs import clearance_of_pairs
 from workbench.solve.forward import place
 from workbench.solve.reaching.limbs import FEET, HANDS, Limb, limb
 from workbench.solve.reaching.reach_people import reach_people
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat
-from workbench.study.accommodation.sitting_gaps import gap_of
+from workbench.study.accommodation.sitting_gaps import pair_of
 
 __all__ = ["hardest_rows", "shown_people"]
 
@@ -66,10 +66,12 @@ def _shown(
     sitters = with_hands(study, resting)
     placed = place(body, sitters.held)
     if one.requirement.check in ("clearance", "contact"):
-        gaps = [gap_of(body, study.environment, one.criterion)]
+        pairs = [pair_of(body, study.environment, one.criterion)]
         moves = study.environment.seat(study.seat).moves
         shift = sitters.seat.shift
-        found = people_gaps(placed, study.environment, gaps=gaps, moves=moves, shift=shift)
+        found = clearance_of_pairs(
+            placed, study.environment, pairs=pairs, moving_parts=moves, displacement=shift
+        )
         sphere = int(found.sphere[0, 0])
         if sphere >= 0:
             segment = body.segment_names[int(body.sphere_segment[sphere])]

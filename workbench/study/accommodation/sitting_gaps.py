@@ -10,12 +10,12 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.model.study import Criterion
-from workbench.solve.contact.people_gaps import Gap, PeopleGaps
+from workbench.solve.contact.clearance_pairs import ClearancePair, PairClearance
 
-__all__ = ["gap_of", "gap_toward", "gap_words"]
+__all__ = ["gap_toward", "gap_words", "pair_of"]
 
 
-def gap_of(body: Body, environment: Environment, criterion: Criterion) -> Gap:
+def pair_of(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
     """The spheres and parts that a clearance or contact criterion is about."""
     segment = body.sphere_segment
     if criterion.subparts:
@@ -27,7 +27,8 @@ def gap_of(body: Body, environment: Environment, criterion: Criterion) -> Gap:
         spheres = np.isin(
             segment, [n for n, name in enumerate(body.segments) if name in criterion.segments]
         )
-    return Gap(spheres, np.isin(environment.parts, criterion.parts), criterion.check == "contact")
+    parts = np.isin(environment.parts, criterion.parts)
+    return ClearancePair(spheres, parts, criterion.check == "contact")
 
 
 def gap_words(body: Body, environment: Environment, pair: tuple[int, int]) -> str:
@@ -40,14 +41,14 @@ def gap_words(body: Body, environment: Environment, pair: tuple[int, int]) -> st
     return f"{segment} ({name}) at {part}" if name else f"{segment} at {part}"
 
 
-def gap_toward(placed: Placed, gaps: PeopleGaps) -> Floats:
+def gap_toward(placed: Placed, found: PairClearance) -> Floats:
     """(B, Q, 3) the unit vectors from the nearest spheres to the nearest parts: where a part would
     have to go; NaN where nothing is there, or a centre is inside."""
     people = np.arange(len(placed.centres))[:, None]
-    sphere = np.maximum(gaps.sphere, 0)
-    way = gaps.point - placed.centres[people, sphere]
+    sphere = np.maximum(found.sphere, 0)
+    way = found.point - placed.centres[people, sphere]
     far = np.linalg.norm(way, axis=2)
     radius = placed.body.radius[placed.person[:, None], sphere]
-    seen = (gaps.sphere >= 0) & (far > 1e-9) & (gaps.room > -radius)
+    seen = (found.sphere >= 0) & (far > 1e-9) & (found.distance > -radius)
     toward: Floats = np.where(seen[..., None], way / np.maximum(far, 1e-9)[..., None], np.nan)
     return toward

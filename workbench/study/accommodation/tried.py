@@ -18,7 +18,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.solve.contact.people_gaps import people_gaps
+from workbench.solve.contact.clearance_pairs import clearance_of_pairs
 from workbench.solve.forward import place, segment_frames
 from workbench.solve.reaching.reach_people import reach_people
 from workbench.solve.seating.seating import seat_planes
@@ -32,7 +32,7 @@ from workbench.study.accommodation.sitters import (
     with_hands,
     without_seat,
 )
-from workbench.study.accommodation.sitting_gaps import gap_of, gap_toward, gap_words
+from workbench.study.accommodation.sitting_gaps import gap_toward, gap_words, pair_of
 from workbench.study.accommodation.views import view_margin, view_words
 
 __all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by", "sitting"]
@@ -190,11 +190,13 @@ def _gaps(
     moves = environment.seat(study.seat).moves
     shift = sitters.seat.shift
     placed = place(body, sitters.held)
-    gaps = [gap_of(body, environment, asked[r].criterion) for r in rows]
-    found = people_gaps(placed, environment, gaps=gaps, moves=moves, shift=shift)
+    pairs = [pair_of(body, environment, asked[r].criterion) for r in rows]
+    found = clearance_of_pairs(
+        placed, environment, pairs=pairs, moving_parts=moves, displacement=shift
+    )
     toward = gap_toward(placed, found)
     for q, r in enumerate(rows):
-        room = found.room[:, q] - asked[r].criterion.at_least
+        room = found.distance[:, q] - asked[r].criterion.at_least
         tried.margin[:, r] = np.where(np.isfinite(room), room, np.nan)
         tried.toward[:, r] = toward[:, q]
         for b in np.flatnonzero(room < -MET):

@@ -1,17 +1,38 @@
-"""Least clearances of many placed bodies of one topology, of each pair that is asked for."""
+"""Least clearance of chosen spheres and parts, for many placed people.
+
+Each sphere is measured by the nearest polygon of a part. Three bounds leave most of them out: the
+distance from the part's box, the ball about the sphere before that holds no surface, and the
+distance of the pair that was nearest of the person before (which bounds, but is never the answer,
+so that no answer depends on other people).
+"""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.kernels.compiled import njit
 from workbench.kernels.contact.inside import inside_part
 from workbench.kernels.contact.polygon import point_polygon
 from workbench.kernels.contact.tree import box_gap, nearest_polygon
 
-__all__ = ["least_gaps"]
+__all__ = ["ClearanceTask", "min_clearances"]
+
+
+class ClearanceTask(NamedTuple):
+    """What is measured: groups of spheres against single parts."""
+
+    sphere: NDArray[np.int64]
+    """Spheres, group by group."""
+    first: NDArray[np.int64]
+    """(G + 1,) where each group begins."""
+    row: NDArray[np.int64]
+    """(M, 4) pair, group, part, 1 where the part is displaced."""
+    allowed: NDArray[np.float64]
+    """(M,) overlap [m] that is added to the distance."""
 
 
 @njit(cache=True, nogil=True, forceinline=True)
@@ -35,7 +56,7 @@ def _nearest(x, y, z, r, most, faces, shells, k, free, stack):  # type: ignore[n
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def _bounds(b, centres, radius, shift, asked, faces, lead, bound):  # type: ignore[no-untyped-def]
+def _bounds(b, centres, radius, shift, task, faces, lead, bound):  # type: ignore[no-untyped-def]
     """How near body b comes at least, by the sphere and polygon that were nearest of the one
     before: bound (Q,), a hair more, so that it cuts off nothing that counts."""
     for q in range(len(bound)):
@@ -44,7 +65,7 @@ def _bounds(b, centres, radius, shift, asked, faces, lead, bound):  # type: igno
         f = lead[q, 2]
         bound[q] = np.inf
         if m >= 0:
-            moves = asked[2][m, 3]
+            moves = task.row[m, 3]
             x = centres[b, s, 0]
             y = centres[b, s, 1]
             z = centres[b, s, 2]
@@ -52,48 +73,42 @@ def _bounds(b, centres, radius, shift, asked, faces, lead, bound):  # type: igno
             y = y - moves * shift[b, 1]
             z = z - moves * shift[b, 2]
             square = point_polygon(x, y, z, faces, f, np.inf)[0]
-            bound[q] = math.sqrt(square) - radius[b, s] + asked[3][m] + 1e-9
+            bound[q] = math.sqrt(square) - radius[b, s] + task.allowed[m] + 1e-9
 
 
 @njit(cache=True, nogil=True)
-def least_gaps(centres, radius, shift, asked, faces, shells, out, begin, end):  # type: ignore[no-untyped-def]
-    """Least signed distance plus allowance, for bodies begin..end.
+def min_clearances(centres, radius, shift, task, faces, shells, out, begin, end):  # type: ignore[no-untyped-def]
+    """Fill the least signed distance plus the allowed overlap, for poses begin..end.
 
-    centres (B, S, 3), radius (B, S); shift (B, 3): how far the parts that go along have gone.
-    asked: rows: spheres, group by group; first (G + 1,): where each group begins; pairs (M, 4):
-    question, group, part, 1 where the part goes along; allowed (M,): added to the pair's distance.
-    out: room (B, Q), infinite before; sphere, polygon (B, Q); point (B, Q, 3): of that polygon,
-    where it has gone.
-
-    Spheres are measured only where they may be nearest: not where the one before, with no surface
-    about it for so far, or the sphere that was nearest of the body before says that they are not.
+    centres (P, S, 3), radius (P, S): the spheres of each pose; shift (P, 3): displacement of the
+    parts that move. task: ClearanceTask; faces, shells: the environment. out: distance (P, Q),
+    infinite before; sphere, polygon (P, Q); point (P, Q, 3): of that polygon, displaced.
     """
-    rows, first, pairs, allowed = asked
     room, sphere, polygon, point = out
     stack = np.empty(64, np.int64)
     bound = np.empty(room.shape[1])
     lead = np.full((room.shape[1], 3), -1)
     for b in range(begin, end):
-        _bounds(b, centres, radius, shift, asked, faces, lead, bound)
-        for m in range(len(pairs)):
-            q = pairs[m, 0]
-            g = pairs[m, 1]
-            k = pairs[m, 2]
-            moves = pairs[m, 3]
+        _bounds(b, centres, radius, shift, task, faces, lead, bound)
+        for m in range(len(task.row)):
+            q = task.row[m, 0]
+            g = task.row[m, 1]
+            k = task.row[m, 2]
+            moves = task.row[m, 3]
             if faces.root[k] < 0:
                 continue
             hx = 0.0
             hy = 0.0
             hz = 0.0
             clear = 0.0
-            for i in range(first[g], first[g + 1]):
-                s = rows[i]
+            for i in range(task.first[g], task.first[g + 1]):
+                s = task.sphere[i]
                 x = centres[b, s, 0] - moves * shift[b, 0]
                 y = centres[b, s, 1] - moves * shift[b, 1]
                 z = centres[b, s, 2] - moves * shift[b, 2]
                 away = math.sqrt((x - hx) ** 2 + (y - hy) ** 2 + (z - hz) ** 2)
                 free = max(0.0, clear - away - 1e-9)
-                most = min(room[b, q], bound[q]) - allowed[m]
+                most = min(room[b, q], bound[q]) - task.allowed[m]
                 signed, f, px, py, pz, about = _nearest(
                     x, y, z, radius[b, s], most, faces, shells, k, free, stack
                 )
@@ -102,8 +117,8 @@ def least_gaps(centres, radius, shift, asked, faces, shells, out, begin, end):  
                     hy = y
                     hz = z
                     clear = about
-                if f >= 0 and signed + allowed[m] < room[b, q]:
-                    room[b, q] = signed + allowed[m]
+                if f >= 0 and signed + task.allowed[m] < room[b, q]:
+                    room[b, q] = signed + task.allowed[m]
                     sphere[b, q] = s
                     polygon[b, q] = f
                     lead[q, 0] = m
