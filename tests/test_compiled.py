@@ -13,7 +13,7 @@ from numba.core.config import reload_config
 from tests.conftest import tracked
 from tests.test_index_cache import DAMAGE
 from workbench.kernels import compiled
-from workbench.kernels.compiled import source_stamp
+from workbench.kernels.compiled import code_stamp
 
 KERNEL = """
 from workbench.kernels.compiled import njit
@@ -31,9 +31,10 @@ def kernel(tmp_path, monkeypatch):
     # else the compiler looks at the environment only after it has chosen the first folder
     reload_config()
     path = tmp_path / "small_kernel.py"
-    path.write_text(KERNEL)
 
-    def fresh():
+    def fresh(write=True):
+        if write:
+            path.write_text(KERNEL)
         spec = importlib.util.spec_from_file_location("small_kernel", path)
         module = importlib.util.module_from_spec(spec)
         monkeypatch.setitem(sys.modules, "small_kernel", module)
@@ -115,28 +116,122 @@ def test_a_file_of_the_compiler_itself_is_not_read(kernel, tmp_path):
     assert compiled_anew(kernel)
 
 
-def test_a_change_of_any_kernel_forgets_what_was_made_of_all(kernel, tmp_path, monkeypatch):
-    folder = tmp_path / "kernels"
-    (folder / "limbs").mkdir(parents=True)
-    monkeypatch.setattr(compiled, "KERNELS", folder)
+TWO_FILES = {
+    "callee.py": """
+from workbench.kernels.compiled import njit
+
+FACTOR = 2
+
+@njit(cache=True, forceinline=True)
+def times(x):
+    return FACTOR * x
+""",
+    "small_kernel.py": """
+from callee import times
+from workbench.kernels.compiled import njit
+
+@njit(cache=True)
+def middle(x):
+    return times(x)
+
+@njit(cache=True)
+def doubled(x):
+    return middle(x)
+
+@njit(cache=True)
+def other(x):
+    return 2 * x
+""",
+}
+
+
+@pytest.fixture
+def two_files(kernel, tmp_path, monkeypatch):
+    """Write two files of kernels and run two entries as a new process does.
+
+    Returns their answers for 21, and whether each was compiled anew.
+    """
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+
+    def fresh(change=str):
+        for name, text in TWO_FILES.items():
+            (tmp_path / name).write_text(change(text))
+        monkeypatch.delitem(sys.modules, "callee", raising=False)
+        importlib.invalidate_caches()
+        kernel(write=False)
+        module = sys.modules["small_kernel"]
+        answers = module.doubled(21), module.other(21)
+        return answers, [not each.stats.cache_hits for each in (module.doubled, module.other)]
+
+    return fresh
+
+
+def test_a_change_two_calls_away_recompiles_the_entry_that_calls_and_no_other(two_files):
+    assert two_files() == ((42, 42), [True, True])
+    assert two_files() == ((42, 42), [False, False])
+    changed = two_files(lambda text: text.replace("return FACTOR * x", "return FACTOR * x + 1"))
+    assert changed == ((43, 42), [True, False])
+    assert two_files() == ((42, 42), [True, False])
+
+
+def test_a_change_of_a_constant_or_an_option_of_a_callee_recompiles(two_files):
+    assert two_files()[1] == [True, True]
+    changed = two_files(lambda text: text.replace("FACTOR = 2", "FACTOR = 20"))
+    assert changed == ((420, 42), [True, False])
+    changed = two_files(lambda text: text.replace(", forceinline=True", ""))
+    assert changed == ((42, 42), [True, False])
+
+
+def test_a_comment_a_docstring_or_a_line_above_recompiles_nothing(two_files):
+    def documented(text):
+        return text.replace("(x):\n", '(x):\n    """Say something."""\n')
+
+    assert two_files(documented)[1] == [True, True]
     changes = [
-        lambda: (folder / "lanes.py").write_text("one = 1\n"),
-        lambda: (folder / "limbs" / "steps.py").write_text("one = 1\n"),
-        lambda: (folder / "lanes.py").write_text("one = 11\n"),
-        lambda: (folder / "lanes.py").rename(folder / "other.py"),
-        lambda: (folder / "other.py").unlink(),
+        lambda text: documented(text).replace("something", "something else"),
+        lambda text: "# a comment\n\n" + documented(text),
+        lambda text: documented(text).replace("    return", "    # a comment\n    return"),
     ]
     for change in changes:
-        change()
-        source_stamp.cache_clear()
-        assert compiled_anew(kernel) and not compiled_anew(kernel)
-    (folder / "limbs" / "steps.py").touch()
-    source_stamp.cache_clear()
-    assert not compiled_anew(kernel)
-    monkeypatch.setattr(compiled, "_versions", lambda: ["another compiler"])
-    source_stamp.cache_clear()
-    assert compiled_anew(kernel)
-    source_stamp.cache_clear()
+        assert two_files(change) == ((42, 42), [False, False])
+
+
+def test_another_compiler_or_another_file_of_vector_instructions_recompiles(
+    kernel, tmp_path, monkeypatch
+):
+    assert compiled_anew(kernel) and not compiled_anew(kernel)
+    folder = tmp_path / "kernels"
+    folder.mkdir()
+    for name in compiled.WHOLE_FILES:
+        (folder / name).write_text("one = 1\n")
+    monkeypatch.setattr(compiled, "KERNELS", folder)
+    try:
+        for name in compiled.WHOLE_FILES:
+            (folder / name).write_text("one = 11\n")
+            compiled._compiler_stamp.cache_clear()
+            assert compiled_anew(kernel) and not compiled_anew(kernel)
+        monkeypatch.setattr(compiled, "_versions", lambda: ["another compiler"])
+        compiled._compiler_stamp.cache_clear()
+        assert compiled_anew(kernel)
+    finally:
+        compiled._compiler_stamp.cache_clear()
+
+
+def test_what_cannot_be_described_is_refused():
+    table = {}
+
+    def reads():
+        return table
+
+    with pytest.raises(TypeError, match="contents cannot be told"):
+        code_stamp(reads)
+
+
+def test_a_function_may_be_called_by_python_and_by_compiled_code(two_files):
+    two_files()
+    module = sys.modules["small_kernel"]
+    assert (module.middle(21), module.times(21), module.middle(1.5)) == (42, 42, 3.0)
 
 
 def test_where_no_folder_can_be_written_to_nothing_is_kept(kernel, tmp_path, monkeypatch):

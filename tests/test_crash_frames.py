@@ -116,9 +116,9 @@ def test_a_crash_makes_one_index_of_as_many_groups_as_there_are_allowances(study
     asked = []
     made = batches.field_of
 
-    def counted(environment, groups):
+    def counted(environment, groups, **options):
         asked.append(groups)
-        return made(environment, groups)
+        return made(environment, groups, **options)
 
     monkeypatch.setattr(batches, "field_of", counted)
     found = episodes(study.body, study.motion, study.environment)

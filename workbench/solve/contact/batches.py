@@ -222,7 +222,8 @@ def touching(
     index = packed_faces(environment), packed_shells(environment), checked.astype(np.int64)
     fast = pays(placed) if grid is None else grid
     crowd = crowd_of(placed)
-    field = field_of(environment, (tuple(np.flatnonzero(checked).tolist()),)) if fast else None
+    parts = tuple(np.flatnonzero(checked).tolist())
+    field = field_of(environment, (parts,), lists=False) if fast else None
     found: dict[int, tuple[Ints, Floats]] = {}
 
     def work(begin: int, end: int) -> None:
@@ -236,9 +237,9 @@ def touching(
         )
 
     in_pieces(work, len(placed), PIECE)
-    parts = [found[begin] for begin in sorted(found)] or [
+    pieces = [found[begin] for begin in sorted(found)] or [
         (np.zeros((0, 4), dtype=np.int64), np.zeros((0, 5)))
     ]
-    return np.concatenate([rows for rows, _ in parts]), np.concatenate(
-        [numbers for _, numbers in parts]
+    return np.concatenate([rows for rows, _ in pieces]), np.concatenate(
+        [numbers for _, numbers in pieces]
     )

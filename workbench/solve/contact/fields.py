@@ -119,19 +119,31 @@ def _records(environment: Environment) -> tuple[Floats, Ints, Ints]:
 
 
 @lru_cache(maxsize=4)
-def field_of(environment: Environment, groups: Groups) -> Field:
-    """Grids and trees of groups of parts, made on all cores and kept for the next batch, large ones
-    also on disk."""
+def field_of(environment: Environment, groups: Groups, lists: bool = True) -> Field:
+    """Make grids and trees of groups of parts, on all cores.
+
+    They are kept for the next batch, large ones also on disk.
+
+    Parameters
+    ----------
+    environment : Environment
+    groups : tuple of tuples of int
+        Parts of each group.
+    lists : bool
+        With one group, also list the polygons near each cell. Only questions for distances read
+        these lists; they take as long to make as all else.
+    """
     shape = _shape(environment)
     record, begin, _ = _records(shape)
 
     def make() -> dict[str, NDArray[Any]]:
-        made = _made(shape, groups)._asdict()
+        made = _made(shape, groups, lists)._asdict()
         return {name: values for name, values in made.items() if name not in ("record", "begin")}
 
     if len(begin) < WORTH_KEEPING:
         return Field(record, begin, **make())
-    return Field(record, begin, **kept(content_key("contact index", shape, groups), make))
+    listed = lists and len(groups) == 1
+    return Field(record, begin, **kept(content_key("contact index", shape, groups, listed), make))
 
 
 @lru_cache(maxsize=16)
@@ -155,20 +167,20 @@ def _shape(environment: Environment) -> Environment:
     )
 
 
-def _made(environment: Environment, groups: Groups) -> Field:
+def _made(environment: Environment, groups: Groups, lists: bool) -> Field:
     faces = _faces(environment)
     shells = _shells(environment)
     record, begin, rank = _records(environment)
     none = np.zeros(0, dtype=np.int64)
-    lists = [
+    members = [
         np.concatenate([none, *(np.arange(*environment.part_start[[k, k + 1]]) for k in group)])
         for group in groups
     ]
     solids = [[k for k in group if environment.solid[k] and faces.root[k] >= 0] for group in groups]
-    lists += [np.arange(*environment.part_start[[k, k + 1]]) for group in solids for k in group]
-    polygons = np.concatenate([none, *lists])
+    members += [np.arange(*environment.part_start[[k, k + 1]]) for group in solids for k in group]
+    polygons = np.concatenate([none, *members])
     box, link, item, roots = split_tree(
-        np.concatenate(_boxes(environment), axis=1)[polygons], np.cumsum([0, *map(len, lists)])
+        np.concatenate(_boxes(environment), axis=1)[polygons], np.cumsum([0, *map(len, members)])
     )
     span = np.where(roots[:, None] >= 0, box[roots] if len(box) else np.zeros((len(roots), 6)), 0.0)
     boxes, child, many, bases = widened(box, link, rank[polygons][item], roots)
@@ -215,12 +227,12 @@ def _made(environment: Environment, groups: Groups) -> Field:
                 max(rows // 32, 64),
             )
     pack_cells(field, square, shells)
-    if len(groups) != 1 or root[0] < 0:
+    if not lists or len(groups) != 1 or root[0] < 0:
         return field
     return _listed(
         faces,
         field,
-        patches_of((box, link), rank[polygons][item][: len(lists[0])], (record, begin), reach),
+        patches_of((box, link), rank[polygons][item][: len(members[0])], (record, begin), reach),
     )
 
 
