@@ -22,7 +22,8 @@ from workbench.model.accommodation import (
     Shown,
 )
 from workbench.model.poses import Poses
-from workbench.model.study import Aims, Criterion, Person
+from workbench.model.criterion import Criterion
+from workbench.model.posture_study import Aims, Person
 from workbench.people.draw import draw_people
 from workbench.people.share import share_of
 from workbench.study.placement import place_person

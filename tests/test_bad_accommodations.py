@@ -15,7 +15,7 @@ from workbench.cli import main
 from workbench.errors import MissingPartError
 from workbench.files.accommodation.studies import load_accommodation
 from workbench.model.accommodation import Requirement
-from workbench.model.study import Criterion
+from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless
 from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.accommodation.requirements import Asked

@@ -14,7 +14,8 @@ from tests.conftest import ROOT
 from tests.seat_oracle import eye_points
 from workbench.draw.sources import source_of
 from workbench.files.studies import load_study
-from workbench.model.study import Criterion, Person
+from workbench.model.criterion import Criterion
+from workbench.model.posture_study import Person
 from workbench.shape.scaling.scale import scale
 from workbench.solve.reaching.limbs import limb
 from workbench.study.placement import adjusted_environment, place_person

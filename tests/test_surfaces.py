@@ -34,7 +34,8 @@ from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import read_mesh, to_world
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
-from workbench.model.study import Criterion, Person, Study
+from workbench.model.criterion import Criterion
+from workbench.model.posture_study import Person, PostureStudy
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.crash.crash import crash_study
 
@@ -185,7 +186,7 @@ def standing(bubbleman, postures, environment, *, at=(0.0, 0.0, 0.0)):
         "clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0
     )
     person = Person("man", bubbleman, pose, ("standing",), stand=at)
-    return Study(
+    return PostureStudy(
         "inside", "clearance", "inside", "", environment, (person,), ("standing",), (clear,), {}
     )
 

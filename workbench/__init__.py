@@ -21,13 +21,12 @@ if TYPE_CHECKING:
     from workbench.errors import MissingPartError as MissingPartError
     from workbench.errors import UsageError as UsageError
     from workbench.errors import WorkbenchError as WorkbenchError
-    from workbench.files.accommodation.studies import load_accommodation as load_accommodation
     from workbench.files.ansur import read_ansur as read_ansur
     from workbench.files.body.bodies import load_body as load_body
     from workbench.files.environments import environment_from_mesh as environment_from_mesh
     from workbench.files.environments import load_environment as load_environment
     from workbench.files.populations import load_population_model as load_population_model
-    from workbench.files.studies import load_study as load_study
+    from workbench.files.study.reader import load_study as load_study
     from workbench.model.body import Body as Body
     from workbench.model.comparison import Comparison as Comparison
     from workbench.model.contacts import Clearance as Clearance
@@ -93,11 +92,10 @@ _HOME: dict[str, str] = {
     "MissingPartError": "errors",
     "UsageError": "errors",
     "WorkbenchError": "errors",
-    "load_accommodation": "files.accommodation.studies",
     "load_body": "files.body.bodies",
     "environment_from_mesh": "files.environments",
     "load_environment": "files.environments",
-    "load_study": "files.studies",
+    "load_study": "files.study.reader",
     "Body": "model.body",
     "Clearance": "model.contacts",
     "Contacts": "model.contacts",
@@ -197,7 +195,6 @@ __all__ = [
     "fit_segments",
     "join_poses",
     "limb",
-    "load_accommodation",
     "load_body",
     "load_environment",
     "load_population_model",

@@ -30,12 +30,14 @@ from workbench.errors import InputError, one_of
 from workbench.files.yaml_text import Document
 
 __all__ = [
+    "LENGTH_SCHEMA",
     "Degrees",
     "FileModel",
     "Length",
     "LengthUnit",
     "Vector",
     "fail",
+    "length_in_metres",
     "metres_in",
     "to_metres",
     "validate",
@@ -62,7 +64,8 @@ def to_metres(text: str) -> float:
     return float(match[1]) * metres_in[match[2]]
 
 
-def _length(value: Any, info: ValidationInfo) -> Any:
+def length_in_metres(value: Any, info: ValidationInfo) -> Any:
+    """Metres from a number in the file's unit, or from a text with its unit; ValueError else."""
     if isinstance(value, str):
         return to_metres(value)
     if isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -77,7 +80,7 @@ def _plausible(value: float) -> float:
     return value
 
 
-_LENGTH_SCHEMA = {
+LENGTH_SCHEMA = {
     "anyOf": [
         {"type": "number"},
         {"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*(mm|cm|m|in|ft)\s*$"},
@@ -85,7 +88,10 @@ _LENGTH_SCHEMA = {
     "description": "a number in the file's unit of length, or a string with its unit",
 }
 Length = Annotated[
-    float, BeforeValidator(_length), AfterValidator(_plausible), WithJsonSchema(_LENGTH_SCHEMA)
+    float,
+    BeforeValidator(length_in_metres),
+    AfterValidator(_plausible),
+    WithJsonSchema(LENGTH_SCHEMA),
 ]
 Degrees = Annotated[float, Field(ge=-720, le=720), AfterValidator(math.radians)]
 Vector = Annotated[tuple[Length, Length, Length], Field(strict=False)]

@@ -116,7 +116,6 @@ class AccommodationResultFile(_Row):
 
     format: str = "bubbleman-workbench accommodation 1"
     study: str
-    kind: str
     title: str
     environment: str
     seat: str

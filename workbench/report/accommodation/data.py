@@ -54,7 +54,6 @@ def accommodation_file(result: Accommodation) -> AccommodationResultFile:
     study = result.study
     return AccommodationResultFile(
         study=study.name,
-        kind=study.kind,
         title=study.title,
         environment=study.environment.name,
         seat=study.seat,

@@ -169,9 +169,9 @@ def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
                 f"{whose} {plain(limb or who)} is {lack} nearer to the {plain(part)} than it may be"
             )
         return f"{whose} {limb or 'body'} is {lack} nearer to the {plain(requirement.target)} than it may be{why}"
-    if requirement.check == "vision" and reason.startswith("eyes too "):
+    if requirement.check in ("eye_height", "view_over") and reason.startswith("eyes too "):
         return f"{whose} eyes are {lack} {reason.removeprefix('eyes ')} for {name}"
-    if requirement.check == "seat" and ", " in reason:
+    if requirement.check == "pedals" and ", " in reason:
         foot, limit = reason.split(", ", 1)
         return f"{whose} {foot} stays {lack} short of its pedal, limited by {reason_words(limit, foot)}"
     return f"{name} is missed by {lack}{why}"

@@ -40,7 +40,6 @@ def crash_result_file(result: CrashResult) -> CrashResultFile:
     start, end = result.episodes.span
     return CrashResultFile(
         study=study.name,
-        kind=study.kind,
         title=study.title,
         passed=result.passed,
         headline=crash_headline(result),

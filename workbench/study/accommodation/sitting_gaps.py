@@ -7,8 +7,8 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.study import Criterion
 from workbench.solve.contact.people_gaps import Gap, PeopleGaps
 from workbench.solve.people_placed import PeoplePlaced
 
