@@ -21,8 +21,8 @@ from workbench.model.accommodation import (
     Requirement,
     Shown,
 )
-from workbench.model.poses import Poses
 from workbench.model.criterion import Criterion
+from workbench.model.poses import Poses
 from workbench.model.posture_study import Aims, Person
 from workbench.people.draw import draw_people
 from workbench.people.share import share_of
@@ -40,7 +40,7 @@ __all__ = [
 ACCOMMODATIONS = [
     path.stem
     for path in tracked("studies/*.yaml")
-    if "\nkind: accommodation" in path.read_text(encoding="utf-8")
+    if "population: {" in path.read_text(encoding="utf-8")
 ]
 """Names of the shipped accommodation studies."""
 

@@ -13,12 +13,13 @@ from tests.conftest import ROOT, SHARED
 from tests.toy_cockpit import ENVIRONMENT, STUDY, write_toy
 from workbench.cli import main
 from workbench.errors import MissingPartError
-from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.study.reader import load_study
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless
 from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.accommodation.requirements import Asked
+from workbench.study.pipelines import population_study
 from workbench.study.reaches import buried_controls
 
 CRITERIA = STUDY[STUDY.index("criteria:") :]
@@ -110,7 +111,7 @@ def test_two_controls_of_one_name_are_refused_with_their_line(tmp_path):
         + "  knob: {at: [1, 2, 3], grip: push, zone: 1, part: panel}\n"
     )
     with pytest.raises(wb.InputError, match=r"environment.yaml:\d+"):
-        load_accommodation(path)
+        population_study(load_study(path))
 
 
 def test_a_control_inside_a_solid_is_told(tmp_path):
@@ -119,7 +120,7 @@ def test_a_control_inside_a_solid_is_told(tmp_path):
     place.write_text(ENVIRONMENT.replace("[KNOB, -180, 850]", "[200, 0, 250]"))
     assert (
         "control 'knob' is inside the solid part 'pan'"
-        in buried_controls(load_accommodation(path).environment)[0]
+        in buried_controls(population_study(load_study(path)).environment)[0]
     )
 
 
@@ -147,7 +148,7 @@ def test_a_man_of_17_metres_is_named_by_row_and_column(tmp_path):
     with pytest.raises(
         wb.InputError, match=r"rows.csv:3: stature: 17550 mm is absurd for a person; 630 to 2800 mm"
     ):
-        load_accommodation(rows_file(tmp_path, tall))
+        population_study(load_study(rows_file(tmp_path, tall)))
 
 
 def test_a_missing_measure_is_named_by_row_and_column(tmp_path):
@@ -157,7 +158,7 @@ def test_a_missing_measure_is_named_by_row_and_column(tmp_path):
     with pytest.raises(
         wb.InputError, match=r"rows.csv:2: thumbtipreach: a number is needed \(got ''\)"
     ):
-        load_accommodation(rows_file(tmp_path, empty))
+        population_study(load_study(rows_file(tmp_path, empty)))
 
 
 def test_a_missing_column_that_a_workplace_needs_is_named(tmp_path):
@@ -167,11 +168,11 @@ def test_a_missing_column_that_a_workplace_needs_is_named(tmp_path):
             del row[column]
 
     with pytest.raises(wb.InputError, match=r"missing: buttock_knee_length"):
-        load_accommodation(rows_file(tmp_path, without))
+        population_study(load_study(rows_file(tmp_path, without)))
 
 
 def test_whole_rows_are_read(tmp_path):
-    people = load_accommodation(rows_file(tmp_path)).people
+    people = population_study(load_study(rows_file(tmp_path))).people
     assert len(people) == 3 and people.labels == ("p0", "p1", "p2")
 
 
@@ -195,7 +196,9 @@ def test_what_nobody_meets_and_what_contradicts_is_told():
 
 
 def test_a_seat_that_does_not_move_is_a_seat(tmp_path):
-    assert load_accommodation(write_toy(tmp_path)).environment.seat("pilot").travel_forward == (
+    assert population_study(load_study(write_toy(tmp_path))).environment.seat(
+        "pilot"
+    ).travel_forward == (
         0.0,
         0.0,
     )
@@ -221,5 +224,5 @@ def test_the_public_files_are_a_population(tmp_path):
     paths = sorted((SHARED / "anthropometry" / "ansur2").glob("*.csv"))
     names = ", ".join(str(path) for path in paths)
     path = write_toy(tmp_path, swap={"people: 10, seed: 3": f"files: [{names}], people: 100"})
-    people = load_accommodation(path).people
+    people = population_study(load_study(path)).people
     assert len(people) == 100 and 0.2 < np.mean(people.sex == 1) < 0.5

@@ -18,7 +18,7 @@ from workbench.files.kinds import check_file, json_schemas
 from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.data import result_file
 from workbench.report.folder import write_report
-from workbench.study.run import load, run
+from workbench.study.run import run
 
 YAML = tracked(
     "bodies/*.yaml",
@@ -199,7 +199,7 @@ def test_every_study_runs_to_the_same_bytes_twice(name, tmp_path):
     first = tmp_path / "first"
     second = tmp_path / "second"
     for folder in (first, second):
-        write_report(run(load(study)), folder)
+        write_report(run(wb.load_study(study)), folder)
     assert sorted(p.name for p in first.iterdir()) == sorted(p.name for p in second.iterdir())
     assert all((second / p.name).read_bytes() == p.read_bytes() for p in first.iterdir())
 

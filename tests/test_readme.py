@@ -80,9 +80,10 @@ def test_the_quoted_sentence_is_what_the_study_says():
 def test_the_formats_document_shows_files_that_load(tmp_path):
     document = (ROOT / "docs" / "file-formats.md").read_text()
     from workbench.files.accommodation.schema import AccommodationFile
+    from workbench.files.study_schema import StudyFile
+
     from workbench.files.postures import PosturesFile
     from workbench.files.schema import validate
-    from workbench.files.study_schema import StudyFile
     from workbench.files.yaml_text import parse_yaml
 
     blocks = re.findall(r"```yaml\n(.*?)```", document, re.S)

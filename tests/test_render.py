@@ -28,7 +28,7 @@ SMALL = "64x48"
 CASES = [
     name
     for name in names("studies")
-    if "\nkind: accommodation" not in find("studies", name).read_text()
+    if "population: {" not in find("studies", name).read_text()
 ]
 SOURCES = [*names("bodies"), *names("environments", "environment.yaml"), *CASES]
 LIVE = [

@@ -9,8 +9,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ONE_ARM, box_part, environment_of
-from workbench.model.environment import Allowance, Rest, Seat
 from workbench.model.criterion import Criterion
+from workbench.model.environment import Allowance, Rest, Seat
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
 from workbench.study.placement import adjusted_environment, place_person
@@ -68,7 +68,9 @@ def study(one_arm, *criteria, environment=None, stand=(0.0, 0.0, 0.0), other=Non
         if other is None
         else (one, Person("twin", one_arm, wb.pose(one_arm, {}), ("hanging",), stand=other))
     )
-    return PostureStudy("test", "clearance", "test", "", cab, people, ("hanging",), tuple(criteria), {})
+    return PostureStudy(
+        "test", "clearance", "test", "", cab, people, ("hanging",), tuple(criteria), {}
+    )
 
 
 def criterion(
@@ -162,7 +164,9 @@ def test_a_seat_adjusted_moves_its_sitter_and_its_parts(bubbleman):
     person = Person("p", bubbleman, wb.pose(bubbleman, {}, reference="LT"), ("x",), seat="left")
     still = place_person(person, cab).centres
     ahead = replace(person, forward=0.05, up=0.02)
-    moved = adjusted_environment(PostureStudy("s", "clearance", "", "", cab, (ahead,), ("c",), (), {}))
+    moved = adjusted_environment(
+        PostureStudy("s", "clearance", "", "", cab, (ahead,), ("c",), (), {})
+    )
     assert place_person(ahead, moved).centres - still == pytest.approx(
         np.broadcast_to([0.05, 0, 0.02], still.shape)
     )

@@ -24,8 +24,6 @@ from tests.test_real_inputs import BALL, FILES
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.errors import InputError
-from workbench.files.accommodation.studies import load_accommodation
-from workbench.files.crash.studies import load_crash
 from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.assembly import built
@@ -34,10 +32,12 @@ from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import read_mesh, to_world
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
+from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.crash.crash import crash_study
+from workbench.study.pipelines import motion_study, population_study
 
 LOW = [-1.5, -1.5, -0.5]
 HIGH = [1.5, 1.5, 2.5]
@@ -399,7 +399,7 @@ def test_an_open_part_around_a_man_is_reported_by_check_run_and_the_page(tmp_pat
     )
     study = tmp_path / "inside.yaml"
     study.write_text(
-        "study: inside\nkind: clearance\nlength: mm\nenvironment: environment.yaml\n"
+        "study: inside\nlength: mm\nenvironment: environment.yaml\n"
         "people:\n  man: {body: bubbleman, stand: {on: [0, 0, 0]}}\n"
         "cases:\n  - {name: still, people: {man: {posture: standing}}}\n"
         "criteria:\n  - {name: clear, check: clearance, at_least: 0}\n"
@@ -425,7 +425,7 @@ def test_an_accommodation_study_reports_an_open_part_around_the_people(tmp_path)
     (place / "environment.yaml").write_text(
         text.replace("toy.obj, length: mm, up: z, forward: x}]", more)
     )
-    said = accommodation_study(load_accommodation(path)).warnings
+    said = accommodation_study(population_study(load_study(path))).warnings
     assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 
@@ -440,7 +440,7 @@ def test_a_crash_study_reports_an_open_part_around_the_person(tmp_path):
     )
     path = tmp_path / "drop.yaml"
     path.write_text(CRASH.replace("environment: pit", "environment: environment.yaml"))
-    said = crash_study(load_crash(path)).warnings
+    said = crash_study(motion_study(load_study(path))).warnings
     assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 
