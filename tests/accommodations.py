@@ -59,7 +59,7 @@ def smaller_study(name, folder, *, people, detail="coarse"):
     text, counts = re.subn(
         r"people: \d+", f"people: {people}", (ROOT / "studies" / f"{name}.yaml").read_text()
     )
-    text, details = re.subn(r"^detail: \w+", f"detail: {detail}", text, flags=re.MULTILINE)
+    text, details = re.subn(r"body: \w+,", rf"\g<0> detail: {detail},", text)
     assert (counts, details) == (1, 1)
     path = folder / f"{name}.yaml"
     path.write_text(text)
@@ -272,10 +272,10 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
         requirements.append(Requirement(name, "room to move", "clearance", target))
         columns.append(margin)
     requirements.append(
-        Requirement("eyes at the design eye point", "view", "vision", "left_design_eye")
+        Requirement("eyes at the design eye point", "view", "eye_height", "left_design_eye")
     )
     columns.append(0.09 - np.abs(people.column("eye_height_sitting") - 0.77))
-    requirements.append(Requirement("pedals within the seat's travel", "seat", "seat", "left"))
+    requirements.append(Requirement("pedals within the seat's travel", "seat", "pedals", "left"))
     columns.append(0.09 - np.abs(people.column("popliteal_height") - 0.42))
     gains = (
         Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),

@@ -25,15 +25,17 @@ from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seating_study
 from workbench.study.pipelines import population_study
 
-FULL = STUDY.replace(
-    "length: mm", "title: a toy\ndescription: of boxes\nlength: mm"
-).replace(
-    "criteria:",
-    """shares: {mixes: {half: 50}}
+FULL = (
+    STUDY.replace("length: mm", "title: a toy\ndescription: of boxes\nlength: mm")
+    .replace(
+        "criteria:",
+        """shares: {mixes: {half: 50}}
 reach_maps: [{people: pilot, part: panel, hand: right, grip: push, zone: 1, points: 30}]
 changes: [{name: knob aft, control: knob, move: [-10, 0, 0]}]
 criteria:""",
-).replace("detail: coarse", "detail: coarse, clothes: [helmet, shoes]")
+    )
+    .replace("detail: coarse", "detail: coarse, clothes: [helmet, shoes]")
+)
 """The toy study with something in every list that a study file may have."""
 
 

@@ -203,9 +203,7 @@ def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):
 def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fails(drop):
     for path in tracked("studies/rules/*.yaml"):
         assert main(["check", str(path)]) == 0
-    drop.write_text(
-        STUDY.replace("check: stops", "check: injury, rules: fmvss_208")
-    )
+    drop.write_text(STUDY.replace("check: stops", "check: injury, rules: fmvss_208"))
     verdict = crash_study(motion_study(load_study(drop))).verdicts[2]
     assert not verdict.passed
     assert "samples 35 ms apart cannot tell a figure over 15 ms" in verdict.told

@@ -29,7 +29,7 @@ parts:
   soft: {allow: [{segments: all, depth: 15}]}
   step: {allow: [{segments: all, depth: 15}]}
 """
-FORCES = """forces:
+FORCES = """contact_forces:
   - {parts: ["*"], stiffness: 20}
   - {parts: [step], segments: [LF], stiffness: 5, returned: 0.5}
 criteria:

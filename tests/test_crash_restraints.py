@@ -162,7 +162,9 @@ def test_a_belt_goes_along_with_the_body(fall):
 
 def test_a_belts_tension_is_that_of_its_way_and_its_law(fall):
     result = crash_study(
-        motion_study(load_study(fall("contact_forces: [{parts: ['*'], stiffness: 100}]\n", restraints=BELTS)))
+        motion_study(
+            load_study(fall("contact_forces: [{parts: ['*'], stiffness: 100}]\n", restraints=BELTS))
+        )
     )
     assert {f.part for f in result.forces} == {
         "strap",

@@ -199,11 +199,9 @@ def drivers(written):
     """Forty drivers in shoes, postures drawn, the track long enough for all: hip points aft of the
     ball of foot and eyes [mm], statures [cm]."""
     text = CREW.replace("people: 6", "people: 40").replace("          eyes: low_eye\n", "")
-    study = 
-        population_study(load_study(
-            written(text.replace("detail: coarse", "detail: coarse\n    clothes: [shoes]"))
-        ))
-    
+    text = text.replace("detail: coarse", "detail: coarse\n    clothes: [shoes]")
+    study = population_study(load_study(written(text)))
+
     seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in study.environment.seats)
     study = replace(study, environment=replace(study.environment, seats=seats))
     crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)

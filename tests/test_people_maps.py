@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from tests.accommodations import smaller_study
+from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
 from workbench.solve.reaching.reach_people import reach_people
 from workbench.study.accommodation.chunks import seated_chunk
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.people_maps import people_maps
-from workbench.files.study.reader import load_study
 from workbench.study.pipelines import population_study
 
 
@@ -23,9 +23,7 @@ def two(tmp_path_factory):
     """Two people of the trainer's study, the second counting three times, and a map of few points
     by either hand."""
     folder = tmp_path_factory.mktemp("study")
-    study = population_study(
-        load_study(smaller_study("trainer_accommodation", folder, people=30))
-    )
+    study = population_study(load_study(smaller_study("trainer_accommodation", folder, people=30)))
     people = study.people.rows(np.array([0, len(study.people) - 1]))
     task = MapTask("instrument_panel", "push", 2, "either", 14)
     study = replace(study, people=replace(people, weight=np.array([1.0, 3.0])), maps=(task,))

@@ -40,7 +40,7 @@ def just_cleared(criterion, margin):
     """The criterion with its limits where the worse of the two people just meets it: margins (2,)
     [m]."""
     least = float(np.min(margin)) - 1e-5
-    if criterion.check == "vision":
+    if criterion.check == "eye_height":
         return replace(criterion, below=criterion.below - least, above=criterion.above - least)
     return replace(criterion, at_least=criterion.at_least + least)
 

@@ -54,9 +54,7 @@ def folder(tmp_path_factory):
 
 def test_its_bench_is_too_high_for_a_car_drivers_posture_and_that_is_said(folder):
     (folder / "car.yaml").write_text(
-        STUDY.replace(
-            "predicted: {", "driver: {wheel: wheel_centre, h_point: hips, seed: 1, "
-        )
+        STUDY.replace("predicted: {", "driver: {wheel: wheel_centre, h_point: hips, seed: 1, ")
     )
     with pytest.raises(wb.InputError, match=r"100 to 500 mm above the heel \(H30\), got 552 mm"):
         accommodation_study(population_study(load_study(folder / "car.yaml")))

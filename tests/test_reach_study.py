@@ -166,7 +166,11 @@ def one(environment, name):
         ("left: left_stick", "left: left_seat_left_pedal", "is for feet"),
         ("left: left_seat_left_pedal", "left: throttle", "is for hands"),
         ("eyes: left_design_eye", "eyes: left_eye", "no point 'left_eye'"),
-        ("predicted:", "posture: driving\n        predicted:", "'posture' and 'predicted' are given"),
+        (
+            "predicted:",
+            "posture: driving\n        predicted:",
+            "'posture' and 'predicted' are given",
+        ),
         ("seat: left}", "stand: {on: [0, 0, 0]}}", "only the posture of somebody in a seat"),
         (
             "controls: [left_stick, throttle, grab_handle]",

@@ -156,7 +156,7 @@ def test_a_person_of_a_study_wears_what_it_says(tmp_path):
             "[helmt]",
             "people.pilot.clothes: no bodies/encumbrance entry named 'helmt'; did you mean 'helmet'?",
         ),
-        ("[helmet, helmet]", "'helmet' cannot be worn twice"),
+        ("[helmet, helmet]", "clothes[1]: 'helmet' is worn already; name it once"),
         ("helmet", "a list is needed"),
     ],
 )
