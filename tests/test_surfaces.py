@@ -36,6 +36,7 @@ from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.clearance import clearance_study
 from workbench.study.crash.crash import crash_study
 from workbench.study.pipelines import motion_study, population_study
 
@@ -186,15 +187,15 @@ def standing(bubbleman, postures, environment, *, at=(0.0, 0.0, 0.0)):
         "clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0
     )
     person = Person("man", bubbleman, pose, ("standing",), stand=at)
-    return PostureStudy(
-        "inside", "clearance", "inside", "", environment, (person,), ("standing",), (clear,), {}
-    )
+    return PostureStudy("inside", "inside", "", environment, (person,), ("standing",), (clear,), {})
 
 
 def test_a_man_inside_a_block_fails_as_deep_with_two_triangles_turned_round(bubbleman, postures):
     good = box_part("block", LOW, HIGH)
     bad = turned(good, [3, 8])
-    results = [wb.run(standing(bubbleman, postures, environment_of(part))) for part in (good, bad)]
+    results = [
+        clearance_study(standing(bubbleman, postures, environment_of(part))) for part in (good, bad)
+    ]
     assert [result.passed for result in results] == [False, False]
     depths = [result.people[0].clearance.distance.min() for result in results]
     assert depths[1] == pytest.approx(depths[0], abs=1e-12)
@@ -350,7 +351,7 @@ def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures,
     block = without(box_part("block", LOW, HIGH), [2 * face, 2 * face + 1])
     (said,) = [
         line
-        for line in wb.run(standing(bubbleman, postures, environment_of(block))).warnings
+        for line in clearance_study(standing(bubbleman, postures, environment_of(block))).warnings
         if "enclosed" in line
     ]
     assert said.startswith("man, standing: the body is enclosed by the open part 'block'")
@@ -365,13 +366,13 @@ def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures,
     ids=["wound unevenly and open", "with an inner wall"],
 )
 def test_a_man_in_a_block_of_undetermined_winding_is_reported(bubbleman, postures, parts):
-    warnings = wb.run(standing(bubbleman, postures, environment_of(*parts))).warnings
+    warnings = clearance_study(standing(bubbleman, postures, environment_of(*parts))).warnings
     assert any("enclosed by the open part 'block'" in line for line in warnings)
 
 
 def test_nobody_is_reported_in_a_cabin_that_is_declared_not_to_be_solid(bubbleman, postures):
     for cabin in (box_part("cabin", LOW, HIGH), without(box_part("cabin", LOW, HIGH), [4])):
-        result = wb.run(standing(bubbleman, postures, environment_of(cabin, solid=False)))
+        result = clearance_study(standing(bubbleman, postures, environment_of(cabin, solid=False)))
         assert not [
             line for line in result.warnings if "enclosed" in line or "inside" in line.split(":")[0]
         ]
@@ -382,11 +383,13 @@ def test_nobody_is_reported_beside_an_open_block_in_a_bowl_or_between_double_wal
     bubbleman, postures
 ):
     block = without(box_part("block", LOW, HIGH), [0, 1])
-    beside = wb.run(standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0)))
+    beside = clearance_study(
+        standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0))
+    )
     low_bowl = without(box_part("bowl", [-1, -1, -0.2], [1, 1, 0.2]), [10, 11])
-    bowl = wb.run(standing(bubbleman, postures, environment_of(low_bowl)))
+    bowl = clearance_study(standing(bubbleman, postures, environment_of(low_bowl)))
     walls = together("walls", box([-1.6, -1.6, -0.6], [1.6, 1.6, 2.6]), box(LOW, HIGH, inward=True))
-    room = wb.run(standing(bubbleman, postures, environment_of(without(walls, [0]))))
+    room = clearance_study(standing(bubbleman, postures, environment_of(without(walls, [0]))))
     for result in (beside, bowl, room):
         assert not [line for line in result.warnings if "enclosed" in line]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare
+from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare, ShareVerdict
 from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
 from workbench.people.share import TENTHS_FROM, percent, percent_number
@@ -22,6 +22,7 @@ __all__ = [
     "plain",
     "reason_words",
     "requirement_sentence",
+    "share_verdict_sentence",
 ]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
@@ -103,6 +104,17 @@ def gain_sentence(gain: Gain, count: int) -> str:
         )
         return f"{_capital(plain(gain.words))} {own} {joint if all_one != all_two else 'and ' + joint}."
     return f"{_capital(plain(gain.words))} {own} and {joint}."
+
+
+def share_verdict_sentence(verdict: ShareVerdict) -> str:
+    """A share that is asked for in words: "81 % of the people meet it (75 to 86 %), 80 % are asked
+    for."."""
+    group = verdict.share
+    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
+    wanted = f"{100 * verdict.criterion.at_least:g} %"
+    what = "these criteria" if verdict.criterion.of else "all criteria"
+    share = percent(group.share, group.count)
+    return f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
 
 
 def no_gain_words(result: Accommodation) -> list[str]:
