@@ -168,7 +168,7 @@ def test_any_field_of_any_noun_changes_the_key(study, tmp_path):
     assert {
         "Coupling.limit[1]",
         "Coupling.driver_angle[0]",
-        "AccommodationStudy.inputs[body]",
+        "AccommodationStudy.inputs[body of pilot]",
     } <= tried
 
 
