@@ -80,7 +80,6 @@ def study_of(people, criteria, *, name="made_up", maps=(), mixes=None, confidenc
     body = wb.load_body("bubbleman")
     return AccommodationStudy(
         name,
-        "accommodation",
         "Who fits the trainer",
         "Made up for a test.",
         trainer(),

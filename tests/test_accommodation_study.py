@@ -429,6 +429,6 @@ def test_where_everybody_left_out_lacks_two_things_nothing_is_proposed(tmp_path)
 
 
 def test_published_schemas_are_those_of_the_code():
-    for kind in ("accommodation", "accommodation_result"):
-        published = json.loads((ROOT / "docs" / "schemas" / f"{kind}.schema.json").read_text())
-        assert published == json_schemas()[kind]
+    kind = "accommodation_result"
+    published = json.loads((ROOT / "docs" / "schemas" / f"{kind}.schema.json").read_text())
+    assert published == json_schemas()[kind]

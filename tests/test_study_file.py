@@ -121,11 +121,6 @@ def test_faults_of_form_and_of_names_come_together_in_the_order_of_the_lines(tmp
             "bert: {predicted: {like: bent}}",
             "bert.predicted: only the posture of somebody in a seat is predicted",
         ),
-        (
-            "anna: {posture: bent, angles: {SHOULDER: {flexion: 80}}}",
-            "anna: {predicted: {like: bent}}",
-            "the seat is free",
-        ),
         ("position: {forward: 10, up: 0}", "position: free", "hands and feet would not follow"),
         ("position: {forward: 10, up: 0}", "position: loose", "input should be 'free' or 'refer"),
         ("position: {forward: 10, up: 0}", "position: 10", "a mapping of keys is needed (got 10)"),

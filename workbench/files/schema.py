@@ -39,6 +39,7 @@ __all__ = [
     "fail",
     "length_in_metres",
     "metres_in",
+    "plausible",
     "to_metres",
     "validate",
 ]
@@ -74,7 +75,8 @@ def length_in_metres(value: Any, info: ValidationInfo) -> Any:
     raise ValueError("a number or a length such as '450 mm' is needed")
 
 
-def _plausible(value: float) -> float:
+def plausible(value: float) -> float:
+    """A length that may stand in a file; ValueError for one that is farther than any is."""
     if abs(value) > _LONGEST:
         raise ValueError(f"{value:g} m is farther than {_LONGEST:g} m: a wrong unit?")
     return value
@@ -90,7 +92,7 @@ LENGTH_SCHEMA = {
 Length = Annotated[
     float,
     BeforeValidator(length_in_metres),
-    AfterValidator(_plausible),
+    AfterValidator(plausible),
     WithJsonSchema(LENGTH_SCHEMA),
 ]
 Degrees = Annotated[float, Field(ge=-720, le=720), AfterValidator(math.radians)]

@@ -25,6 +25,7 @@ from workbench.files.schema import (
     LengthUnit,
     Vector,
     length_in_metres,
+    plausible,
 )
 from workbench.model.accommodation import MAP_POINTS
 
@@ -73,7 +74,7 @@ def _at_least(value: Any, info: ValidationInfo) -> Any:
     """The least value of a check: an angle of stops, percent of a share, else a length."""
     check = info.data.get("check")
     if check not in ("stops", "share"):
-        return length_in_metres(value, info)
+        return plausible(length_in_metres(value, info))
     low, high, unit = (-180, 180, "degrees") if check == "stops" else (0, 100, "percent")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"a number of {unit} is needed")

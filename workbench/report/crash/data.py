@@ -41,7 +41,7 @@ def crash_result_file(result: CrashResult) -> CrashResultFile:
     return CrashResultFile(
         study=study.name,
         title=study.title,
-        passed=result.passed,
+        passed=result.passed and (result.other is None or result.other.passed),
         headline=crash_headline(result),
         environment=study.environment.name,
         person=study.person,
