@@ -105,6 +105,7 @@ def test_who_stops_listening_ends_the_processes():
 def test_processes_end_when_their_parent_is_killed(tmp_path):
     code = f"""
 import os, time, pathlib
+from workbench.study.accommodation import forks
 forks.cores = lambda: 2
 def work(number):
     pathlib.Path({str(tmp_path)!r}, str(os.getpid())).touch()
