@@ -9,6 +9,7 @@ import json
 import numpy as np
 import pytest
 
+import workbench as wb
 from tests.crash_pit import SIMULATION, pit
 from tests.test_crash import BODY, standing
 from workbench.cli import main
@@ -275,3 +276,42 @@ def test_what_is_wrong_with_restraints_is_told(fall, more, told, capsys, tmp_pat
 def test_a_film_is_for_motions(capsys):
     assert main(["run", "trainer_clearance", "--film"]) == 2
     assert "--film is for studies of a motion" in capsys.readouterr().err
+
+
+def test_a_motion_is_simulated_when_the_study_runs(fall, tmp_path):
+    """Without weight or belts the man stays where he is while the vehicle is stopped: he goes on at
+    the speed that the pulse takes from it."""
+    pytest.importorskip("mujoco")
+    path = fall()
+    text = path.read_text()
+    start = text.index("        motion:")
+    end = text.index("signals:")
+    action = "        simulated: {start: standing, simulation: pit_crash}\n"
+    path.write_text(text[:start] + action + text[end:])
+    study = motion_study(load_study(path))
+    placed = place(BODY, study.motion).world_from_segment[:, BODY.segment("LT"), :, 3]
+    assert placed[0] == pytest.approx([0, 0, 3.0], abs=1e-3)
+    assert study.pulse.peak == pytest.approx(20 * 9.80665)
+    assert placed[-1, 0] > 0.3 and study.motion_name == "the one"
+
+
+@pytest.mark.parametrize(
+    ("action", "told"),
+    [
+        ("{start: stand, simulation: pit_crash}", "no posture 'stand'; did you mean 'standing'?"),
+        ("{start: standing, simulation: pit}", "no studies/simulations entry named 'pit'"),
+        ("{start: standing, simulation: trainer_lap}", "it is in environment 'trainer', this"),
+        ("{simulation: pit_crash}", "simulated: key 'start' is missing"),
+    ],
+)
+def test_what_is_wrong_with_a_simulated_motion_is_told(fall, action, told):
+    path = fall()
+    text = path.read_text()
+    path.write_text(
+        text[: text.index("        motion:")]
+        + f"        simulated: {action}\n"
+        + text[text.index("signals:") :]
+    )
+    with pytest.raises(wb.InputError) as caught:
+        load_study(path)
+    assert told in str(caught.value)

@@ -151,7 +151,11 @@ def _name_faults(work: Work, entry: tuple[int, CriterionFile], known: Known) -> 
         every = list(names)
         for place, name in enumerate(getattr(file, field) or ()):
             exact = field in ("people", "cases", "of")
-            if name in every or (not exact and any(matches(name, each) for each in every)):
+            if (
+                not every
+                or name in every
+                or (not exact and any(matches(name, each) for each in every))
+            ):
                 continue
             what = f"nothing is called {name!r}"
             if field == "parts" and name in known.hidden:
@@ -172,7 +176,7 @@ def _actions(work: Work) -> Iterator[tuple[Pair, RoleFile, ActionFile]]:
 def _pairs(work: Work, entry: tuple[int, CriterionFile]) -> list[Pair]:
     """The roles and cases that a criterion is asked of; reports those that it does not fit."""
     row, file = entry
-    if not work.parts.whole:
+    if not work.parts.people_whole or row not in work.parts.criteria_whole:
         return []
     if file.check == "share":
         if not any(role and role.population for role in work.parts.roles.values()):

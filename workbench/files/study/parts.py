@@ -48,11 +48,15 @@ class CaseParts:
 class StudyParts:
     """The parts of a study file that can be read.
 
-    Of lists there are pairs of a row number and what stands there. whole: whether nothing of the
-    file is wrong in form; what the file lacks as a whole can be said only then.
+    Of lists there are pairs of a row number and what stands there. file: the whole file, None where
+    anything in it is wrong in form. people_whole: whether roles and cases are right in form;
+    criteria_whole: the rows of the criteria that are. What roles, cases or criteria lack can be
+    said only of those.
     """
 
     file: StudyFile | None
+    people_whole: bool = True
+    criteria_whole: frozenset[int] = frozenset()
     environment: str | None = None
     roles: dict[str, RoleFile | None] = field(default_factory=dict)
     postures: dict[str, StudyPostureFile | None] = field(default_factory=dict)
@@ -66,11 +70,6 @@ class StudyParts:
     compare: list[str] | None = None
     signals: SignalsFile | None = None
     forces: list[tuple[int, ContactFile]] = field(default_factory=list)
-
-    @property
-    def whole(self) -> bool:
-        """Whether nothing of the file is wrong in form."""
-        return self.file is not None
 
 
 def read_parts(document: Document) -> tuple[StudyParts, list[str]]:
@@ -88,23 +87,25 @@ def read_parts(document: Document) -> tuple[StudyParts, list[str]]:
     unit = value.get("length")
     metres = metres_in.get(unit, 0.001) if isinstance(unit, str) else 0.001
     take = _Reading({"metres": metres})
+    people = _Reading({"metres": metres})
+    criteria = _Reading({"metres": metres})
     environment = value.get("environment")
     compare = value.get("compare")
     names = isinstance(compare, list) and all(isinstance(name, str) for name in compare)
     parts = StudyParts(
         file=file,
         environment=environment if isinstance(environment, str) and environment else None,
-        roles={name: take.one(RoleFile, role) for name, role in _mapping(value.get("people"))},
+        roles={name: people.one(RoleFile, role) for name, role in _mapping(value.get("people"))},
         postures={
             name: take.one(StudyPostureFile, posture)
             for name, posture in _mapping(value.get("postures"))
         },
         cases=[
-            (row, CaseParts(case["name"], take.actions(case.get("people"))))
+            (row, CaseParts(case["name"], people.actions(case.get("people"))))
             for row, case in _mappings(value.get("cases"))
             if isinstance(case.get("name"), str)
         ],
-        criteria=take.rows(CriterionFile, value.get("criteria")),
+        criteria=criteria.rows(CriterionFile, value.get("criteria")),
         criterion_names=[
             (row, criterion["name"])
             for row, criterion in _mappings(value.get("criteria"))
@@ -118,22 +119,36 @@ def read_parts(document: Document) -> tuple[StudyParts, list[str]]:
         signals=take.one(SignalsFile, value.get("signals")),
         forces=take.rows(ContactFile, value.get("contact_forces")),
     )
+    parts.people_whole = (
+        not people.pruned
+        and isinstance(value.get("cases"), list)
+        and len(parts.cases) == len(value["cases"]) > 0
+        and len(parts.roles) > 0
+        and all(case.actions for _, case in parts.cases)
+    )
+    rows = {row for row, _ in parts.criteria}
+    parts.criteria_whole = frozenset(rows - set(criteria.pruned))
     return parts, faults
 
 
 @dataclass(frozen=True)
 class _Reading:
-    """Reads parts by their models."""
+    """Reads parts by their models. pruned: the rows (0 where there are none) of those that something
+    was left out of."""
 
     context: Mapping[str, float]
+    pruned: list[int] = field(default_factory=list)
 
-    def one(self, model: type[Model], value: Any) -> Model | None:
+    def one(self, model: type[Model], value: Any, row: int = 0) -> Model | None:
         """A part without the keys that are wrong in form; None where no such part is left."""
         given = dict(value) if isinstance(value, dict) else None
+        if given is None:
+            self.pruned.append(row)
         while given is not None:
             try:
                 return model.model_validate(given, context=dict(self.context))
             except ValidationError as error:
+                self.pruned.append(row)
                 wrong = {fault["loc"][0] if fault["loc"] else None for fault in error.errors()}
                 if not wrong <= set(given):
                     return None
@@ -142,7 +157,7 @@ class _Reading:
 
     def rows(self, model: type[Model], value: Any) -> list[tuple[int, Model]]:
         """The rows of a list that can be read, with their numbers."""
-        found = ((row, self.one(model, entry)) for row, entry in _mappings(value))
+        found = ((row, self.one(model, entry, row)) for row, entry in _mappings(value))
         return [(row, part) for row, part in found if part is not None]
 
     def actions(self, value: Any) -> dict[str, ActionFile | None]:

@@ -83,7 +83,7 @@ def load_study(source: str | Path) -> Study:
     criteria = criteria_of(work, known)
     _case_faults(work)
     _other_faults(work, known)
-    if parts.whole:
+    if parts.people_whole:
         _whole_faults(work)
         limit_faults(work)
     if work.faults or room is None or parts.file is None:
@@ -148,7 +148,7 @@ def _case_faults(work: Work) -> None:
             if name not in case.actions and case.actions:
                 what = f"the action of {name!r} is missing; every role acts in every case"
                 work.fault(("cases", row, "people"), what)
-        for name in case.actions:
+        for name in case.actions if work.parts.roles else ():
             if name not in work.parts.roles:
                 what = f"nobody is called {name!r}; {one_of(name, work.parts.roles)}"
                 work.fault(("cases", row, "people", name), what)
@@ -258,7 +258,9 @@ def _whole_faults(work: Work) -> None:
             what = f"the population sits in {crowd.seat!r}, so this changes nothing for it; "
             work.fault(("changes", row, "seat"), what + f"valid: {crowd.seat}")
     _compare_faults(work)
-    if not any(criterion.check != "share" for _, criterion in work.parts.criteria):
+    rows = document.get("criteria")
+    whole = isinstance(rows, list) and 0 < len(rows) == len(work.parts.criteria_whole)
+    if whole and not any(criterion.check != "share" for _, criterion in work.parts.criteria):
         what = "nothing is left to ask: a share is of those who meet other criteria; add one"
         work.fault(("criteria",), what)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 from workbench.errors import InputError, one_of
 from workbench.files.body.bodies import body_path, load_body
@@ -162,10 +161,7 @@ def _population(work: Work, name: str, file: PopulationFile) -> Population | Peo
         women = women if len(file.sexes) == 2 else float(file.sexes[0] == "female")
         return PeopleDrawn(drawn_from(file, near), file.people or 0, file.seed or 0, women)
     except InputError as error:
-        if file.files is not None and all(Path(f).suffix for f in file.files):
-            work.errors((*key, "files"), error)
-        else:
-            work.errors((*key, "source"), error)
+        work.errors((*key, "source" if file.files is None else "files"), error)
         return None
 
 
