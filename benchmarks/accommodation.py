@@ -24,15 +24,16 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
+from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
 from workbench.shape.scaling.scale import morph_to
 from workbench.study.accommodation import tried
-from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.chunks import gathered, result_chunks
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seated, with_hands
+from workbench.study.pipelines import population_study
 
 PEOPLE = 6068
 
@@ -66,7 +67,7 @@ def main() -> None:
     """Time everything once; kernels are compiled before."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else PEOPLE
     folder = Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    study = ready(wb.load_accommodation("trainer_accommodation"))
+    study = population_study(load_study("trainer_accommodation"))
     body = morph_to(study.body, sys.argv[3] if len(sys.argv) > 3 else "coarse")
     study = replace(study, body=body, people=people_of(count, folder))
     asked = asked_of(study)

@@ -21,8 +21,9 @@ from workbench.model.accommodation import (
     Requirement,
     Shown,
 )
+from workbench.model.criterion import Criterion
 from workbench.model.poses import Poses
-from workbench.model.study import Aims, Criterion, Person
+from workbench.model.posture_study import Aims, Person
 from workbench.people.draw import draw_people
 from workbench.people.share import share_of
 from workbench.study.placement import place_person
@@ -39,7 +40,7 @@ __all__ = [
 ACCOMMODATIONS = [
     path.stem
     for path in tracked("studies/*.yaml")
-    if "\nkind: accommodation" in path.read_text(encoding="utf-8")
+    if "population: {" in path.read_text(encoding="utf-8")
 ]
 """Names of the shipped accommodation studies."""
 
@@ -58,7 +59,7 @@ def smaller_study(name, folder, *, people, detail="coarse"):
     text, counts = re.subn(
         r"people: \d+", f"people: {people}", (ROOT / "studies" / f"{name}.yaml").read_text()
     )
-    text, details = re.subn(r"^detail: \w+", f"detail: {detail}", text, flags=re.MULTILINE)
+    text, details = re.subn(r"body: \w+,", rf"\g<0> detail: {detail},", text)
     assert (counts, details) == (1, 1)
     path = folder / f"{name}.yaml"
     path.write_text(text)
@@ -79,7 +80,6 @@ def study_of(people, criteria, *, name="made_up", maps=(), mixes=None, confidenc
     body = wb.load_body("bubbleman")
     return AccommodationStudy(
         name,
-        "accommodation",
         "Who fits the trainer",
         "Made up for a test.",
         trainer(),
@@ -271,10 +271,10 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
         requirements.append(Requirement(name, "room to move", "clearance", target))
         columns.append(margin)
     requirements.append(
-        Requirement("eyes at the design eye point", "view", "vision", "left_design_eye")
+        Requirement("eyes at the design eye point", "view", "eye_height", "left_design_eye")
     )
     columns.append(0.09 - np.abs(people.column("eye_height_sitting") - 0.77))
-    requirements.append(Requirement("pedals within the seat's travel", "seat", "seat", "left"))
+    requirements.append(Requirement("pedals within the seat's travel", "seat", "pedals", "left"))
     columns.append(0.09 - np.abs(people.column("popliteal_height") - 0.42))
     gains = (
         Gain("moving flaps 32 mm aft", "reach flaps", 0.032, 2.1, 0.881, 0.95, 0.813, 0.842),

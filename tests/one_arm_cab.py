@@ -43,12 +43,11 @@ seats:
     moves: [seat, rest]
 """
 STUDY = """study: cab_study
-kind: clearance
 title: One arm in a cab
 length: mm
 environment: cab
 people:
-  anna: {body: one_arm, seat: stool, adjust: {forward: 10, up: 0}}
+  anna: {body: one_arm, seat: stool, position: {forward: 10, up: 0}}
   bert: {body: one_arm, at: {segment: BASE, position: [0, 600, 900], attitude: {yaw: 90}}}
 cases:
   - name: down
@@ -64,7 +63,7 @@ criteria:
   - {name: room for the hand, check: clearance, people: [anna], segments: [HAND], parts: ["w*"], at_least: 100}
   - {name: nobody is in himself, check: self_contact}
   - {name: nobody is in another, check: between_people, at_least: 0}
-  - {name: joints, check: stops, degrees: 0}
+  - {name: joints, check: stops, at_least: 0}
 """
 PARTS = {
     "floor": ((-1, -1, -1), (1, 1, -0.9)),

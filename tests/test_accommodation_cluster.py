@@ -11,11 +11,12 @@ import pytest
 
 import workbench as wb
 from tests.toy_cockpit import write_toy
-from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.study.reader import load_study
 from workbench.study.accommodation import cluster
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.cluster import Cluster, cluster_at
+from workbench.study.pipelines import population_study
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -24,7 +25,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 @pytest.fixture
 def toy(tmp_path, monkeypatch):
     monkeypatch.setattr(crew_module, "CHUNK", 2)
-    return load_accommodation(write_toy(tmp_path, people=8))
+    return population_study(load_study(write_toy(tmp_path, people=8)))
 
 
 def test_an_address_where_nobody_answers_is_told_within_ten_seconds(monkeypatch):

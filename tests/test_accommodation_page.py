@@ -226,17 +226,17 @@ def test_the_limb_that_is_too_short_is_an_arm_or_a_leg():
         ),
         (KNEE, "", "her body is 12 mm nearer to the instrument panel than it may be"),
         (
-            Requirement("view over the nose", "v", "vision", "coaming"),
+            Requirement("view over the nose", "v", "view_over", "coaming"),
             "eyes too low",
             "her eyes are 12 mm too low for “view over the nose”",
         ),
         (
-            Requirement("pedals", "s", "seat", "left"),
+            Requirement("pedals", "s", "pedals", "left"),
             "left foot, length of the limb",
             "her left foot stays 12 mm short of its pedal, limited by the length of the leg",
         ),
         (
-            Requirement("pedals", "s", "seat", "left"),
+            Requirement("pedals", "s", "pedals", "left"),
             "the seat stops too far back",
             "“pedals” is missed by 12 mm (the seat stops too far back)",
         ),

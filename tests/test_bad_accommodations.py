@@ -13,46 +13,57 @@ from tests.conftest import ROOT, SHARED, needs_real_input
 from tests.toy_cockpit import ENVIRONMENT, STUDY, write_toy
 from workbench.cli import main
 from workbench.errors import MissingPartError
-from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.study.reader import load_study
 from workbench.model.accommodation import Requirement
-from workbench.model.study import Criterion
+from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless
 from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.accommodation.requirements import Asked
+from workbench.study.pipelines import population_study
 from workbench.study.reaches import buried_controls
 
 CRITERIA = STUDY[STUDY.index("criteria:") :]
+MORE = "criteria:"
 CASES = [
-    (
-        "check: vision, at_most_below: 60, at_most_above: 60",
-        "check: vision",
-        "a vision needs 'at_most_below'",
-    ),
+    ("eye_height, below: 60, above: 60", "eye_height", "eye_height needs 'below' or 'above'"),
     (
         "controls: [knob, near]",
         "controls: [knobb]",
         "nothing is called 'knobb'; did you mean 'knob'?",
     ),
     ("segments: [H]", "segments: [HEAD]", "nothing is called 'HEAD'"),
+    ("segments: [H]", "subparts: [H/ear]", "criteria[2].subparts[0]: nothing is called 'H/ear'"),
+    ("segments: [H]", "segments: [H], subparts: [H/nose]", "'segments' and 'subparts' exclude"),
     ("parts: [roof]", "parts: [roofs]", "did you mean 'roof'?"),
     ("name: view,", "name: knobs,", "two criteria are named 'knobs'"),
-    (", at_least: 150", "", "a clearance needs 'at_least'"),
+    (", at_least: 150", "", "check: clearance needs 'at_least'"),
     (
         "seat: pilot",
         "seat: copilot",
         "environment toy has no seat 'copilot'; did you mean 'pilot'?",
     ),
-    ("like: driving", "like: flying", "no posture 'flying'"),
-    (
-        "detail: coarse",
-        "detail: fine\nencumbrance: [hat]",
-        "no bodies/encumbrance entry named 'hat'",
-    ),
+    ("like: driving", "like: flying", "predicted.like: no posture 'flying'"),
+    ("detail: coarse", "clothes: [hat]", "no bodies/encumbrance entry named 'hat'"),
+    ("detail: coarse", "detail: tiny", "input should be 'coarse', 'medium' or 'fine'"),
     ("eyes: eye", "eyes: nose", "has no point 'nose'"),
-    ("{like: driving, eyes: eye}", "{like: driving}", "it names none"),
+    (
+        "{like: driving, eyes: eye}",
+        "{like: driving}",
+        "check: eye_height fits no case: it needs 'eyes' in the action",
+    ),
+    (
+        "check: clearance, segments: [H], parts: [roof], at_least: 150",
+        "check: pedals",
+        "check: pedals fits no case: it needs 'feet' in the action",
+    ),
     (
         "people: PEOPLE, seed: 3",
         "people: 10",
+        "people that are drawn need 'people', how many, and a 'seed'",
+    ),
+    (
+        "people: PEOPLE, seed: 3",
+        "people: all, seed: 3",
         "people that are drawn need 'people', how many, and a 'seed'",
     ),
     (
@@ -65,21 +76,67 @@ CASES = [
         "people: 10, seed: 3, weights: w",
         "'unit' and 'weights' belong to 'files'",
     ),
+    ("people: PEOPLE, seed: 3", "people: 0, seed: 3", "greater than or equal to 1 (got 0)"),
+    ("people: PEOPLE, seed: 3", "people: '10', seed: 3", "a whole number is needed (got '10')"),
     ("people: PEOPLE, seed: 3", "files: [none.csv]", "no such file"),
     (
         "people: PEOPLE, seed: 3",
-        "people: 10, seed: 3, sexes: [female], women: 0.5",
+        "files: [none.csv, none.csv]",
+        "population.files[1]: 'none.csv' is named already",
+    ),
+    (
+        "people: PEOPLE, seed: 3",
+        "people: 10, seed: 3, sexes: [female], women: 50",
         "a share of both sexes",
     ),
-    (CRITERIA, "criteria: []\n", "at least 1"),
-    ("detail: coarse", "mixes: {all: 1.5}", "less than or equal to 1"),
-    ("detail: coarse", "changes: [{name: x, control: knob}]", "'move' says by how much"),
     (
-        "detail: coarse",
-        "changes: [{name: x, control: handle, move: [1, 0, 0]}]",
+        "people: PEOPLE, seed: 3",
+        "people: 10, seed: 3, women: 101",
+        "less than or equal to 100 (got 101)",
+    ),
+    (
+        "population: {people: PEOPLE, seed: 3}",
+        "population: {people: 9, seed: 3}, size: {sex: male, measures: {stature: 1800}}",
+        "'size' and 'population' exclude each other",
+    ),
+    (CRITERIA, "criteria: []\n", "at least 1"),
+    (MORE, "shares: {mixes: {all: 150}}\ncriteria:", "less than or equal to 100"),
+    (MORE, "shares: {confidence: 100}\ncriteria:", "shares.confidence: input should be less"),
+    (MORE, "shares: {interval: {method: bootstrap}}\ncriteria:", "a bootstrap needs a 'seed'"),
+    (MORE, "changes: [{name: x, control: knob}]\ncriteria:", "'move' says by how much"),
+    (MORE, "changes: [{name: x, higher: 9}]\ncriteria:", "a change is of one 'control'"),
+    (
+        MORE,
+        "changes: [{name: x, seat: pilots, higher: 9}]\ncriteria:",
+        "changes[0].seat: environment toy has no seat 'pilots'; did you mean 'pilot'?",
+    ),
+    (
+        MORE,
+        "changes: [{name: x, control: handle, move: [1, 0, 0]}]\ncriteria:",
         "has no control 'handle'",
     ),
-    ("detail: coarse", "maps: [{part: wall}]", "has no part 'wall'"),
+    (
+        MORE,
+        "changes: [{name: x, seat: pilot, lower: 1}, {name: x, seat: pilot, higher: 1}]\ncriteria:",
+        "two of changes are named 'x'",
+    ),
+    (MORE, "reach_maps: [{people: pilot, part: wall}]\ncriteria:", "has no part 'wall'"),
+    (
+        MORE,
+        "reach_maps: [{people: pilott, part: panel}]\ncriteria:",
+        "nobody is called 'pilott'; did you mean 'pilot'?",
+    ),
+    (
+        MORE,
+        "reach_envelopes: [{people: pilot}]\ncriteria:",
+        "an envelope is of one person; ask for 'reach_maps' of a population",
+    ),
+    (
+        MORE,
+        "compare: [sitting, sitting]\ncriteria:",
+        "compare[1]: 'sitting' is named twice; two different cases are compared",
+    ),
+    (MORE, "signals: {filter_class: 60}\ncriteria:", "'signals' are of motions"),
     (
         "check: clearance",
         "check: clearance, controls: [knob]",
@@ -90,11 +147,47 @@ CASES = [
         "  - {name: again, check: reach, controls: [near], hand: right}\n  - {name: view,",
         "near in zone 1 is asked for by 'knobs' already",
     ),
+    (
+        "  - {name: view,",
+        "  - {name: most, check: share, at_least: 95, of: [knob]}\n  - {name: view,",
+        "criteria[1].of[0]: nothing is called 'knob'; did you mean 'knobs'?",
+    ),
+    (
+        "  - {name: view,",
+        "  - {name: most, check: share, at_least: 195}\n  - {name: view,",
+        "criteria[1].at_least: 0 to 100 percent are possible (got 195)",
+    ),
+    (
+        CRITERIA,
+        "criteria: [{name: most, check: share, at_least: 95}]\n",
+        "nothing is left to ask: a share is of those who meet other criteria",
+    ),
+    (
+        "  pilot: {body",
+        "  other: {body: adult_male, stand: {on: [0, 0, 0]}}\n  pilot: {body",
+        "a population takes its place alone yet",
+    ),
+    (
+        "criteria:",
+        "  - {name: again, people: {pilot: {predicted: {eyes: eye}}}}\ncriteria:",
+        "cases[1]: a population has one case yet",
+    ),
+    (
+        "predicted: {like: driving, eyes: eye}",
+        "posture: driving",
+        "check: eye_height fits no case: it is asked of a predicted posture",
+    ),
+    (
+        "seat: pilot, population",
+        "seat: pilot, position: {tilt: 5}, population",
+        "position.tilt: a seat cannot be tilted yet",
+    ),
 ]
 
 
 @pytest.mark.parametrize(("old", "new", "said"), CASES, ids=[case[2][:40] for case in CASES])
 def test_what_is_wrong_is_told_with_its_line(tmp_path, capsys, old, new, said):
+    assert old in STUDY
     path = write_toy(tmp_path, study=STUDY.replace(old, new, 1))
     assert main(["check", str(path)]) == 3
     told = capsys.readouterr().err
@@ -110,7 +203,7 @@ def test_two_controls_of_one_name_are_refused_with_their_line(tmp_path):
         + "  knob: {at: [1, 2, 3], grip: push, zone: 1, part: panel}\n"
     )
     with pytest.raises(wb.InputError, match=r"environment.yaml:\d+"):
-        load_accommodation(path)
+        load_study(path)
 
 
 def test_a_control_inside_a_solid_is_told(tmp_path):
@@ -119,7 +212,7 @@ def test_a_control_inside_a_solid_is_told(tmp_path):
     place.write_text(ENVIRONMENT.replace("[KNOB, -180, 850]", "[200, 0, 250]"))
     assert (
         "control 'knob' is inside the solid part 'pan'"
-        in buried_controls(load_accommodation(path).environment)[0]
+        in buried_controls(population_study(load_study(path)).environment)[0]
     )
 
 
@@ -147,7 +240,7 @@ def test_a_man_of_17_metres_is_named_by_row_and_column(tmp_path):
     with pytest.raises(
         wb.InputError, match=r"rows.csv:3: stature: 17550 mm is absurd for a person; 630 to 2800 mm"
     ):
-        load_accommodation(rows_file(tmp_path, tall))
+        population_study(load_study(rows_file(tmp_path, tall)))
 
 
 def test_a_missing_measure_is_named_by_row_and_column(tmp_path):
@@ -157,7 +250,7 @@ def test_a_missing_measure_is_named_by_row_and_column(tmp_path):
     with pytest.raises(
         wb.InputError, match=r"rows.csv:2: thumbtipreach: a number is needed \(got ''\)"
     ):
-        load_accommodation(rows_file(tmp_path, empty))
+        population_study(load_study(rows_file(tmp_path, empty)))
 
 
 def test_a_missing_column_that_a_workplace_needs_is_named(tmp_path):
@@ -167,17 +260,17 @@ def test_a_missing_column_that_a_workplace_needs_is_named(tmp_path):
             del row[column]
 
     with pytest.raises(wb.InputError, match=r"missing: buttock_knee_length"):
-        load_accommodation(rows_file(tmp_path, without))
+        population_study(load_study(rows_file(tmp_path, without)))
 
 
 def test_whole_rows_are_read(tmp_path):
-    people = load_accommodation(rows_file(tmp_path)).people
+    people = population_study(load_study(rows_file(tmp_path))).people
     assert len(people) == 3 and people.labels == ("p0", "p1", "p2")
 
 
 def asked(*names):
     return tuple(
-        Asked(Requirement(n, n, "vision", ""), Criterion(n, "vision", (), (), (), 0.0))
+        Asked(Requirement(n, n, "eye_height", ""), Criterion(n, "eye_height", (), (), (), 0.0))
         for n in names
     )
 
@@ -195,7 +288,9 @@ def test_what_nobody_meets_and_what_contradicts_is_told():
 
 
 def test_a_seat_that_does_not_move_is_a_seat(tmp_path):
-    assert load_accommodation(write_toy(tmp_path)).environment.seat("pilot").travel_forward == (
+    assert population_study(load_study(write_toy(tmp_path))).environment.seat(
+        "pilot"
+    ).travel_forward == (
         0.0,
         0.0,
     )
@@ -213,7 +308,7 @@ def test_a_cluster_without_dask_says_what_to_install(monkeypatch):
 def test_a_cluster_is_for_many_people(capsys):
     study = str(ROOT / "studies" / "trainer_clearance.yaml")
     assert main(["run", study, "--out", "never", "--cluster", "local"]) == 2
-    assert "accommodation studies" in capsys.readouterr().err
+    assert "--cluster is for studies of a population" in capsys.readouterr().err
 
 
 @needs_real_input(SHARED)
@@ -221,5 +316,5 @@ def test_the_public_files_are_a_population(tmp_path):
     paths = sorted((SHARED / "anthropometry" / "ansur2").glob("*.csv"))
     names = ", ".join(str(path) for path in paths)
     path = write_toy(tmp_path, swap={"people: 10, seed: 3": f"files: [{names}], people: 100"})
-    people = load_accommodation(path).people
+    people = population_study(load_study(path)).people
     assert len(people) == 100 and 0.2 < np.mean(people.sex == 1) < 0.5

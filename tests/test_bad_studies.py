@@ -45,7 +45,7 @@ def check(folder, kind, text, words):
 
 def test_the_unchanged_study_loads(tmp_path):
     study = wb.load_study(write_cab(tmp_path))
-    assert [person.name for person in study.people] == ["anna", "bert"]
+    assert [role.name for role in study.roles] == ["anna", "bert"]
     assert study.criteria[1].parts == ("wall",)
     assert study.criteria[0].parts == ("floor", "wall", "seat", "rest")
 
@@ -81,27 +81,32 @@ def test_the_unchanged_study_loads(tmp_path):
         (
             "forward: 10",
             "forward: 51",
-            "adjust.forward: beyond the travel of seat stool, -50 to 50 mm (got 51 mm)",
+            "position.forward: beyond the travel of seat stool, -50 to 50 mm (got 51 mm)",
         ),
         (
             "up: 0}",
             "up: -1 in}",
-            "adjust.up: beyond the travel of seat stool, -20 to 20 mm (got -25.4 mm)",
+            "position.up: beyond the travel of seat stool, -20 to 20 mm (got -25.4 mm)",
         ),
         (
-            "seat: stool, adjust: {forward: 10, up: 0}",
-            "adjust: {forward: 1}",
-            "exactly one of 'seat', 'at' and 'stand'",
+            "seat: stool, position: {forward: 10, up: 0}",
+            "position: {forward: 1}",
+            "'position' is that of a seat: give 'seat' too",
+        ),
+        (
+            "seat: stool, position: {forward: 10, up: 0}",
+            "detail: null",
+            "people.anna: 'seat', 'at' or 'stand' must say where the role is",
         ),
         (
             "seat: stool",
             "seat: stool, stand: {on: [0, 0, 0]}",
-            "exactly one of 'seat', 'at' and 'stand' says where",
+            "'seat' and 'stand' exclude each other: give one of 'seat', 'at' and 'stand'",
         ),
         (
             "at: {segment: BASE",
-            "adjust: {up: 1}, at: {segment: BASE",
-            "'adjust' moves a seat; give 'seat' too",
+            "position: {up: 1}, at: {segment: BASE",
+            "'position' is that of a seat: give 'seat' too",
         ),
         (
             "at: {segment: BASE",
@@ -136,7 +141,7 @@ def test_the_unchanged_study_loads(tmp_path):
         (
             "bert: {posture: bent}",
             "bert: {posture: band}",
-            "cases[1].people.bert.posture: no posture 'band'; valid: predicted, driving_statistical, hanging, bent",
+            "cases[1].people.bert.posture: no posture 'band'; valid: hanging, bent",
         ),
         (
             "SHOULDER: {flexion: 80}",
@@ -210,26 +215,26 @@ def test_the_unchanged_study_loads(tmp_path):
             "[secret]",
             "criteria[1].parts[0]: part 'secret' is hidden, so it is not checked; ",
         ),
-        (", at_least: 100", "", "criteria[1]: a clearance needs 'at_least'"),
+        (", at_least: 100", "", "criteria[1]: check: clearance needs 'at_least'"),
         (
             "at_least: 100",
-            "degrees: 5, at_least: 9",
-            "criteria[1]: 'degrees' belongs to check: stops",
+            "down: 5, at_least: 9",
+            "criteria[1]: 'down' does not belong to check: clearance, whose keys are at_least, ",
         ),
         (
             "check: self_contact",
             "check: self_contact, at_least: 3",
-            "'at_least' is a length; self_contact takes none",
+            "'at_least' does not belong to check: self_contact, whose keys are segments",
         ),
         (
             "check: self_contact",
             "check: self_contact, parts: [wall]",
-            "'parts' belongs to contact and clearance, not to self",
+            "'parts' does not belong to check: self_contact",
         ),
         (
-            "check: stops, degrees: 0",
-            "check: stops, at_least: 3",
-            "stops takes none, use 'degrees'",
+            "check: stops, at_least: 0",
+            "check: stops, at_least: 3 mm",
+            "criteria[4].at_least: a number of degrees is needed (got '3 mm')",
         ),
         (
             "check: stops",
@@ -237,9 +242,9 @@ def test_the_unchanged_study_loads(tmp_path):
             "criteria[4].check: input should be 'contact', 'clearance', 'self_con",
         ),
         (
-            "kind: clearance",
-            "kind: reech",
-            "kind: input should be 'clearance' or 'reach' (got 'reech')",
+            "length: mm",
+            "kind: reach\nlength: mm",
+            "kind: a study has no kind now. `kind: accommodation` becomes `people` with a `population`",
         ),
         ("study: cab_study", "study: ../up", "study: string should match pattern"),
         (
@@ -250,7 +255,7 @@ def test_the_unchanged_study_loads(tmp_path):
         (
             "title: One",
             "titel: One",
-            "titel: unknown key 'titel'; did you mean 'title'? valid: cases, criteria, description",
+            "titel: unknown key 'titel'; did you mean 'title'? valid: cases, changes, compare, ",
         ),
     ],
 )
@@ -262,14 +267,22 @@ def test_two_people_cannot_sit_in_one_seat(tmp_path):
     text = changed(
         STUDY, "at: {segment: BASE, position: [0, 600, 900], attitude: {yaw: 90}}", "seat: stool"
     )
-    check(tmp_path, "study", text, "people.bert.seat: 'anna' sits in 'stool' already")
+    check(
+        tmp_path,
+        "study",
+        text,
+        "people.bert.seat: 'anna' sits in 'stool' already; for people who take a seat one at a time ",
+    )
 
 
 def test_everybody_takes_part_in_every_case(tmp_path):
     text = changed(STUDY, "      bert: {posture: bent}\n", "      brt: {posture: bent}\n")
     found = problems(tmp_path, study=text)
     assert lines_of(found) == [line_with(text, "name: forward") + 1, line_with(text, "brt:")]
-    assert "cases[1].people: the posture of 'bert' is missing" in found[0]
+    assert (
+        "cases[1].people: the action of 'bert' is missing; every role acts in every case"
+        in found[0]
+    )
     assert "nobody is called 'brt'; did you mean 'bert'? valid: anna, bert" in found[1]
 
 
@@ -277,7 +290,7 @@ def test_one_person_alone_has_nobody_to_keep_away_from(tmp_path):
     text = "\n".join(line for line in STUDY.splitlines() if "bert:" not in line)
     found = problems(tmp_path, study=text)
     assert lines_of(found) == [line_with(text, "between_people")]
-    assert "between_people needs two people or more" in found[0]
+    assert "between_people needs two roles or more" in found[0]
 
 
 def test_all_faults_of_a_study_come_at_once_even_where_its_environment_and_a_body_are_unknown(
@@ -471,8 +484,8 @@ def test_angles_beyond_the_stops_warn_and_still_run(tmp_path, capsys):
 def test_angles_of_a_case_replace_those_of_the_posture_axis_by_axis(tmp_path):
     text = changed(STUDY, "SHOULDER: {flexion: 80}", "ELBOW: {extension: -30, medial_rotation: 10}")
     study = wb.load_study(write_cab(tmp_path, study=text))
-    bent = wb.pose(study.people[0].body, {"ELBOW": {"flexion": 30, "medial_rotation": 10}})
-    assert study.people[0].poses.rotations[1] == pytest.approx(bent.rotations[0])
+    bent = wb.pose(study.roles[0].body, {"ELBOW": {"flexion": 30, "medial_rotation": 10}})
+    assert study.cases[1].actions[0].poses.rotations[0] == pytest.approx(bent.rotations[0])
 
 
 def test_sixty_mutants_of_studies_postures_and_environments_load_or_are_bad_input(tmp_path):

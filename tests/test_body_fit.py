@@ -110,7 +110,6 @@ def test_named_subparts_are_there_and_masses_are_volumes(fitted, arm):
 
 def test_the_body_runs_in_a_study(fitted, arm):
     (arm / "study.yaml").write_text("""study: fitted
-kind: clearance
 title: A fitted arm
 length: mm
 environment: trainer

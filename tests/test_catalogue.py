@@ -19,7 +19,6 @@ from workbench.files.kinds import check_file, json_schemas
 from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.data import result_file
 from workbench.report.folder import write_report
-from workbench.study.run import load, run
 
 YAML = tracked(
     "bodies/*.yaml",
@@ -198,7 +197,7 @@ def test_a_seat_reference_point_is_where_cushion_and_back_planes_meet():
 def ran(name, folder, *, people):
     """The files that a study writes, by name; accommodation studies with so many people."""
     study = smaller_study(name, folder, people=people) if name in ACCOMMODATIONS else name
-    write_report(run(load(study)), folder / "out")
+    write_report(wb.run(wb.load_study(study)), folder / "out")
     return {path.name: path.read_bytes() for path in (folder / "out").iterdir()}
 
 

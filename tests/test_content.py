@@ -14,26 +14,27 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.toy_cockpit import STUDY, write_toy
-from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.study.reader import load_study
 from workbench.model.stops import StopKind
 from workbench.solve.content import content_key, program_hash
 from workbench.study.accommodation import crew as crew_module
-from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.chunks import result_chunks
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.crew_files import Kept
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seating_study
+from workbench.study.pipelines import population_study
 
-FULL = STUDY.replace(
-    "kind: accommodation", "kind: accommodation\ntitle: a toy\ndescription: of boxes"
-).replace(
-    "criteria:",
-    """encumbrance: [helmet, shoes]
-mixes: {half: 0.5}
-maps: [{part: panel, hand: right, grip: push, zone: 1, points: 30}]
+FULL = (
+    STUDY.replace("length: mm", "title: a toy\ndescription: of boxes\nlength: mm")
+    .replace(
+        "criteria:",
+        """shares: {mixes: {half: 50}}
+reach_maps: [{people: pilot, part: panel, hand: right, grip: push, zone: 1, points: 30}]
 changes: [{name: knob aft, control: knob, move: [-10, 0, 0]}]
 criteria:""",
+    )
+    .replace("detail: coarse", "detail: coarse, clothes: [helmet, shoes]")
 )
 """The toy study with something in every list that a study file may have."""
 
@@ -122,7 +123,7 @@ def nouns(value):
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = write_toy(tmp_path_factory.mktemp("toy"), people=3, study=FULL)
-    return ready(load_accommodation(path))
+    return population_study(load_study(path))
 
 
 def test_a_study_holds_every_noun_that_its_numbers_rest_on(study):
@@ -167,7 +168,7 @@ def test_any_field_of_any_noun_changes_the_key(study, tmp_path):
     assert {
         "Coupling.limit[1]",
         "Coupling.driver_angle[0]",
-        "AccommodationStudy.inputs[body]",
+        "AccommodationStudy.inputs[body of pilot]",
     } <= tried
 
 
@@ -324,17 +325,15 @@ def test_where_people_sit_is_a_matter_of_seat_pedals_points_and_people_alone(stu
 
 STOPS = """
 study: toy_crew
-kind: accommodation
 length: mm
 environment: toy
-seat: pilot
-body: edited
-detail: coarse
-population: {people: PEOPLE, seed: 3}
-posture: {like: driving, eyes: eye, hands: {right: knob}}
+people:
+  pilot: {body: edited, detail: coarse, seat: pilot, population: {people: PEOPLE, seed: 3}}
+cases:
+  - {name: sitting, people: {pilot: {predicted: {eyes: eye, hands: {right: knob}}}}}
 criteria:
   - {name: elbow room, check: clearance, segments: [RUA, RLA], parts: [roof], at_least: 0}
-  - {name: joints, check: stops, degrees: 0}
+  - {name: joints, check: stops}
 """
 EDITS = {
     "polygon": (
@@ -351,7 +350,7 @@ EDITS = {
 
 def margins(path, keep):
     """The numbers of all chunks, and how many people had to be worked on."""
-    study = ready(load_accommodation(path))
+    study = population_study(load_study(path))
     crew = crew_of(study.body, study.people, (), say=lambda text: None)
     said = []
     chunks = result_chunks(study, asked_of(study), crew, keep=keep, say=said.append)

@@ -13,8 +13,8 @@ from tests.conftest import tracked
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.body.bodies import load_body
-from workbench.files.crash.studies import load_crash
 from workbench.files.motions.tables import angle_table_text
+from workbench.files.study.reader import load_study
 from workbench.model.motion import SegmentTrack
 from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
@@ -23,6 +23,7 @@ from workbench.report.turning import Turning
 from workbench.solve.forward import place
 from workbench.solve.recorded.tracks import poses_from_track
 from workbench.study.crash.crash import crash_study
+from workbench.study.pipelines import motion_study
 
 BODY = load_body("bubbleman")
 PLATE = (
@@ -30,13 +31,12 @@ PLATE = (
     "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n"
 )
 STUDY = """study: drop
-kind: crash
 length: mm
 environment: pit
-body: bubbleman
-motion: {file: drop.csv}
-points:
-  - {name: head, segment: H}
+people: {occupant: {body: bubbleman}}
+cases:
+  - {name: the fall, people: {occupant: {motion: {file: drop.csv}}}}
+signals: {points: [{name: head, segment: H}]}
 criteria:
   - {name: nothing is hit, check: contact, at_most: 10}
   - {name: head stays low, check: excursion, segments: [H], at_most: 2500, direction: [0, 0, 1], origin: [0, 0, 0]}
@@ -82,7 +82,7 @@ def drop(tmp_path):
 
 
 def test_a_man_who_falls_on_a_plate_meets_it_when_and_as_fast_and_deep_as_by_hand(drop):
-    result = crash_study(load_crash(drop))
+    result = crash_study(motion_study(load_study(drop)))
     feet = [m for m in result.meetings if m.segment in ("LF", "RF")]
     first = min(feet, key=lambda m: m.enter)
     assert first.enter == pytest.approx(0.05, abs=1e-5)
@@ -95,7 +95,7 @@ def test_a_man_who_falls_on_a_plate_meets_it_when_and_as_fast_and_deep_as_by_han
 
 
 def test_criteria_of_a_crash_are_judged_with_their_worst_moment(drop):
-    verdicts = {v.criterion.name: v for v in crash_study(load_crash(drop)).verdicts}
+    verdicts = {v.criterion.name: v for v in crash_study(motion_study(load_study(drop))).verdicts}
     assert not verdicts["nothing is hit"].passed
     assert verdicts["nothing is hit"].value == pytest.approx(40.0, abs=0.02)
     assert verdicts["head stays low"].passed
@@ -134,15 +134,18 @@ def crash_bytes(study, folder):
 
 
 def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):
-    drop.write_text(STUDY + "against: {file: drop.csv, move: [30, 0, 40], name: actual}\n")
-    result = crash_study(load_crash(drop))
+    moved = "{motion: {file: drop.csv, move: [30, 0, 40]}}"
+    actual = f"  - {{name: actual, people: {{occupant: {moved}}}}}\n"
+    text = STUDY.replace("signals:", actual + "signals:") + "compare: [the fall, actual]\n"
+    drop.write_text(text)
+    result = crash_study(motion_study(load_study(drop)))
     assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * (
         len(BODY.segments) + len(BODY.joints)
     )
 
 
 def test_a_coarse_motion_is_told(drop):
-    assert "the motion is coarse" in crash_study(load_crash(drop)).warnings[0]
+    assert "the motion is coarse" in crash_study(motion_study(load_study(drop))).warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -159,13 +162,33 @@ def test_a_coarse_motion_is_told(drop):
         ("{file: drop.csv}", "{file: drop.yaml}", "is no motion format"),
         ("segment: H}", "segment: HEAD}", "no segment 'HEAD'"),
         ("segments: [H]", "segments: [HH]", "nothing is called 'HH'; did you mean 'H'"),
-        ("check: stops", "check: rules", "the study names no rule set"),
+        ("check: stops", "check: injury", "check: injury needs 'rules'"),
         ("check: stops", "check: stops, at_most: 3", "'at_most' does not belong to check: stops"),
-        ("direction: [0, 0, 1]", "direction: [0, 0, 0]", "'direction' must not be zero"),
-        (", origin: [0, 0, 0]", "", "an excursion needs"),
         (
-            "body: bubbleman",
-            "body: bubbleman\nrules: fmvss_2",
+            "occupant: {motion: {file: drop.csv}}",
+            "occupant: {motion: {file: drop.csv}, posture: standing}",
+            "exactly one of posture, predicted, driver, motion, simulated is needed",
+        ),
+        (
+            "{body: bubbleman}",
+            "{body: bubbleman, stand: {on: [0, 0, 0]}}",
+            "a motion says itself where the role is: leave 'stand' out",
+        ),
+        (
+            "check: stops",
+            "check: reach",
+            "check: reach fits no case: it cannot be asked of a motion",
+        ),
+        (
+            "check: stops",
+            "check: eye_height, below: 3, cases: [the fall]",
+            "does not fit case 'the fall': it cannot be asked of a motion",
+        ),
+        ("direction: [0, 0, 1]", "direction: [0, 0, 0]", "'direction' must not be zero"),
+        (", origin: [0, 0, 0]", "", "check: excursion needs 'origin'"),
+        (
+            "check: stops",
+            "check: injury, rules: fmvss_2",
             "no studies/rules entry named 'fmvss_2'",
         ),
     ],
@@ -180,12 +203,8 @@ def test_what_is_wrong_in_a_crash_study_is_told(drop, old, new, told, capsys):
 def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fails(drop):
     for path in tracked("studies/rules/*.yaml"):
         assert main(["check", str(path)]) == 0
-    drop.write_text(
-        STUDY.replace("check: stops", "check: rules").replace(
-            "body: bub", "rules: fmvss_208\nbody: bub"
-        )
-    )
-    verdict = crash_study(load_crash(drop)).verdicts[2]
+    drop.write_text(STUDY.replace("check: stops", "check: injury, rules: fmvss_208"))
+    verdict = crash_study(motion_study(load_study(drop))).verdicts[2]
     assert not verdict.passed
     assert "samples 35 ms apart cannot tell a figure over 15 ms" in verdict.told
 

@@ -10,16 +10,16 @@ import pytest
 
 import workbench as wb
 from tests.test_crash import BODY, PLATE, STUDY, standing
-from workbench.files.crash.studies import load_crash
 from workbench.files.motions.tables import angle_table_text
+from workbench.files.study.reader import load_study
 from workbench.model.moving import poses_at
 from workbench.solve.contact import batches
 from workbench.solve.contact.collide import allowed_depth, allowed_groups, nearest
 from workbench.solve.contact.episodes import episodes
-from workbench.study.crash.crash import crash_ready
 from workbench.study.crash.forces import force_curves, ruled_pairs
 from workbench.study.crash.frames import frames_of
 from workbench.study.crash.meetings import environment_meetings
+from workbench.study.pipelines import motion_study
 
 PIT = """environment: pit
 length: mm
@@ -29,7 +29,7 @@ parts:
   soft: {allow: [{segments: all, depth: 15}]}
   step: {allow: [{segments: all, depth: 15}]}
 """
-FORCES = """forces:
+FORCES = """contact_forces:
   - {parts: ["*"], stiffness: 20}
   - {parts: [step], segments: [LF], stiffness: 5, returned: 0.5}
 criteria:
@@ -80,7 +80,7 @@ def study(tmp_path, request):
     (tmp_path / "studies/drop.csv").write_text("".join(angle_table_text(BODY, moving)))
     path = tmp_path / "studies/drop.yaml"
     path.write_text(STUDY.replace("criteria:\n", FORCES))
-    ready = crash_ready(load_crash(path))
+    ready = motion_study(load_study(path))
     return replace(ready, bears=np.array([part == "step" for part in ready.environment.parts]))
 
 

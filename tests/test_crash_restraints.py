@@ -9,36 +9,46 @@ import json
 import numpy as np
 import pytest
 
+import workbench as wb
 from tests.crash_pit import SIMULATION, pit
 from tests.test_crash import BODY, standing
 from workbench.cli import main
-from workbench.files.crash.studies import load_crash
 from workbench.files.motions.tables import angle_table_text
+from workbench.files.study.reader import load_study
 from workbench.model.poses import Poses
 from workbench.report.crash.words import pulse_words
 from workbench.solve.forward import place
 from workbench.study.crash.belts import with_belts
-from workbench.study.crash.crash import crash_ready, crash_study
+from workbench.study.crash.crash import crash_study
+from workbench.study.pipelines import motion_study
 
 STUDY = """study: fall
-kind: crash
 length: mm
 environment: pit
-body: bubbleman
-motion: {file: fall.csv, name: the one}
-points:
-  - {name: head, segment: H}
+people: {occupant: {body: bubbleman}}
+cases:
+  - name: the one
+    people:
+      occupant:
+        motion:
+          file: fall.csv
+signals: {points: [{name: head, segment: H}]}
 criteria:
   - {name: nothing is hit, check: contact, at_most: 10}
 """
-STRAP = """belts:
+BELTS = """belts:
   - name: strap
     route: [post, {segment: LT, at: [1, 0, 0]}, {segment: LT, at: [0, 1, 0]}, [-500, 0, 900]]
     stiffness: 50
     width: 50
     allow: 30
 """
-FORCES = "forces: [{parts: [floor], stiffness: 100, returned: 0.5}]\n"
+FORCES = "contact_forces: [{parts: [floor], stiffness: 100, returned: 0.5}]\n"
+
+
+def indented(text, by):
+    """Lines moved to the right."""
+    return "".join(f"{' ' * by}{line}\n" for line in text.splitlines())
 
 
 @pytest.fixture
@@ -52,18 +62,27 @@ def fall(tmp_path):
         "".join(angle_table_text(BODY, standing(height, time)))
     )
 
-    def write(more="", swap=("", "")):
+    def write(more="", *, restraints="", other=""):
         path = tmp_path / "studies/fall.yaml"
-        path.write_text(STUDY.replace(*swap) + more)
+        text = STUDY
+        if restraints:
+            stated = indented(f"restraints:\n{indented(restraints, 2)}", 10)
+            text = text.replace("signals:", f"{stated}signals:")
+        if other:
+            motion = f"{{motion: {{file: fall.csv, {other}}}}}"
+            case = f"  - {{name: the other, people: {{occupant: {motion}}}}}\n"
+            text = text.replace("signals:", f"{case}signals:")
+            more += "compare: [the one, the other]\n"
+        path.write_text(text + more)
         return path
 
     return write
 
 
 def test_a_law_gives_the_force_of_the_depth_and_without_one_there_is_none(fall, tmp_path):
-    bare = crash_study(load_crash(fall()))
+    bare = crash_study(motion_study(load_study(fall())))
     assert bare.forces == () and all(m.force is None for m in bare.meetings)
-    ruled = crash_study(load_crash(fall(FORCES)))
+    ruled = crash_study(motion_study(load_study(fall(FORCES))))
     feet = [m for m in ruled.meetings if m.segment in ("LF", "RF")]
     assert feet and all(m.force == pytest.approx(1e5 * m.depth) for m in feet)
     curve = next(f for f in ruled.forces if f.segment == "LF")
@@ -93,19 +112,19 @@ def test_the_vehicles_pulse_is_added_to_what_is_measured_in_it(tmp_path, fall):
     world = np.array(still.world_from_reference)
     world[:, 2, 3] += 1.0
     still = Poses(still.rotations, 0, world, time)
-    study = fall("pulse: {shape: half_sine, peak: 16, duration: 90, start: 20}\n")
+    study = fall(restraints="pulse: {shape: half_sine, peak: 16, duration: 90, start: 20}\n")
     (tmp_path / "studies/fall.csv").write_text("".join(angle_table_text(BODY, still)))
-    result = crash_study(load_crash(study))
+    result = crash_study(motion_study(load_study(study)))
     figures = result.signals[0].figures
     assert figures["peak"][0] == pytest.approx(16.0, rel=1e-3)
     assert figures["peak"][1] == pytest.approx(0.065, abs=1e-3)
     assert figures["delta-v"][0] == pytest.approx(2 * 16 * 9.80665 * 0.09 / np.pi, rel=1e-6)
     assert pulse_words(result.study.pulse) == "half-sine of 16.0 g over 90 ms, 9.0 m/s in all"
-    assert crash_study(load_crash(fall())).signals[0].figures["peak"][0] < 1e-6
+    assert crash_study(motion_study(load_study(fall()))).signals[0].figures["peak"][0] < 1e-6
 
 
 def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
-    study = crash_ready(load_crash(fall(STRAP)))
+    study = motion_study(load_study(fall(restraints=BELTS)))
     assert study.environment.parts == ("floor", "wall", "strap") and study.cabin.parts == (
         "floor",
         "wall",
@@ -131,7 +150,7 @@ def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
 
 
 def test_a_belt_goes_along_with_the_body(fall):
-    study = crash_ready(load_crash(fall(STRAP)))
+    study = motion_study(load_study(fall(restraints=BELTS)))
     placed = place(BODY, study.motion)
     ends = [
         with_belts(study.cabin, study.belts, placed, pose=k).vertices[-14:].reshape(2, 7, 3)
@@ -143,7 +162,11 @@ def test_a_belt_goes_along_with_the_body(fall):
 
 
 def test_a_belts_tension_is_that_of_its_way_and_its_law(fall):
-    result = crash_study(load_crash(fall(STRAP + "forces: [{parts: ['*'], stiffness: 100}]\n")))
+    result = crash_study(
+        motion_study(
+            load_study(fall("contact_forces: [{parts: ['*'], stiffness: 100}]\n", restraints=BELTS))
+        )
+    )
     assert {f.part for f in result.forces} == {
         "strap",
         "floor",
@@ -164,8 +187,8 @@ def test_a_belts_tension_is_that_of_its_way_and_its_law(fall):
 
 def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surface(fall):
     bag = "airbags: [{name: bag, centre: [0, 0, 0], half_axes: [400, 400, 20], allow: 30}]\n"
-    law = "forces: [{parts: [bag], stiffness: 10}]\n"
-    study = load_crash(fall(bag + law))
+    law = "contact_forces: [{parts: [bag], stiffness: 10}]\n"
+    study = motion_study(load_study(fall(law, restraints=bag)))
     result = crash_study(study)
     met = [m for m in result.meetings if m.other == "bag" and m.segment == "LF"]
     assert met and all(m.allowed == pytest.approx(0.03) for m in met)
@@ -174,8 +197,8 @@ def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surfac
 
 def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("workbench.report.crash.pictures._SECONDS", 0.5)
-    path = fall("against: {file: fall.csv, move: [0, 0, 35], name: the other}\n")
-    result = crash_study(load_crash(path))
+    path = fall(other="move: [0, 0, 35]")
+    result = crash_study(motion_study(load_study(path)))
     assert [v.passed for v in result.verdicts] == [False]
     assert [v.passed for v in result.other.verdicts] == [True]
     assert result.other.verdicts[0].value == pytest.approx(5.0, abs=0.05)
@@ -189,55 +212,106 @@ def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeyp
     capsys.readouterr()
 
 
+def simulated(fall):
+    """The study with the restraints of the simulation in the pit."""
+    path = fall()
+    text = path.read_text()
+    path.write_text(text.replace("fall.csv\n", "fall.csv\n          restraints: pit_crash\n"))
+    return path
+
+
 def test_a_motion_brings_the_belts_and_the_pulse_of_its_simulation(fall, tmp_path):
     belted = (
-        SIMULATION + STRAP + "airbags: [{name: bag, centre: [0, 0, 5000], half_axes: [9, 9, 9]}]\n"
+        SIMULATION + BELTS + "airbags: [{name: bag, centre: [0, 0, 5000], half_axes: [9, 9, 9]}]\n"
     )
     (tmp_path / "studies/simulations/pit_crash.yaml").write_text(belted)
-    study = crash_ready(load_crash(fall(swap=("fall.csv,", "fall.csv, simulation: pit_crash,"))))
+    study = motion_study(load_study(simulated(fall)))
     assert study.environment.parts == ("floor", "wall", "bag", "strap")
     assert study.pulse.peak == pytest.approx(20 * 9.80665)
-    assert {"simulation of motion"} <= study.inputs.keys()
+    assert {"simulation: pit_crash"} <= study.inputs.keys()
 
 
 @pytest.mark.parametrize(
     ("more", "told"),
     [
         (
-            "forces: [{parts: [flor], stiffness: 1}]",
+            {"more": "contact_forces: [{parts: [flor], stiffness: 1}]"},
             "nothing is called 'flor'; did you mean 'floor'",
         ),
-        ("forces: [{parts: [floor], stiffness: -1}]", "forces[0].stiffness"),
-        ("pulse: {shape: table, file: p.csv}", "p.csv: no such file"),
-        ("belts: [{name: strap, route: [pole, post], stiffness: 1}]", "no anchor 'pole'"),
         (
-            "belts: [{name: floor, route: [post, post], stiffness: 1}]",
+            {"more": "contact_forces: [{parts: [floor], stiffness: -1}]"},
+            "contact_forces[0].stiffness",
+        ),
+        ({"restraints": "pulse: {shape: table, file: p.csv}"}, "p.csv: no such file"),
+        (
+            {"restraints": "belts: [{name: strap, route: [pole, post], stiffness: 1}]"},
+            "no anchor 'pole'",
+        ),
+        (
+            {"restraints": "belts: [{name: floor, route: [post, post], stiffness: 1}]"},
             "something is named 'floor' already",
         ),
         (
-            "airbags: [{name: wall, centre: [0, 0, 0], half_axes: [1, 1, 1]}]",
+            {"restraints": "airbags: [{name: wall, centre: [0, 0, 0], half_axes: [1, 1, 1]}]"},
             "a part is named 'wall' already",
         ),
         (
-            "airbags: [{name: bag, centre: [0, 0, 0], half_axes: [1, 0, 1]}]",
-            "airbags[0].half_axes[1]",
+            {"restraints": "airbags: [{name: bag, centre: [0, 0, 0], half_axes: [1, 0, 1]}]"},
+            "restraints.airbags[0].half_axes[1]",
         ),
+        ({"other": "restraints: none"}, "no studies/simulations entry named 'none'"),
         (
-            "against: {file: fall.csv, simulation: none}",
-            "no studies/simulations entry named 'none'",
-        ),
-        (
-            "against: {file: fall.csv, simulation: trainer_lap}",
+            {"other": "restraints: trainer_lap"},
             "it is in environment 'trainer', this study in 'pit'",
         ),
+        ({"restraints": "belt: []"}, "unknown key 'belt'; did you mean 'belts'?"),
     ],
 )
 def test_what_is_wrong_with_restraints_is_told(fall, more, told, capsys, tmp_path):
-    assert main(["run", str(fall(more + "\n")), "--out", str(tmp_path / "out")]) == 3
+    assert main(["run", str(fall(**more)), "--out", str(tmp_path / "out")]) == 3
     assert told in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
-def test_a_film_is_for_crashes(capsys):
+def test_a_film_is_for_motions(capsys):
     assert main(["run", "trainer_clearance", "--film"]) == 2
-    assert "--film is for crash studies" in capsys.readouterr().err
+    assert "--film is for studies of a motion" in capsys.readouterr().err
+
+
+def test_a_motion_is_simulated_when_the_study_runs(fall, tmp_path):
+    """Without weight or belts the man stays where he is while the vehicle is stopped: he goes on at
+    the speed that the pulse takes from it."""
+    pytest.importorskip("mujoco")
+    path = fall()
+    text = path.read_text()
+    start = text.index("        motion:")
+    end = text.index("signals:")
+    action = "        simulated: {start: standing, simulation: pit_crash}\n"
+    path.write_text(text[:start] + action + text[end:])
+    study = motion_study(load_study(path))
+    placed = place(BODY, study.motion).world_from_segment[:, BODY.segment("LT"), :, 3]
+    assert placed[0] == pytest.approx([0, 0, 3.0], abs=1e-3)
+    assert study.pulse.peak == pytest.approx(20 * 9.80665)
+    assert placed[-1, 0] > 0.3 and study.motion_name == "the one"
+
+
+@pytest.mark.parametrize(
+    ("action", "told"),
+    [
+        ("{start: stand, simulation: pit_crash}", "no posture 'stand'; did you mean 'standing'?"),
+        ("{start: standing, simulation: pit}", "no studies/simulations entry named 'pit'"),
+        ("{start: standing, simulation: trainer_lap}", "it is in environment 'trainer', this"),
+        ("{simulation: pit_crash}", "simulated: key 'start' is missing"),
+    ],
+)
+def test_what_is_wrong_with_a_simulated_motion_is_told(fall, action, told):
+    path = fall()
+    text = path.read_text()
+    path.write_text(
+        text[: text.index("        motion:")]
+        + f"        simulated: {action}\n"
+        + text[text.index("signals:") :]
+    )
+    with pytest.raises(wb.InputError) as caught:
+        load_study(path)
+    assert told in str(caught.value)

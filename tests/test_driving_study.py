@@ -9,18 +9,16 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.files.accommodation.studies import load_accommodation
-from workbench.files.studies import load_study
+from workbench.files.study.reader import load_study
 from workbench.solve.seating.packaging import eyellipse, seat_curve
-from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.drivers import driver_of, drivers_among
 from workbench.study.accommodation.sitters import seated
 from workbench.study.clearance import clearance_study
+from workbench.study.pipelines import population_study, posture_study
 
 STUDY = """
 study: two_drive
-kind: clearance
 length: mm
 environment: compact_car
 people:
@@ -33,12 +31,13 @@ cases:
   - name: at the wheel
     people:
       driver:
-        posture: driving_statistical
-        driver: {wheel: wheel_centre, h_point: driver_h_point}
-        hands: {left: wheel_ten, right: wheel_two}
-        feet: {left: foot_rest, right: accelerator}
-        eyes: low_eye
-        heels: accelerator_heel
+        driver:
+          wheel: wheel_centre
+          h_point: driver_h_point
+          hands: {left: wheel_ten, right: wheel_two}
+          feet: {left: foot_rest, right: accelerator}
+          eyes: low_eye
+          heels: accelerator_heel
 criteria:
   - {name: nothing is touched that should not be, check: contact}
   - {name: joints, check: stops}
@@ -46,20 +45,27 @@ criteria:
 """
 CREW = """
 study: some_drive
-kind: accommodation
 length: mm
 environment: compact_car
-seat: driver
-body: adult_male
-detail: coarse
-population: {source: ansur2, people: 6, seed: 4}
-posture:
-  driver: {wheel: wheel_centre, h_point: driver_h_point, seed: 2}
-  feet: {left: foot_rest, right: accelerator}
-  eyes: low_eye
-  heels: accelerator_heel
+people:
+  driver:
+    body: adult_male
+    detail: coarse
+    seat: driver
+    population: {source: ansur2, people: 6, seed: 4}
+cases:
+  - name: driving
+    people:
+      driver:
+        driver:
+          wheel: wheel_centre
+          h_point: driver_h_point
+          seed: 2
+          feet: {left: foot_rest, right: accelerator}
+          eyes: low_eye
+          heels: accelerator_heel
 criteria:
-  - {name: the seat goes where it is wanted, check: seat}
+  - {name: the seat goes where it is wanted, check: preferred_seat}
 """
 
 
@@ -75,7 +81,7 @@ def written(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(written):
-    return clearance_study(load_study(written(STUDY)))
+    return clearance_study(posture_study(load_study(written(STUDY))))
 
 
 def test_a_driver_in_the_car_touches_what_may_be_touched_and_meets_every_criterion(result):
@@ -107,14 +113,16 @@ def test_the_drivers_hip_point_is_the_seats_where_the_seat_stands(result):
 
 
 def test_the_mass_that_a_size_gives_counts_and_not_that_of_the_body(written):
-    study = load_study(written(STUDY))
+    study = posture_study(load_study(written(STUDY)))
     driver = driver_of(study.people[0], study.people[0].aims[0].driving)
     assert driver.mass_index == pytest.approx(70 / 1.6**2)
     assert (driver.sex, driver.age, driver.stature) == ("female", 40.0, 1.6)
 
 
 def test_a_seed_draws_another_posture_and_the_seat_goes_with_it(written):
-    text = STUDY.replace("h_point: driver_h_point}", "h_point: driver_h_point, seed: 6}")
+    text = STUDY.replace(
+        "h_point: driver_h_point\n", "h_point: driver_h_point\n          seed: 6\n"
+    )
     drawn, mean = (predicted_forward(written(t)) for t in (text, STUDY))
     assert abs(drawn - mean) > 0.005
 
@@ -123,7 +131,7 @@ def predicted_forward(path):
     from workbench.study.persons import sized
     from workbench.study.predicted import predicted
 
-    return predicted(sized(load_study(path))[0])[0].people[0].forward
+    return predicted(sized(posture_study(load_study(path)))[0])[0].people[0].forward
 
 
 @pytest.mark.parametrize(
@@ -134,18 +142,19 @@ def predicted_forward(path):
             "wheel: wheel_center",
             "no point 'wheel_center'; did you mean 'wheel_centre'?",
         ),
-        ("driver: {wheel: wheel_centre, h_point: driver_h_point}", "", "go together"),
-        ("heels: accelerator_heel", "", "give both 'feet: {right: ...}' and 'heels'"),
+        ("          wheel: wheel_centre\n", "", "driver: key 'wheel' is missing"),
+        ("heels: accelerator_heel", "", "driver: key 'heels' is missing"),
+        (", right: accelerator", "", "driver.feet: key 'right' is missing"),
         ("right: accelerator", "right: accelerater", "no control 'accelerater'"),
-        ("posture: driving_statistical", "posture: predicted", "go together"),
+        ("        driver:\n", "        predicted:\n", "predicted.wheel: unknown key 'wheel'; "),
         (
             "    size: {sex: female, measures: {stature: 1600, sitting_height: 850}, mass_kg: 70}\n",
             "",
-            "give 'sex', or the person a 'size'",
+            "give 'sex', or the role a 'size'",
         ),
         (
-            "h_point: driver_h_point}",
-            "h_point: driver_h_point, age: 9}",
+            "h_point: driver_h_point\n",
+            "h_point: driver_h_point\n          age: 9\n",
             "greater than or equal to 16",
         ),
     ],
@@ -159,7 +168,7 @@ def test_what_is_wrong_with_a_driver_is_told_with_its_line(written, old, new, wo
 
 
 def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(written):
-    study = ready(load_accommodation(written(CREW)))
+    study = population_study(load_study(written(CREW)))
     crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
     bodies = crew.bodies(0)
     drivers = drivers_among(study.people, range(6), bodies, 40.0)
@@ -172,33 +181,31 @@ def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(wri
 
 
 def test_a_population_with_somebody_who_cannot_drive_names_the_person(written):
-    study = ready(load_accommodation(written(CREW)))
+    study = population_study(load_study(written(CREW)))
     with pytest.raises(wb.InputError, match="male 1: drivers are 16 to 100 years old, got 9"):
         drivers_among(study.people, [0], study.body, 9.0)
 
 
 def test_the_sex_of_a_populations_drivers_is_not_for_the_study_to_say(written):
-    text = CREW.replace("seed: 2}", "seed: 2, sex: male}")
+    text = CREW.replace("seed: 2\n", "seed: 2\n          sex: male\n")
     with pytest.raises(wb.InputError, match="that of the person in the population"):
-        load_accommodation(written(text))
+        population_study(load_study(written(text)))
 
 
 def test_a_point_that_is_not_there_is_told_of_a_population_too(written):
     text = CREW.replace("wheel: wheel_centre", "wheel: weel")
     with pytest.raises(wb.InputError, match="has no point 'weel'"):
-        load_accommodation(written(text))
+        population_study(load_study(written(text)))
 
 
 @pytest.fixture(scope="module")
 def drivers(written):
     """Forty drivers in shoes, postures drawn, the track long enough for all: hip points aft of the
     ball of foot and eyes [mm], statures [cm]."""
-    text = CREW.replace("people: 6", "people: 40").replace("  eyes: low_eye\n", "")
-    study = ready(
-        load_accommodation(
-            written(text.replace("detail: coarse", "detail: coarse\nencumbrance: [shoes]"))
-        )
-    )
+    text = CREW.replace("people: 6", "people: 40").replace("          eyes: low_eye\n", "")
+    text = text.replace("detail: coarse", "detail: coarse\n    clothes: [shoes]")
+    study = population_study(load_study(written(text)))
+
     seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in study.environment.seats)
     study = replace(study, environment=replace(study.environment, seats=seats))
     crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)

@@ -15,12 +15,13 @@ import pytest
 
 import workbench as wb
 from tests.toy_cockpit import write_toy
-from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.study.reader import load_study
 from workbench.solve.threads import cores
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation import forks
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.forks import shared
+from workbench.study.pipelines import population_study
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="work is shared among forks on Linux alone"
@@ -142,7 +143,7 @@ def test_an_interrupted_run_says_what_is_kept_and_leaves_no_process(tmp_path, mo
         if text.startswith("person 2"):
             raise KeyboardInterrupt
 
-    plan = load_accommodation(write_toy(tmp_path, people=8))
+    plan = population_study(load_study(write_toy(tmp_path, people=8)))
     with pytest.raises(
         KeyboardInterrupt, match="stopped after 2 of 8 people: what was done is kept"
     ):

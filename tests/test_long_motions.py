@@ -12,10 +12,10 @@ import pytest
 
 import workbench as wb
 from tests.test_crash import BODY, drop, standing
-from workbench.files.crash.studies import load_crash
 from workbench.files.motions import bvh, opensim, tables
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.tables import angle_table_text
+from workbench.files.study.reader import load_study
 from workbench.model import poses as model_poses
 from workbench.model import spool
 from workbench.model.arrays import frozen
@@ -28,6 +28,7 @@ from workbench.study import motions
 from workbench.study.crash import crash, frames
 from workbench.study.crash.crash import crash_study
 from workbench.study.motions import load_motion
+from workbench.study.pipelines import motion_study
 
 __all__ = ["drop"]
 
@@ -74,13 +75,13 @@ def test_a_crash_study_in_pieces_is_the_whole_one_bit_for_bit(drop, small_pieces
     """Frames, contacts, stops, signals and words; contacts and spells that go on across pieces
     too."""
     (drop.parent / "drop.csv").write_text("".join(angle_table_text(BODY, bouncing())))
-    whole = crash_study(load_crash(drop))
+    whole = crash_study(motion_study(load_study(drop)))
     text = text_of(whole)
     assert len(whole.meetings) > 4 and len(whole.breaches) > 1
     held = [m for m in whole.meetings if int(m.enter * 200) // 128 != int(m.leave * 200) // 128]
     assert held
     small_pieces(37)
-    pieced = crash_study(load_crash(drop))
+    pieced = crash_study(motion_study(load_study(drop)))
     assert np.array_equal(pieced.clearance, whole.clearance)
     assert pieced.meetings == whole.meetings and pieced.breaches == whole.breaches
     assert text_of(pieced) == text

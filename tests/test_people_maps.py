@@ -9,24 +9,21 @@ import numpy as np
 import pytest
 
 from tests.accommodations import smaller_study
+from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
 from workbench.solve.reaching.reach_people import reach_people
-from workbench.study.accommodation.accommodation import ready
 from workbench.study.accommodation.chunks import seated_chunk
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.people_maps import people_maps
-from workbench.study.run import load
+from workbench.study.pipelines import population_study
 
 
 @pytest.fixture(scope="module")
 def two(tmp_path_factory):
     """Two people of the trainer's study, the second counting three times, and a map of few points
     by either hand."""
-    study = ready(
-        load(
-            smaller_study("trainer_accommodation", tmp_path_factory.mktemp("study"), people=30)
-        ).what
-    )
+    folder = tmp_path_factory.mktemp("study")
+    study = population_study(load_study(smaller_study("trainer_accommodation", folder, people=30)))
     people = study.people.rows(np.array([0, len(study.people) - 1]))
     task = MapTask("instrument_panel", "push", 2, "either", 14)
     study = replace(study, people=replace(people, weight=np.array([1.0, 3.0])), maps=(task,))

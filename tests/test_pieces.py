@@ -12,13 +12,14 @@ import workbench as wb
 from tests.accommodations import ACCOMMODATIONS
 from tests.rows import changed
 from tests.toy_cockpit import write_toy
-from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.study.reader import load_study
 from workbench.people.share import TENTHS_FROM
 from workbench.report.accommodation.page import accommodation_page
 from workbench.shape.pieces import body_pieces, piece_warnings
 from workbench.shape.scaling.scale import morph_to
-from workbench.study.accommodation.accommodation import accommodation_study, ready
+from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.crew import templates
+from workbench.study.pipelines import population_study
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +66,7 @@ def test_a_warning_names_the_level_the_gap_and_where_the_body_is_whole(man):
 
 def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_spheres(tmp_path):
     page = accommodation_page(
-        accommodation_study(load_accommodation(write_toy(tmp_path, people=1)))
+        accommodation_study(population_study(load_study(write_toy(tmp_path, people=1))))
     )
     text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)
     assert "adult_male: the body at level of detail coarse is in 23 pieces" in text
@@ -75,6 +76,6 @@ def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_
 
 @pytest.mark.parametrize("name", ACCOMMODATIONS)
 def test_a_shipped_accommodation_study_has_whole_bodies_and_enough_people(name):
-    study = ready(wb.load_accommodation(name))
+    study = population_study(load_study(name))
     assert [body_pieces(body).count for body in templates(study.body).values()] == [1, 1]
     assert 200 <= len(study.people) < TENTHS_FROM

@@ -10,26 +10,29 @@ import pytest
 
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
-from workbench.files.accommodation.studies import load_accommodation
+from workbench.files.study.reader import load_study
 from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.pipelines import population_study
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"
 DATA = Path(__file__).parent / "data"
 pytestmark = needs_real_input(MESH)
 STUDY = """
 study: ranger_drivers
-kind: accommodation
 length: mm
 environment: ranger/environment.yaml
-seat: left
-body: adult_male
-detail: coarse
-population: {source: ansur2, people: 4, seed: 3}
-posture:
-  feet: {right: gas_pedal}
-  heels: floor
+people:
+  driver:
+    body: adult_male
+    detail: coarse
+    seat: left
+    population: {source: ansur2, people: 4, seed: 3}
+cases:
+  - name: driving
+    people:
+      driver: {predicted: {feet: {right: gas_pedal}, heels: floor}}
 criteria:
-  - {name: the right foot on the gas, check: seat}
+  - {name: the right foot on the gas, check: pedals}
   - {name: pedals, check: reach, controls: [gas_pedal, brake_pedal]}
   - {name: wheel, check: reach, controls: [steering_wheel]}
 changes:
@@ -51,12 +54,10 @@ def folder(tmp_path_factory):
 
 def test_its_bench_is_too_high_for_a_car_drivers_posture_and_that_is_said(folder):
     (folder / "car.yaml").write_text(
-        STUDY.replace(
-            "heels: floor", "heels: floor\n  driver: {wheel: wheel_centre, h_point: hips, seed: 1}"
-        )
+        STUDY.replace("predicted: {", "driver: {wheel: wheel_centre, h_point: hips, seed: 1, ")
     )
     with pytest.raises(wb.InputError, match=r"100 to 500 mm above the heel \(H30\), got 552 mm"):
-        accommodation_study(load_accommodation(folder / "car.yaml"))
+        accommodation_study(population_study(load_study(folder / "car.yaml")))
 
 
 @pytest.mark.nightly
@@ -64,7 +65,7 @@ def test_drawn_people_reach_its_wheel_and_pedals_from_the_bench(folder):
     """Wheel and gas by everybody; to a pedal by itself, kept off the one big part that floor and
     dash are, by most."""
     (folder / "study.yaml").write_text(STUDY)
-    result = accommodation_study(load_accommodation(folder / "study.yaml"))
+    result = accommodation_study(population_study(load_study(folder / "study.yaml")))
     share = dict(zip((r.name for r in result.requirements), result.single.tolist(), strict=True))
     assert share["the right foot on the gas"] == 1 and share["reach steering_wheel"] == 1
     assert min(share.values()) >= 0.75

@@ -13,17 +13,18 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.seat_oracle import eye_points
 from workbench.draw.sources import source_of
-from workbench.files.studies import load_study
-from workbench.model.study import Criterion, Person
+from workbench.files.study.reader import load_study
+from workbench.model.criterion import Criterion
+from workbench.model.posture_study import Person
 from workbench.shape.scaling.scale import scale
 from workbench.solve.reaching.limbs import limb
+from workbench.study.pipelines import posture_study
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import predicted
 from workbench.study.reaches import buried_controls, control_reaches
 
 STUDY = """
 study: two_sitters
-kind: reach
 length: mm
 environment: trainer
 people:
@@ -32,11 +33,11 @@ cases:
   - name: flying
     people:
       pilot:
-        posture: predicted
-        hands: {left: left_stick, right: throttle}
-        feet: {left: left_seat_left_pedal, right: left_seat_right_pedal}
-        eyes: left_design_eye
-        heels: left_heel
+        predicted:
+          hands: {left: left_stick, right: throttle}
+          feet: {left: left_seat_left_pedal, right: left_seat_right_pedal}
+          eyes: left_design_eye
+          heels: left_heel
 criteria:
   - {name: flying controls, check: reach, controls: [left_stick, throttle, grab_handle], zone: 1}
 """
@@ -56,7 +57,7 @@ def written(tmp_path_factory):
 def flying(written):
     """The median man in the left seat, predicted: his study, person, environment and placed
     body."""
-    study, told = predicted(load_study(written(STUDY)))
+    study, told = predicted(posture_study(load_study(written(STUDY))))
     environment = adjusted_environment(study)
     return study, told, environment, place_person(study.people[0], environment)
 
@@ -138,7 +139,7 @@ def test_what_is_reached_in_a_zone_is_reached_in_the_next(bubbleman):
     pose = wb.pose(body, legs, reference="LT", position=(0.219, 0.28, 0.407))
     asked = Criterion("throttle", "reach", ("pilot",), (), (), 0.0, controls=("throttle",))
     study = replace(
-        load_study(ROOT / "studies" / "trainer_reach.yaml"),
+        posture_study(load_study(ROOT / "studies" / "trainer_reach.yaml")),
         criteria=(asked,),
         people=(Person("pilot", body, pose, ()),),
     )
@@ -165,7 +166,11 @@ def one(environment, name):
         ("left: left_stick", "left: left_seat_left_pedal", "is for feet"),
         ("left: left_seat_left_pedal", "left: throttle", "is for hands"),
         ("eyes: left_design_eye", "eyes: left_eye", "no point 'left_eye'"),
-        ("posture: predicted", "posture: driving", "belongs to posture: predicted"),
+        (
+            "predicted:",
+            "posture: driving\n        predicted:",
+            "'posture' and 'predicted' are given",
+        ),
         ("seat: left}", "stand: {on: [0, 0, 0]}}", "only the posture of somebody in a seat"),
         (
             "controls: [left_stick, throttle, grab_handle]",
@@ -173,7 +178,7 @@ def one(environment, name):
             "nothing is called 'sticks'",
         ),
         ("zone: 1}", "zone: 4}", "less than or equal to 3"),
-        ("check: reach, controls", "check: stops, controls", "belong to check: reach"),
+        ("check: reach, controls", "check: stops, controls", "does not belong to check: stops"),
     ],
 )
 def test_what_a_reach_study_cannot_mean_is_told_with_its_place(written, old, new, words):
@@ -193,5 +198,5 @@ def test_a_control_inside_a_solid_is_told():
 
 def test_the_trainer_is_flown_by_a_small_woman_and_a_large_man():
     study = load_study(ROOT / "studies" / "trainer_reach.yaml")
-    assert [person.name for person in study.people] == ["small woman", "large man"]
-    assert all(person.free_seat for person in study.people) and len(study.envelopes) == 2
+    assert [role.name for role in study.roles] == ["small woman", "large man"]
+    assert all(role.free for role in study.roles) and len(study.reach_envelopes) == 2

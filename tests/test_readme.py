@@ -77,24 +77,55 @@ def test_the_quoted_sentence_is_what_the_study_says():
     assert quoted in said
 
 
-def test_the_formats_document_shows_files_that_load(tmp_path):
+def test_the_formats_document_shows_postures_that_load():
     document = (ROOT / "docs" / "file-formats.md").read_text()
-    from workbench.files.accommodation.schema import AccommodationFile
     from workbench.files.postures import PosturesFile
     from workbench.files.schema import validate
-    from workbench.files.study_schema import StudyFile
     from workbench.files.yaml_text import parse_yaml
 
     blocks = re.findall(r"```yaml\n(.*?)```", document, re.S)
-    assert len(blocks) == 7
+    assert len(blocks) == 4
     validate(parse_yaml(blocks[1], "postures"), PosturesFile)
-    drivers = yaml.safe_load((ROOT / "studies" / "car_driver.yaml").read_text()) | yaml.safe_load(
-        blocks[5]
-    )
-    assert (
-        validate(
-            parse_yaml(yaml.safe_dump(drivers), "drivers"), AccommodationFile
-        ).population.people
-        == 200
-    )
-    assert validate(parse_yaml(blocks[3], "study"), StudyFile).study == "trainer_clearance"
+
+
+def test_the_page_on_study_files_shows_a_study_that_checks(tmp_path, capsys):
+    from workbench.cli import main
+
+    (block,) = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / "studies.md").read_text(), re.S)
+    path = tmp_path / "study.yaml"
+    path.write_text(block)
+    assert main(["check", str(path)]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("page", "lead"),
+    [
+        ("motion-files.md", "study: sled"),
+        ("driving.md", "driver:"),
+        ("crash-simulation.md", "cases:"),
+    ],
+)
+def test_other_pages_show_parts_of_studies_in_form(page, lead):
+    from workbench.files.schema import validate
+    from workbench.files.study.schema import StudyFile
+    from workbench.files.yaml_text import parse_yaml
+
+    blocks = re.findall(r"```yaml\n(.*?)```", (ROOT / "docs" / page).read_text(), re.S)
+    (block,) = (block for block in blocks if block.startswith(lead))
+    value = yaml.safe_load((ROOT / "studies" / "trainer_crash.yaml").read_text())
+    found = yaml.safe_load(block)
+    if page == "driving.md":
+        found = {"cases": [{"name": "driving", "people": {"pilot": found}}]}
+    text = yaml.safe_dump(value | found)
+    assert validate(parse_yaml(text, page), StudyFile).cases
+
+
+def test_the_page_on_study_files_names_every_key_of_the_format():
+    from workbench.files.study.schema import CHECK_KEYS, StudyFile
+
+    page = (ROOT / "docs" / "studies.md").read_text()
+    for check, (needed, possible) in CHECK_KEYS.items():
+        row = next(line for line in page.splitlines() if line.startswith(f"| `{check}` |"))
+        assert all(key in row for key in (*needed, *possible)), row
+    for key in StudyFile.model_fields:
+        assert key in page

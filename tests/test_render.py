@@ -27,9 +27,7 @@ from workbench.files.catalogue import find, names
 SMALL = "64x48"
 # a study of a whole population has nobody in particular to draw
 CASES = [
-    name
-    for name in names("studies")
-    if "\nkind: accommodation" not in find("studies", name).read_text()
+    name for name in names("studies") if "population: {" not in find("studies", name).read_text()
 ]
 SOURCES = [*names("bodies"), *names("environments", "environment.yaml"), *CASES]
 LIVE = [

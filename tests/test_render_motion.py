@@ -211,19 +211,21 @@ def test_a_crash_study_is_drawn_as_a_strip_and_its_result_over_what_it_is_compar
     tmp_path,
     capsys,
 ):
-    drop.write_text(
-        drop.read_text() + "against: {file: drop.csv, move: [300, 0, 0], name: actual}\n"
-    )
+    motion = "{motion: {file: drop.csv, move: [300, 0, 0]}}"
+    actual = f"  - {{name: actual, people: {{occupant: {motion}}}}}\n"
+    drop.write_text(drop.read_text().replace("signals:", actual + "signals:"))
     found = source_of(str(drop))
     assert (
         found.moving
         and len(found.scene.ghosts) == 1
-        and found.scene.key == (("drop", "warm"), ("actual", "blue"))
+        and found.scene.key == (("the fall", "warm"), ("actual", "blue"))
     )
     shown = at_instants(found, (0.07,))
     apart = shown.scene.ghosts[0].placed.centres - shown.scene.bodies[0].placed.centres
     assert apart == pytest.approx(np.broadcast_to([0.3, 0.0, 0.0], apart.shape), abs=1e-9)
-    with pytest.raises(UsageError, match="one motion and no cases"):
+    alone = source_of(str(drop), case="actual")
+    assert not alone.scene.ghosts
+    with pytest.raises(UsageError, match="has no case 'x'; valid: the fall, actual"):
         source_of(str(drop), case="x")
 
 

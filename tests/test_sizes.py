@@ -69,7 +69,7 @@ def test_a_size_that_cannot_be_is_told_where_it_stands(tmp_path, measures, words
     text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
     path = tmp_path / "wrong.yaml"
     path.write_text(
-        text.replace("seat: left}", f"seat: left, size: {{sex: male, measures: {measures}}}}}")
+        text.replace("seat: left,", f"seat: left, size: {{sex: male, measures: {measures}}},")
     )
     with pytest.raises(wb.InputError) as caught:
         wb.load_study(path)
@@ -253,7 +253,7 @@ def test_a_tall_pilot_in_a_study_is_out_of_head_room_and_told_by_how_much(tmp_pa
     text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
     size = "size: {sex: male, measures: {stature: 1900}}"
     tall = text.replace(
-        "pilot: {body: bubbleman, seat: left}", f"pilot: {{body: bubbleman, seat: left, {size}}}"
+        "pilot: {body: bubbleman, seat: left", f"pilot: {{body: bubbleman, seat: left, {size}"
     )
     path = tmp_path / "tall.yaml"
     path.write_text(tall)
@@ -270,7 +270,7 @@ def test_an_unknown_measure_in_a_study_is_told_with_its_line(tmp_path):
     text = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
     path = tmp_path / "wrong.yaml"
     path.write_text(
-        text.replace("seat: left}", "seat: left, size: {sex: male, measures: {statur: 1900}}}")
+        text.replace("seat: left,", "seat: left, size: {sex: male, measures: {statur: 1900}},")
     )
     with pytest.raises(
         wb.InputError, match=r"wrong.yaml:\d+:\d+: .*no measure 'statur'; did you mean 'stature'"

@@ -9,9 +9,11 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ONE_ARM, box_part, environment_of
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Allowance, Rest, Seat
-from workbench.model.study import Criterion, Person, Study
+from workbench.model.posture_study import Person, PostureStudy
 from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
+from workbench.study.clearance import clearance_study
 from workbench.study.placement import adjusted_environment, place_person
 
 
@@ -67,7 +69,7 @@ def study(one_arm, *criteria, environment=None, stand=(0.0, 0.0, 0.0), other=Non
         if other is None
         else (one, Person("twin", one_arm, wb.pose(one_arm, {}), ("hanging",), stand=other))
     )
-    return Study("test", "clearance", "test", "", cab, people, ("hanging",), tuple(criteria), {})
+    return PostureStudy("test", "test", "", cab, people, ("hanging",), tuple(criteria), {})
 
 
 def criterion(
@@ -92,8 +94,8 @@ def test_standing_puts_the_lowest_sphere_on_the_point(one_arm):
 
 
 def test_touching_the_floor_is_no_fault_and_one_micrometre_into_it_is(one_arm):
-    assert wb.run(study(one_arm, criterion("contact"))).passed
-    assert not wb.run(study(one_arm, criterion("contact"), stand=(0, 0, -1e-6))).passed
+    assert clearance_study(study(one_arm, criterion("contact"))).passed
+    assert not clearance_study(study(one_arm, criterion("contact"), stand=(0, 0, -1e-6))).passed
 
 
 def test_allowed_contact_passes_down_to_its_depth(one_arm):
@@ -103,13 +105,17 @@ def test_allowed_contact_passes_down_to_its_depth(one_arm):
         study(one_arm, criterion("contact", parts=("floor",)), environment=cab, stand=(0, 0, -d))
         for d in (0.009, 0.011)
     ]
-    assert [wb.run(s).passed for s in made] == [True, False]
+    assert [clearance_study(s).passed for s in made] == [True, False]
 
 
 def test_clearance_is_judged_against_its_limit(one_arm):
     # the base of 50 mm at x = 0 and the wall at 500 mm
-    assert wb.run(study(one_arm, criterion("clearance", at_least=0.449, parts=("wall",)))).passed
-    failed = only(wb.run(study(one_arm, criterion("clearance", at_least=0.451, parts=("wall",)))))
+    assert clearance_study(
+        study(one_arm, criterion("clearance", at_least=0.449, parts=("wall",)))
+    ).passed
+    failed = only(
+        clearance_study(study(one_arm, criterion("clearance", at_least=0.451, parts=("wall",))))
+    )
     assert not failed.passed
     assert failed.worst.value == pytest.approx(0.45)
     assert failed.worst.subject in {"base (front)", "lower arm (front)"}
@@ -117,7 +123,7 @@ def test_clearance_is_judged_against_its_limit(one_arm):
 
 def test_clearance_of_segments_looks_at_those_alone(one_arm):
     found = only(
-        wb.run(
+        clearance_study(
             study(
                 one_arm, criterion("clearance", segments=("HAND",), at_least=0.1, parts=("wall",))
             )
@@ -128,17 +134,21 @@ def test_clearance_of_segments_looks_at_those_alone(one_arm):
 
 def test_self_contact_counts_from_the_allowance(one_arm):
     folded = study(one_arm, criterion("self_contact"), angles={"ELBOW": {"flexion": 178}})
-    found = only(wb.run(folded))
+    found = only(clearance_study(folded))
     assert not found.passed
     assert {f.target.split(",")[0].split(" (")[0] for f in found.breaches} <= {"lower arm", "hand"}
 
 
 def test_two_people_are_kept_apart(one_arm):
     near = only(
-        wb.run(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.14, 0)))
+        clearance_study(
+            study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.14, 0))
+        )
     )
     far = only(
-        wb.run(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.16, 0)))
+        clearance_study(
+            study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.16, 0))
+        )
     )
     assert (near.passed, far.passed) == (False, True)
     assert near.worst.value == pytest.approx(0.04)
@@ -146,7 +156,9 @@ def test_two_people_are_kept_apart(one_arm):
 
 
 def test_stops_are_judged_in_radians_and_warned_about(one_arm):
-    result = wb.run(study(one_arm, criterion("stops"), angles={"SHOULDER": {"extension": 25}}))
+    result = clearance_study(
+        study(one_arm, criterion("stops"), angles={"SHOULDER": {"extension": 25}})
+    )
     assert not result.passed
     assert only(result).worst.value == pytest.approx(np.radians(-5), abs=1e-9)
     assert any("5.0 degrees past its stop in extension" in w for w in result.warnings)
@@ -161,7 +173,7 @@ def test_a_seat_adjusted_moves_its_sitter_and_its_parts(bubbleman):
     person = Person("p", bubbleman, wb.pose(bubbleman, {}, reference="LT"), ("x",), seat="left")
     still = place_person(person, cab).centres
     ahead = replace(person, forward=0.05, up=0.02)
-    moved = adjusted_environment(Study("s", "clearance", "", "", cab, (ahead,), ("c",), (), {}))
+    moved = adjusted_environment(PostureStudy("s", "", "", cab, (ahead,), ("c",), (), {}))
     assert place_person(ahead, moved).centres - still == pytest.approx(
         np.broadcast_to([0.05, 0, 0.02], still.shape)
     )
@@ -173,7 +185,9 @@ def test_a_seat_adjusted_moves_its_sitter_and_its_parts(bubbleman):
 
 def test_a_body_swallowed_by_a_solid_is_warned_about(one_arm):
     cabin = environment_of(box_part("cabin", [-2, -2, -2], [2, 2, 2]))
-    result = wb.run(study(one_arm, criterion("contact", parts=("cabin",)), environment=cabin))
+    result = clearance_study(
+        study(one_arm, criterion("contact", parts=("cabin",)), environment=cabin)
+    )
     assert any("whole body is inside the solid part 'cabin'" in w for w in result.warnings)
 
 

@@ -11,9 +11,9 @@ from tests.test_crash import drop
 from tests.test_markers import BODY, FULL, marked, walk
 from workbench.cli import main
 from workbench.errors import InputError
-from workbench.files.crash.studies import load_crash
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.lines import Pick
+from workbench.files.study.reader import load_study
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
 from workbench.shape.scaling.lengthen import lengthened
@@ -22,8 +22,8 @@ from workbench.solve.recorded.marker_names import marker_site
 from workbench.solve.recorded.marker_places import marker_places
 from workbench.solve.recorded.retarget import body_lengths
 from workbench.solve.recorded.subject import factors_from_markers, factors_from_track
-from workbench.study.crash.crash import crash_ready
 from workbench.study.motions import MotionOptions, load_motion
+from workbench.study.pipelines import motion_study
 from workbench.study.subject import subject_body
 
 __all__ = ["drop"]
@@ -140,13 +140,12 @@ def test_a_crash_study_and_the_command_line_scale_to_the_subject(drop, capsys):
     names = "{" + ", ".join(f"{s}: {s}" for s in BODY.segments[1:]) + "}"
     source = f"{{file: tall.bvh, unit: 1 cm, scale: subject, map: {names}}}"
     drop.write_text(drop.read_text().replace("{file: drop.csv}", source))
-    study = crash_ready(load_crash(drop))
+    study = motion_study(load_study(drop))
     assert body_lengths(study.body)["LUL"] == pytest.approx(body_lengths(TALL)["LUL"], rel=1e-3)
     assert "scaled to the subject" in study.warnings[0]
     assert main(["motion", "show", str(drop.parent / "drop.csv"), "--scale", "subject"]) == 3
     assert "tells no length of the subject's limbs" in capsys.readouterr().err
-    drop.write_text(
-        drop.read_text().replace("points:", "against: {file: tall.bvh, scale: subject}\npoints:")
-    )
-    with pytest.raises(InputError, match="its scale belongs to 'motion'"):
-        load_crash(drop)
+    again = "  - {name: again, people: {occupant: {motion: {file: tall.bvh, scale: subject}}}}\n"
+    drop.write_text(drop.read_text().replace("signals:", again + "signals:"))
+    with pytest.raises(InputError, match="'scale: subject' belongs to the first case"):
+        motion_study(load_study(drop))

@@ -24,8 +24,6 @@ from tests.test_real_inputs import BALL, FILES
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.errors import InputError
-from workbench.files.accommodation.studies import load_accommodation
-from workbench.files.crash.studies import load_crash
 from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.assembly import built
@@ -34,9 +32,13 @@ from workbench.files.meshes.quality import examined
 from workbench.files.meshes.reading import read_mesh, to_world
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
-from workbench.model.study import Criterion, Person, Study
+from workbench.files.study.reader import load_study
+from workbench.model.criterion import Criterion
+from workbench.model.posture_study import Person, PostureStudy
 from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.clearance import clearance_study
 from workbench.study.crash.crash import crash_study
+from workbench.study.pipelines import motion_study, population_study
 
 LOW = [-1.5, -1.5, -0.5]
 HIGH = [1.5, 1.5, 2.5]
@@ -183,15 +185,15 @@ def standing(bubbleman, postures, environment, *, at=(0.0, 0.0, 0.0)):
         "clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0
     )
     person = Person("man", bubbleman, pose, ("standing",), stand=at)
-    return Study(
-        "inside", "clearance", "inside", "", environment, (person,), ("standing",), (clear,), {}
-    )
+    return PostureStudy("inside", "inside", "", environment, (person,), ("standing",), (clear,), {})
 
 
 def test_a_man_inside_a_block_fails_as_deep_with_two_triangles_turned_round(bubbleman, postures):
     good = box_part("block", LOW, HIGH)
     bad = turned(good, [3, 8])
-    results = [wb.run(standing(bubbleman, postures, environment_of(part))) for part in (good, bad)]
+    results = [
+        clearance_study(standing(bubbleman, postures, environment_of(part))) for part in (good, bad)
+    ]
     assert [result.passed for result in results] == [False, False]
     depths = [result.people[0].clearance.distance.min() for result in results]
     assert depths[1] == pytest.approx(depths[0], abs=1e-12)
@@ -347,7 +349,7 @@ def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures,
     block = without(box_part("block", LOW, HIGH), [2 * face, 2 * face + 1])
     (said,) = [
         line
-        for line in wb.run(standing(bubbleman, postures, environment_of(block))).warnings
+        for line in clearance_study(standing(bubbleman, postures, environment_of(block))).warnings
         if "enclosed" in line
     ]
     assert said.startswith("man, standing: the body is enclosed by the open part 'block'")
@@ -362,13 +364,13 @@ def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures,
     ids=["wound unevenly and open", "with an inner wall"],
 )
 def test_a_man_in_a_block_of_undetermined_winding_is_reported(bubbleman, postures, parts):
-    warnings = wb.run(standing(bubbleman, postures, environment_of(*parts))).warnings
+    warnings = clearance_study(standing(bubbleman, postures, environment_of(*parts))).warnings
     assert any("enclosed by the open part 'block'" in line for line in warnings)
 
 
 def test_nobody_is_reported_in_a_cabin_that_is_declared_not_to_be_solid(bubbleman, postures):
     for cabin in (box_part("cabin", LOW, HIGH), without(box_part("cabin", LOW, HIGH), [4])):
-        result = wb.run(standing(bubbleman, postures, environment_of(cabin, solid=False)))
+        result = clearance_study(standing(bubbleman, postures, environment_of(cabin, solid=False)))
         assert not [
             line for line in result.warnings if "enclosed" in line or "inside" in line.split(":")[0]
         ]
@@ -379,11 +381,13 @@ def test_nobody_is_reported_beside_an_open_block_in_a_bowl_or_between_double_wal
     bubbleman, postures
 ):
     block = without(box_part("block", LOW, HIGH), [0, 1])
-    beside = wb.run(standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0)))
+    beside = clearance_study(
+        standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0))
+    )
     low_bowl = without(box_part("bowl", [-1, -1, -0.2], [1, 1, 0.2]), [10, 11])
-    bowl = wb.run(standing(bubbleman, postures, environment_of(low_bowl)))
+    bowl = clearance_study(standing(bubbleman, postures, environment_of(low_bowl)))
     walls = together("walls", box([-1.6, -1.6, -0.6], [1.6, 1.6, 2.6]), box(LOW, HIGH, inward=True))
-    room = wb.run(standing(bubbleman, postures, environment_of(without(walls, [0]))))
+    room = clearance_study(standing(bubbleman, postures, environment_of(without(walls, [0]))))
     for result in (beside, bowl, room):
         assert not [line for line in result.warnings if "enclosed" in line]
 
@@ -396,7 +400,7 @@ def test_an_open_part_around_a_man_is_reported_by_check_run_and_the_page(tmp_pat
     )
     study = tmp_path / "inside.yaml"
     study.write_text(
-        "study: inside\nkind: clearance\nlength: mm\nenvironment: environment.yaml\n"
+        "study: inside\nlength: mm\nenvironment: environment.yaml\n"
         "people:\n  man: {body: bubbleman, stand: {on: [0, 0, 0]}}\n"
         "cases:\n  - {name: still, people: {man: {posture: standing}}}\n"
         "criteria:\n  - {name: clear, check: clearance, at_least: 0}\n"
@@ -422,7 +426,7 @@ def test_an_accommodation_study_reports_an_open_part_around_the_people(tmp_path)
     (place / "environment.yaml").write_text(
         text.replace("toy.obj, length: mm, up: z, forward: x}]", more)
     )
-    said = accommodation_study(load_accommodation(path)).warnings
+    said = accommodation_study(population_study(load_study(path))).warnings
     assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 
@@ -437,7 +441,7 @@ def test_a_crash_study_reports_an_open_part_around_the_person(tmp_path):
     )
     path = tmp_path / "drop.yaml"
     path.write_text(CRASH.replace("environment: pit", "environment: environment.yaml"))
-    said = crash_study(load_crash(path)).warnings
+    said = crash_study(motion_study(load_study(path))).warnings
     assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 

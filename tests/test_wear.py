@@ -144,7 +144,7 @@ def test_a_dressed_member_of_a_family_is_written_without_it(tmp_path):
 
 def test_a_person_of_a_study_wears_what_it_says(tmp_path):
     path = tmp_path / "dressed.yaml"
-    path.write_text(STUDY.replace("seat: left", "seat: left, encumbrance: [helmet]", 1))
+    path.write_text(STUDY.replace("seat: left", "seat: left, clothes: [helmet]", 1))
     result = wb.run(wb.load_study(path))
     (pilot, _) = result.people
     assert any(name.endswith("(helmet)") for name in pilot.placed.body.sphere_names)
@@ -163,15 +163,15 @@ def test_a_person_of_a_study_wears_what_it_says(tmp_path):
     [
         (
             "[helmt]",
-            "people.pilot.encumbrance: no bodies/encumbrance entry named 'helmt'; did you mean 'helmet'?",
+            "people.pilot.clothes: no bodies/encumbrance entry named 'helmt'; did you mean 'helmet'?",
         ),
-        ("[helmet, helmet]", "'helmet' cannot be worn twice"),
+        ("[helmet, helmet]", "clothes[1]: 'helmet' is worn already; name it once"),
         ("helmet", "a list is needed"),
     ],
 )
 def test_what_cannot_be_worn_is_told(tmp_path, given, words):
     path = tmp_path / "wrong.yaml"
-    path.write_text(STUDY.replace("seat: left", f"seat: left, encumbrance: {given}", 1))
+    path.write_text(STUDY.replace("seat: left", f"seat: left, clothes: {given}", 1))
     with pytest.raises(wb.InputError) as caught:
         wb.load_study(path)
     assert words in str(caught.value)

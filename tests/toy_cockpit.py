@@ -37,17 +37,15 @@ controls:
 """
 STUDY = """
 study: toy_crew
-kind: accommodation
 length: mm
 environment: toy
-seat: pilot
-body: adult_male
-detail: coarse
-population: {people: PEOPLE, seed: 3}
-posture: {like: driving, eyes: eye}
+people:
+  pilot: {body: adult_male, detail: coarse, seat: pilot, population: {people: PEOPLE, seed: 3}}
+cases:
+  - {name: sitting, people: {pilot: {predicted: {like: driving, eyes: eye}}}}
 criteria:
   - {name: knobs, check: reach, controls: [knob, near], hand: right}
-  - {name: view, check: vision, at_most_below: 60, at_most_above: 60}
+  - {name: view, check: eye_height, below: 60, above: 60}
   - {name: head room, check: clearance, segments: [H], parts: [roof], at_least: 150}
 """
 

@@ -41,7 +41,8 @@ from workbench.files.growth import load_growth
 from workbench.files.motions.lines import Pick
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
-from workbench.model.study import Person
+from workbench.model.posture_study import Person
+from workbench.model.study import PeopleDrawn
 from workbench.people.growth import growth_people
 from workbench.people.paired import paired_share
 from workbench.people.percentile import percentile_people
@@ -54,7 +55,7 @@ from workbench.solve.signals import cfc_filter, held_level, hic
 from workbench.study.criteria import CHECKS, Measured
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.placement import place_person
-from workbench.study.run import load, run
+from workbench.study.run import run
 
 ROOT = Path(__file__).resolve().parents[1]
 RECORDED = ROOT.parent / "shared" / "data" / "motion"
@@ -612,7 +613,7 @@ def reach_study() -> Named:
 
 
 def _ran(name: str) -> Any:
-    return run(load(name))
+    return run(wb.load_study(name))
 
 
 def _present(result: Any) -> Named:
@@ -622,6 +623,8 @@ def _present(result: Any) -> Named:
     yield f"study/{study.name}", {"passed": result.passed, "warnings": len(result.warnings)}
     measured = Measured(
         environment=result.environment,
+        cases=study.cases,
+        asked={person.name: person for person in study.people},
         people={person.name: person for person in result.people},
         own={person.name: self_clearance(person.placed) for person in result.people},
         between={
@@ -675,9 +678,11 @@ def car_people() -> Named:
 def _population(name: str, role: str) -> Named:
     """Margins of PEOPLE people by requirement, in their order; their seats; shares, reach maps and
     design changes."""
-    plan: Any = load(name).what
-    drawn = plan.file.population.model_copy(update={"people": PEOPLE})
-    result: Any = run(replace(plan, file=plan.file.model_copy(update={"population": drawn})))
+    study = wb.load_study(name)
+    (who,) = study.roles
+    assert isinstance(who.population, PeopleDrawn)
+    drawn = replace(who.population, people=PEOPLE)
+    result: Any = run(replace(study, roles=(replace(who, population=drawn),)))
     here = f"{name}/{role}"
     for r, one in enumerate(result.requirements):
         name = f"{one.criterion}/{one.target}" if one.check == "reach" else one.criterion

@@ -6,13 +6,12 @@ from .errors import InputError as InputError
 from .errors import MissingPartError as MissingPartError
 from .errors import UsageError as UsageError
 from .errors import WorkbenchError as WorkbenchError
-from .files.accommodation.studies import load_accommodation as load_accommodation
 from .files.ansur import read_ansur as read_ansur
 from .files.body.bodies import load_body as load_body
 from .files.environments import environment_from_mesh as environment_from_mesh
 from .files.environments import load_environment as load_environment
 from .files.populations import load_population_model as load_population_model
-from .files.studies import load_study as load_study
+from .files.study.reader import load_study as load_study
 from .model.body import Body as Body
 from .model.body import Topology as Topology
 from .model.body import stack_bodies as stack_bodies

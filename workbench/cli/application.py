@@ -154,16 +154,15 @@ def run(
     out
         the folder to write; out/<study> where not given
     film
-        a film with the report of a crash, as `film: true` in its file
+        a film with the report of a motion
     cluster
-        of an accommodation study: a Dask scheduler's address that does the work (tcp://host:8786),
-        or local
+        of a population: a Dask scheduler's address that does the work (tcp://host:8786), or local
     """
     from workbench.files.output_folder import check_folder
-    from workbench.model.accommodation import Accommodation
+    from workbench.files.study.reader import load_study
     from workbench.report.folder import report_headline, report_lines, write_report
     from workbench.study.accommodation.chunks import forget_chunks
-    from workbench.study.run import filmed, load
+    from workbench.study.run import check_run, passed
     from workbench.study.run import run as run_study
 
     kept: list[str] = []
@@ -171,12 +170,13 @@ def run(
         if out is not None:
             check_folder(out, holds="result")  # before the work, not after it
         say(f"reading {study}")
-        loaded = filmed(load(study)) if film else load(study)
+        loaded = load_study(study)
+        check_run(loaded, cluster=cluster, film=film)
         folder = out or Path("out") / loaded.name
         place = check_folder(folder, holds="result")  # again, now that all inputs are known
         say("measuring")
         keep = place.with_name(f".{place.name}.chunks")
-        result = run_study(loaded, keep=keep, say=say, cluster=cluster)
+        result = run_study(loaded, keep=keep, say=say, cluster=cluster, film=film)
         rows = write_report(result, folder, progress=say, tell=kept.append)
         forget_chunks(keep)
     for warning in (*kept, *rows.warnings):
@@ -188,7 +188,7 @@ def run(
             emit(line)
         emit(report_headline(result))
         emit(folder / "report.html")
-    return 0 if isinstance(result, Accommodation) or result.passed else 1
+    return 0 if passed(result) else 1
 
 
 @app.command

@@ -15,7 +15,7 @@ from workbench.cli.progress import Progress, emit, tell
 if TYPE_CHECKING:
     from workbench.files.accommodation.results import AccommodationResultFile
     from workbench.model.comparison import Judged
-    from workbench.study.run import Loaded
+    from workbench.model.study import Study
 
 __all__ = ["compare"]
 
@@ -25,13 +25,13 @@ Say = Callable[[str], None]
 
 
 def compare(before: str, after: str, *, out: Path | None = None, as_json: Json = False) -> int:
-    """Compare two accommodation results, or two studies, with the same people: who gains, who
+    """Compare two results of a population, or two studies, with the same people: who gains, who
     loses.
 
     Parameters
     ----------
     before
-        the folder of a result or its result.json, or an accommodation study, which is run first
+        the folder of a result or its result.json, or a study of a population, which is run first
     after
         the same of the other design
     out
@@ -73,24 +73,24 @@ class _Side(NamedTuple):
     """One of the two designs: a result as it stands, or a study that is still to be run."""
 
     name: str
-    source: AccommodationResultFile | Loaded
+    source: AccommodationResultFile | Study
 
 
 def _side(source: str, say: Say) -> _Side:
     """Read a source. InputError where it has nothing to do with accommodation."""
     from workbench.errors import InputError
     from workbench.files.accommodation.results import load_accommodation_result
-    from workbench.study.run import load
+    from workbench.files.study.reader import load_study
 
     say(f"reading {source}")
     path = Path(source)
     if path.is_dir() or path.suffix == ".json":
         rows = load_accommodation_result(path)
         return _Side(rows.study, rows)
-    loaded = load(source)
-    if loaded.kind != "accommodation":
+    loaded = load_study(source)
+    if loaded.crowd is None:
         raise InputError(
-            f"{source}: is a {loaded.kind} study; accommodation studies, or their results, are compared"
+            f"{source}: is no study of a population; two of these, or their results, are compared"
         )
     return _Side(loaded.name, loaded)
 

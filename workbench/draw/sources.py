@@ -10,31 +10,29 @@ import numpy as np
 
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
-from workbench.files.accommodation.studies import AccommodationPlan
 from workbench.files.body.bodies import load_body
 from workbench.files.catalogue import find, is_there, names
 from workbench.files.crash.results import CrashResultFile
-from workbench.files.crash.studies import CrashPlan
 from workbench.files.environments import load_environment
 from workbench.files.kinds import kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.results import ResultFile, load_result
+from workbench.files.study.reader import load_study
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
-from workbench.model.study import Person, Study
+from workbench.model.posture_study import Person, PostureStudy
+from workbench.model.study import Study
 from workbench.solve.forward import place
-from workbench.study.crash.crash import crash_ready
+from workbench.study.pipelines import motion_study, posture_study
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import prepared
-from workbench.study.run import load
 
 __all__ = [
     "PEOPLE_COLOURS",
     "Source",
-    "crash_source",
     "result_source",
     "scene_of",
     "source_kind",
@@ -120,12 +118,12 @@ def source_of(source: str, *, poses: str | None = None, case: str | None = None)
         return Source(Scene((), environment, (), environment.name, environment.description))
     if kind == "body":
         return _body_source(source, poses)
-    what = load(source).what
-    if isinstance(what, AccommodationPlan):
+    study = load_study(source)
+    if study.crowd is not None:
         raise InputError(
             f"{source} is about many people and has no case to draw; run it: its report shows the hardest"
         )
-    return crash_source(what, case) if isinstance(what, CrashPlan) else study_source(what, case)
+    return study_source(study, case)
 
 
 def _check_choice(source: str, kind: str, poses: str | None, case: str | None) -> None:
@@ -150,7 +148,7 @@ def result_source(path: Path, case: str | None = None) -> Source:
     changed since.
     """
     rows = load_result(path)
-    study = load(find("studies", rows.study)).what
+    study = load_study(find("studies", rows.study))
     made = rows.provenance.get("inputs", {})
     for role, file in study.inputs.items():
         if made.get(role) != hashlib.sha256(file.read_bytes()).hexdigest():
@@ -158,11 +156,11 @@ def result_source(path: Path, case: str | None = None) -> Source:
                 f"{path}: {file} is not as it was when this result was made; run the study again"
             )
     if isinstance(rows, CrashResultFile):
-        if not isinstance(study, CrashPlan):
+        if not study.moves:
             raise InputError(
                 f"{path}: the study {rows.study} is of another kind than this result; run it again"
             )
-        source = crash_source(study, case)
+        source = study_source(study, case)
         faults = [meeting for meeting in rows.contacts if meeting.depth_mm > meeting.allowed_mm]
         marks = [
             Mark(_metres(m.point_mm), str(n), "contact") for n, m in enumerate(faults, start=1)
@@ -173,7 +171,7 @@ def result_source(path: Path, case: str | None = None) -> Source:
         return replace(
             source, scene=replace(source.scene, marks=tuple(marks)), notes=source.notes + notes
         )
-    if isinstance(study, (CrashPlan, AccommodationPlan)):
+    if study.moves or study.crowd is not None:
         raise InputError(
             f"{path}: the study {rows.study} is of another kind than this result; run it again"
         )
@@ -217,16 +215,18 @@ def _metres(point: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def study_source(study: Study, case: str | None = None) -> Source:
-    """The cases of a study, by name with commas between, in the postures that a run measures; see
-    source_of."""
+    """The cases of a study, by name with commas between, as a run measures them; see source_of."""
+    if study.moves:
+        return _motion_source(study, case)
+    return _posture_source(posture_study(study), case)
+
+
+def _posture_source(study: PostureStudy, case: str | None) -> Source:
     study, _ = prepared(study)
     timed = all(person.poses.time is not None for person in study.people)
-    wanted = _listed(case) if case is not None else study.cases if timed else study.cases[:1]
-    for name in wanted:
-        if name not in study.cases:
-            raise UsageError(
-                f"study {study.name} has no case {name!r}; {one_of(name, study.cases)}"
-            )
+    wanted = _cases(study.name, study.cases, case)
+    if case is None and not timed:
+        wanted = wanted[:1]
     rows = [study.cases.index(name) for name in wanted]
     persons = tuple(replace(person, poses=_chosen(person.poses, rows)) for person in study.people)
     environment = adjusted_environment(study)
@@ -242,32 +242,39 @@ def study_source(study: Study, case: str | None = None) -> Source:
     )
 
 
-def crash_source(plan: CrashPlan, case: str | None = None) -> Source:
-    """The motion of a crash study in its environment; what it is compared with lies under it. See
-    Source.at.
+def _cases(study: str, known: tuple[str, ...], case: str | None) -> tuple[str, ...]:
+    """The cases that are named, all where none is; UsageError for one that is not there."""
+    wanted = _listed(case) if case is not None else known
+    for name in wanted:
+        if name not in known:
+            raise UsageError(f"study {study} has no case {name!r}; {one_of(name, known)}")
+    return wanted
 
-    UsageError for a case: a crash study has none. InputError for a motion that cannot be read.
+
+def _motion_source(study: Study, case: str | None) -> Source:
+    """A motion in its environment, and a second one under it. See Source.at.
+
+    UsageError for a case that is not there. InputError for a motion that cannot be read.
     """
-    if case is not None:
-        raise UsageError(
-            f"study {plan.file.study} is a crash: it has one motion and no cases; leave out --case"
-        )
-    study = crash_ready(plan)
-    shown = [Person(study.person, study.body, study.motion, ())]
+    wanted = _cases(study.name, tuple(each.name for each in study.cases), case)
+    first = motion_study(study)
+    motions = [first] if first.held is None else [first, first.held]
+    motions = [motion for motion in motions if motion.motion_name in wanted]
+    shown = [Person(first.person, motions[0].body, motions[0].motion, ())]
     key: tuple[tuple[str, str], ...] = ()
-    if study.against is not None:
-        shown.append(Person(study.against_name, study.body, study.against, ()))
-        key = (
-            (plan.motion[1].name or plan.motion[0].stem, PEOPLE_COLOURS[0]),
-            (study.against_name, PEOPLE_COLOURS[1]),
+    if len(motions) > 1:
+        shown.append(Person(motions[1].motion_name, motions[1].body, motions[1].motion, ()))
+        key = tuple(
+            (motion.motion_name, colour)
+            for motion, colour in zip(motions, PEOPLE_COLOURS, strict=False)
         )
     bodies = tuple(
         SceneBody(place(person.body, _chosen(person.poses, [0])), 0, colour)
         for person, colour in zip(shown, PEOPLE_COLOURS, strict=False)
     )
-    scene = Scene(bodies[:1], study.cabin, (), study.title, "", bodies[1:], key)
+    scene = Scene(bodies[:1], motions[0].cabin, (), first.title, "", bodies[1:], key)
     persons = tuple(shown)
-    return Source(scene, (), (study.person,), persons[:1], True, under=persons[1:])
+    return Source(scene, (), (first.person,), persons[:1], True, under=persons[1:])
 
 
 def _chosen(poses: Poses, rows: list[int]) -> Poses:

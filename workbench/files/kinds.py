@@ -9,17 +9,13 @@ from pydantic import BaseModel
 
 from workbench.errors import InputError
 from workbench.files.accommodation.results import AccommodationResultFile
-from workbench.files.accommodation.schema import AccommodationFile
-from workbench.files.accommodation.studies import load_accommodation
 from workbench.files.body.bodies import load_body
 from workbench.files.body.encumbrances import EncumbranceFile, load_encumbrance
 from workbench.files.body.schema import BodyFile
 from workbench.files.comparison_results import ComparisonFile
 from workbench.files.crash.results import CrashResultFile
-from workbench.files.crash.schema import CrashFile, RulesFile
 from workbench.files.crash.simulation_schema import SimulationFile
 from workbench.files.crash.simulations import load_simulation
-from workbench.files.crash.studies import load_crash
 from workbench.files.environment_schema import EnvironmentFile
 from workbench.files.environments import load_environment
 from workbench.files.growth import GrowthFile, load_growth
@@ -27,8 +23,8 @@ from workbench.files.populations import PopulationFile, load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
 from workbench.files.results import ResultFile
 from workbench.files.schema import validate
-from workbench.files.studies import load_study
-from workbench.files.study_schema import StudyFile
+from workbench.files.study.reader import load_study
+from workbench.files.study.schema import RulesFile, StudyFile
 from workbench.files.yaml_text import read_yaml
 
 __all__ = ["KINDS", "check_file", "is_mesh", "json_schemas", "kind_of", "named_kind"]
@@ -52,8 +48,6 @@ _MODELS: dict[str, type[BaseModel]] = {
     "population": PopulationFile,
     "growth": GrowthFile,
     "rules": RulesFile,
-    "crash": CrashFile,
-    "accommodation": AccommodationFile,
     "simulation": SimulationFile,
     "encumbrance": EncumbranceFile,
     "result": ResultFile,
@@ -88,13 +82,10 @@ def named_kind(path: Path) -> str | None:
     keys = set(value) if isinstance(value, dict) else set()
     if not keys & set(KINDS):
         return None
-    return max(KINDS, key=lambda kind: (len(keys & _known_keys(kind)), kind in keys))
-
-
-def _known_keys(kind: str) -> set[str]:
-    """The keys of a kind of file; those of crash studies too, which are studies."""
-    crash = set(CrashFile.model_fields) if kind == "study" else set()
-    return set(_MODELS[kind].model_fields) | crash
+    if {"study", "kind"} <= keys:  # a study of before there was one format, whose keys fit none
+        return "study"
+    fields = {kind: set(_MODELS[kind].model_fields) for kind in KINDS}
+    return max(KINDS, key=lambda kind: (len(keys & fields[kind]), kind in keys))
 
 
 def is_mesh(source: str) -> bool:
@@ -110,11 +101,6 @@ def check_file(path: Path) -> list[str]:
         raise InputError(f"{path}: no such file")
     kind = kind_of(path)
     if kind == "study":
-        value = read_yaml(path).value
-        if isinstance(value, dict) and value.get("kind") == "accommodation":
-            return list(load_accommodation(path).environment.warnings)
-        if isinstance(value, dict) and value.get("kind") == "crash":
-            return list(load_crash(path).environment.warnings)
         return list(load_study(path).warnings)
     if kind == "body":
         body = load_body(path)

@@ -1,12 +1,14 @@
-"""The one rule for names that stand in files more than once."""
+"""Names in files: those that stand more than once, and patterns of names."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Iterable, Sequence
+from functools import cache
 
 from workbench.errors import printable
 
-__all__ = ["unique_names"]
+__all__ = ["matches", "matching", "unique_names"]
 
 
 def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
@@ -30,3 +32,24 @@ def unique_names(names: Iterable[str], otherwise: str) -> list[str]:
         taken.add(candidate)
         given.append(candidate)
     return given
+
+
+def matches(pattern: str, name: str) -> bool:
+    """Whether a name is the one meant: `*` stands for any letters, `?` for one, all else for
+    itself."""
+    return _pattern(pattern).fullmatch(name) is not None
+
+
+def matching(patterns: Sequence[str] | None, names: Iterable[str]) -> tuple[str, ...]:
+    """The names that match any of the patterns, in their own order; all where None is given."""
+    return tuple(
+        name
+        for name in names
+        if patterns is None or any(matches(pattern, name) for pattern in patterns)
+    )
+
+
+@cache
+def _pattern(pattern: str) -> re.Pattern[str]:
+    signs = {"*": ".*", "?": "."}
+    return re.compile("".join(signs.get(c, re.escape(c)) for c in pattern), re.DOTALL)

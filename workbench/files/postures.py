@@ -28,6 +28,7 @@ __all__ = [
     "load_postures",
     "posture_path",
     "posture_pose",
+    "replaced_angles",
 ]
 
 Angle = Annotated[float, Field(ge=-720, le=720)]
@@ -154,9 +155,21 @@ def posture_pose(
     """
     if name not in file.postures:
         raise InputError(f"no posture {name!r}; {one_of(name, file.postures)}")
-    posture = file.postures[name]
+    posture = replaced_angles(body, file.postures[name], more or {})
+    matrix = (attitude or posture.attitude).matrix()
+    return pose(
+        body,
+        posture.angles,
+        rotations=posture.rotations,
+        reference=file.reference,
+        attitude=matrix,  # type: ignore[arg-type]
+    )
+
+
+def replaced_angles(body: Body, posture: PostureFile, more: AnglesFile) -> PostureFile:
+    """A posture with some angles replaced, axis by axis. InputError for an unknown joint."""
     turns, faults = flat_angles(body, posture.angles)
-    extra, more_faults = flat_angles(body, more or {})
+    extra, more_faults = flat_angles(body, more)
     if faults or more_faults:
         raise InputError([what for _, what in faults + more_faults])
     for joint, motions in extra.items():
@@ -168,5 +181,4 @@ def posture_pose(
         }
         turns[joint] = kept | motions
     rotations = {joint: q for joint, q in posture.rotations.items() if joint not in extra}
-    matrix = (attitude or posture.attitude).matrix()
-    return pose(body, turns, rotations=rotations, reference=file.reference, attitude=matrix)  # type: ignore[arg-type]
+    return posture.model_copy(update={"angles": turns, "rotations": rotations})

@@ -169,7 +169,6 @@ class ResultFile(_Row):
 
     format: str = "bubbleman-workbench result 1"
     study: str
-    kind: str
     title: str
     passed: bool
     environment: str
@@ -198,7 +197,7 @@ def load_result(path: Path) -> ResultFile | CrashResultFile:
     file = path / MARK if path.is_dir() else path
     try:
         text = read_whole(file, "a result")
-        crash = b'"kind": "crash"' in text[:1000]
+        crash = b'"format": "bubbleman-workbench crash' in text[:1000]
         return (CrashResultFile if crash else ResultFile).model_validate_json(text)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]

@@ -30,13 +30,16 @@ from workbench.errors import InputError, one_of
 from workbench.files.yaml_text import Document
 
 __all__ = [
+    "LENGTH_SCHEMA",
     "Degrees",
     "FileModel",
     "Length",
     "LengthUnit",
     "Vector",
     "fail",
+    "length_in_metres",
     "metres_in",
+    "plausible",
     "to_metres",
     "validate",
 ]
@@ -62,7 +65,8 @@ def to_metres(text: str) -> float:
     return float(match[1]) * metres_in[match[2]]
 
 
-def _length(value: Any, info: ValidationInfo) -> Any:
+def length_in_metres(value: Any, info: ValidationInfo) -> Any:
+    """Metres from a number in the file's unit, or from a text with its unit; ValueError else."""
     if isinstance(value, str):
         return to_metres(value)
     if isinstance(value, (int, float)) and not isinstance(value, bool):
@@ -71,13 +75,14 @@ def _length(value: Any, info: ValidationInfo) -> Any:
     raise ValueError("a number or a length such as '450 mm' is needed")
 
 
-def _plausible(value: float) -> float:
+def plausible(value: float) -> float:
+    """A length that may stand in a file; ValueError for one that is farther than any is."""
     if abs(value) > _LONGEST:
         raise ValueError(f"{value:g} m is farther than {_LONGEST:g} m: a wrong unit?")
     return value
 
 
-_LENGTH_SCHEMA = {
+LENGTH_SCHEMA = {
     "anyOf": [
         {"type": "number"},
         {"type": "string", "pattern": r"^\s*[-+0-9.eE]+\s*(mm|cm|m|in|ft)\s*$"},
@@ -85,7 +90,10 @@ _LENGTH_SCHEMA = {
     "description": "a number in the file's unit of length, or a string with its unit",
 }
 Length = Annotated[
-    float, BeforeValidator(_length), AfterValidator(_plausible), WithJsonSchema(_LENGTH_SCHEMA)
+    float,
+    BeforeValidator(length_in_metres),
+    AfterValidator(plausible),
+    WithJsonSchema(LENGTH_SCHEMA),
 ]
 Degrees = Annotated[float, Field(ge=-720, le=720), AfterValidator(math.radians)]
 Vector = Annotated[tuple[Length, Length, Length], Field(strict=False)]

@@ -12,11 +12,12 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.population import Population
 from workbench.model.poses import Placed, Poses
-from workbench.model.study import Aims, Criterion
+from workbench.model.posture_study import Aims
 
 __all__ = [
     "MAP_POINTS",
@@ -30,6 +31,7 @@ __all__ = [
     "MapTask",
     "ReachMap",
     "Requirement",
+    "ShareVerdict",
     "Shown",
 ]
 
@@ -88,7 +90,6 @@ class AccommodationStudy:
     """
 
     name: str
-    kind: str
     title: str
     description: str
     environment: Environment
@@ -112,11 +113,10 @@ class AccommodationStudy:
 
 @dataclass(frozen=True)
 class Requirement:
-    """The smallest thing that is asked of a person: one control, one clearance, the view, the seat.
+    """The smallest thing that is asked of a person: one control, one clearance, the view, the pedals.
 
     name: "reach throttle", "right knee clear of the panel": unique in a result; criterion: the
-    criterion of the study that it belongs to; check: reach, clearance, contact, vision, seat or
-    stops; target: the control or part; zone: of a reach, 0 of others.
+    criterion of the study that it belongs to; check: as of the criterion; target: the control or part; zone: of a reach, 0 of others.
     """
 
     name: str
@@ -136,6 +136,15 @@ class GroupShare:
     low: float
     high: float
     count: int
+
+
+@dataclass(frozen=True)
+class ShareVerdict:
+    """Whether the share of people who meet the criteria of a share criterion is large enough."""
+
+    criterion: Criterion
+    passed: bool
+    share: GroupShare
 
 
 @dataclass(frozen=True)
@@ -227,6 +236,12 @@ class Accommodation:
     provenance: Mapping[str, Mapping[str, str]]
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
+    verdicts: tuple[ShareVerdict, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """True where every share that is asked for is large enough."""
+        return all(verdict.passed for verdict in self.verdicts)
 
     @property
     def met(self) -> Bools:

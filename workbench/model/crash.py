@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion, Limit
 from workbench.model.environment import Environment
 from workbench.model.episodes import Episodes
 from workbench.model.poses import Poses
@@ -18,12 +19,10 @@ from workbench.model.simulation import Belt, ContactRule
 
 __all__ = [
     "Agreement",
-    "CrashCriterion",
     "CrashResult",
     "CrashStudy",
     "CrashVerdict",
     "ForceCurve",
-    "Limit",
     "Meeting",
     "Signal",
     "SignalPoint",
@@ -41,48 +40,18 @@ class SignalPoint:
     at: tuple[float, float, float]
 
 
-@dataclass(frozen=True)
-class Limit:
-    """A limit of a rule set. figure: hic, held or chest-like level; window or hold [s]; value in
-    the figure's unit."""
-
-    figure: str
-    segment: str
-    span: float
-    value: float
-    source: str
-
-
-@dataclass(frozen=True)
-class CrashCriterion:
-    """Something that must hold. check: contact, excursion, stops or rules.
-
-    segments, parts: those it is about. at_most [m]: depth of a contact, or how far an excursion
-    goes along `direction` (3,) from `origin` (3,) [m]; for stops [rad] past the stop.
-    """
-
-    name: str
-    check: str
-    segments: tuple[str, ...]
-    parts: tuple[str, ...]
-    at_most: float
-    direction: tuple[float, float, float]
-    origin: tuple[float, float, float]
-
-
 @dataclass(frozen=True, eq=False)
 class CrashStudy:
     """A crash study ready to run. `against`: a second motion to compare with, None where there is
     none.
 
-    cabin: the environment without belts, which move; belts: those of the motion. pulse: the
+    compared: whether the difference of the two motions is asked for. cabin: the environment without belts, which move; belts: those of the motion. pulse: the
     vehicle's own, None where it is not stated. forces: laws of contact; bears (K,): parts whose
     depth counts from their surface. held: the same of `against`: its environment, cabin, belts and
     pulse are those of that study.
     """
 
     name: str
-    kind: str
     title: str
     description: str
     environment: Environment
@@ -95,7 +64,7 @@ class CrashStudy:
     cfc: int | None
     rules: str
     limits: tuple[Limit, ...]
-    criteria: tuple[CrashCriterion, ...]
+    criteria: tuple[Criterion, ...]
     inputs: Mapping[str, Path]
     cabin: Environment
     belts: tuple[Belt, ...] = ()
@@ -104,6 +73,7 @@ class CrashStudy:
     bears: Bools = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     held: CrashStudy | None = None
     motion_name: str = ""
+    compared: bool = True
     film: bool = False
     warnings: tuple[str, ...] = ()
 
@@ -180,7 +150,7 @@ class CrashVerdict:
     """How one criterion came out: value against limit in `unit` (mm, degrees, g or 1), at a time
     [s], in words."""
 
-    criterion: CrashCriterion
+    criterion: Criterion
     passed: bool
     value: float
     limit: float

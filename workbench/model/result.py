@@ -9,10 +9,11 @@ from dataclasses import dataclass
 
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance, Contacts
+from workbench.model.criterion import Criterion
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.model.study import Criterion, Study
+from workbench.model.posture_study import PostureStudy
 
 __all__ = ["ControlReach", "Finding", "PersonResult", "Result", "Verdict"]
 
@@ -51,7 +52,8 @@ class ControlReach:
     best.
 
     miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered
-    there; limit: what limits it, in words; discomfort as in `Reach`.
+    there; limit: what limits it, in words; discomfort as in `Reach`. case: index of the case whose
+    posture it begins from; hand: the one that was asked for, "" for either.
     """
 
     person: str
@@ -64,6 +66,8 @@ class ControlReach:
     overlap: float
     limit: str
     discomfort: float
+    case: int = 0
+    hand: str = ""
 
 
 @dataclass(frozen=True)
@@ -106,7 +110,7 @@ class Result:
     people reach controls, of a reach study; envelopes: how far they reach all around.
     """
 
-    study: Study
+    study: PostureStudy
     environment: Environment
     verdicts: tuple[Verdict, ...]
     people: tuple[PersonResult, ...]

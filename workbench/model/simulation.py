@@ -17,10 +17,12 @@ from workbench.model.poses import Poses
 from workbench.model.pulse import Pulse
 
 __all__ = [
+    "Airbag",
     "Belt",
     "BeltPoint",
     "ContactRule",
     "JointRule",
+    "Restraints",
     "Simulated",
     "Simulation",
     "depth_offset",
@@ -51,6 +53,36 @@ class Belt:
     slack: float
     width: float
     allow: float
+
+
+@dataclass(frozen=True)
+class Airbag:
+    """A deployed airbag: an ellipsoid about `centre` (3,) [m] with half_axes (3,) [m], pitched
+    [rad], that stands still; allow [m]: how deep every segment may go into it."""
+
+    name: str
+    centre: tuple[float, float, float]
+    half_axes: tuple[float, float, float]
+    pitch: float
+    allow: float
+
+
+@dataclass(frozen=True, eq=False)
+class Restraints:
+    """What holds the occupant of a motion: belts and airbags, which become parts, and the vehicle's
+    pulse; seat: the one that the occupant has adjusted, by `forward` and `up` [m], "" for none."""
+
+    pulse: Pulse | None = None
+    belts: tuple[Belt, ...] = ()
+    airbags: tuple[Airbag, ...] = ()
+    seat: str = ""
+    forward: float = 0.0
+    up: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parts that they become: airbags, then belts."""
+        return (*(bag.name for bag in self.airbags), *(belt.name for belt in self.belts))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,130 +1,197 @@
-"""Study: who is where in which environment, in which cases, and what must hold."""
+"""Study: who is where in which environment, what each does, and what must hold."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from math import inf
+from dataclasses import dataclass, field
 from pathlib import Path
 
+from workbench.model.accommodation import Change, IntervalRule, MapTask
 from workbench.model.body import Body
-from workbench.model.driving import DrivingAims
+from workbench.model.crash import SignalPoint
+from workbench.model.criterion import Criterion
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
-from workbench.model.growth import Growth
-from workbench.model.population import PopulationModel
+from workbench.model.force import ForceLaw
+from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
+from workbench.model.posture_study import Aims, ReachTask, Size
+from workbench.model.simulation import Restraints
 
-__all__ = ["Aims", "Criterion", "Person", "ReachTask", "Size", "Study"]
-
-
-@dataclass(frozen=True)
-class Criterion:
-    """Something that must hold in every case, or for everybody.
-
-    check: contact, clearance, self_contact, between_people, stops or reach; of accommodation also
-    vision and seat. people, segments, parts, controls: those it is about. at_least: [m] for
-    clearance and between_people, [rad] for stops. zone: the harness zone in which controls are to
-    be reached, each control's own where None.
-
-    Of accommodation: hand: that must reach ("left", "right"), either where None; subparts: named
-    spheres ("RLL/knee cap") instead of whole segments; below, above: how far [m] the eyes may be
-    below and above their point, infinite where either may be any; of a vision over parts, at_least
-    is the angle down [rad].
-    """
-
-    name: str
-    check: str
-    people: tuple[str, ...]
-    segments: tuple[str, ...]
-    parts: tuple[str, ...]
-    at_least: float
-    controls: tuple[str, ...] = ()
-    zone: int | None = None
-    hand: str | None = None
-    subparts: tuple[str, ...] = ()
-    below: float = inf
-    above: float = inf
-
-
-@dataclass(frozen=True)
-class Aims:
-    """What a sitter's posture is predicted from: by limb ("left hand", ...) the control that it
-    holds; the point whose height the eyes are to reach and the point on the floor whose height the
-    heels stand at, None where any. driving: of a driver at the wheel, whose posture is the
-    statistical one."""
-
-    controls: Mapping[str, str]
-    eyes: str | None = None
-    heels: str | None = None
-    driving: DrivingAims | None = None
-
-
-@dataclass(frozen=True)
-class ReachTask:
-    """Reach envelopes that a study asks for: whose, by which hand, grip and zone, and whether
-    obstacles are heeded."""
-
-    person: str
-    limb: str
-    grip: str
-    zone: int
-    obstacles: bool
+__all__ = [
+    "Action",
+    "Case",
+    "ContactForce",
+    "GivenPosture",
+    "PeopleDrawn",
+    "PredictedPosture",
+    "RecordedMotion",
+    "Role",
+    "Shares",
+    "Signals",
+    "SimulatedMotion",
+    "Study",
+]
 
 
 @dataclass(frozen=True, eq=False)
-class Size:
-    """A person's measures [m; mass in kg], and the population whose people the other measures are
-    taken from, or the growth charts and the age [years] of a child."""
+class PeopleDrawn:
+    """People who are to be drawn from a population: how many, the seed, and the share (0 to 1) who
+    are women."""
 
-    sex: str
-    measures: Mapping[str, float]
-    population: PopulationModel | Growth
-    age: float | None = None
+    model: PopulationModel
+    people: int
+    seed: int
+    women: float
 
 
 @dataclass(frozen=True, eq=False)
-class Person:
-    """One body in all cases of a study: P poses, one a case.
+class Role:
+    """Somebody who takes part in every case.
 
-    seat: the seat it is put into (its adjustment `forward` and `up` [m]); or `stand`: a point (3,)
-    [m] that the lowest sphere stands on; or neither, where the poses are placed already. size: the
-    measures the body is scaled to when the study runs, None for the body as it is. detail: the
-    level of detail of its family, its own where None; wears: what it is dressed in then. aims: by
-    case, what the posture is predicted from, None where it is given; free_seat: the seat goes where
-    the first predicted case wants it. held: by case, True where the poses say where the sitter is
-    and the seat's planes do not: a driver sits by the hip point.
+    body: as its file has it; detail: the level of it that is used, its own where None. size: the
+    measures the body is scaled to; population: many people who take the role one at a time; neither
+    for the body as it is. seat: whose position [m] is `forward` and `up`, or found where `free`.
+    stand: the point (3,) [m] that the lowest sphere stands on. Where neither is given, poses say
+    where the body is.
     """
 
     name: str
     body: Body
-    poses: Poses
-    postures: tuple[str, ...]
+    detail: str | None = None
+    clothes: tuple[Encumbrance, ...] = ()
+    size: Size | None = None
+    population: Population | PeopleDrawn | None = None
     seat: str | None = None
+    free: bool = False
     forward: float = 0.0
     up: float = 0.0
     stand: tuple[float, float, float] | None = None
-    size: Size | None = None
-    detail: str | None = None
-    wears: tuple[Encumbrance, ...] = ()
-    aims: tuple[Aims | None, ...] = ()
-    free_seat: bool = False
-    held: tuple[bool, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class GivenPosture:
+    """A posture by its name: one pose, in the world where the role is at a place."""
+
+    name: str
+    poses: Poses
+
+
+@dataclass(frozen=True, eq=False)
+class PredictedPosture:
+    """A posture to be predicted from aims, trunk and head as in the posture `like` (one pose).
+
+    With `aims.driving` it is a driver's.
+    """
+
+    like: str
+    poses: Poses
+    aims: Aims
+
+
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """A motion file and how it is read.
+
+    begin, end [s] and every: the frames wanted; names: bones by segment, or usual marker names by
+    the file's; up: its upward axis; metres: one unit of a BVH file [m]; gaps [s]: the longest that
+    is bridged; move (3,) [m] and yaw [rad]: where it is put; subject: whether the body takes the
+    lengths that the file shows.
+    """
+
+    file: Path
+    begin: float
+    end: float
+    every: int
+    names: Mapping[str, str]
+    up: str | None
+    metres: float | None
+    gaps: float
+    move: tuple[float, float, float]
+    yaw: float
+    subject: bool
+    restraints: Restraints
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedMotion:
+    """A motion to be simulated: the simulation's file, the posture it starts from and its pose."""
+
+    simulation: Path
+    start: str
+    poses: Poses
+    restraints: Restraints
+
+
+Action = GivenPosture | PredictedPosture | RecordedMotion | SimulatedMotion
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A case: what each role does, in the order of the roles."""
+
+    name: str
+    actions: tuple[Action, ...]
+
+
+@dataclass(frozen=True)
+class Shares:
+    """How shares of a population are reported: mixes (share of women, 0 to 1, by name), the
+    confidence (0 to 1) of intervals, and how these are found."""
+
+    mixes: Mapping[str, float] = field(default_factory=dict)
+    confidence: float = 0.95
+    interval: IntervalRule = field(default_factory=IntervalRule)
+
+
+@dataclass(frozen=True)
+class Signals:
+    """The points whose signals are reported, and the class of the filter."""
+
+    points: tuple[SignalPoint, ...] = ()
+    filter_class: int | None = None
+
+
+@dataclass(frozen=True)
+class ContactForce:
+    """The force law of some segments against some parts, by their names."""
+
+    segments: tuple[str, ...]
+    parts: tuple[str, ...]
+    law: ForceLaw
 
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A study ready to run. `inputs` are the files it was read from, by role; `envelopes` the reach
-    envelopes asked for."""
+    """A study with everything it names.
+
+    compare: the two cases whose motions are compared, by index. inputs: the files it was read from,
+    by role.
+    """
 
     name: str
-    kind: str
     title: str
     description: str
     environment: Environment
-    people: tuple[Person, ...]
-    cases: tuple[str, ...]
+    roles: tuple[Role, ...]
+    cases: tuple[Case, ...]
     criteria: tuple[Criterion, ...]
     inputs: Mapping[str, Path]
+    shares: Shares = field(default_factory=Shares)
+    reach_maps: tuple[MapTask, ...] = ()
+    reach_envelopes: tuple[ReachTask, ...] = ()
+    changes: tuple[Change, ...] = ()
+    compare: tuple[int, int] | None = None
+    signals: Signals = field(default_factory=Signals)
+    contact_forces: tuple[ContactForce, ...] = ()
     warnings: tuple[str, ...] = ()
-    envelopes: tuple[ReachTask, ...] = ()
+
+    @property
+    def crowd(self) -> Role | None:
+        """The role that a population takes, None where there is none."""
+        return next((role for role in self.roles if role.population is not None), None)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the cases are motions."""
+        return isinstance(self.cases[0].actions[0], (RecordedMotion, SimulatedMotion))

@@ -40,7 +40,6 @@ def result_file(result: Result) -> ResultFile:
         contacts += _rows(result, rows, (one, other, "between_people"))
     return ResultFile(
         study=study.name,
-        kind=study.kind,
         title=study.title,
         passed=result.passed,
         environment=study.environment.name,

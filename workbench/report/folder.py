@@ -74,10 +74,16 @@ def report_lines(result: AnyResult, rows: AnyFile) -> list[str]:
     out."""
     if isinstance(result, Accommodation) or isinstance(rows, AccommodationResultFile):
         return accommodation_lines(result) if isinstance(result, Accommodation) else []
-    return [
+    lines = [
         f"{'passed' if verdict.passed else 'FAILED'}  {verdict.name}: {verdict.sentence}"
         for verdict in rows.verdicts
     ]
+    if isinstance(rows, CrashResultFile):
+        lines += [
+            f"{'passed' if v.passed else 'FAILED'}  {v.name}, {rows.against}: {v.sentence}"
+            for v in rows.against_verdicts
+        ]
+    return lines
 
 
 def _accommodation(

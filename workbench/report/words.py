@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
+from workbench.model.posture_study import Person, Size
 from workbench.model.result import Finding, Result, Verdict
-from workbench.model.study import Person, Size
 
 __all__ = [
     "contact_sentence",
@@ -54,6 +55,8 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
         if finding.value >= 0:
             return f"{lead}{finding.subject} reaches {finding.target}."
         return f"{lead}{finding.subject} stays {millimetres(-finding.value)} from {finding.target}."
+    if check in _PLAIN:
+        return lead + _PLAIN[check](finding)
     target = (
         f"{finding.other_person}'s {finding.target}" if finding.other_person else finding.target
     )
@@ -64,6 +67,43 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
     elif finding.value < finding.limit:
         need = f", {millimetres(finding.limit - finding.value)} less than the {millimetres(finding.limit)} asked for"
     return f"{lead}{finding.subject} is {_apart(finding.value)} {target}{need}."
+
+
+def _pedal_words(finding: Finding) -> str:
+    if finding.value >= finding.limit:
+        return f"{finding.subject} is on {finding.target}."
+    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}."
+
+
+def _seat_words(finding: Finding) -> str:
+    if finding.value < 0:
+        return f"{finding.subject} is wanted {millimetres(-finding.value)} beyond its travel."
+    return (
+        f"{finding.subject} has {millimetres(finding.value)} of its travel left where it is wanted."
+    )
+
+
+def _view_words(finding: Finding) -> str:
+    """Of the height of the eyes, against what is asked for."""
+    if finding.value < 0:
+        return (
+            f"{finding.subject} lack {millimetres(-finding.value)} of height for {finding.target}."
+        )
+    return f"{finding.subject} have {millimetres(finding.value)} of height to spare for {finding.target}."
+
+
+def _excursion_words(finding: Finding) -> str:
+    allowed = millimetres(-finding.limit)
+    return f"{finding.subject} is {millimetres(-finding.value)} from {finding.target} ({allowed} allowed)."
+
+
+_PLAIN: dict[str, Callable[[Finding], str]] = {
+    "pedals": _pedal_words,
+    "preferred_seat": _seat_words,
+    "eye_height": _view_words,
+    "view_over": _view_words,
+    "excursion": _excursion_words,
+}
 
 
 def _apart(distance: float) -> str:

@@ -1,4 +1,4 @@
-"""The clearance study: seat the people, measure everything in all cases, judge the criteria."""
+"""People in postures: seat them, measure everything in all cases, judge the criteria."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from itertools import combinations
 
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
+from workbench.model.posture_study import Person, PostureStudy
 from workbench.model.result import PersonResult, Result
-from workbench.model.study import Person, Study
 from workbench.shape.pieces import piece_warnings
 from workbench.solve.contact.collide import (
     body_clearance,
@@ -29,8 +29,8 @@ from workbench.study.warnings import result_warnings, seat_verdicts
 __all__ = ["clearance_study"]
 
 
-def clearance_study(study: Study) -> Result:
-    """Run a clearance or reach study."""
+def clearance_study(study: PostureStudy) -> Result:
+    """Seat people who are present at once, measure them in all cases, and judge the criteria."""
     study, told = prepared(study)
     environment = adjusted_environment(study)
     placed = {person.name: place_person(person, environment) for person in study.people}
@@ -41,6 +41,8 @@ def clearance_study(study: Study) -> Result:
     reaches = tuple(control_reaches(study, placed, environment))
     measured = Measured(
         environment=environment,
+        cases=study.cases,
+        asked={person.name: person for person in study.people},
         people=people,
         own={name: self_clearance(body) for name, body in placed.items()},
         between={(a, b): body_clearance(placed[a], placed[b]) for a, b in pairs},

@@ -8,12 +8,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.contacts import Clearance
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.poses import Poses
+from workbench.model.posture_study import Person, SeatFit
 from workbench.model.result import ControlReach, Finding, PersonResult, Verdict
-from workbench.model.study import Criterion
 from workbench.solve.contact.collide import allowed_depth
+from workbench.solve.contact.people_gaps import people_gaps
+from workbench.solve.people_placed import place_people
+from workbench.study.accommodation.sitting_gaps import gap_of
+from workbench.study.accommodation.views import margin_of_view
 
 __all__ = ["Measured", "verdict"]
 
@@ -23,10 +30,12 @@ ANGLE_TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Everything the checks look at: people, their own segments' clearance, that between people,
-    and their reaches."""
+    """Everything the checks look at: people as asked for and as found, their own segments'
+    clearance, that between people, and their reaches."""
 
     environment: Environment
+    cases: tuple[str, ...]
+    asked: Mapping[str, Person]
     people: Mapping[str, PersonResult]
     own: Mapping[str, Clearance]
     between: Mapping[tuple[str, str], Clearance]
@@ -37,7 +46,11 @@ def verdict(criterion: Criterion, measured: Measured) -> Verdict:
     """How one criterion came out."""
     tolerance = ANGLE_TOLERANCE if criterion.check == "stops" else LENGTH_TOLERANCE
     findings = sorted(
-        CHECKS[criterion.check](criterion, measured),
+        (
+            f
+            for f in CHECKS[criterion.check](criterion, measured)
+            if _is_asked(criterion, measured, f)
+        ),
         key=lambda f: (f.value - f.limit, f.case, f.person),
     )
     breaches = tuple(f for f in findings if f.value < f.limit - tolerance)
@@ -52,6 +65,10 @@ def verdict(criterion: Criterion, measured: Measured) -> Verdict:
     )
 
 
+def _is_asked(criterion: Criterion, measured: Measured, finding: Finding) -> bool:
+    return criterion.asks(measured.cases[finding.case])
+
+
 def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:
     """What could turn a verdict: one finding that may be a breach, or all breaches together that
     may be none."""
@@ -62,10 +79,12 @@ def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding
 
 
 def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
-    """Overlap with parts beyond what the parts allow: distance plus allowed depth must not be
-    negative."""
+    """Overlap with parts beyond what the parts allow, and `at_most` more."""
+    if criterion.subparts:
+        yield from _subparts(criterion, measured)
+        return
     for person in _wanted(criterion, measured):
-        allowed = allowed_depth(person.placed.body, measured.environment)
+        allowed = allowed_depth(person.placed.body, measured.environment) + criterion.at_most
         keep = _keep(criterion, person, measured.environment)
         yield from _pairs(
             person.clearance, (person.clearance.distance, -allowed, keep), (person.name, "")
@@ -74,6 +93,9 @@ def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
 
 def _clearance(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     """Distance to parts; pairs whose contact is allowed by rule are left out."""
+    if criterion.subparts:
+        yield from _subparts(criterion, measured)
+        return
     for person in _wanted(criterion, measured):
         allowed = allowed_depth(person.placed.body, measured.environment)
         keep = _keep(criterion, person, measured.environment) & (allowed == 0)
@@ -125,7 +147,11 @@ def _reach(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     """Each control in the zone asked for, or its own: how far the grip stays from it must be
     nothing."""
     for row in measured.reaches:
-        wanted = row.person in criterion.people and row.control in criterion.controls
+        wanted = (
+            row.person in criterion.people
+            and row.control in criterion.controls
+            and row.hand == (criterion.hand or "")
+        )
         if wanted and row.zone == (criterion.zone or row.own_zone):
             # what is reached only through an obstacle is not reached
             short = 0.0 if row.reached else max(row.miss + row.overlap, 1e-4)
@@ -133,9 +159,110 @@ def _reach(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
             target = f"{row.control} in zone {row.zone}" + (
                 f", limited by {row.limit}" if row.limit else ""
             )
-            yield Finding(0, row.person, "", words, target, -short, 0.0)
+            yield Finding(row.case, row.person, "", words, target, -short, 0.0)
 
 
+def _subparts(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """Clearance or contact of named spheres: the nearest of each case."""
+    environment = measured.environment
+    for person in _wanted(criterion, measured):
+        placed = person.placed
+        body = placed.body
+        gap = gap_of(body, environment, criterion)
+        poses = measured.asked[person.name].poses
+        rows = Poses(
+            poses.rotations, poses.reference, placed.world_from_segment[:, poses.reference]
+        )
+        found = people_gaps(
+            body,
+            place_people([body] * len(placed), rows),
+            environment,
+            gaps=[gap],
+            moves=(),
+            shift=np.zeros((len(placed), 3)),
+        )
+        limit = -criterion.at_most if criterion.check == "contact" else criterion.at_least
+        for case in np.flatnonzero(np.isfinite(found.room[:, 0])).tolist():
+            sphere = int(found.sphere[case, 0])
+            polygon = int(found.polygon[case, 0])
+            segment = body.segment_names[int(body.sphere_segment[sphere])]
+            yield Finding(
+                case=case,
+                person=person.name,
+                other_person="",
+                subject=f"{segment} ({body.sphere_names[sphere]})",
+                target=environment.parts[int(environment.polygon_part[polygon])],
+                value=float(found.room[case, 0]),
+                limit=limit,
+                point=tuple(found.point[case, 0].tolist()),
+            )
+
+
+def _seats(criterion: Criterion, measured: Measured) -> Iterator[tuple[int, Person, SeatFit]]:
+    """How seat and pedals came out, of those who are asked about, case by case."""
+    for name in criterion.people:
+        person = measured.asked[name]
+        for case, fit in enumerate(person.fits):
+            if fit is not None:
+                yield case, person, fit
+
+
+def _pedals(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """How far the worse foot stays from its pedal."""
+    for case, person, fit in _seats(criterion, measured):
+        aims = person.aims[case]
+        if fit.foot and aims is not None:
+            target = aims.controls[fit.foot] + (f", limited by {fit.limit}" if fit.limit else "")
+            words = f"the {fit.foot}"
+            yield Finding(case, person.name, "", words, target, -fit.miss, -criterion.at_most)
+
+
+def _preferred_seat(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """Travel left at the position of the seat that is wanted, to its nearer end."""
+    for case, person, fit in _seats(criterion, measured):
+        seat = f"seat {person.seat}"
+        yield Finding(case, person.name, "", seat, "the travel", fit.spare, criterion.at_least)
+
+
+def _view(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """The height of the eyes, against their point or the line over parts."""
+    for person in _wanted(criterion, measured):
+        asked = measured.asked[person.name]
+        body = person.placed.body
+        eyes = [body.sphere_names.index(name) for name in EYES if name in body.sphere_names]
+        if len(eyes) < len(EYES) or asked.seat is None:
+            raise InputError(f"body {body.name} has no spheres {EYES[0]!r} and {EYES[1]!r}")
+        height = person.placed.centres[:, eyes].mean(axis=1)
+        for case in range(len(person.placed)):
+            aims = asked.aims[case] if asked.aims else None
+            point = aims.eyes if aims is not None else None
+            if criterion.check == "eye_height" and point is None:
+                continue
+            where = (asked.seat, point)
+            margin = margin_of_view(
+                measured.environment, where, criterion, height[case : case + 1]
+            )[0]
+            target = point if criterion.check == "eye_height" else ", ".join(criterion.parts)
+            if np.isfinite(margin):
+                yield Finding(case, person.name, "", "the eyes", str(target), float(margin), 0.0)
+
+
+def _excursion(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
+    """How far the surface of segments gets along a direction."""
+    for person in _wanted(criterion, measured):
+        body = person.placed.body
+        rows = [n for n, name in enumerate(body.segments) if name in criterion.segments]
+        about = np.flatnonzero(np.isin(body.sphere_segment, rows))
+        gap = person.placed.centres[:, about] - np.array(criterion.origin)
+        ahead = gap @ np.array(criterion.direction) + body.radius[about]
+        for case, sphere in enumerate(ahead.argmax(axis=1).tolist()):
+            segment = body.segment_names[int(body.sphere_segment[about[sphere]])]
+            value = -float(ahead[case, sphere])
+            yield Finding(case, person.name, "", segment, "the origin", value, -criterion.at_most)
+
+
+EYES = ("left eye", "right eye")
+"""The spheres between whose centres a body looks from."""
 CHECKS: dict[str, Callable[[Criterion, Measured], Iterator[Finding]]] = {
     "contact": _contact,
     "clearance": _clearance,
@@ -143,6 +270,11 @@ CHECKS: dict[str, Callable[[Criterion, Measured], Iterator[Finding]]] = {
     "between_people": _between_people,
     "stops": _stops,
     "reach": _reach,
+    "pedals": _pedals,
+    "preferred_seat": _preferred_seat,
+    "eye_height": _view,
+    "view_over": _view,
+    "excursion": _excursion,
 }
 
 

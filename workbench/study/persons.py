@@ -11,7 +11,7 @@ from workbench.model.body import Body
 from workbench.model.growth import Growth
 from workbench.model.measures import WORDS, check_plausible
 from workbench.model.population import PopulationModel
-from workbench.model.study import Study
+from workbench.model.posture_study import PostureStudy, Size
 from workbench.people.conditional import condition, improbability
 from workbench.people.growth import growth_percentile, growth_values
 from workbench.people.percentile import percentile_values
@@ -20,7 +20,7 @@ from workbench.shape.scaling.measure import MEASURES
 from workbench.shape.scaling.scale import morph_to, scale
 from workbench.shape.wear import wear
 
-__all__ = ["RARE", "SizedBody", "person_body", "sized"]
+__all__ = ["RARE", "SizedBody", "person_body", "sized", "sized_body"]
 
 Measures = Mapping[str, float]
 
@@ -129,22 +129,26 @@ def _child(
     )
 
 
-def sized(study: Study) -> tuple[Study, list[str]]:
+def sized(study: PostureStudy) -> tuple[PostureStudy, list[str]]:
     """The study with every person's body at its size, dressed, and what is improbable about the
     sizes, person by person."""
     people = []
     told = []
     for person in study.people:
-        body = morph_to(person.body, person.detail)
-        if person.size is not None:
-            size = person.size
-            made = person_body(
-                body, size.population, sex=size.sex, measures=size.measures, age=size.age
-            )
-            body = made.body
-            told += [f"{person.name}: {warning}" for warning in made.warnings]
+        body, warnings = sized_body(person.body, person.size, person.detail)
+        told += [f"{person.name}: {warning}" for warning in warnings]
         people.append(replace(person, body=wear(body, person.wears)))
     return replace(study, people=tuple(people)), told
+
+
+def sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body, tuple[str, ...]]:
+    """A body at a level of detail, to a size where there is one, and what is improbable about
+    it."""
+    body = morph_to(body, detail)
+    if size is None:
+        return body, ()
+    made = person_body(body, size.population, sex=size.sex, measures=size.measures, age=size.age)
+    return made.body, made.warnings
 
 
 def _median(model: PopulationModel, sex: str) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
-from workbench.model.study import Person, Study
+from workbench.model.posture_study import Person, PostureStudy
 from workbench.shape.parts import moved
 from workbench.solve.forward import place
 from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
@@ -16,7 +16,7 @@ from workbench.solve.seating.seating import seat_attitude, seat_body, seat_plane
 __all__ = ["adjusted_environment", "place_person", "seat_point"]
 
 
-def adjusted_environment(study: Study) -> Environment:
+def adjusted_environment(study: PostureStudy) -> Environment:
     """The environment with every occupied seat where its sitter has put it."""
     environment = study.environment
     for person in study.people:

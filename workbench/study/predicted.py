@@ -3,12 +3,13 @@ controls; drivers by the statistical posture."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
-from workbench.model.environment import Control, Environment
+from workbench.model.environment import Control, Environment, Seat
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
-from workbench.model.study import Aims, Person, Study
+from workbench.model.posture_study import Aims, Person, PostureStudy, SeatFit
 from workbench.solve.forward import place
 from workbench.solve.reaching.limbs import limb
 from workbench.solve.reaching.reach import reach
@@ -25,7 +26,7 @@ TOLD = 1e-3
 """A miss [m] that is told."""
 
 
-def prepared(study: Study) -> tuple[Study, list[str]]:
+def prepared(study: PostureStudy) -> tuple[PostureStudy, list[str]]:
     """The study as a run measures it and as pictures show it: bodies at their size, predicted
     postures found; and in words what is improbable about the sizes and what could not be had."""
     study, told = sized(study)
@@ -33,7 +34,7 @@ def prepared(study: Study) -> tuple[Study, list[str]]:
     return study, [*told, *short]
 
 
-def predicted(study: Study) -> tuple[Study, list[str]]:
+def predicted(study: PostureStudy) -> tuple[PostureStudy, list[str]]:
     """The study with every posture that is to be predicted found, and in words what could not be
     had."""
     told: list[str] = []
@@ -78,16 +79,18 @@ def _one(poses: Poses, case: int) -> Poses:
 
 
 def _seat(
-    person: Person, study: Study, number: int
+    person: Person, study: PostureStudy, number: int
 ) -> tuple[tuple[Person, list[Poses | None]], list[str]]:
     """The person with the seat where it is to be, and for each predicted case the posture with the
     feet placed; a driver's is drawn by the person's number."""
     rows: list[Poses | None] = []
+    fits: list[SeatFit | None] = []
     told: list[str] = []
     settled = not person.free_seat
     for case, aims in enumerate(person.aims):
         if aims is None or person.seat is None:
             rows.append(None)
+            fits.append(None)
             continue
         seat = study.environment.seat(person.seat)
         pedals = _pedals(aims, study.environment)
@@ -98,6 +101,7 @@ def _seat(
             person = replace(person, forward=driven.forward, up=driven.up)
             settled = True
             rows.append(driven.poses)
+            fits.append(_driver_fit(driven, seat))
             told += [
                 f"{person.name}, {study.cases[case]}: {line}" for line in _off(driven, aims, wanted)
             ]
@@ -108,10 +112,29 @@ def _seat(
         person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
         settled = True
         rows.append(found.poses)
+        fits.append(_sitter_fit(found))
         told += [
             f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)
         ]
-    return (person, rows), told
+    return (replace(person, fits=tuple(fits)), rows), told
+
+
+def _sitter_fit(found: SeatedPeople) -> SeatFit:
+    """How seat and pedals came out for the one who sits."""
+    miss = {foot: float(by[0]) for foot, by in found.miss.items()}
+    limit = {foot: words[0] for foot, words in found.limit.items()}
+    return _fit(miss, limit, float(found.spare_travel[0, :2].min()))
+
+
+def _driver_fit(found: DrivingPosture, seat: Seat) -> SeatFit:
+    """How seat and pedals came out for a driver, who wants the seat at one place."""
+    rear, front = seat.travel_forward
+    return _fit(found.miss, found.limit, min(found.wanted - rear, front - found.wanted))
+
+
+def _fit(miss: Mapping[str, float], limit: Mapping[str, str], spare: float) -> SeatFit:
+    foot = max(miss, key=lambda name: miss[name], default="")
+    return SeatFit(miss.get(foot, 0.0), foot, limit.get(foot, ""), spare)
 
 
 def _driven(

@@ -4,7 +4,7 @@ what limits it."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from workbench.kernels.contact.polygon import point_winding
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed, Poses
+from workbench.model.posture_study import Person, PostureStudy
 from workbench.model.reach import Reach
 from workbench.model.result import ControlReach
-from workbench.model.study import Study
 from workbench.solve.reaching.limbs import FEET, HANDS, ZONES, limb
 from workbench.solve.reaching.reach import reach
 
@@ -22,58 +22,81 @@ __all__ = ["buried_controls", "control_reaches"]
 
 
 def control_reaches(
-    study: Study, placed: Mapping[str, Placed], environment: Environment
+    study: PostureStudy, placed: Mapping[str, Placed], environment: Environment
 ) -> Iterator[ControlReach]:
-    """Every control that a criterion of the study is about, for the people it names, from their
-    first case's posture, in the zones 1 to 3; by the hand or foot that comes nearest, and of those
-    that arrive the more comfortable. What is reached in one zone is reached in the next, which
-    leaves the limb free to do the same.
+    """Every control that a criterion of the study is about, for the people and cases it names, from
+    the posture of the case, in the zones 1 to 3; by the hand or foot that comes nearest, and of
+    those that arrive the more comfortable. What is reached in one zone is reached in the next,
+    which leaves the limb free to do the same.
 
     InputError where a body lacks the landmarks of a grip.
     """
-    wanted: dict[str, set[str]] = {}
+    wanted: dict[tuple[str, int, str], set[str]] = {}
     for criterion in study.criteria:
         if criterion.check == "reach":
             for name in criterion.people:
-                wanted.setdefault(name, set()).update(criterion.controls)
+                for case in range(len(study.cases)):
+                    if criterion.asks(study.cases[case]):
+                        key = (name, case, criterion.hand or "")
+                        wanted.setdefault(key, set()).update(criterion.controls)
     for person in study.people:
-        if person.name not in wanted:
-            continue
-        shown = placed[person.name]
-        poses = Poses(
-            person.poses.rotations[:1],
-            person.poses.reference,
-            shown.world_from_segment[:1, person.poses.reference],
-        )
-        controls = [
-            control for control in environment.controls if control.name in wanted[person.name]
-        ]
-        for grip in dict.fromkeys(control.grip for control in controls):
-            group = [control for control in controls if control.grip == grip]
-            room = _without_seat(environment, person.seat) if grip == "foot" else environment
-            tighter: dict[int, tuple[str, Reach]] = {}
-            for zone in ZONES:
-                found = list(_tried(shown.body, poses, group, (zone, room)))
-                for row, control in enumerate(group):
-                    limb_name, best = min(found, key=lambda entry: _rank(entry[1], row))
-                    if (
-                        row in tighter and not best.reached[row]
-                    ):  # who may do more can still do that
-                        limb_name, best = tighter[row]
-                    if best.reached[row]:
-                        tighter[row] = (limb_name, best)
-                    yield ControlReach(
-                        person=person.name,
-                        control=control.name,
-                        zone=zone,
-                        own_zone=control.zone,
-                        limb=limb_name,
-                        reached=bool(best.reached[row]),
-                        miss=float(best.miss[row]),
-                        overlap=float(best.overlap[row]),
-                        limit=best.limit(row),
-                        discomfort=float(best.discomfort[row]),
-                    )
+        for (name, case, hand), names in wanted.items():
+            if name == person.name:
+                controls = [c for c in environment.controls if c.name in names]
+                yield from _case_reaches(
+                    person, placed[name], environment, _Asked(case, hand, controls)
+                )
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Controls to be reached from the posture of a case, by one hand or by either ("")."""
+
+    case: int
+    hand: str
+    controls: list[Control]
+
+
+def _case_reaches(
+    person: Person, shown: Placed, environment: Environment, asked: _Asked
+) -> Iterator[ControlReach]:
+    """The reaches of one person from one case, by grip."""
+    row = slice(asked.case, asked.case + 1)
+    poses = Poses(
+        person.poses.rotations[row],
+        person.poses.reference,
+        shown.world_from_segment[row, person.poses.reference],
+    )
+    for grip in dict.fromkeys(control.grip for control in asked.controls):
+        group = [control for control in asked.controls if control.grip == grip]
+        room = _without_seat(environment, person.seat) if grip == "foot" else environment
+        tighter: dict[int, tuple[str, Reach]] = {}
+        for zone in ZONES:
+            found = [
+                entry
+                for entry in _tried(shown.body, poses, group, (zone, room))
+                if not asked.hand or entry[0].startswith(asked.hand)
+            ]
+            for number, control in enumerate(group):
+                limb_name, best = min(found, key=lambda entry: _rank(entry[1], number))
+                if number in tighter and not best.reached[number]:
+                    limb_name, best = tighter[number]  # who may do more can still do that
+                if best.reached[number]:
+                    tighter[number] = (limb_name, best)
+                yield ControlReach(
+                    person=person.name,
+                    control=control.name,
+                    zone=zone,
+                    own_zone=control.zone,
+                    limb=limb_name,
+                    reached=bool(best.reached[number]),
+                    miss=float(best.miss[number]),
+                    overlap=float(best.overlap[number]),
+                    limit=best.limit(number),
+                    discomfort=float(best.discomfort[number]),
+                    case=asked.case,
+                    hand=asked.hand,
+                )
 
 
 def _tried(

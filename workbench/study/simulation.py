@@ -13,12 +13,12 @@ from workbench.files.crash.simulations import SimulationPlan, load_simulation
 from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
+from workbench.model.posture_study import Person
 from workbench.model.simulation import Simulated, Simulation
-from workbench.model.study import Person
 from workbench.shape.parts import moved
 from workbench.study.placement import place_person, seat_point
 
-__all__ = ["bearing", "prepared", "run_simulation", "seated_environment"]
+__all__ = ["bearing", "prepared", "run_simulation"]
 
 
 def run_simulation(source: str | Path | SimulationPlan) -> Simulated:
@@ -35,7 +35,7 @@ def prepared(plan: SimulationPlan) -> Simulation:
     """The plan with its occupant in place."""
     file = plan.file
     poses = plan.poses
-    environment = seated_environment(plan, plan.environment)
+    environment = _seated_environment(plan, plan.environment)
     if file.seat is not None:
         placed = place_person(_sitter(plan), environment)
         world = placed.world_from_segment[:, poses.reference]
@@ -63,7 +63,7 @@ def prepared(plan: SimulationPlan) -> Simulation:
     )
 
 
-def seated_environment(plan: SimulationPlan, environment: Environment) -> Environment:
+def _seated_environment(plan: SimulationPlan, environment: Environment) -> Environment:
     """An environment with the simulation's seat where its sitter has put it."""
     adjust = plan.file.adjust
     name = plan.file.seat

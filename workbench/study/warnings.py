@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Rest
 from workbench.model.poses import Placed
+from workbench.model.posture_study import PostureStudy
 from workbench.model.result import Finding, PersonResult, Verdict
-from workbench.model.study import Criterion, Study
 from workbench.solve.contact.enclosure import enclosed
 
 __all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
@@ -25,7 +26,7 @@ its own."""
 
 
 def result_warnings(
-    study: Study, environment: Environment, people: tuple[PersonResult, ...]
+    study: PostureStudy, environment: Environment, people: tuple[PersonResult, ...]
 ) -> list[str]:
     """Sentences, person by person."""
     found: list[str] = []
@@ -43,7 +44,7 @@ def result_warnings(
     return found
 
 
-def _breached(study: Study, person: PersonResult) -> Iterator[str]:
+def _breached(study: PostureStudy, person: PersonResult) -> Iterator[str]:
     for case, joint in np.argwhere(person.margin < -1e-9):
         yield (
             f"{person.name}, {study.cases[case]}: {person.placed.body.joint_names[joint]} is "
@@ -52,7 +53,7 @@ def _breached(study: Study, person: PersonResult) -> Iterator[str]:
         )
 
 
-def _swallowed(study: Study, person: PersonResult) -> Iterator[str]:
+def _swallowed(study: PostureStudy, person: PersonResult) -> Iterator[str]:
     body = person.placed.body
     with_spheres = np.diff(body.start) > 0
     radius = body.radius[0][person.clearance.sphere[:, with_spheres]]
@@ -103,7 +104,7 @@ def _missed(
 
 
 def seat_verdicts(
-    environment: Environment, study: Study, people: tuple[PersonResult, ...]
+    environment: Environment, study: PostureStudy, people: tuple[PersonResult, ...]
 ) -> list[Verdict]:
     """A failed verdict where somebody is not on his seat at all; nothing where everybody is.
 

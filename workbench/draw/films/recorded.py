@@ -19,7 +19,7 @@ from workbench.files.motions.lines import Pick
 from workbench.files.motions.reading import MOTIONS
 from workbench.model.body import Body
 from workbench.model.poses import Poses
-from workbench.model.study import Person
+from workbench.model.posture_study import Person
 from workbench.solve.forward import place
 from workbench.study.motions import MotionOptions, load_motion
 

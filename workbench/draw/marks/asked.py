@@ -18,7 +18,7 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.sources import Source
 from workbench.errors import UsageError, one_of
 from workbench.model.poses import Placed, Poses
-from workbench.model.study import Person
+from workbench.model.posture_study import Person
 from workbench.solve.contact.collide import contacts, nearest
 from workbench.solve.stops import stops
 

@@ -18,6 +18,7 @@ __all__ = [
     "MapRow",
     "PeopleRow",
     "RequirementRow",
+    "ShareVerdictRow",
     "load_accommodation_result",
 ]
 
@@ -34,6 +35,20 @@ class GroupRow(_Row):
     low: float
     high: float
     count: int
+
+
+class ShareVerdictRow(_Row):
+    """A share that is asked for: of those who meet the criteria `of` (all where there is none),
+    with its interval, all 0 to 1."""
+
+    name: str
+    passed: bool
+    of: list[str]
+    at_least: float
+    share: float
+    low: float
+    high: float
+    sentence: str
 
 
 class RequirementRow(_Row):
@@ -116,7 +131,6 @@ class AccommodationResultFile(_Row):
 
     format: str = "bubbleman-workbench accommodation 1"
     study: str
-    kind: str
     title: str
     environment: str
     seat: str
@@ -135,6 +149,7 @@ class AccommodationResultFile(_Row):
     people: PeopleRow
     warnings: list[str]
     provenance: dict[str, dict[str, str]]
+    verdicts: list[ShareVerdictRow] = []
 
 
 def load_accommodation_result(path: Path) -> AccommodationResultFile:

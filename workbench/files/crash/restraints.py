@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +20,7 @@ from workbench.files.crash.simulation_schema import (
     PulseFile,
 )
 from workbench.files.meshes.parts import RawPart
+from workbench.files.names import matches
 from workbench.files.schema import fail
 from workbench.files.yaml_text import Document
 from workbench.model.arrays import Bools, Floats
@@ -29,10 +29,12 @@ from workbench.model.environment import Environment
 from workbench.model.force import ForceLaw
 from workbench.model.posing import attitude_matrix
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, half_sine, trapezoid
-from workbench.model.simulation import Belt, BeltPoint, ContactRule
+from workbench.model.simulation import Airbag, Belt, BeltPoint, ContactRule
 
 __all__ = [
+    "airbag_faults",
     "airbag_part",
+    "airbags_of",
     "belt_faults",
     "belts_of",
     "contact_faults",
@@ -69,7 +71,10 @@ def pulse_of(file: PulseFile, folder: Path) -> Pulse:
 
 
 def belt_faults(
-    document: Document, belts: Sequence[BeltFile], known: tuple[Body, Iterable[str], Iterable[str]]
+    document: Document,
+    belts: Sequence[BeltFile],
+    known: tuple[Body, Iterable[str], Iterable[str]],
+    where: tuple[str | int, ...] = ("belts",),
 ) -> list[str]:
     """What is wrong with the belts: known are the body, the names of anchors, and those of parts
     already taken."""
@@ -80,11 +85,11 @@ def belt_faults(
     for row, belt in enumerate(belts):
         if belt.name in seen:
             faults.append(
-                fail(document, ("belts", row, "name"), f"something is named {belt.name!r} already")
+                fail(document, (*where, row, "name"), f"something is named {belt.name!r} already")
             )
         seen.add(belt.name)
         for place, point in enumerate(belt.route):
-            key = ("belts", row, "route", place)
+            key = (*where, row, "route", place)
             if isinstance(point, str) and point not in names:
                 faults.append(fail(document, key, f"no anchor {point!r}; {one_of(point, names)}"))
             if not isinstance(point, BeltPointFile):
@@ -140,22 +145,21 @@ def surface_point(body: Body, segment: int, toward: Floats) -> Floats:
 
 def contact_faults(
     document: Document,
-    rows: Sequence[ContactFile],
+    rows: Iterable[tuple[tuple[str | int, ...], ContactFile]],
     known: tuple[Body, Sequence[str]],
-    key: str = "contact",
 ) -> list[str]:
-    """Names of segments and parts in force laws that nothing is called."""
+    """Names of segments and parts in force laws, given with their keys, that nothing is called."""
     body, parts = known
     faults = []
-    for row, rule in enumerate(rows):
+    for key, rule in rows:
         for field, names, valid in (
             ("parts", rule.parts, parts),
             ("segments", rule.segments or [], body.segments),
         ):
             for place, name in enumerate(names):
-                if not any(fnmatchcase(k, name) for k in valid):
+                if not any(matches(name, k) for k in valid):
                     what = f"nothing is called {name!r}; {one_of(name, valid)}"
-                    faults.append(fail(document, (key, row, field, place), what))
+                    faults.append(fail(document, (*key, field, place), what))
     return faults
 
 
@@ -175,12 +179,37 @@ def rules_of(
 
 def _mask(patterns: Sequence[str] | None, names: Iterable[str]) -> Bools:
     return np.array(
-        [patterns is None or any(fnmatchcase(n, p) for p in patterns) for n in names],
+        [patterns is None or any(matches(p, n) for p in patterns) for n in names],
         dtype=np.bool_,
     )
 
 
-def airbag_part(bag: AirbagFile) -> RawPart:
+def airbags_of(bags: Sequence[AirbagFile]) -> tuple[Airbag, ...]:
+    """Airbags without faults."""
+    return tuple(
+        Airbag(bag.name, bag.centre, bag.half_axes, math.radians(bag.pitch), bag.allow)
+        for bag in bags
+    )
+
+
+def airbag_faults(
+    document: Document,
+    bags: Sequence[AirbagFile],
+    taken: Iterable[str],
+    key: tuple[str | int, ...] = ("airbags",),
+) -> list[str]:
+    """Airbags that are called like a part that is there already."""
+    faults = []
+    seen = set(taken)
+    for row, bag in enumerate(bags):
+        if bag.name in seen:
+            what = f"a part is named {bag.name!r} already; give it another name"
+            faults.append(fail(document, (*key, row, "name"), what))
+        seen.add(bag.name)
+    return faults
+
+
+def airbag_part(bag: Airbag) -> RawPart:
     """An airbag as a closed part of flat triangles on its ellipsoid."""
     turn = np.linspace(0, 2 * np.pi, _SLICES, endpoint=False)
     rise = np.linspace(0, np.pi, _RINGS + 1)[1:-1]
@@ -195,9 +224,9 @@ def airbag_part(bag: AirbagFile) -> RawPart:
             a = 1 + r * _SLICES
             b = 1 + (r + 1) * _SLICES
             faces += [(a + s, b + s, b + t), (a + s, b + t, a + t)]
-    placed = (unit * np.array(bag.half_axes)) @ attitude_matrix(
-        pitch=math.radians(bag.pitch)
-    ).T + np.array(bag.centre)
+    placed = (unit * np.array(bag.half_axes)) @ attitude_matrix(pitch=bag.pitch).T + np.array(
+        bag.centre
+    )
     if not np.isfinite(placed).all():
         raise InputError(f"airbag {bag.name}: its size must be finite")
     return RawPart(bag.name, placed, np.array(faces, dtype=np.int64))

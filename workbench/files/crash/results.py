@@ -99,7 +99,6 @@ class CrashResultFile(_Row):
 
     format: str = "bubbleman-workbench crash 1"
     study: str
-    kind: str
     title: str
     passed: bool
     headline: str

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from workbench.files.places import AdjustFile, AtFile
 from workbench.files.postures import AnglesFile
 from workbench.files.schema import FileModel, Length, LengthUnit, Vector
-from workbench.files.study_schema import AdjustFile, AtFile
 
 __all__ = [
     "AirbagFile",

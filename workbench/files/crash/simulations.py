@@ -3,6 +3,7 @@ them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,14 +13,16 @@ from workbench.errors import InputError, one_of
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.catalogue import find
 from workbench.files.crash.restraints import (
+    airbag_faults,
     airbag_part,
+    airbags_of,
     belt_faults,
     belts_of,
     contact_faults,
     pulse_of,
     rules_of,
 )
-from workbench.files.crash.simulation_schema import AirbagFile, SimulationFile
+from workbench.files.crash.simulation_schema import SimulationFile
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.meshes.assembly import built
 from workbench.files.postures import flat_angles, load_postures, posture_path, posture_pose
@@ -30,7 +33,7 @@ from workbench.model.environment import Allowance, Environment
 from workbench.model.joined import joined
 from workbench.model.poses import Poses
 from workbench.model.pulse import Pulse
-from workbench.model.simulation import Belt, ContactRule, JointRule
+from workbench.model.simulation import Airbag, Belt, ContactRule, JointRule
 
 __all__ = ["SimulationPlan", "load_simulation", "simulation_path", "with_airbags"]
 
@@ -70,11 +73,12 @@ def load_simulation(source: str | Path, *, near: Path | None = None) -> Simulati
     pulse = _pulse(document, file, (inputs, faults))
     if environment is None or body is None:
         raise InputError(faults)
-    faults += _airbag_faults(document, file.airbags, environment)
+    faults += airbag_faults(document, file.airbags, environment.parts)
     anchors = {**environment.points, **file.anchors}
     parts = [*environment.parts, *(bag.name for bag in file.airbags)]
     faults += belt_faults(document, file.belts, (body, anchors, parts))
-    faults += contact_faults(document, file.contact, (body, parts))
+    laws = [(("contact", row), rule) for row, rule in enumerate(file.contact)]
+    faults += contact_faults(document, laws, (body, parts))
     faults += _joint_faults(document, file, body) + _place_faults(
         document, file, (environment, body)
     )
@@ -82,7 +86,7 @@ def load_simulation(source: str | Path, *, near: Path | None = None) -> Simulati
     faults += more
     if faults or pulse is None or poses is None:
         raise InputError(faults)
-    environment = with_airbags(environment, file.airbags)
+    environment = with_airbags(environment, airbags_of(file.airbags))
     joints = tuple(
         JointRule(tuple(body.joint(j) for j in row.joints), row.stiffness, row.damping)
         for row in file.joints
@@ -100,7 +104,7 @@ def load_simulation(source: str | Path, *, near: Path | None = None) -> Simulati
     )
 
 
-def with_airbags(environment: Environment, bags: list[AirbagFile]) -> Environment:
+def with_airbags(environment: Environment, bags: Sequence[Airbag]) -> Environment:
     """The environment with its airbags as closed parts that every segment may go into."""
     if not bags:
         return environment
@@ -151,20 +155,6 @@ def _pulse(document: Document, file: SimulationFile, work: Work) -> Pulse | None
     except InputError as error:
         faults += [fail(document, ("pulse",), problem) for problem in error.problems]
         return None
-
-
-def _airbag_faults(
-    document: Document, bags: list[AirbagFile], environment: Environment
-) -> list[str]:
-    faults = []
-    seen = set(environment.parts)
-    for row, bag in enumerate(bags):
-        if bag.name in seen:
-            faults.append(
-                fail(document, ("airbags", row, "name"), f"a part is named {bag.name!r} already")
-            )
-        seen.add(bag.name)
-    return faults
 
 
 def _joint_faults(document: Document, file: SimulationFile, body: Body) -> list[str]:

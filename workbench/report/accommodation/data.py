@@ -16,6 +16,7 @@ from workbench.files.accommodation.results import (
     MapRow,
     PeopleRow,
     RequirementRow,
+    ShareVerdictRow,
 )
 from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Floats
@@ -26,6 +27,7 @@ from workbench.report.accommodation.words import (
     accommodation_headline,
     gain_sentence,
     no_gain_words,
+    share_verdict_sentence,
 )
 from workbench.report.tables import csv_text
 
@@ -46,6 +48,11 @@ def accommodation_lines(result: Accommodation) -> list[str]:
     for row in result.shares:
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))
         lines.append(f"{percent(row.share, row.count):>7}  {row.group} ({low} to {high} %)")
+    lines += [
+        f"{'passed' if verdict.passed else 'FAILED'}  {verdict.criterion.name}: "
+        f"{share_verdict_sentence(verdict)}"
+        for verdict in result.verdicts
+    ]
     return lines
 
 
@@ -54,7 +61,6 @@ def accommodation_file(result: Accommodation) -> AccommodationResultFile:
     study = result.study
     return AccommodationResultFile(
         study=study.name,
-        kind=study.kind,
         title=study.title,
         environment=study.environment.name,
         seat=study.seat,
@@ -106,6 +112,19 @@ def accommodation_file(result: Accommodation) -> AccommodationResultFile:
         people=_people(result),
         warnings=list(result.warnings),
         provenance={key: dict(rows) for key, rows in result.provenance.items()},
+        verdicts=[
+            ShareVerdictRow(
+                name=verdict.criterion.name,
+                passed=verdict.passed,
+                of=list(verdict.criterion.of),
+                at_least=verdict.criterion.at_least,
+                share=_share(verdict.share.share),
+                low=_share(verdict.share.low),
+                high=_share(verdict.share.high),
+                sentence=share_verdict_sentence(verdict),
+            )
+            for verdict in result.verdicts
+        ],
     )
 
 

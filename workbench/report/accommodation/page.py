@@ -39,6 +39,7 @@ from workbench.report.accommodation.words import (
     plain,
     reason_words,
     requirement_sentence,
+    share_verdict_sentence,
 )
 from workbench.report.page import part_count, template
 
@@ -82,6 +83,14 @@ def accommodation_page(
         groups=[_group(result, index, least) for index in range(len(result.shares))],
         group_axis=Markup(share_axis(least)),
         confidence=f"{100 * result.study.confidence:g}",
+        verdicts=[
+            {
+                "name": verdict.criterion.name,
+                "passed": verdict.passed,
+                "sentence": share_verdict_sentence(verdict),
+            }
+            for verdict in result.verdicts
+        ],
         worst=requirement_sentence(result),
         criteria=_criteria(result),
         requirements=_requirements(result, ends),

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare
+from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare, ShareVerdict
 from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
 from workbench.people.share import TENTHS_FROM, percent, percent_number
@@ -22,6 +22,7 @@ __all__ = [
     "plain",
     "reason_words",
     "requirement_sentence",
+    "share_verdict_sentence",
 ]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
@@ -105,6 +106,17 @@ def gain_sentence(gain: Gain, count: int) -> str:
     return f"{_capital(plain(gain.words))} {own} and {joint}."
 
 
+def share_verdict_sentence(verdict: ShareVerdict) -> str:
+    """A share that is asked for in words: "81 % of the people meet it (75 to 86 %), 80 % are asked
+    for."."""
+    group = verdict.share
+    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
+    wanted = f"{100 * verdict.criterion.at_least:g} %"
+    what = "these criteria" if verdict.criterion.of else "all criteria"
+    share = percent(group.share, group.count)
+    return f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
+
+
 def no_gain_words(result: Accommodation) -> list[str]:
     """That no proposal gains anything, where people are left out and no changes were asked for;
     else nothing."""
@@ -169,9 +181,9 @@ def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
                 f"{whose} {plain(limb or who)} is {lack} nearer to the {plain(part)} than it may be"
             )
         return f"{whose} {limb or 'body'} is {lack} nearer to the {plain(requirement.target)} than it may be{why}"
-    if requirement.check == "vision" and reason.startswith("eyes too "):
+    if requirement.check in ("eye_height", "view_over") and reason.startswith("eyes too "):
         return f"{whose} eyes are {lack} {reason.removeprefix('eyes ')} for {name}"
-    if requirement.check == "seat" and ", " in reason:
+    if requirement.check == "pedals" and ", " in reason:
         foot, limit = reason.split(", ", 1)
         return f"{whose} {foot} stays {lack} short of its pedal, limited by {reason_words(limit, foot)}"
     return f"{name} is missed by {lack}{why}"

@@ -40,9 +40,8 @@ def crash_result_file(result: CrashResult) -> CrashResultFile:
     start, end = result.episodes.span
     return CrashResultFile(
         study=study.name,
-        kind=study.kind,
         title=study.title,
-        passed=result.passed,
+        passed=result.passed and (result.other is None or result.other.passed),
         headline=crash_headline(result),
         environment=study.environment.name,
         person=study.person,

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from markupsafe import Markup
 
-from workbench.files.crash.results import CrashResultFile
+from workbench.files.crash.results import CrashResultFile, CrashVerdictRow
 from workbench.model.arrays import Floats
 from workbench.model.crash import CrashResult
 from workbench.report.crash.charts import clearance_curves, curves, timeline
@@ -63,10 +63,20 @@ def crash_page(
         if lines
         else "",
         figures=[name for name in _FIGURES if name in known],
+        verdicts=_verdicts(rows),
         agreement=agreement_sentence(result.agreements, result.study.against_name)
         if result.agreements
         else "",
     )
+
+
+def _verdicts(
+    rows: CrashResultFile,
+) -> list[tuple[str, CrashVerdictRow | None, CrashVerdictRow | None]]:
+    """The criteria by name, each with its verdict on the motion and on the second one."""
+    one = {verdict.name: verdict for verdict in rows.verdicts}
+    two = {verdict.name: verdict for verdict in rows.against_verdicts}
+    return [(name, one.get(name), two.get(name)) for name in dict.fromkeys([*one, *two])]
 
 
 def _story(result: CrashResult) -> tuple[list[str], int]:

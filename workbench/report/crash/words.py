@@ -85,7 +85,6 @@ def crash_headline(result: CrashResult) -> str:
     """The whole result in one or two sentences."""
     time = result.episodes.span
     real = [m for m in result.meetings if not m.own and m.depth > m.allowed]
-    failed = [v for v in result.verdicts if not v.passed]
     scope = f"{milliseconds(time[1] - time[0])} of {result.study.person}'s motion"
     contacts = (
         "nothing is touched"
@@ -93,12 +92,20 @@ def crash_headline(result: CrashResult) -> str:
         else f"{len(real)} contact{'s' if len(real) > 1 else ''} with {len({m.other for m in real})} part"
         f"{'s' if len({m.other for m in real}) > 1 else ''}"
     )
+    said = f"{scope}: {contacts}; {_judged(result)}."
+    if result.other is not None:
+        said += f" Of {result.study.against_name}, {_judged(result.other)}."
+    return said
+
+
+def _judged(result: CrashResult) -> str:
+    """How many criteria of one motion failed, and which."""
+    failed = [v for v in result.verdicts if not v.passed]
     count = len(result.verdicts)
     if failed:
-        judged = (
-            f"{len(failed)} of {count} criteri{'a' if count > 1 else 'on'} failed: "
-            + ", ".join(v.criterion.name for v in failed)
+        return f"{len(failed)} of {count} criteri{'a' if count > 1 else 'on'} failed: " + ", ".join(
+            v.criterion.name for v in failed
         )
-    else:
-        judged = "the criterion holds" if count == 1 else f"all {count} criteria hold"
-    return f"{scope}: {contacts}; {judged}."
+    if count == 0:
+        return "no criterion is asked"
+    return "the criterion holds" if count == 1 else f"all {count} criteria hold"

@@ -9,20 +9,15 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.accommodation.studies import AccommodationPlan
 from workbench.model.accommodation import (
     MET,
     Accommodation,
     AccommodationStudy,
     GroupShare,
-    IntervalRule,
 )
 from workbench.model.arrays import Bools
-from workbench.model.population import PopulationModel
-from workbench.people.draw import draw_people
 from workbench.shape.parts import moved
 from workbench.shape.pieces import piece_warnings
-from workbench.shape.scaling.scale import morph_to
 from workbench.solve.forward import place
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
 from workbench.study.accommodation.cluster import Cluster
@@ -44,7 +39,7 @@ from workbench.study.provenance import hashes, people_hash, versions
 from workbench.study.reaches import buried_controls
 from workbench.study.warnings import enclosure_warnings
 
-__all__ = ["accommodation_study", "ready"]
+__all__ = ["accommodation_study"]
 
 Say = Callable[[str], None]
 EXPECTED = 10.0
@@ -52,55 +47,20 @@ EXPECTED = 10.0
 on it says something that nobody does."""
 
 
-def ready(plan: AccommodationPlan) -> AccommodationStudy:
-    """The study with its people drawn and its body at the level of detail that is checked."""
-    file = plan.file
-    source = plan.file.population
-    people = plan.people
-    if isinstance(people, PopulationModel):
-        women = 0.5 if source.women is None else source.women
-        women = women if len(source.sexes) == 2 else float(source.sexes[0] == "female")
-        people = draw_people(people, source.people or 0, seed=source.seed or 0, men=1.0 - women)
-    return AccommodationStudy(
-        name=file.study,
-        kind=file.kind,
-        title=file.title or file.study,
-        description=file.description,
-        environment=plan.environment,
-        body=morph_to(plan.body, file.detail),
-        wears=plan.wears,
-        people=people,
-        seat=file.seat,
-        aims=plan.aims,
-        like=file.posture.like,
-        criteria=plan.criteria,
-        mixes=file.mixes,
-        confidence=file.confidence,
-        maps=plan.maps,
-        inputs=plan.inputs,
-        seed=source.seed,
-        warnings=plan.environment.warnings,
-        changes=plan.changes,
-        pose=plan.pose,
-        interval=IntervalRule(file.interval.method, file.interval.seed or 0, file.interval.draws),
-    )
-
-
 def accommodation_study(
-    plan: AccommodationPlan,
+    study: AccommodationStudy,
     *,
     keep: Path | None = None,
     say: Say = lambda text: None,
     workers: Cluster | None = None,
 ) -> Accommodation:
-    """Run an accommodation study.
+    """Put a population into its seat and ask everything of everybody.
 
     keep: a folder in which chunks of people are kept until it is done, so that a run that is cut
     off goes on where it was; say: told how far it is; workers: a cluster that does the work, with
     the same numbers. InputError where a chunk cannot be written, or somebody cannot be given a
     body.
     """
-    study = ready(plan)
     asked = asked_of(study)
     if not asked:
         raise InputError(f"{study.name}: no criterion asks for anything")

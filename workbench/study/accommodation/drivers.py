@@ -10,7 +10,7 @@ from workbench.model.body import Body
 from workbench.model.driving import Driver, DrivingAims, Package
 from workbench.model.environment import Environment
 from workbench.model.population import SEXES, Population
-from workbench.model.study import Aims, Person
+from workbench.model.posture_study import Aims, Person
 from workbench.shape.scaling.measure import measure
 
 __all__ = ["driver_of", "drivers_among", "feet_of", "package_of"]

@@ -78,7 +78,7 @@ def _shown(
             point = found.point[0, 0]
             centre = placed.centres[0, sphere]
             return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(centre))
-    if one.requirement.check == "vision" and study.aims.eyes is not None:
+    if one.requirement.check in ("eye_height", "view_over") and study.aims.eyes is not None:
         eye = sitters.seat.eye[0]
         return Shown(
             row,
@@ -89,7 +89,7 @@ def _shown(
             study.environment.points[study.aims.eyes],
             _xyz(eye),
         )
-    if one.requirement.check == "seat":
+    if one.requirement.check in ("pedals", "preferred_seat") and sitters.seat.miss:
         foot = max(sitters.seat.miss, key=lambda name: float(sitters.seat.miss[name][0]))
         controls = {control.name: control for control in study.environment.controls}
         at = controls[study.aims.controls[foot]].at

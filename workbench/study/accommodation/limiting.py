@@ -87,15 +87,15 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     words: what limits, as `met_by` tells it.
     """
     check = one.requirement.check
-    if check == "seat":
+    if check in ("pedals", "preferred_seat"):
         return BEARING["foot"], 1 if words == SEAT_FORWARD else -1
     if check == "reach":
         return BEARING[
             "foot" if one.control is not None and one.control.grip == "foot" else "hand"
         ], -1
-    if check == "vision":
+    if check in ("eye_height", "view_over"):
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1
-    if check == "stops":
+    if check in ("stops", "self_contact"):
         return (), 1
     named = [n for n, name in enumerate(body.segment_names) if words.startswith(name)]
     segment = body.segments[max(named, key=lambda n: len(body.segment_names[n]))] if named else ""

@@ -25,6 +25,8 @@ __all__ = ["MOST_MOVE", "growth", "met_of", "proposals", "shortest"]
 
 MOST_MOVE = 0.1
 """The longest move [m] that is looked at."""
+OF_THE_SEAT = ("eye_height", "view_over", "pedals", "preferred_seat")
+"""The checks for which the ends of the seat's travel are moved."""
 STEP = 1e-3
 ENOUGH = 0.95
 """The part of what the best move would gain that the shortest one which is proposed must gain."""
@@ -44,7 +46,7 @@ def proposals(
         target = asked[r].requirement.target
         if single[r] >= 1.0 or target in tried:
             continue
-        seat = asked[r].requirement.check in ("vision", "seat")
+        seat = asked[r].requirement.check in OF_THE_SEAT
         change = (_travel if seat else _moved)(study, asked, (found, r))
         if change is not None:
             tried.add(target)
@@ -67,7 +69,7 @@ def growth(
         if r not in _rows(study, asked, change) or size == 0:
             return np.zeros(len(found.margin))
         return np.nan_to_num(found.toward[:, r] @ (np.array(change.move) / size))
-    if asked[r].requirement.check not in ("vision", "seat"):
+    if asked[r].requirement.check not in OF_THE_SEAT:
         return np.zeros(len(found.margin))
     seat = study.environment.seat(study.seat)
     column = 0 if any(change.travel_forward) else 1
@@ -158,7 +160,7 @@ def _travel(
     """The end of the seat's travel, at which those sit who miss the view or the pedals, moved
     outward."""
     found, r = what
-    seat = asked[r].requirement.check == "seat"
+    seat = asked[r].requirement.check in ("pedals", "preferred_seat")
     met = met_of(found.margin)
     weight = study.people.weight
     missed = np.flatnonzero(~met[:, r])

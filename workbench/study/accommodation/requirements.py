@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from workbench.model.accommodation import AccommodationStudy, Requirement
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Control
-from workbench.model.study import Criterion
 
 __all__ = ["Asked", "asked_of"]
 
@@ -61,13 +61,15 @@ def _all(study: AccommodationStudy) -> Iterator[Asked]:
 
 
 def _target(study: AccommodationStudy, criterion: Criterion) -> str:
-    """What a requirement is about: a part, several, the eyes' point, the seat."""
-    if criterion.check == "seat":
+    """What a requirement is about: a part, several, the point of the eyes, the seat."""
+    if criterion.check in ("pedals", "preferred_seat"):
         return study.seat
-    if criterion.check == "vision" and not criterion.parts:
+    if criterion.check == "eye_height":
         return study.aims.eyes or ""
     if criterion.check == "stops":
         return "joints"
+    if criterion.check == "self_contact":
+        return "segments"
     return (
         ", ".join(criterion.parts) if len(criterion.parts) <= 3 else f"{len(criterion.parts)} parts"
     )

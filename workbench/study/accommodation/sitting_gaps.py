@@ -7,9 +7,9 @@ import numpy as np
 
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.model.study import Criterion
 from workbench.solve.contact.clearance_pairs import ClearancePair, PairClearance
 
 __all__ = ["gap_toward", "gap_words", "pair_of"]

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from workbench.model.accommodation import MET, AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.solve.contact.clearance_pairs import clearance_of_pairs
@@ -23,6 +24,7 @@ from workbench.solve.forward import place, segment_frames
 from workbench.solve.reaching.reach_people import reach_people
 from workbench.solve.seating.seating import seat_planes
 from workbench.solve.stops import stops
+from workbench.study.accommodation.own_contacts import own_margins
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import (
     SEAT_BACK,
@@ -39,8 +41,8 @@ __all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by", "sitting"]
 
 MOST_SPARE = 0.2
 """A control that is reached with this much to spare [m], or more, is told to have this."""
-SHORT = 1e-3
-"""A foot this near [m] to its pedal is on it."""
+HELD = ("clearance", "contact", "self_contact", "stops")
+"""The checks that are asked with the hands on their controls."""
 TURN_LEVER = 0.2
 """What a radian past a joint's stop counts [m]: about a hand's length."""
 
@@ -67,7 +69,7 @@ def met_by(
 def sitting(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Sitters:
     """People who sit, with their hands on their controls where anything that is asked is about
     that."""
-    if any(one.requirement.check in ("clearance", "contact", "stops") for one in asked):
+    if any(one.requirement.check in HELD for one in asked):
         return with_hands(study, sitters)
     return sitters
 
@@ -82,14 +84,18 @@ def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) 
     _reaches(study, asked, sitters, tried)
     _gaps(study, asked, sitters, tried)
     for r, one in enumerate(asked):
-        if one.requirement.check == "vision":
+        if one.requirement.check in ("eye_height", "view_over"):
             margin[:, r] = view_margin(study, one.criterion, sitters.seat.eye)
             for b in np.flatnonzero(margin[:, r] < -MET):
                 words[b, r] = view_words(study, one.criterion, sitters.seat.eye[b])
-        elif one.requirement.check == "seat":
-            _seat(sitters, tried, r)
+        elif one.requirement.check == "pedals":
+            _pedals(sitters, tried, (r, one.criterion))
+        elif one.requirement.check == "preferred_seat":
+            _preferred_seat(sitters, tried, (r, one.criterion))
         elif one.requirement.check == "stops":
-            _stops(sitters, tried, (r, one.criterion.at_least))
+            _stops(sitters, tried, (r, one.criterion))
+        elif one.requirement.check == "self_contact":
+            margin[:, r], words[:, r] = own_margins(sitters.bodies, sitters.held, one.criterion)
     return tried
 
 
@@ -196,7 +202,10 @@ def _gaps(
     )
     toward = gap_toward(placed, found)
     for q, r in enumerate(rows):
-        room = found.distance[:, q] - asked[r].criterion.at_least
+        criterion = asked[r].criterion
+        contact = criterion.check == "contact"
+        allowed = criterion.at_most if contact else -criterion.at_least
+        room = found.distance[:, q] + allowed
         tried.margin[:, r] = np.where(np.isfinite(room), room, np.nan)
         tried.toward[:, r] = toward[:, q]
         for b in np.flatnonzero(room < -MET):
@@ -205,29 +214,37 @@ def _gaps(
             )
 
 
-def _seat(sitters: Sitters, tried: Tried, r: int) -> None:
-    """Pedals missed by so much; else what is left of the seat's travel to its nearer end, fore and
-    aft."""
+def _pedals(sitters: Sitters, tried: Tried, what: tuple[int, Criterion]) -> None:
+    """How much farther the worse foot may stay from its pedal."""
+    r, criterion = what
     seat = sitters.seat
     feet = list(seat.miss)
     miss = np.stack([seat.miss[foot] for foot in feet])
     worst = miss.argmax(axis=0)
-    far = miss.max(axis=0)
-    tried.margin[:, r] = np.where(far > SHORT, -far, seat.spare_travel[:, :2].min(axis=1))
-    for b in np.flatnonzero(far > SHORT):
+    tried.margin[:, r] = criterion.at_most - miss.max(axis=0)
+    for b in np.flatnonzero(tried.margin[:, r] < -MET):
         foot = feet[int(worst[b])]
         tried.words[b, r] = f"{foot}, {seat.limit[foot][b]}"
-    for b in np.flatnonzero((far <= SHORT) & (tried.margin[:, r] < -MET)):
-        tried.words[b, r] = SEAT_BACK if seat.spare_travel[b, 1] < 0 else SEAT_FORWARD
 
 
-def _stops(sitters: Sitters, tried: Tried, what: tuple[int, float]) -> None:
+def _preferred_seat(sitters: Sitters, tried: Tried, what: tuple[int, Criterion]) -> None:
+    """What is left of the seat's travel to its nearer end, fore and aft, at the position wanted."""
+    r, criterion = what
+    spare = sitters.seat.spare_travel[:, :2]
+    tried.margin[:, r] = spare.min(axis=1) - criterion.at_least
+    for b in np.flatnonzero(tried.margin[:, r] < -MET):
+        tried.words[b, r] = SEAT_BACK if spare[b, 1] < spare[b, 0] else SEAT_FORWARD
+
+
+def _stops(sitters: Sitters, tried: Tried, what: tuple[int, Criterion]) -> None:
     """The joint nearest to its stop, as an arc at TURN_LEVER."""
-    r, at_least = what
+    r, criterion = what
     body = sitters.body
     found = stops(body, sitters.held)
-    joint = found.margin.argmin(axis=1)
-    tried.margin[:, r] = TURN_LEVER * (found.margin.min(axis=1) - at_least)
+    asked = np.isin(body.segments[1:], criterion.segments)
+    margin = np.where(asked, found.margin, np.inf)
+    joint = margin.argmin(axis=1)
+    tried.margin[:, r] = TURN_LEVER * (margin.min(axis=1) - criterion.at_least)
     for b in np.flatnonzero(tried.margin[:, r] < -MET):
         motion = found.motion(int(b), int(joint[b])).replace("_", " ")
         tried.words[b, r] = f"{body.joint_names[joint[b]]} ({motion})"

@@ -7,11 +7,11 @@ import numpy as np
 
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.study import Criterion
 from workbench.solve.seating.seating import seat_planes
 
-__all__ = ["TOO_HIGH", "TOO_LOW", "skyline", "view_margin", "view_words"]
+__all__ = ["TOO_HIGH", "TOO_LOW", "margin_of_view", "skyline", "view_margin", "view_words"]
 
 TOO_LOW = "eyes too low"
 TOO_HIGH = "eyes too high"
@@ -24,18 +24,28 @@ def view_margin(study: AccommodationStudy, criterion: Criterion, eyes: Floats) -
     how far the eyes are above the line that rises backward from the parts at the angle asked for,
     in the upright plane of the seat.
     """
-    if criterion.parts:
-        return _over(study, criterion, eyes)
-    assert study.aims.eyes is not None
-    wanted = study.environment.points[study.aims.eyes][2]
-    rise = eyes[:, 2] - wanted
+    return margin_of_view(study.environment, (study.seat, study.aims.eyes), criterion, eyes)
+
+
+def margin_of_view(
+    environment: Environment,
+    who: tuple[str, str | None],
+    criterion: Criterion,
+    eyes: Floats,
+) -> Floats:
+    """The same for whoever sits in a seat, with the point that the eyes are meant for."""
+    seat, point = who
+    if criterion.check == "view_over":
+        return _over(environment, seat, criterion, eyes)
+    assert point is not None
+    rise = eyes[:, 2] - environment.points[point][2]
     margin: Floats = np.minimum(rise + criterion.below, criterion.above - rise)
     return margin
 
 
 def view_words(study: AccommodationStudy, criterion: Criterion, eye: Floats) -> str:
     """In words, what is wrong with an eye (3,) that misses a view."""
-    if criterion.parts or study.aims.eyes is None:
+    if criterion.check == "view_over" or study.aims.eyes is None:
         return TOO_LOW
     return (
         TOO_HIGH
@@ -44,13 +54,13 @@ def view_words(study: AccommodationStudy, criterion: Criterion, eye: Floats) -> 
     )
 
 
-def _over(study: AccommodationStudy, criterion: Criterion, eyes: Floats) -> Floats:
-    seat = study.environment.seat(study.seat)
+def _over(environment: Environment, name: str, criterion: Criterion, eyes: Floats) -> Floats:
+    seat = environment.seat(name)
     aside = seat_planes(seat)[2]
     ahead = np.array([aside[1], -aside[0], 0.0])
-    edge = skyline(study.environment, criterion.parts, (np.array(seat.srp), aside))
+    edge = skyline(environment, criterion.parts, (np.array(seat.srp), aside))
     distance = edge @ ahead - eyes[:, None] @ ahead
-    line = edge[:, 2] + np.tan(criterion.at_least) * distance
+    line = edge[:, 2] + np.tan(criterion.down) * distance
     before = distance > 0
     highest = np.max(np.where(before, line, -np.inf), axis=1, initial=-np.inf)
     margin: Floats = np.where(np.isfinite(highest), eyes[:, 2] - highest, np.nan)

@@ -8,44 +8,33 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.crash.crash_restraints import Restraints
-from workbench.files.crash.restraints import rules_of
-from workbench.files.crash.schema import CrashFile, MotionSource
-from workbench.files.crash.simulations import with_airbags
-from workbench.files.crash.studies import CrashPlan
-from workbench.files.motions.lines import Pick
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.crash import Agreement, CrashResult, CrashStudy
 from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
-from workbench.model.simulation import ContactRule
 from workbench.model.spool import pieces
 from workbench.shape.pieces import piece_warnings
 from workbench.solve.contact.episodes import episodes, self_episodes
 from workbench.solve.forward import place
-from workbench.study.crash.belts import belt_tensions, with_belts
+from workbench.study.crash.belts import belt_tensions
 from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces
 from workbench.study.crash.frames import BLOCK, frames_of, stop_breaches
 from workbench.study.crash.meetings import environment_meetings, own_meetings
 from workbench.study.crash.signals import signal_of
 from workbench.study.crash.verdicts import crash_verdict
-from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.provenance import hashes, versions
-from workbench.study.simulation import bearing, seated_environment
-from workbench.study.subject import subject_body
 from workbench.study.warnings import enclosure_warnings
 
-__all__ = ["crash_ready", "crash_study"]
+__all__ = ["crash_study"]
 
 _LOOKS = 16
 """Frames in which the surroundings are searched for open parts that enclose the person."""
 
 
-def crash_study(plan: CrashPlan) -> CrashResult:
-    """Run a crash study. InputError for motions that cannot be read, or that have no time in
+def crash_study(study: CrashStudy) -> CrashResult:
+    """Find what meets what in a motion. InputError for motions to be compared that have no time in
     common."""
-    study = crash_ready(plan)
     found = _found(study)
     other = _found(study.held) if study.held is not None else None
     return replace(found, agreements=_agreements(study), other=other)
@@ -97,91 +86,10 @@ def _enclosed(study: CrashStudy) -> tuple[str, ...]:
     return tuple(enclosure_warnings(study.person, placed, study.environment))
 
 
-def crash_ready(plan: CrashPlan) -> CrashStudy:
-    """The study of a plan, its motions read. InputError for a motion that cannot be read or is a
-    single frame."""
-    file = plan.file
-    how = _options(plan.motion[1])
-    body, sized = (
-        subject_body(plan.body, plan.motion[0], options=how)
-        if plan.motion[1].scale == "subject"
-        else (plan.body, ())
-    )
-    motion, notes = load_motion(body, plan.motion[0], options=how)
-    if len(motion) < 2:
-        raise InputError(f"{plan.motion[0]}: one frame is a posture; a motion needs two or more")
-    study = CrashStudy(
-        name=file.study,
-        kind=file.kind,
-        title=file.title or file.study,
-        description=file.description,
-        environment=plan.environment,
-        cabin=plan.environment,
-        person=file.person,
-        body=body,
-        motion=motion,
-        against=None,
-        against_name="",
-        points=plan.points,
-        cfc=file.filter_class,
-        rules=file.rules or "",
-        limits=plan.limits,
-        criteria=plan.criteria,
-        inputs=plan.inputs,
-        film=file.film,
-        motion_name=plan.motion[1].name,
-        warnings=(*sized, *notes, *plan.environment.warnings),
-    )
-    if plan.against is None:
-        return _restrained(study, plan.restraints, file)
-    against, more = load_motion(body, plan.against[0], options=_options(plan.against[1]))
-    name = plan.against[1].name or plan.against[0].stem
-    other = _restrained(replace(study, motion=against, warnings=more), plan.other_restraints, file)
-    known = tuple(note for note in more if note not in study.warnings)
-    study = replace(
-        study, against=against, against_name=name, held=other, warnings=(*study.warnings, *known)
-    )
-    return _restrained(study, plan.restraints, file)
-
-
-def _restrained(study: CrashStudy, restraints: Restraints, file: CrashFile) -> CrashStudy:
-    """The study with its seat adjusted, airbags and belts as parts, and the laws of contact."""
-    plan = restraints.simulation
-    cabin = study.cabin if plan is None else seated_environment(plan, study.cabin)
-    cabin = with_airbags(cabin, list(restraints.airbags))
-    first = place(study.body, poses_at(study.motion, study.motion.clock[:1]))
-    environment = with_belts(cabin, restraints.belts, first)
-    return replace(
-        study,
-        cabin=cabin,
-        environment=environment,
-        belts=restraints.belts,
-        pulse=restraints.pulse,
-        forces=_without_belts(rules_of(file.forces, study.body, environment), len(cabin.parts)),
-        bears=bearing(environment, restraints.names),
-    )
-
-
-def _without_belts(rules: tuple[ContactRule, ...], parts: int) -> tuple[ContactRule, ...]:
-    """Laws of contact hold for what stands still: of a belt its tension is told, not the depth in
-    where it was."""
-    return tuple(
-        replace(rule, parts=rule.parts & (np.arange(len(rule.parts)) < parts)) for rule in rules
-    )
-
-
-def _options(source: MotionSource) -> MotionOptions:
-    start = -np.inf if source.start is None else source.start
-    keep = Pick(start, np.inf if source.end is None else source.end, source.every)
-    return MotionOptions(
-        source.map, source.up, source.unit, keep, source.gaps, source.move, source.yaw
-    )
-
-
 def _agreements(study: CrashStudy) -> tuple[Agreement, ...]:
     """Each joint and segment of the motion against the other's, at the motion's frames within the
     time of both."""
-    if study.against is None:
+    if study.against is None or not study.compared:
         return ()
     time = study.motion.clock
     other = study.against.clock

@@ -9,7 +9,8 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.crash import CrashCriterion, CrashStudy, StopBreach
+from workbench.model.crash import CrashStudy, StopBreach
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.simulation import depth_offset
@@ -192,7 +193,7 @@ class _Spell:
             self.motion = more.motion
 
 
-def _farthest(criterion: CrashCriterion, placed: Placed, first: int) -> Excursion:
+def _farthest(criterion: Criterion, placed: Placed, first: int) -> Excursion:
     body = placed.body
     about: Bools = np.isin(body.sphere_segment, [body.segment(s) for s in criterion.segments])
     gap = placed.centres[:, about] - np.array(criterion.origin)

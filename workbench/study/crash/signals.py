@@ -6,7 +6,8 @@ import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
-from workbench.model.crash import CrashStudy, Limit, Signal, SignalPoint
+from workbench.model.crash import CrashStudy, Signal, SignalPoint
+from workbench.model.criterion import Limit
 from workbench.model.pulse import gained, level_at
 from workbench.solve.signals import (
     GRAVITY,

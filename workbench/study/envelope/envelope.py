@@ -14,8 +14,8 @@ from workbench.model.body import Body, check_one
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses, check_rows
+from workbench.model.posture_study import PostureStudy
 from workbench.model.ray_reach import GRADES, Losses, RayReach
-from workbench.model.study import Study
 from workbench.solve.reaching.chains import Task
 from workbench.solve.reaching.limbs import limb
 from workbench.study.envelope.asking import Drawn, asked, drawn
@@ -46,13 +46,14 @@ its comfortable range, and twice as far from the mode as that."""
 
 
 def envelopes(
-    study: Study, placed: Mapping[str, Placed], environment: Environment
+    study: PostureStudy, placed: Mapping[str, Placed], environment: Environment
 ) -> Iterator[Envelope]:
-    """The envelopes that a study asks for, from each person's first case's posture."""
+    """The envelopes that a study asks for, each from the posture of its case."""
     for task in study.envelopes:
         person = next(person for person in study.people if person.name == task.person)
-        world = placed[person.name].world_from_segment[:1, person.poses.reference]
-        poses = Poses(person.poses.rotations[:1], person.poses.reference, world)
+        row = slice(task.case, task.case + 1)
+        world = placed[person.name].world_from_segment[row, person.poses.reference]
+        poses = Poses(person.poses.rotations[row], person.poses.reference, world)
         yield reach_envelope(
             placed[person.name].body,
             poses,

@@ -1,5 +1,4 @@
-"""The people of an accommodation study: drawn from a population file, or read from CSV files row by
-row."""
+"""The population of a role: drawn from a population file, or read from CSV files row by row."""
 
 from __future__ import annotations
 
@@ -8,18 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.accommodation.schema import PopulationSourceFile
 from workbench.files.ansur import measures_in, read_ansur
 from workbench.files.catalogue import find
 from workbench.files.populations import load_population_model
 from workbench.files.schema import metres_in
+from workbench.files.study.schema import PopulationFile
 from workbench.model.measures import COCKPIT
 from workbench.model.population import SEXES, Population, PopulationModel
 
 __all__ = ["drawn_from", "people_files", "rows_of"]
 
 
-def people_files(file: PopulationSourceFile, near: Path) -> dict[str, Path]:
+def people_files(file: PopulationFile, near: Path) -> dict[str, Path]:
     """The files that the people come from, by their role. InputError for a population that is not
     there."""
     if file.files is not None:
@@ -27,7 +26,7 @@ def people_files(file: PopulationSourceFile, near: Path) -> dict[str, Path]:
     return {"population": find("bodies/populations", file.source or "ansur2", near=near)}
 
 
-def drawn_from(file: PopulationSourceFile, near: Path) -> PopulationModel:
+def drawn_from(file: PopulationFile, near: Path) -> PopulationModel:
     """The model that people are drawn from. InputError where it lacks a sex that is asked for."""
     model = load_population_model(people_files(file, near)["population"])
     missing = [sex for sex in file.sexes if sex not in model.sexes]
@@ -38,7 +37,7 @@ def drawn_from(file: PopulationSourceFile, near: Path) -> PopulationModel:
     return model
 
 
-def rows_of(file: PopulationSourceFile, near: Path) -> Population:
+def rows_of(file: PopulationFile, near: Path) -> Population:
     """The people of the CSV files, with all measures that the files have in common, those of the
     sexes asked for.
 

@@ -1,0 +1,1 @@
+"""Study files: their shape, what may be wrong with them, and reading them."""

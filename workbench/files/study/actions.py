@@ -1,0 +1,378 @@
+"""The actions of a study: what each role does in each case, from names to poses and files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.files.catalogue import is_file
+from workbench.files.crash.restraints import (
+    airbag_faults,
+    airbags_of,
+    belt_faults,
+    belts_of,
+    pulse_of,
+)
+from workbench.files.crash.simulations import SimulationPlan, load_simulation, simulation_path
+from workbench.files.postures import (
+    PosturesFile,
+    flat_angles,
+    posture_pose,
+    replaced_angles,
+)
+from workbench.files.study.roles import LoadedRole
+from workbench.files.study.schema import (
+    ActionFile,
+    DriverFile,
+    MotionFile,
+    PredictedFile,
+    StatedRestraintsFile,
+)
+from workbench.files.study.work import Key, Work
+from workbench.model.driving import DrivingAims
+from workbench.model.environment import Environment
+from workbench.model.poses import Poses
+from workbench.model.posing import attitude_matrix
+from workbench.model.posture_study import Aims
+from workbench.model.simulation import Restraints
+from workbench.model.study import (
+    Action,
+    GivenPosture,
+    PredictedPosture,
+    RecordedMotion,
+    SimulatedMotion,
+)
+
+__all__ = ["MOVING", "CaseActions", "aims_of", "case_actions", "load_actions", "with_postures"]
+
+MOVING = ("motion", "simulated")
+"""The actions that are motions."""
+CaseActions = dict[tuple[int, str], Action]
+"""The actions that could be loaded, by the row of their case and the role."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """An action as the file has it: where it stands, whose it is."""
+
+    key: Key
+    name: str
+    role: LoadedRole
+    file: ActionFile
+
+
+def with_postures(work: Work, roles: dict[str, LoadedRole]) -> dict[str, LoadedRole]:
+    """The roles with the study's own postures beside those of their bodies."""
+    used: dict[str, set[str]] = {}
+    for _, case in work.parts.cases:
+        for name, action in case.actions.items():
+            if action is not None:
+                used.setdefault(_posture_name(action), set()).add(name)
+    for name, posture in work.parts.postures.items():
+        if posture is None:
+            continue
+        users = [role for role in roles if role in used.get(name, set())] or list(roles)[:1]
+        for user in users:
+            loaded = roles[user]
+            base = loaded.postures
+            if base is None:
+                continue
+            key = ("postures", name)
+            if name in base.postures:
+                own = f"body {loaded.body.name} has a posture {name!r} of its own"
+                work.fault(key, f"{own}; give it another name")
+                continue
+            if posture.like not in base.postures or posture.like in work.parts.postures:
+                own = [p for p in base.postures if p not in work.parts.postures]
+                what = f"body {loaded.body.name} has no posture {posture.like!r}; "
+                work.fault((*key, "like"), what + one_of(posture.like, own))
+                continue
+            problems = flat_angles(loaded.body, posture.angles)[1]
+            for path, what in problems:
+                work.fault((*key, "angles", *path), what)
+            if problems:
+                continue
+            made = replaced_angles(loaded.body, base.postures[posture.like], posture.angles)
+            own_postures = {**base.postures, name: made}
+            postures = base.model_copy(update={"postures": own_postures})
+            roles = {**roles, user: replace(loaded, postures=postures)}
+    return roles
+
+
+def _posture_name(action: ActionFile) -> str:
+    """The posture that an action begins from, "" for a recorded motion."""
+    if action.posture is not None:
+        return action.posture
+    if action.predicted is not None:
+        return action.predicted.like
+    if action.driver is not None:
+        return action.driver.like
+    return action.simulated.start if action.simulated is not None else ""
+
+
+def case_actions(
+    work: Work, roles: dict[str, LoadedRole]
+) -> Iterator[tuple[int, str, ActionFile, Key]]:
+    """The actions of roles that could be loaded, with the row of their case and their key."""
+    for row, case in work.parts.cases:
+        for name, action in case.actions.items():
+            if action is not None and name in roles:
+                yield row, name, action, ("cases", row, "people", name)
+
+
+def load_actions(work: Work, roles: dict[str, LoadedRole], room: Environment | None) -> CaseActions:
+    """The actions that have no fault; faults go to the work."""
+    found: CaseActions = {}
+    for row, name, file, key in case_actions(work, roles):
+        asked = _Asked(key, name, roles[name], file)
+        before = len(work.faults)
+        action: Action | None
+        if file.posture is not None:
+            action = _given(work, asked)
+        elif file.motion is not None:
+            action = _recorded(work, asked, room)
+        elif file.simulated is not None:
+            action = _simulated(work, asked, room)
+        else:
+            action = _predicted(work, asked, room)
+        if action is not None and len(work.faults) == before:
+            found[row, name] = action
+    return found
+
+
+def _named(work: Work, asked: _Asked, at: Key, name: str) -> PosturesFile | None:
+    """The postures of a role, among which there is one of this name."""
+    postures = asked.role.postures
+    if postures is None:
+        body = asked.role.body.name
+        what = f"body {body!r} names no postures file, so no posture can be named in this study"
+        work.fault(("people", asked.name, "body"), what)
+        return None
+    if name not in postures.postures:
+        if name in work.parts.postures or not postures.postures:
+            return None  # reported where the posture stands, or where the postures' file is wrong
+        what = f"no posture {name!r}; {one_of(name, postures.postures)}"
+        work.fault((*asked.key, *at), what)
+        return None
+    return postures
+
+
+def _pose(asked: _Asked, postures: PosturesFile, name: str) -> Poses:
+    """One pose in a posture, put where the role is at a place."""
+    role = asked.role.file
+    body = asked.role.body
+    attitude = role.at.attitude if role.at else None
+    poses = posture_pose(body, postures, name, more=asked.file.angles, attitude=attitude)
+    world = poses.world_from_reference.copy()
+    if role.at is not None and role.at.segment in body.segments:
+        world[:, :, 3] = role.at.position
+        return Poses(poses.rotations, body.segment(role.at.segment), world)
+    if role.stand is not None:
+        turn = attitude_matrix(yaw=math.radians(role.stand.yaw))
+        world[:, :, :3] = np.einsum("ij,pjk->pik", turn, world[:, :, :3])
+    return Poses(poses.rotations, poses.reference, world)
+
+
+def _given(work: Work, asked: _Asked) -> GivenPosture | None:
+    name = asked.file.posture or ""
+    postures = _named(work, asked, ("posture",), name)
+    problems = flat_angles(asked.role.body, asked.file.angles or {})[1]
+    for path, what in problems:
+        work.fault((*asked.key, "angles", *path), what)
+    if postures is None or problems:
+        return None
+    return GivenPosture(name, _pose(asked, postures, name))
+
+
+def aims_of(file: PredictedFile | DriverFile) -> Aims:
+    """What a posture is predicted from."""
+    held = {limb: control for limb, control, _ in _held(file)}
+    driving = None
+    if isinstance(file, DriverFile):
+        driving = DrivingAims(file.sex or "", file.age, file.seed, file.wheel, file.h_point)
+    return Aims(held, file.eyes, file.heels, driving)
+
+
+def _predicted(work: Work, asked: _Asked, room: Environment | None) -> PredictedPosture | None:
+    file = asked.file.driver or asked.file.predicted
+    assert file is not None
+    kind = asked.file.kind
+    role = asked.role.file
+    if role.at is not None or role.stand is not None:
+        what = (
+            "only the posture of somebody in a seat is predicted; give the role a 'seat', or the "
+            "case a 'posture'"
+        )
+        work.fault((*asked.key, kind), what)
+    if isinstance(file, DriverFile):
+        many = role.population is not None
+        if many and file.sex is not None:
+            what = "the sex of each driver is that of the person in the population; leave it out"
+            work.fault((*asked.key, kind, "sex"), what)
+        if not many and file.sex is None and role.size is None and role.sizes is None:
+            what = (
+                "it is not stated whether a man or a woman drives: give 'sex', or the role a 'size'"
+            )
+            work.fault((*asked.key, kind), what)
+    if room is not None:
+        _aim_faults(work, file, (*asked.key, kind), room)
+    postures = _named(work, asked, (kind, "like"), file.like)
+    if postures is None:
+        return None
+    return PredictedPosture(file.like, _pose(asked, postures, file.like), aims_of(file))
+
+
+def _aim_faults(work: Work, file: PredictedFile | DriverFile, key: Key, room: Environment) -> None:
+    """Report controls and points that are not there, hands on pedals and feet on knobs."""
+    controls = {control.name: control for control in room.controls}
+    for limb, control, place in _held(file):
+        if control not in controls:
+            what = f"environment {room.name} has no control {control!r}; "
+            work.fault((*key, *place), what + one_of(control, controls))
+        elif (controls[control].grip == "foot") != limb.endswith("foot"):
+            meant = "feet" if controls[control].grip == "foot" else "hands"
+            work.fault((*key, *place), f"{control} is for {meant}; name it under '{meant}'")
+    for field in ("eyes", "heels", "wheel", "h_point"):
+        point = getattr(file, field, None)
+        if point is not None and point not in room.points:
+            what = f"environment {room.name} has no point {point!r}; "
+            work.fault((*key, field), what + one_of(point, room.points))
+
+
+def _held(file: PredictedFile | DriverFile) -> Iterator[tuple[str, str, tuple[str, str]]]:
+    """Limb, control and where in the action it stands, feet first."""
+    for field, kind in (("feet", "foot"), ("hands", "hand")):
+        for side in ("left", "right"):
+            control = getattr(getattr(file, field), side)
+            if control is not None:
+                yield f"{side} {kind}", control, (field, side)
+
+
+def _recorded(work: Work, asked: _Asked, room: Environment | None) -> RecordedMotion | None:
+    file = asked.file.motion
+    assert file is not None
+    key = (*asked.key, "motion")
+    near = work.path.parent
+    path = near / file.file
+    if not is_file(path):
+        what = f"no such file {file.file!r} in {near}; motions are looked for beside the study"
+        work.fault((*key, "file"), what)
+    else:
+        row = asked.key[1]
+        case = next(c.name for r, c in work.parts.cases if r == row)
+        work.inputs[f"motion of {asked.name}, {case}"] = path
+    if file.start is not None and file.end is not None and file.start >= file.end:
+        what = f"end {file.end:g} s must be after start {file.start:g} s"
+        work.fault((*key, "end"), what)
+    if room is None:
+        return None
+    restraints = _restraints(work, asked, file, room)
+    return RecordedMotion(
+        file=path,
+        begin=-math.inf if file.start is None else file.start,
+        end=math.inf if file.end is None else file.end,
+        every=file.every,
+        names=file.map,
+        up=file.up,
+        metres=file.unit,
+        gaps=file.gaps,
+        move=file.move,
+        yaw=file.yaw,
+        subject=file.scale == "subject",
+        restraints=restraints,
+    )
+
+
+def _restraints(work: Work, asked: _Asked, file: MotionFile, room: Environment) -> Restraints:
+    key = (*asked.key, "motion", "restraints")
+    if file.restraints is None:
+        return Restraints()
+    if isinstance(file.restraints, StatedRestraintsFile):
+        return _stated(work, asked, file.restraints, room)
+    plan = _plan(work, asked, key, file.restraints, room)
+    return restraints_of_plan(plan) if plan is not None else Restraints()
+
+
+def restraints_of_plan(plan: SimulationPlan) -> Restraints:
+    """The restraints of a simulation, with its seat where its occupant has put it."""
+    adjust = plan.file.adjust
+    moved = adjust is not None and plan.file.seat is not None
+    return Restraints(
+        plan.pulse,
+        plan.belts,
+        airbags_of(plan.file.airbags),
+        plan.file.seat or "" if moved else "",
+        adjust.forward if adjust else 0.0,
+        adjust.up if adjust else 0.0,
+    )
+
+
+def _plan(
+    work: Work, asked: _Asked, key: Key, name: str, room: Environment
+) -> SimulationPlan | None:
+    """A simulation in the same environment and of the same body."""
+    try:
+        plan = load_simulation(name, near=work.path.parent)
+    except InputError as error:
+        work.errors(key, error)
+        return None
+    wrong = [
+        f"it is in {what} {theirs!r}, this study in {ours!r}; name a simulation of the same {what}"
+        for what, theirs, ours in (
+            ("environment", plan.environment.name, room.name),
+            ("body", plan.body.name, asked.role.body.name),
+        )
+        if theirs != ours
+    ]
+    for what in wrong:
+        work.fault(key, what)
+    work.inputs |= {
+        f"{role}: {name}": path
+        for role, path in plan.inputs.items()
+        if role in ("simulation", "pulse")
+    }
+    return None if wrong else plan
+
+
+def _stated(work: Work, asked: _Asked, file: StatedRestraintsFile, room: Environment) -> Restraints:
+    key = (*asked.key, "motion", "restraints")
+    folder = work.path.parent
+    anchors = {**room.points, **file.anchors}
+    faults = airbag_faults(work.document, file.airbags, room.parts, (*key, "airbags"))
+    taken = [*room.parts, *(bag.name for bag in file.airbags)]
+    known = (asked.role.body, anchors, taken)
+    faults += belt_faults(work.document, file.belts, known, (*key, "belts"))
+    work.add(faults)
+    pulse = None
+    if file.pulse is not None:
+        if file.pulse.file is not None:
+            work.inputs[f"pulse: {file.pulse.file}"] = folder / file.pulse.file
+        try:
+            pulse = pulse_of(file.pulse, folder)
+        except InputError as error:
+            work.errors((*key, "pulse"), error)
+    if faults:
+        return Restraints()
+    belts = belts_of(file.belts, asked.role.body, anchors)
+    return Restraints(pulse, belts, airbags_of(file.airbags))
+
+
+def _simulated(work: Work, asked: _Asked, room: Environment | None) -> SimulatedMotion | None:
+    file = asked.file.simulated
+    assert file is not None
+    key = (*asked.key, "simulated")
+    postures = _named(work, asked, ("simulated", "start"), file.start)
+    if room is None:
+        return None
+    plan = _plan(work, asked, (*key, "simulation"), file.simulation, room)
+    if plan is None or postures is None:
+        return None
+    path = simulation_path(file.simulation, near=work.path.parent)
+    return SimulatedMotion(
+        Path(path), file.start, _pose(asked, postures, file.start), restraints_of_plan(plan)
+    )

@@ -1,0 +1,80 @@
+"""What the format can say and no run can answer yet: refused in one line each, never ignored."""
+
+from __future__ import annotations
+
+from workbench.files.study.actions import MOVING
+from workbench.files.study.schema import PositionFile, RoleFile
+from workbench.files.study.work import Work
+
+__all__ = ["limit_faults"]
+
+
+def limit_faults(work: Work) -> None:
+    """Report what cannot be run yet, and what can be asked instead."""
+    roles = {name: role for name, role in work.parts.roles.items() if role is not None}
+    for name, role in roles.items():
+        key = ("people", name)
+        if role.sizes is not None:
+            what = "several sizes are not run together yet; give one 'size', in a study for each"
+            work.fault((*key, "sizes"), what)
+        if isinstance(role.position, PositionFile) and role.position.tilt:
+            what = "a seat cannot be tilted yet; leave 'tilt' out, or turn the seat's mesh"
+            work.fault((*key, "position", "tilt"), what)
+    crowd = next((name for name, role in roles.items() if role.population is not None), None)
+    moving = any(
+        action is not None and action.kind in MOVING
+        for _, case in work.parts.cases
+        for action in case.actions.values()
+    )
+    if crowd is not None:
+        _crowd_faults(work, crowd, roles, moving)
+    if moving:
+        _motion_faults(work, roles)
+    if crowd is None:
+        for row, _ in enumerate(work.parts.maps):
+            what = "a reach map is of a population; ask for 'reach_envelopes' of one person"
+            work.fault(("reach_maps", row, "people"), what)
+
+
+def _crowd_faults(work: Work, name: str, roles: dict[str, RoleFile], moving: bool) -> None:
+    """A population takes one role alone, in one case, in a seat."""
+    key = ("people", name, "population")
+    if len(roles) > 1:
+        what = "a population takes its place alone yet: leave the other roles out, or give a 'size'"
+        work.fault(key, what)
+    if len(work.parts.cases) > 1:
+        what = "a population has one case yet: leave the other cases out, or give a 'size'"
+        work.fault(("cases", work.parts.cases[1][0]), what)
+    if moving:
+        work.fault(key, "a population does not move yet: give one 'size' for a motion")
+    elif roles[name].seat is None:
+        work.fault(key, "a population sits yet: give the role a 'seat', or one 'size'")
+    for row, _ in enumerate(work.parts.envelopes):
+        what = "an envelope is of one person; ask for 'reach_maps' of a population"
+        work.fault(("reach_envelopes", row, "people"), what)
+    for row, criterion in work.parts.criteria:
+        if criterion.check == "excursion":
+            what = "an excursion is of one person yet; give the role a 'size'"
+            work.fault(("criteria", row, "check"), what)
+
+
+def _motion_faults(work: Work, roles: dict[str, RoleFile]) -> None:
+    """A motion is of one role, and there are two at most."""
+    if len(roles) > 1:
+        what = "a motion is of one role yet: leave the other roles out"
+        work.fault(("people", list(roles)[1]), what)
+    if len(work.parts.cases) > 2:
+        what = "two motions are possible in a study yet: put the others into another one"
+        work.fault(("cases", work.parts.cases[2][0]), what)
+    for row, case in work.parts.cases:
+        for name, action in case.actions.items():
+            if action is not None and action.kind not in MOVING:
+                what = (
+                    "a case is no motion, though another one is: postures go into a study of "
+                    "their own yet"
+                )
+                work.fault(("cases", row, "people", name), what)
+    for row, criterion in work.parts.criteria:
+        if criterion.subparts is not None:
+            what = "subparts of a motion cannot be asked about yet; give 'segments'"
+            work.fault(("criteria", row, "subparts"), what)

@@ -1,0 +1,548 @@
+"""The shape of `studies/NAME.yaml`, and of the rule sets that injury criteria name."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    Tag,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
+
+from workbench.files.crash.simulation_schema import AirbagFile, BeltFile, ContactFile, PulseFile
+from workbench.files.places import AtFile, StandFile
+from workbench.files.postures import AnglesFile
+from workbench.files.schema import (
+    LENGTH_SCHEMA,
+    Degrees,
+    FileModel,
+    Length,
+    LengthUnit,
+    Vector,
+    length_in_metres,
+    plausible,
+)
+from workbench.model.accommodation import MAP_POINTS
+
+__all__ = [
+    "ACTIONS",
+    "CHECK_KEYS",
+    "ActionFile",
+    "CaseFile",
+    "ChangeFile",
+    "CriterionFile",
+    "DriverFile",
+    "EnvelopeFile",
+    "MapFile",
+    "MotionFile",
+    "PopulationFile",
+    "PositionFile",
+    "PredictedFile",
+    "RoleFile",
+    "RulesFile",
+    "SharesFile",
+    "SignalsFile",
+    "SimulatedFile",
+    "SizeFile",
+    "StatedRestraintsFile",
+    "StudyFile",
+    "StudyPostureFile",
+]
+
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+Names = Annotated[list[Name], Field(min_length=1)]
+Percent = Annotated[float, Field(ge=0, le=100)]
+Seconds = Annotated[float, Field(ge=-1e6, le=1e6)]
+Seed = Annotated[int, Field(ge=0, le=2**63)]
+Zone = Annotated[int, Field(ge=1, le=3)]
+Side = Literal["left", "right", "either"]
+Sex = Literal["male", "female"]
+Direction = Annotated[tuple[float, float, float], Field(strict=False)]
+
+
+def _named(value: object) -> str:
+    """Which member of a union of a name and a mapping a value is meant to be."""
+    return "a name" if isinstance(value, str) else "a mapping"
+
+
+def _at_least(value: Any, info: ValidationInfo) -> Any:
+    """The least value of a check: an angle of stops, percent of a share, else a length."""
+    check = info.data.get("check")
+    if check not in ("stops", "share"):
+        return plausible(length_in_metres(value, info))
+    low, high, unit = (-180, 180, "degrees") if check == "stops" else (0, 100, "percent")
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        raise ValueError(f"a number of {unit} is needed")
+    if not low <= value <= high:
+        raise ValueError(f"{low} to {high} {unit} are possible")
+    return float(value)
+
+
+AtLeast = Annotated[float, BeforeValidator(_at_least), WithJsonSchema(LENGTH_SCHEMA)]
+Everybody = BeforeValidator(lambda value: None if value == "all" else value)
+MOST_PEOPLE = 250_000
+ACTIONS = ("posture", "predicted", "driver", "motion", "simulated")
+
+
+class SizeFile(FileModel):
+    """A person's size: some measures, the rest as people of the population with these have them.
+
+    With an age [years] the population is one of growth charts; a child may do without measures.
+    """
+
+    sex: Sex
+    age: Annotated[float, Field(gt=0, le=120)] | None = None
+    population: str | None = None
+    measures: dict[str, Annotated[Length, Field(gt=0)]] = {}
+    mass_kg: Annotated[float, Field(gt=0, le=400)] | None = None
+
+    @model_validator(mode="after")
+    def _says_something(self) -> SizeFile:
+        if self.age is None and not self.measures:
+            raise ValueError("a size is one measure or more, or the age of a child")
+        return self
+
+    @property
+    def source(self) -> str:
+        """The population of the size: as named, else ANSUR II, of a child the growth charts."""
+        return self.population or ("ansur2" if self.age is None else "cdc_growth")
+
+
+class PopulationFile(FileModel):
+    """Many people: drawn from a population file, or the rows of CSV files.
+
+    source: a population, of which `people` are drawn with `seed`, `women` percent of them women.
+    files: CSV files with one row a person, in the layout of the public ANSUR II files, lengths in
+    `unit` and weightkg in 0.1 kg; weights: the column that says for how many people each row
+    stands; people: only so many rows, spread evenly over the files. sexes: only these.
+    """
+
+    source: str | None = None
+    people: Annotated[Annotated[int, Field(ge=1, le=MOST_PEOPLE)] | None, Everybody] = None
+    seed: Seed | None = None
+    women: Percent | None = None
+    files: Names | None = None
+    unit: LengthUnit = "mm"
+    weights: str | None = None
+    sexes: Annotated[list[Sex], Field(min_length=1)] = ["male", "female"]
+
+    @model_validator(mode="after")
+    def _one_source(self) -> PopulationFile:
+        if self.files is None:
+            if self.seed is None or self.people is None:
+                raise ValueError("people that are drawn need 'people', how many, and a 'seed'")
+            if self.weights is not None or "unit" in self.model_fields_set:
+                raise ValueError("'unit' and 'weights' belong to 'files'")
+        elif self.source is not None or self.seed is not None or self.women is not None:
+            raise ValueError(
+                "'files' have people of their own: 'source', 'seed' and 'women' belong to people "
+                "who are drawn"
+            )
+        if len(set(self.sexes)) < len(self.sexes):
+            raise ValueError("a sex stands twice in 'sexes'")
+        if self.women is not None and len(self.sexes) == 1:
+            raise ValueError("'women' is a share of both sexes")
+        return self
+
+
+class PositionFile(FileModel):
+    """Where in its travel a seat stands, and how far it is tilted [degrees]."""
+
+    forward: Length = 0.0
+    up: Length = 0.0
+    tilt: Annotated[float, Field(ge=-90, le=90)] = 0.0
+
+
+class RoleFile(FileModel):
+    """Somebody who takes part in every case: a body, its size or sizes, and its place.
+
+    At most one of `size`, `sizes` and `population`, at most one of `seat`, `at` and `stand`.
+    """
+
+    body: str
+    detail: Literal["coarse", "medium", "fine"] | None = None
+    clothes: list[Name] = []
+    size: SizeFile | None = None
+    sizes: Annotated[dict[Name, SizeFile], Field(min_length=1)] | None = None
+    population: PopulationFile | None = None
+    seat: Name | None = None
+    at: AtFile | None = None
+    stand: StandFile | None = None
+    position: (
+        Annotated[
+            Annotated[Literal["free", "reference"], Tag("a name")]
+            | Annotated[PositionFile, Tag("a mapping")],
+            Discriminator(_named),
+        ]
+        | None
+    ) = None
+
+    @model_validator(mode="after")
+    def _one_of_each(self) -> RoleFile:
+        for keys in (("size", "sizes", "population"), ("seat", "at", "stand")):
+            given = [key for key in keys if getattr(self, key) is not None]
+            if len(given) > 1:
+                raise ValueError(
+                    f"{given[0]!r} and {given[1]!r} exclude each other: give one of "
+                    f"'{keys[0]}', '{keys[1]}' and '{keys[2]}'"
+                )
+        if self.position is not None and self.seat is None:
+            raise ValueError("'position' is that of a seat: give 'seat' too")
+        return self
+
+
+class StudyPostureFile(FileModel):
+    """A posture of the study: a posture of the body with some angles replaced."""
+
+    like: Name
+    angles: AnglesFile = {}
+
+
+class SidesFile(FileModel):
+    """The controls that the left and the right hand or foot hold."""
+
+    left: Name | None = None
+    right: Name | None = None
+
+
+class RightFootFile(FileModel):
+    """The controls under a driver's feet: the right one on the accelerator."""
+
+    left: Name | None = None
+    right: Name
+
+
+class PredictedFile(FileModel):
+    """A posture to be predicted: trunk and head as in the posture `like`, hands and feet on these
+    controls, the eyes at the height of one point as far as the seat goes, the heels at that of
+    another."""
+
+    like: Name = "driving"
+    hands: SidesFile = SidesFile()
+    feet: SidesFile = SidesFile()
+    eyes: Name | None = None
+    heels: Name | None = None
+
+
+class DriverFile(FileModel):
+    """A driver's posture by Park and others (2016): the mean of such people, or drawn with a seed.
+
+    wheel: the point at the steering wheel's centre; h_point: where the hip point of the seat is
+    (SgRP) with the seat in its reference position; heels: on the floor at the accelerator; sex: as
+    the size says where not given.
+    """
+
+    wheel: Name
+    h_point: Name
+    heels: Name
+    feet: RightFootFile
+    hands: SidesFile = SidesFile()
+    eyes: Name | None = None
+    like: Name = "driving"
+    sex: Sex | None = None
+    age: Annotated[float, Field(ge=16, le=100)] = 40.0
+    seed: Seed | None = None
+
+
+class StatedRestraintsFile(FileModel):
+    """What holds the occupant of a recorded motion: belts through `anchors` and airbags become
+    parts; `pulse` is added to what is measured in the vehicle."""
+
+    pulse: PulseFile | None = None
+    anchors: dict[Name, Vector] = {}
+    belts: list[BeltFile] = []
+    airbags: list[AirbagFile] = []
+
+
+class MotionFile(FileModel):
+    """A recorded motion: a file beside the study, and how it is read.
+
+    Frames from `start` to `end` [s], every n-th; `map`: bones by segment or usual marker names by
+    the file's; `up`: its upward axis; `unit`: one unit of a BVH file; `gaps` [s]: the longest that
+    is bridged; `move` and `yaw`: where it is put; `scale: subject`: the body takes the lengths that
+    the file shows; `restraints`: those of a simulation by name, or stated here.
+    """
+
+    file: Name
+    start: Seconds | None = None
+    end: Seconds | None = None
+    every: Annotated[int, Field(ge=1)] = 1
+    map: dict[str, str] = {}
+    up: Literal["x", "y", "z", "-x", "-y", "-z"] | None = None
+    unit: Length | None = None
+    gaps: Annotated[float, Field(ge=0, le=10)] = 0.1
+    move: Vector = (0.0, 0.0, 0.0)
+    yaw: Degrees = 0.0
+    scale: Literal["body", "subject"] = "body"
+    restraints: (
+        Annotated[
+            Annotated[Name, Tag("a name")] | Annotated[StatedRestraintsFile, Tag("a mapping")],
+            Discriminator(_named),
+        ]
+        | None
+    ) = None
+
+
+class SimulatedFile(FileModel):
+    """A motion to be simulated, from a posture, in the seat or place that the simulation names."""
+
+    start: Name
+    simulation: Name
+
+
+class ActionFile(FileModel):
+    """What a role does in a case: exactly one of five."""
+
+    posture: Name | None = None
+    angles: AnglesFile | None = None
+    predicted: PredictedFile | None = None
+    driver: DriverFile | None = None
+    motion: MotionFile | None = None
+    simulated: SimulatedFile | None = None
+
+    @model_validator(mode="after")
+    def _one_action(self) -> ActionFile:
+        given = [key for key in ACTIONS if getattr(self, key) is not None]
+        if len(given) != 1:
+            said = f"{given[0]!r} and {given[1]!r} are given" if given else "none is given"
+            raise ValueError(f"exactly one of {', '.join(ACTIONS)} is needed, {said}")
+        if self.angles is not None and self.posture is None:
+            raise ValueError(
+                f"'angles' replace those of a 'posture'; {given[0]} takes a posture of the study "
+                "by its name"
+            )
+        return self
+
+    @property
+    def kind(self) -> str:
+        """Which of ACTIONS it is."""
+        return next(key for key in ACTIONS if getattr(self, key) is not None)
+
+
+class CaseFile(FileModel):
+    """One case: what every role does."""
+
+    name: Name
+    people: Annotated[dict[Name, ActionFile], Field(min_length=1)]
+
+
+CHECK_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "contact": ((), ("segments", "subparts", "parts", "at_most")),
+    "clearance": (("at_least",), ("segments", "subparts", "parts")),
+    "self_contact": ((), ("segments",)),
+    "between_people": ((), ("segments", "at_least")),
+    "stops": ((), ("segments", "at_least")),
+    "reach": ((), ("controls", "zone", "hand")),
+    "pedals": ((), ("at_most",)),
+    "preferred_seat": ((), ("at_least",)),
+    "eye_height": ((), ("below", "above")),
+    "view_over": (("parts", "down"), ()),
+    "excursion": (("segments", "direction", "origin", "at_most"), ()),
+    "injury": (("rules",), ()),
+    "share": (("at_least",), ("of",)),
+}
+"""The keys of each check beside name, check, people and cases: needed ones, and possible ones."""
+_OWN = tuple(dict.fromkeys(key for pair in CHECK_KEYS.values() for keys in pair for key in keys))
+
+
+class CriterionFile(FileModel):
+    """Something that must hold. What `people` and `cases` leave out means all that it can be asked
+    of; `at_least` is a length, of stops an angle, of a share percent."""
+
+    name: Name
+    check: Literal[
+        "contact",
+        "clearance",
+        "self_contact",
+        "between_people",
+        "stops",
+        "reach",
+        "pedals",
+        "preferred_seat",
+        "eye_height",
+        "view_over",
+        "excursion",
+        "injury",
+        "share",
+    ]
+    people: Names | None = None
+    cases: Names | None = None
+    segments: Names | None = None
+    subparts: Names | None = None
+    parts: Names | None = None
+    controls: Names | None = None
+    zone: Zone | None = None
+    hand: Side | None = None
+    at_least: AtLeast | None = None
+    at_most: Length | None = None
+    below: Annotated[Length, Field(ge=0)] | None = None
+    above: Annotated[Length, Field(ge=0)] | None = None
+    down: Annotated[float, Field(ge=-89, le=89)] | None = None
+    direction: Direction | None = None
+    origin: Vector | None = None
+    rules: Name | None = None
+    of: Names | None = None
+
+    @model_validator(mode="after")
+    def _fits_the_check(self) -> CriterionFile:
+        needed, possible = CHECK_KEYS[self.check]
+        given = [key for key in _OWN if getattr(self, key) is not None]
+        for key in given:
+            if key not in (*needed, *possible):
+                fit = ", ".join((*needed, *possible)) or "none of its own"
+                raise ValueError(
+                    f"{key!r} does not belong to check: {self.check}, whose keys are {fit}"
+                )
+        for key in needed:
+            if key not in given:
+                raise ValueError(f"check: {self.check} needs {key!r}")
+        if self.segments is not None and self.subparts is not None:
+            raise ValueError("'segments' and 'subparts' exclude each other: give one of the two")
+        if self.check == "eye_height" and self.below is None and self.above is None:
+            raise ValueError("check: eye_height needs 'below' or 'above'")
+        if self.check == "share" and (self.people is not None or self.cases is not None):
+            raise ValueError("a share is of the whole population: leave out 'people' and 'cases'")
+        if self.check in ("contact", "pedals") and (self.at_most or 0.0) < 0:
+            raise ValueError(f"'at_most' of check: {self.check} is 0 or more")
+        if self.direction is not None and not any(self.direction):
+            raise ValueError("'direction' must not be zero")
+        return self
+
+
+class IntervalFile(FileModel):
+    """How the intervals of shares are found: Wilson's score interval, or that of the bootstrap."""
+
+    method: Literal["wilson", "bootstrap"] = "wilson"
+    seed: Seed | None = None
+    draws: Annotated[int, Field(ge=100, le=1_000_000)] = 10_000
+
+    @model_validator(mode="after")
+    def _has_its_seed(self) -> IntervalFile:
+        if self.method == "bootstrap" and self.seed is None:
+            raise ValueError("a bootstrap needs a 'seed'")
+        if self.method == "wilson" and self.model_fields_set & {"seed", "draws"}:
+            raise ValueError("'seed' and 'draws' belong to method: bootstrap")
+        return self
+
+
+class SharesFile(FileModel):
+    """How shares are reported: mixes (percent of women, by name) that the people are weighted to,
+    and the confidence [percent] of intervals."""
+
+    mixes: dict[Name, Percent] = {}
+    confidence: Annotated[float, Field(gt=0, lt=100)] = 95.0
+    interval: IntervalFile = IntervalFile()
+
+
+class MapFile(FileModel):
+    """A map of the share of people who reach each of so many points of a part."""
+
+    people: Name
+    part: Name
+    case: Name | None = None
+    grip: Literal["push", "pinch", "grasp"] = "push"
+    zone: Zone = 1
+    hand: Side = "either"
+    points: Annotated[int, Field(ge=MAP_POINTS[0], le=MAP_POINTS[1])] = 200
+
+
+class EnvelopeFile(FileModel):
+    """A reach envelope about the seat reference point."""
+
+    people: Name
+    case: Name | None = None
+    hand: Literal["left", "right"] = "right"
+    grip: Literal["push", "pinch", "grasp"] = "grasp"
+    zone: Zone = 1
+    obstacles: bool = False
+
+
+class ChangeFile(FileModel):
+    """A change of the design whose gain is asked for: a control (with its part) or parts moved, or
+    the ends of a seat's travel moved outward."""
+
+    name: Name
+    control: Name | None = None
+    parts: Names | None = None
+    move: Vector | None = None
+    seat: Name | None = None
+    farther_back: Annotated[Length, Field(ge=0)] = 0.0
+    farther_forward: Annotated[Length, Field(ge=0)] = 0.0
+    lower: Annotated[Length, Field(ge=0)] = 0.0
+    higher: Annotated[Length, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _one_thing(self) -> ChangeFile:
+        moved = [key for key in ("control", "parts", "seat") if getattr(self, key) is not None]
+        if len(moved) != 1:
+            raise ValueError("a change is of one 'control', or of 'parts', or of a 'seat'")
+        ends = any((self.farther_back, self.farther_forward, self.lower, self.higher))
+        if (self.seat is not None) != ends:
+            raise ValueError(
+                "'farther_back', 'farther_forward', 'lower' and 'higher' say how far the travel of "
+                "a 'seat' goes on: give one of them with it, and only with it"
+            )
+        if (self.seat is None) != (self.move is not None):
+            raise ValueError("'move' says by how much a control or parts are moved")
+        return self
+
+
+class SignalPointFile(FileModel):
+    """A point whose signals are wanted; the segment's centre of gravity where `at` is not given."""
+
+    name: Name
+    segment: Name
+    at: Vector = (0.0, 0.0, 0.0)
+
+
+class SignalsFile(FileModel):
+    """The signals of motions: whose points, and the class of the filter."""
+
+    points: list[SignalPointFile] = []
+    filter_class: Literal[60, 180, 600, 1000] | None = None
+
+
+class StudyFile(FileModel):
+    """A study: where, who, what each does, and what must hold."""
+
+    study: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,79}$")]
+    title: str = ""
+    description: str = ""
+    length: LengthUnit
+    environment: Name
+    people: Annotated[dict[Name, RoleFile], Field(min_length=1)]
+    postures: dict[Name, StudyPostureFile] = {}
+    cases: Annotated[list[CaseFile], Field(min_length=1)]
+    criteria: Annotated[list[CriterionFile], Field(min_length=1)]
+    shares: SharesFile | None = None
+    reach_maps: list[MapFile] = []
+    reach_envelopes: list[EnvelopeFile] = []
+    changes: list[ChangeFile] = []
+    compare: Annotated[list[Name], Field(min_length=2, max_length=2)] | None = None
+    signals: SignalsFile | None = None
+    contact_forces: list[ContactFile] = []
+
+
+class LimitFile(FileModel):
+    """A limit on a signal. figure: hic (limit without a unit; `window` in seconds, the whole pulse
+    where not given) or held (limit in g; `hold` in seconds); segment: whose point it is about."""
+
+    figure: Literal["hic", "held"]
+    segment: str
+    limit: Annotated[float, Field(gt=0)]
+    window: Annotated[float, Field(gt=0)] | None = None
+    hold: Annotated[float, Field(gt=0)] | None = None
+    source: Annotated[str, Field(min_length=1)]
+
+
+class RulesFile(FileModel):
+    """A rule set: limits with their sources."""
+
+    rules: Name
+    description: str = ""
+    limits: Annotated[list[LimitFile], Field(min_length=1)]

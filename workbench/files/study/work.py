@@ -1,0 +1,39 @@
+"""A study file that is being read: the faults and the input files found so far."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from workbench.errors import InputError
+from workbench.files.schema import fail
+from workbench.files.study.parts import StudyParts
+from workbench.files.yaml_text import Document
+
+__all__ = ["Key", "Work"]
+
+Key = tuple[str | int, ...]
+
+
+@dataclass
+class Work:
+    """A study file that is being read. inputs: the files it names, by role."""
+
+    path: Path
+    document: Document
+    parts: StudyParts
+    faults: list[str]
+    inputs: dict[str, Path] = field(default_factory=dict)
+
+    def fault(self, key: Key, what: str) -> None:
+        """Report a fault of the value at a key."""
+        self.add([fail(self.document, key, what)])
+
+    def errors(self, key: Key, error: InputError) -> None:
+        """Report the faults of something that is named at a key."""
+        self.add(fail(self.document, key, problem) for problem in error.problems)
+
+    def add(self, lines: Iterable[str]) -> None:
+        """Report lines, each once."""
+        self.faults += [line for line in dict.fromkeys(lines) if line not in self.faults]

@@ -1,0 +1,63 @@
+"""Criterion: something that must hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+__all__ = ["Criterion", "Limit"]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of a rule set. figure: hic, held or chest-like level; window or hold [s]; value in
+    the figure's unit."""
+
+    figure: str
+    segment: str
+    span: float
+    value: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """Something that must hold, in some cases, for some roles.
+
+    check: contact, clearance, self_contact, between_people, stops, reach, pedals, preferred_seat,
+    eye_height, view_over, excursion, injury or share; "seated" is one that no study asks. people,
+    segments, parts, controls: the names that it is about. at_least: [m] of clearance,
+    between_people and preferred_seat, [rad] of stops, 0 to 1 of share. zone: the harness zone in
+    which controls are to be reached, each control's own where None. hand: that must reach ("left",
+    "right"), either where None. subparts: named spheres ("RLL/knee cap") instead of whole segments.
+    below, above: how far [m] the eyes may be below and above their point, infinite where either
+    may be any. at_most [m]: of contact, pedals and excursion. down [rad]: of view_over. direction:
+    (3,) unit vector along which an excursion is measured from origin (3,) [m]. limits: of the rule
+    set `rules` of an injury criterion. of: the names of the criteria that a share must meet. cases:
+    the names of the cases it is asked of, () for all.
+    """
+
+    name: str
+    check: str
+    people: tuple[str, ...]
+    segments: tuple[str, ...]
+    parts: tuple[str, ...]
+    at_least: float
+    controls: tuple[str, ...] = ()
+    zone: int | None = None
+    hand: str | None = None
+    subparts: tuple[str, ...] = ()
+    below: float = inf
+    above: float = inf
+    at_most: float = 0.0
+    down: float = 0.0
+    direction: tuple[float, float, float] = (1.0, 0.0, 0.0)
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    rules: str = ""
+    limits: tuple[Limit, ...] = ()
+    of: tuple[str, ...] = ()
+    cases: tuple[str, ...] = ()
+
+    def asks(self, case: str) -> bool:
+        """Whether it is asked of a case, by its name."""
+        return not self.cases or case in self.cases

@@ -1,0 +1,314 @@
+"""From a study to what its run needs: people in postures, a population in a seat, or a motion.
+
+Which of the three it is follows from what the study states; what none of them can answer is refused
+when the file is read.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.errors import InputError, UsageError
+from workbench.files.crash.simulations import load_simulation, with_airbags
+from workbench.files.motions.lines import Pick
+from workbench.model.accommodation import AccommodationStudy
+from workbench.model.body import Body
+from workbench.model.crash import CrashStudy, SignalPoint
+from workbench.model.environment import Environment
+from workbench.model.moving import poses_at
+from workbench.model.poses import Poses
+from workbench.model.posing import join_poses
+from workbench.model.posture_study import Aims, Person, PostureStudy
+from workbench.model.simulation import ContactRule, Restraints
+from workbench.model.study import (
+    Action,
+    GivenPosture,
+    PeopleDrawn,
+    PredictedPosture,
+    RecordedMotion,
+    Role,
+    SimulatedMotion,
+    Study,
+)
+from workbench.people.draw import draw_people
+from workbench.shape.parts import moved
+from workbench.shape.scaling.scale import morph_to
+from workbench.shape.wear import wear
+from workbench.solve.forward import place
+from workbench.study.crash.belts import with_belts
+from workbench.study.motions import MotionOptions, load_motion
+from workbench.study.persons import sized_body
+from workbench.study.placement import seat_point
+from workbench.study.simulation import bearing, run_simulation
+from workbench.study.subject import subject_body
+
+__all__ = ["motion_study", "population_study", "posture_study"]
+
+
+def posture_study(study: Study) -> PostureStudy:
+    """The people of a study in their postures.
+
+    Raises
+    ------
+    UsageError
+        For a study of a population or of motions.
+    """
+    if study.crowd is not None or study.moves:
+        raise UsageError(f"study {study.name} is not of single people in postures")
+    return PostureStudy(
+        name=study.name,
+        title=study.title,
+        description=study.description,
+        environment=study.environment,
+        people=tuple(_person(study, row, role) for row, role in enumerate(study.roles)),
+        cases=tuple(case.name for case in study.cases),
+        criteria=study.criteria,
+        inputs=study.inputs,
+        warnings=study.warnings,
+        envelopes=study.reach_envelopes,
+    )
+
+
+def _person(study: Study, row: int, role: Role) -> Person:
+    actions = [case.actions[row] for case in study.cases]
+    return Person(
+        name=role.name,
+        body=role.body,
+        poses=join_poses([_pose(action) for action in actions]),
+        postures=tuple(_posture_words(action) for action in actions),
+        seat=role.seat,
+        forward=role.forward,
+        up=role.up,
+        stand=role.stand,
+        size=role.size,
+        detail=role.detail,
+        wears=role.clothes,
+        aims=tuple(
+            action.aims if isinstance(action, PredictedPosture) else None for action in actions
+        ),
+        free_seat=role.seat is not None and role.free,
+    )
+
+
+def _pose(action: Action) -> Poses:
+    assert isinstance(action, (GivenPosture, PredictedPosture))
+    return action.poses
+
+
+def _posture_words(action: Action) -> str:
+    if isinstance(action, GivenPosture):
+        return action.name
+    driver = isinstance(action, PredictedPosture) and action.aims.driving is not None
+    return "driver" if driver else "predicted"
+
+
+def population_study(study: Study) -> AccommodationStudy:
+    """The population of a study in its seat, its people drawn and its body at the level of detail
+    that is checked.
+
+    Raises
+    ------
+    UsageError
+        For a study without a population.
+    """
+    role = study.crowd
+    if role is None or role.seat is None:
+        raise UsageError(f"study {study.name} is not of a population in a seat")
+    action = study.cases[0].actions[0]
+    assert isinstance(action, (GivenPosture, PredictedPosture))
+    people = role.population
+    seed = None
+    if isinstance(people, PeopleDrawn):
+        seed = people.seed
+        people = draw_people(people.model, people.people, seed=seed, men=1.0 - people.women)
+    assert people is not None
+    given = isinstance(action, GivenPosture)
+    return AccommodationStudy(
+        name=study.name,
+        title=study.title,
+        description=study.description,
+        environment=study.environment if role.free else _fixed(study.environment, role),
+        body=morph_to(role.body, role.detail),
+        wears=role.clothes,
+        people=people,
+        seat=role.seat,
+        aims=Aims({}) if isinstance(action, GivenPosture) else action.aims,
+        like=action.name if given else action.like,
+        criteria=tuple(c for c in study.criteria if c.check != "share"),
+        mixes=study.shares.mixes,
+        confidence=study.shares.confidence,
+        maps=study.reach_maps,
+        inputs=study.inputs,
+        seed=seed,
+        warnings=study.warnings,
+        changes=study.changes,
+        pose=action.poses,
+        interval=study.shares.interval,
+    )
+
+
+def _fixed(environment: Environment, role: Role) -> Environment:
+    """The environment with a seat that stands where the role has it and does not move."""
+    at = {"travel_forward": (role.forward,) * 2, "travel_up": (role.up,) * 2}
+    seats = tuple(
+        replace(seat, **at) if seat.name == role.seat else seat  # type: ignore[arg-type]
+        for seat in environment.seats
+    )
+    return replace(environment, seats=seats)
+
+
+def motion_study(study: Study, *, film: bool = False) -> CrashStudy:
+    """The motion of a study, read or simulated, with its restraints; a second one is beside it.
+
+    Parameters
+    ----------
+    film
+        Whether the report has a film.
+
+    Raises
+    ------
+    InputError
+        For a motion that cannot be read, or is a single frame.
+    UsageError
+        For a study without motions.
+    """
+    if not study.moves:
+        raise UsageError(f"study {study.name} has no motion")
+    first, *others = study.compare or range(len(study.cases))
+    role = study.roles[0]
+    body, notes = sized_body(role.body, role.size, role.detail)
+    body = wear(body, role.clothes)
+    notes = tuple(f"{role.name}: {note}" for note in notes)
+    subject = study.cases[0].actions[0]
+    if isinstance(subject, RecordedMotion) and subject.subject:
+        body, told = subject_body(body, subject.file, options=_options(subject))
+        notes += told
+    one = _motion(study, body, first)
+    one = replace(one, film=film, warnings=(*notes, *one.warnings, *study.warnings))
+    if not others:
+        return one
+    two = _motion(study, body, others[0])
+    known = tuple(note for note in two.warnings if note not in one.warnings)
+    return replace(
+        one,
+        against=two.motion,
+        against_name=two.motion_name,
+        held=two,
+        compared=study.compare is not None,
+        warnings=(*one.warnings, *known),
+    )
+
+
+def _motion(study: Study, body: Body, row: int) -> CrashStudy:
+    """One motion of a study by itself."""
+    case = study.cases[row]
+    action = case.actions[0]
+    assert isinstance(action, (RecordedMotion, SimulatedMotion))
+    if isinstance(action, RecordedMotion):
+        motion, notes = load_motion(body, action.file, options=_options(action))
+        if len(motion) < 2:
+            raise InputError(f"{action.file}: one frame is a posture; a motion needs two or more")
+    else:
+        motion, notes = _simulated(action)
+    criteria = tuple(criterion for criterion in study.criteria if criterion.asks(case.name))
+    limits = tuple(
+        dict.fromkeys(limit for criterion in study.criteria for limit in criterion.limits)
+    )
+    restraints = action.restraints
+    cabin = _cabin(study.environment, restraints, (body, motion))
+    first = place(body, poses_at(motion, motion.clock[:1]))
+    environment = with_belts(cabin, restraints.belts, first)
+    return CrashStudy(
+        name=study.name,
+        title=study.title,
+        description=study.description,
+        environment=environment,
+        cabin=cabin,
+        person=study.roles[0].name,
+        body=body,
+        motion=motion,
+        against=None,
+        against_name="",
+        points=_points(study, body),
+        cfc=study.signals.filter_class,
+        rules=", ".join(dict.fromkeys(c.rules for c in study.criteria if c.rules)),
+        limits=limits,
+        criteria=criteria,
+        inputs=study.inputs,
+        belts=restraints.belts,
+        pulse=restraints.pulse,
+        forces=_forces(study, body, environment, len(cabin.parts)),
+        bears=bearing(environment, restraints.names),
+        motion_name=case.name,
+        warnings=notes,
+    )
+
+
+def _options(action: RecordedMotion) -> MotionOptions:
+    keep = Pick(action.begin, action.end, action.every)
+    return MotionOptions(
+        action.names, action.up, action.metres, keep, action.gaps, action.move, action.yaw
+    )
+
+
+def _simulated(action: SimulatedMotion) -> tuple[Poses, tuple[str, ...]]:
+    """The motion of a simulation that starts from a posture of the study."""
+    plan = load_simulation(action.simulation)
+    poses = action.poses
+    at = plan.file.at
+    if at is not None:
+        world = np.column_stack([np.asarray(at.attitude.matrix()), at.position])
+        poses = Poses(poses.rotations, plan.body.segment(at.segment), world[None])
+    made = run_simulation(replace(plan, poses=poses))
+    return made.motion, made.warnings
+
+
+def _cabin(
+    environment: Environment, restraints: Restraints, who: tuple[Body, Poses]
+) -> Environment:
+    """The environment with the seat where its occupant has put it, and with airbags."""
+    body, motion = who
+    if restraints.seat:
+        seat = environment.seat(restraints.seat)
+        sitter = Person(
+            "occupant",
+            body,
+            motion,
+            (),
+            seat=restraints.seat,
+            forward=restraints.forward,
+            up=restraints.up,
+        )
+        shift = seat_point(sitter, environment) - np.array(seat.srp)
+        environment = moved(environment, seat.moves, shift)
+    return with_airbags(environment, restraints.airbags)
+
+
+def _points(study: Study, body: Body) -> tuple[SignalPoint, ...]:
+    """The points of the signals, and the origins of the segments that only rules are about."""
+    points = study.signals.points
+    known = {body.segments[point.segment] for point in points}
+    limited = (limit.segment for criterion in study.criteria for limit in criterion.limits)
+    return points + tuple(
+        SignalPoint(body.segment_names[body.segment(s)], body.segment(s), (0.0, 0.0, 0.0))
+        for s in dict.fromkeys(limited)
+        if s not in known
+    )
+
+
+def _forces(
+    study: Study, body: Body, environment: Environment, still: int
+) -> tuple[ContactRule, ...]:
+    """The laws of contact with the first `still` parts, which stand still: of belts the tension is
+    reported, not the depth in where they were."""
+    stands = np.arange(len(environment.parts)) < still
+    return tuple(
+        ContactRule(
+            np.isin(body.segments, law.segments),
+            np.isin(environment.parts, law.parts) & stands,
+            law.law,
+        )
+        for law in study.contact_forces
+    )
