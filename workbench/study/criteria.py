@@ -13,13 +13,11 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.contacts import Clearance
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses
 from workbench.model.posture_study import Person, SeatFit
 from workbench.model.result import ControlReach, Finding, PersonResult, Verdict
+from workbench.solve.contact.clearance_pairs import clearance_of_pairs
 from workbench.solve.contact.collide import allowed_depth
-from workbench.solve.contact.people_gaps import people_gaps
-from workbench.solve.people_placed import place_people
-from workbench.study.accommodation.sitting_gaps import gap_of
+from workbench.study.accommodation.sitting_gaps import pair_of
 from workbench.study.accommodation.views import margin_of_view
 
 __all__ = ["Measured", "verdict"]
@@ -168,21 +166,10 @@ def _subparts(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     for person in _wanted(criterion, measured):
         placed = person.placed
         body = placed.body
-        gap = gap_of(body, environment, criterion)
-        poses = measured.asked[person.name].poses
-        rows = Poses(
-            poses.rotations, poses.reference, placed.world_from_segment[:, poses.reference]
-        )
-        found = people_gaps(
-            body,
-            place_people([body] * len(placed), rows),
-            environment,
-            gaps=[gap],
-            moves=(),
-            shift=np.zeros((len(placed), 3)),
-        )
+        pair = pair_of(body, environment, criterion)
+        found = clearance_of_pairs(placed, environment, pairs=[pair])
         limit = -criterion.at_most if criterion.check == "contact" else criterion.at_least
-        for case in np.flatnonzero(np.isfinite(found.room[:, 0])).tolist():
+        for case in np.flatnonzero(np.isfinite(found.distance[:, 0])).tolist():
             sphere = int(found.sphere[case, 0])
             polygon = int(found.polygon[case, 0])
             segment = body.segment_names[int(body.sphere_segment[sphere])]
@@ -192,7 +179,7 @@ def _subparts(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
                 other_person="",
                 subject=f"{segment} ({body.sphere_names[sphere]})",
                 target=environment.parts[int(environment.polygon_part[polygon])],
-                value=float(found.room[case, 0]),
+                value=float(found.distance[case, 0]),
                 limit=limit,
                 point=tuple(found.point[case, 0].tolist()),
             )

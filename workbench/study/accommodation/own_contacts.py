@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,9 +16,16 @@ __all__ = ["own_margins"]
 
 
 def own_margins(
-    bodies: Sequence[Body], poses: Poses, criterion: Criterion
+    body: Body, poses: Poses, criterion: Criterion
 ) -> tuple[Floats, NDArray[np.object_]]:
-    """How far B bodies, a pose each, are from overlapping themselves more than flesh allows.
+    """Compute how far B people are from overlapping themselves more than flesh allows.
+
+    Parameters
+    ----------
+    body, poses
+        B rows, and a pose of each.
+    criterion
+        Names the segments that are asked about.
 
     Returns
     -------
@@ -28,23 +33,15 @@ def own_margins(
         (B,) [m], NaN where no pair of segments is asked about, and (B,) the pair that overlaps,
         "" where none does.
     """
-    margin = np.full(len(bodies), np.nan)
-    words = np.full(len(bodies), "", dtype=object)
-    for b, body in enumerate(bodies):
-        row = slice(b, b + 1)
-        own = self_clearance(
-            place(
-                body,
-                Poses(poses.rotations[row], poses.reference, poses.world_from_reference[row]),
-            )
-        )
-        wanted = np.isin(body.segments, criterion.segments)
-        asked = (wanted[:, None] | wanted[None, :]) & np.isfinite(own.distance[0])
-        if not asked.any():
-            continue
-        room = np.where(asked, own.distance[0] + body.allowance, np.inf)
-        one, other = np.unravel_index(int(np.argmin(room)), room.shape)
-        margin[b] = room[one, other]
+    margin = np.full(len(body), np.nan)
+    words = np.full(len(body), "", dtype=object)
+    own = self_clearance(place(body, poses))
+    wanted = np.isin(body.segments, criterion.segments)
+    asked = (wanted[:, None] | wanted[None, :]) & np.isfinite(own.distance)
+    room = np.where(asked, own.distance + body.allowance, np.inf)
+    for b in np.flatnonzero(asked.any(axis=(1, 2))):
+        one, other = np.unravel_index(int(np.argmin(room[b])), room[b].shape)
+        margin[b] = room[b, one, other]
         if margin[b] < 0:
             words[b] = f"{body.segment_names[one]} at {body.segment_names[other]}"
     return margin, words

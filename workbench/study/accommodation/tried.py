@@ -95,7 +95,7 @@ def judged(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) 
         elif one.requirement.check == "stops":
             _stops(sitters, tried, (r, one.criterion))
         elif one.requirement.check == "self_contact":
-            margin[:, r], words[:, r] = own_margins(sitters.bodies, sitters.held, one.criterion)
+            margin[:, r], words[:, r] = own_margins(sitters.body, sitters.held, one.criterion)
     return tried
 
 
