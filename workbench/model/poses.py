@@ -117,9 +117,10 @@ class Placed:
         centres = frozen(self.centres, np.float64, (len(world), s, 3), "placed.centres")
         object.__setattr__(self, "centres", centres)
         object.__setattr__(self, "window", frozen(self.window, np.bool_, (n,), "placed.window"))
-        person = self.person if len(self.person) else np.zeros(len(world), dtype=np.int64)
+        person = self.person if len(self.person) else _first_rows(len(world))
         person = _rows(person, len(world), "placed.person")
-        _check_people(self.body, person, "placed.person")
+        if len(self.body) > 1 or person.any():
+            _check_people(self.body, person, "placed.person")
         object.__setattr__(self, "person", person)
 
     def __len__(self) -> int:
@@ -157,10 +158,17 @@ def stacked(parts: Iterable[Poses]) -> Poses:
     return Poses(rotations, reference, place, time, people)
 
 
+def _first_rows(count: int) -> Ints:
+    """(P,) the first row for each pose, read-only."""
+    rows = np.zeros(count, dtype=np.int64)
+    rows.flags.writeable = False
+    return rows
+
+
 def _rows(person: Ints, count: int, what: str) -> Ints:
     """Rows of a body (P,); InputError where they are no such numbers."""
     rows = frozen(person, np.int64, (count,), what)
-    if np.any(rows < 0):
+    if rows.min(initial=0) < 0:
         raise InputError(f"{what}: expected numbers of rows from 0 on, got {rows.min()}")
     return rows
 
@@ -208,7 +216,7 @@ def people_of(body: Body, poses: Poses) -> Ints:
         _check_people(body, poses.person, "poses.person")
         return poses.person
     if len(body) == 1:
-        return np.zeros(len(poses), dtype=np.int64)
+        return _first_rows(len(poses))
     if len(poses) != len(body):
         raise UsageError(
             f"poses: expected {len(body)} rows for {len(body)} bodies, or `person`, the body's row of "

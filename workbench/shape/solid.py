@@ -36,7 +36,7 @@ def body_solid(placed: Placed, pose: int = 0, *, tolerance: float = 5e-4) -> tup
     body = placed.body
     shown = placed.window[body.sphere_segment]
     centres = 1000.0 * placed.centres[pose][shown]
-    radii = 1000.0 * body.radius[0, shown]
+    radii = 1000.0 * body.radius[placed.person[pose], shown]
     if not len(radii) or not np.all(np.isfinite(centres)):
         raise InputError(
             f"body {body.name}, pose {pose}: no spheres are placed, or not at finite places"

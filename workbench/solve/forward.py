@@ -178,6 +178,18 @@ def _skin(topology: Topology) -> Skin:
     )
 
 
+@lru_cache(maxsize=64)
+def _segment(topology: Topology) -> Ints:
+    """(S,) the segment of each sphere."""
+    return topology.sphere_segment
+
+
+@kept_with_body
+def _rows(body: Body) -> Rows:
+    """What the rows of a body differ in, for the kernels."""
+    return Rows(*(getattr(body, name) for name in Rows._fields))
+
+
 def _empty(shape: tuple[int, ...], shown: Bools) -> Floats:
     """An array to fill; NaN where the window leaves gaps."""
     return np.empty(shape) if shown.all() else np.full(shape, np.nan)
@@ -189,8 +201,8 @@ def _followed(
     """The body placed: the transforms of a walk from one of its steps on, and all spheres."""
     chain, step = walk
     skin = _skin(body.topology)._replace(shown=shown.astype(np.int64))
-    segment = body.sphere_segment
-    rows = Rows(*(getattr(body, name) for name in Rows._fields))
+    segment = _segment(body.topology)
+    rows = _rows(body)
     centres = _empty((len(poses), len(body.sphere_names), 3), shown)
     person = person.view()
     person.flags.writeable = False  # the kernel is compiled for one kind of array

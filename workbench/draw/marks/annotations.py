@@ -83,9 +83,8 @@ def dimension(placed: Placed, near: Clearance, where: tuple[int, int, int]) -> M
     point = near.point[where]
     centre = placed.centres[pose, sphere]
     away = float(np.linalg.norm(point - centre))
-    on_body = (
-        centre + (point - centre) * (placed.body.radius[0, sphere] / away) if away > 0.0 else centre
-    )
+    radius = placed.body.radius[placed.person[pose], sphere]
+    on_body = centre + (point - centre) * (radius / away) if away > 0.0 else centre
     return Mark(_point(on_body), _length(near.distance[where]), "clearance", _point(point))
 
 
@@ -102,7 +101,7 @@ def stop_marks(
         if not np.all(np.isfinite(frame)):
             continue
         past = np.degrees(-margin[pose, joint])
-        at = frame[:, :3] @ body.joint_in_parent[0, joint] + frame[:, 3]
+        at = frame[:, :3] @ body.joint_in_parent[placed.person[pose], joint] + frame[:, 3]
         marks.append(Mark(_point(at), f"{body.joint_names[joint]} +{past:.1f}°", "stop"))
     return tuple(marks)
 

@@ -13,7 +13,7 @@ from workbench.files.catalogue import is_file, roots
 from workbench.files.inputs import note_input
 from workbench.files.schema import metres_in
 from workbench.files.yaml_text import read_yaml
-from workbench.model.body import Body
+from workbench.model.body import Body, check_one
 from workbench.model.vocabulary import DIRECTIONS
 
 __all__ = ["body_text"]
@@ -31,6 +31,7 @@ def body_text(
     itself is named from there, unless it is among the bodies that come along. Lengths in the unit
     of that file, to 3 decimals; a sphere at a joint is written with the joint's own numbers.
     """
+    check_one(body)
     value = dict(read_yaml(origin).value)
     unit = metres_in[value["length"]]
     lines = [f"body: {_flow(name)}", f"description: {_flow(description)}"]

@@ -214,7 +214,7 @@ def _spheres(
     for k in range(local.shape[1]):
         sphere = int(body.start[n]) + k
         name = body.sphere_names[sphere] or f"{body.segments[n]} {k}"
-        size = [float(body.radius[0, sphere])] * 3
+        size = [float(body.radius[figure.placed.person[frames][0], sphere])] * 3
         node = file.add(
             "nodes",
             {"name": name, "mesh": ball, "translation": local[0, k].tolist(), "scale": size},

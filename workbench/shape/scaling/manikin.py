@@ -18,7 +18,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.kernels.contact.overlap import segment_overlaps
 from workbench.model.arrays import Floats, Ints
-from workbench.model.body import Body
+from workbench.model.body import Body, check_one
 from workbench.shape.scaling.rig import POSTURES, Shape, rig_of
 
 __all__ = [
@@ -80,6 +80,7 @@ class Manikin:
     def __init__(self, body: Body, shape: Shape | None = None) -> None:
         """Raises InputError where the body lacks the joints that the postures name: it is not a
         human body."""
+        check_one(body)
         missing = sorted(
             {joint for angles in POSTURES.values() for joint in angles} - set(body.joints)
         )

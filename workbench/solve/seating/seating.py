@@ -59,13 +59,15 @@ def _support(placed: Placed, normal: Floats, rest: Rest) -> Floats:
     """(P,) least height along a normal of the spheres of the segments that rest there."""
     body = placed.body
     names = body.segments if "all" in rest.segments else rest.segments
-    wanted = np.isin(
-        body.sphere_segment, [body.segments.index(n) for n in names if n in body.segments]
+    wanted = np.flatnonzero(
+        np.isin(body.sphere_segment, [body.segments.index(n) for n in names if n in body.segments])
     )
-    if not wanted.any():
+    if not len(wanted):
         raise InputError(
             f"body {body.name} has no spheres in {list(rest.segments)}, which rest on {rest.part!r}"
         )
-    heights: Floats = placed.centres[:, wanted] @ normal - body.radius[0, wanted]
+    heights: Floats = (
+        placed.centres[:, wanted] @ normal - body.radius[placed.person[:, None], wanted]
+    )
     lowest: Floats = heights.min(axis=1)
     return lowest
