@@ -306,7 +306,7 @@ def _role_faults(work: Work, entry: tuple[str, RoleFile], kinds: list[str]) -> N
 
 
 def _compare_faults(work: Work) -> None:
-    if work.parts.compare is None:
+    if work.parts.compare is None or len(work.parts.compare) != 2:
         return
     rows = {case.name: (row, case) for row, case in work.parts.cases}
     one, two = work.parts.compare
