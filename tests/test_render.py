@@ -131,7 +131,7 @@ def test_a_film_of_what_does_not_move_goes_round_it(cab, tmp_path):
 
 def test_a_study_is_drawn_in_one_case_or_several_and_from_its_people_s_eyes(cab, tmp_path):
     study = wb.load_study(cab)
-    both = source_of(str(cab), case=",".join(study.cases[:2]))
+    both = source_of(str(cab), case=",".join(case.name for case in study.cases[:2]))
     assert Image.open(io.BytesIO(made(tmp_path, both, "x.png", size="50"))).size == (108, 76)
     with pytest.raises(UsageError, match="2 cases without times"):
         made(tmp_path, both, "x.gif")
@@ -321,4 +321,4 @@ def test_pyvista_shows_the_scene_where_disks_show_it(tmp_path):
 def test_a_solid_file_holds_each_person_by_name(cab, tmp_path):
     data = made(tmp_path, str(cab), "x.3mf")
     scene = trimesh.load(io.BytesIO(data), file_type="3mf")
-    assert len(scene.geometry) == len(wb.load_study(cab).people)
+    assert len(scene.geometry) == len(wb.load_study(cab).roles)

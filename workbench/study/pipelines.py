@@ -124,7 +124,6 @@ def population_study(study: Study) -> AccommodationStudy:
         seed = people.seed
         people = draw_people(people.model, people.people, seed=seed, men=1.0 - people.women)
     assert people is not None
-    given = isinstance(action, GivenPosture)
     return AccommodationStudy(
         name=study.name,
         title=study.title,
@@ -135,7 +134,7 @@ def population_study(study: Study) -> AccommodationStudy:
         people=people,
         seat=role.seat,
         aims=Aims({}) if isinstance(action, GivenPosture) else action.aims,
-        like=action.name if given else action.like,
+        like=action.name if isinstance(action, GivenPosture) else action.like,
         criteria=tuple(c for c in study.criteria if c.check != "share"),
         mixes=study.shares.mixes,
         confidence=study.shares.confidence,

@@ -88,9 +88,9 @@ def with_postures(work: Work, roles: dict[str, LoadedRole]) -> dict[str, LoadedR
                 work.fault(key, f"{own}; give it another name")
                 continue
             if posture.like not in base.postures or posture.like in work.parts.postures:
-                own = [p for p in base.postures if p not in work.parts.postures]
+                known = [p for p in base.postures if p not in work.parts.postures]
                 what = f"body {loaded.body.name} has no posture {posture.like!r}; "
-                work.fault((*key, "like"), what + one_of(posture.like, own))
+                work.fault((*key, "like"), what + one_of(posture.like, known))
                 continue
             problems = flat_angles(loaded.body, posture.angles)[1]
             for path, what in problems:

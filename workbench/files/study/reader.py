@@ -158,7 +158,7 @@ def _other_faults(work: Work, known: Known) -> None:
     """Report names of nothing in what the study asks for beside its criteria."""
     cases = [case.name for _, case in work.parts.cases]
     for key, rows in (("reach_maps", work.parts.maps), ("reach_envelopes", work.parts.envelopes)):
-        for row, task in rows:  # type: ignore[attr-defined]
+        for row, task in rows:
             if task.people not in work.parts.roles:
                 what = f"nobody is called {task.people!r}; {one_of(task.people, work.parts.roles)}"
                 work.fault((key, row, "people"), what)
@@ -306,7 +306,7 @@ def _role_faults(work: Work, entry: tuple[str, RoleFile], kinds: list[str]) -> N
 
 
 def _compare_faults(work: Work) -> None:
-    if work.parts.compare is None:
+    if work.parts.compare is None or len(work.parts.compare) != 2:
         return
     rows = {case.name: (row, case) for row, case in work.parts.cases}
     one, two = work.parts.compare

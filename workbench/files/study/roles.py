@@ -55,8 +55,8 @@ def _load_role(work: Work, name: str, file: RoleFile) -> LoadedRole | None:
             work.fault((*clothes_key, row), f"{item!r} is worn already; name it once")
     size = _size(work, name, file.size) if file.size is not None else None
     population = _population(work, name, file.population) if file.population is not None else None
-    for row, each in (file.sizes or {}).items():
-        _size(work, name, each, ("sizes", row))
+    for label, each in (file.sizes or {}).items():
+        _size(work, name, each, ("sizes", label))
     body = _body(work, name, file)
     if body is None:
         return None
