@@ -24,9 +24,9 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
+from workbench.body.scaling.scale import morph_to
 from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
-from workbench.shape.scaling.scale import morph_to
 from workbench.study.accommodation import tried
 from workbench.study.accommodation.chunks import gathered, result_chunks
 from workbench.study.accommodation.crew import crew_of

@@ -26,11 +26,11 @@ import numpy as np
 import workbench as wb
 from benchmarks.peers import PEERS, NoAnswerError
 from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
+from workbench.contact.collide import by_segment, collides, self_clearance
+from workbench.contact.fields import field_of, packed_faces
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.solve.contact.collide import by_segment, collides, self_clearance
-from workbench.solve.contact.fields import field_of, packed_faces
 
 POSES = 1000
 Row = tuple[str, str, str, float, str]

@@ -16,17 +16,17 @@ import manifold3d
 import numpy as np
 import trimesh
 
+from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.decompose import decompose
+from workbench.body.fitting.fewest import fewest_spheres
+from workbench.body.fitting.fit_quality import fit_quality
+from workbench.body.fitting.problem import Joints
+from workbench.body.fitting.regions import Regions
+from workbench.body.outlines import outline_surface
+from workbench.body.surface import Surface, sealed
 from workbench.files.meshes.reading import read_mesh
 from workbench.model.arrays import Floats
 from workbench.model.outlines import Outlines
-from workbench.shape.fitting.candidates import Limits
-from workbench.shape.fitting.decompose import decompose
-from workbench.shape.fitting.fewest import fewest_spheres
-from workbench.shape.fitting.fit_quality import fit_quality
-from workbench.shape.fitting.problem import Joints
-from workbench.shape.fitting.regions import Regions
-from workbench.shape.outlines import outline_surface
-from workbench.shape.surface import Surface, sealed
 
 BODY = (
     Path(__file__).resolve().parents[2]

@@ -18,11 +18,11 @@ import numpy as np
 
 import workbench as wb
 from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
+from workbench.contact.collide import by_segment
+from workbench.contact.posed import posed_collides
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.solve.contact.collide import by_segment
-from workbench.solve.contact.posed import posed_collides
 
 CHECKED = 2000
 

@@ -25,8 +25,8 @@ from workbench.files.motions.markers import read_c3d
 from workbench.files.motions.tables import angle_table_text, read_angle_table
 from workbench.model.arrays import Floats
 from workbench.model.moving import poses_at
-from workbench.solve.recorded.markers import bridged, poses_from_markers
-from workbench.solve.signals import hic
+from workbench.motion.recorded.markers import bridged, poses_from_markers
+from workbench.motion.signals import hic
 
 FRAMES = 2752
 RATE = 120.0

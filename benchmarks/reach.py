@@ -15,9 +15,9 @@ import numpy as np
 
 import workbench as wb
 from workbench.model.posing import compose
-from workbench.solve.reaching.limbs import limb
-from workbench.solve.seating.posture import Pedals
-from workbench.solve.stops import stops
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.seating.posture import Pedals
+from workbench.posture.stops import stops
 
 WARM = 4
 

@@ -14,9 +14,9 @@ from time import process_time
 import numpy as np
 
 import workbench as wb
+from workbench.body.scaling.measure import MEASURES, measure
+from workbench.body.scaling.scale import morph_to, scale, scale_many
 from workbench.files.populations import load_population_model
-from workbench.shape.scaling.measure import MEASURES, measure
-from workbench.shape.scaling.scale import morph_to, scale, scale_many
 from workbench.study.crowd import SHOWN
 from workbench.study.persons import person_body
 

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 import workbench as wb
+from workbench.body.parts import moved
+from workbench.body.scaling.measure import measure
 from workbench.draw.camera import look_at
 from workbench.draw.disks import disks
 from workbench.draw.scene import Scene, SceneBody
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import Driver, Package
-from workbench.shape.parts import moved
-from workbench.shape.scaling.measure import measure
-from workbench.solve.seating.driving import driving_posture
+from workbench.posture.seating.driving import driving_posture
 
 IMAGES = Path(__file__).resolve().parent / "images"
 OPEN = ("left_*", "roof_*")  # what is taken off to see the driver

@@ -10,6 +10,8 @@ import numpy as np
 
 import workbench as wb
 from tests.conftest import ROOT, tracked
+from workbench.body.people.draw import draw_people
+from workbench.body.people.share import share_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
     Accommodation,
@@ -24,8 +26,6 @@ from workbench.model.accommodation import (
 from workbench.model.criterion import Criterion
 from workbench.model.poses import Poses
 from workbench.model.posture_study import Aims, Person
-from workbench.people.draw import draw_people
-from workbench.people.share import share_of
 from workbench.study.placement import place_person
 
 __all__ = [

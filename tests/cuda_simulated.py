@@ -11,9 +11,9 @@ import numpy as np
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
+from workbench.contact.collide import by_segment
+from workbench.contact.posed import posed_collides
 from workbench.model.quaternions import exponential
-from workbench.solve.contact.collide import by_segment
-from workbench.solve.contact.posed import posed_collides
 
 
 def main(body_file: Path) -> None:

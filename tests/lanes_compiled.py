@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from workbench.kernels.contact.field import list_of, list_ways
-from workbench.kernels.contact.heads import near_heads
-from workbench.kernels.contact.wide import near_boxes, point_lanes
-from workbench.kernels.lanes import (
+from workbench.contact.kernels.field import list_of, list_ways
+from workbench.contact.kernels.heads import near_heads
+from workbench.contact.kernels.wide import near_boxes, point_lanes
+from workbench.geometry.lanes import (
     codes,
     corners,
     eight,
@@ -28,7 +28,7 @@ from workbench.kernels.lanes import (
     where_below,
     whole,
 )
-from workbench.kernels.quads import (
+from workbench.geometry.quads import (
     first_of,
     four,
     greatest_of,

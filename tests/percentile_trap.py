@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.body.people.percentile import percentile_values
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import COCKPIT, check_measures
 from workbench.model.population import SEXES, Population, PopulationModel
-from workbench.people.percentile import percentile_values
 
 
 def inside_limits(people: Population, low: Floats, high: Floats) -> Bools:

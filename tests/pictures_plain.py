@@ -13,16 +13,16 @@ import numpy as np
 
 from tests.test_frames import cameras, lit, swarm
 from workbench.draw.films.frames import disks_of, exact_disks, painted, surfaces_of
-from workbench.kernels.pictures.arcs import arc_chains, ends_met, rim_arcs
-from workbench.kernels.pictures.hiding import (
+from workbench.draw.kernels.arcs import arc_chains, ends_met, rim_arcs
+from workbench.draw.kernels.hiding import (
     Hiders,
     hidden_arcs,
     hidden_lines,
     hiding_planes,
     lines_among_balls,
 )
-from workbench.kernels.pictures.raster import fill_triangles, sphere_depths
-from workbench.kernels.pictures.rims import parallel_rims
+from workbench.draw.kernels.raster import fill_triangles, sphere_depths
+from workbench.draw.kernels.rims import parallel_rims
 
 __all__ = ["CALLS", "as_text"]
 

@@ -9,7 +9,7 @@ import numpy as np
 
 import workbench as wb
 from workbench.model.posing import angles_of, compose
-from workbench.solve.stops import stops
+from workbench.posture.stops import stops
 
 STEP = 1e-6
 ROUNDS = 12

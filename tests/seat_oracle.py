@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from workbench.solve.reaching.limbs import limb
-from workbench.solve.reaching.reach import reach
-from workbench.solve.seating.posture import pointed_foot, positions
-from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach import reach
+from workbench.posture.seating.posture import pointed_foot, positions
+from workbench.posture.seating.seating import seat_attitude, seat_body, seat_planes
 
 TURNS = 3
 LIFTS = 4

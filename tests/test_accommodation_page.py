@@ -21,10 +21,10 @@ from tests.accommodations import (
     trainer_accommodation,
     trainer_people,
 )
+from workbench.body.people.share import percent, percent_number
 from workbench.draw.contours import level_loops, spacing, spread
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
-from workbench.people.share import percent, percent_number
 from workbench.report.accommodation.charts import (
     bar,
     margin_axis,

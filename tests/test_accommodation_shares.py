@@ -12,9 +12,9 @@ import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from tests.percentile_trap import inside_own_percentiles
 from workbench import draw_people
+from workbench.body.people.share import bootstrap_share, share_of
 from workbench.model.accommodation import IntervalRule
 from workbench.model.population import Population
-from workbench.people.share import bootstrap_share, share_of
 from workbench.study.accommodation.hardest import hardest_rows
 from workbench.study.accommodation.limiting import limiting_measures
 from workbench.study.accommodation.proposals import shortest

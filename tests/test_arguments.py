@@ -17,10 +17,10 @@ import workbench as wb
 from tests.conftest import environment_of
 from tests.test_fast import soup
 from workbench import Driver, Package
+from workbench.body.scaling.scale import morph_to
 from workbench.draw.scene import Scene
 from workbench.model.environment import Rest, Seat
-from workbench.shape.scaling.scale import morph_to
-from workbench.solve.seating.posture import Pedals
+from workbench.posture.seating.posture import Pedals
 
 NAN = float("nan")
 INF = float("inf")

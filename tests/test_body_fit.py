@@ -12,10 +12,10 @@ import workbench as wb
 from tests.conftest import ONE_ARM
 from tests.one_arm_cab import POSTURES
 from workbench import InputError, UsageError
+from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.polish import union_field
+from workbench.body.fitting.sampling import random_samples
 from workbench.cli import main
-from workbench.shape.fitting.candidates import Limits
-from workbench.shape.fitting.polish import union_field
-from workbench.shape.fitting.sampling import random_samples
 from workbench.study.fit_body import bound_of, fit_body, placed_skeleton, read_surface
 
 COARSE = ["--outward", "8 mm", "--inward", "8 mm", "--least-radius", "3 mm"]
@@ -177,7 +177,7 @@ def test_the_bound_is_at_most_what_was_found():
 
 
 def read_of(mesh):
-    from workbench.shape.surface import sealed
+    from workbench.body.surface import sealed
 
     return sealed(mesh.vertices, mesh.faces)
 

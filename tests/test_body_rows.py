@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.contact.collide import nearest, self_clearance
 from workbench.model.body import ROW_FIELDS
-from workbench.solve.contact.collide import nearest, self_clearance
 
 
 @pytest.fixture(scope="module")

@@ -181,7 +181,7 @@ def test_the_trainer_has_25_parts_and_20_controls_and_all_are_solid():
 
 
 def test_a_seat_reference_point_is_where_cushion_and_back_planes_meet():
-    from workbench.solve.seating.seating import seat_planes
+    from workbench.posture.seating.seating import seat_planes
 
     trainer = wb.load_environment("trainer")
     for seat in trainer.seats:

@@ -11,9 +11,9 @@ import workbench as wb
 from tests import oracles
 from tests.conftest import box_part, environment_of
 from workbench import body_clearance, relation
+from workbench.contact.collide import _faces, nearest, self_clearance
 from workbench.files.meshes.parts import RawPart
-from workbench.kernels.contact.polygon import point_polygon, point_winding
-from workbench.solve.contact.collide import _faces, nearest, self_clearance
+from workbench.geometry.polygon import point_polygon, point_winding
 
 
 def at(body, *position, angles=None):

@@ -12,8 +12,8 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.pedal_plane import heel_from_ball, pedal_plane_angle
-from workbench.solve.seating.packaging import eyellipse, seat_curve
-from workbench.solve.seating.seating import seat_planes
+from workbench.posture.seating.packaging import eyellipse, seat_curve
+from workbench.posture.seating.seating import seat_planes
 from workbench.study.reaches import buried_controls
 
 FOLDER = ROOT / "environments" / "compact_car"

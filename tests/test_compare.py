@@ -19,10 +19,10 @@ from tests.accommodations import made, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
 from workbench import InputError
+from workbench.body.people.paired import paired_share
+from workbench.body.people.share import share_of
 from workbench.cli import main
 from workbench.model.comparison import Judged
-from workbench.people.paired import paired_share
-from workbench.people.share import share_of
 from workbench.report.comparison.page import comparison_tables, write_comparison
 from workbench.report.comparison.words import change_sentence, comparison_headline
 from workbench.report.folder import write_report

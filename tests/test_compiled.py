@@ -12,11 +12,11 @@ from numba.core.config import reload_config
 
 from tests.conftest import tracked
 from tests.test_index_cache import DAMAGE
-from workbench.kernels import compiled
-from workbench.kernels.compiled import code_stamp
+from workbench import compiled
+from workbench.compiled import code_stamp
 
 KERNEL = """
-from workbench.kernels.compiled import njit
+from workbench.compiled import njit
 
 @njit(cache=True)
 def doubled(x):
@@ -118,7 +118,7 @@ def test_a_file_of_the_compiler_itself_is_not_read(kernel, tmp_path):
 
 TWO_FILES = {
     "callee.py": """
-from workbench.kernels.compiled import njit
+from workbench.compiled import njit
 
 FACTOR = 2
 
@@ -128,7 +128,7 @@ def times(x):
 """,
     "small_kernel.py": """
 from callee import times
-from workbench.kernels.compiled import njit
+from workbench.compiled import njit
 
 @njit(cache=True)
 def middle(x):
@@ -201,11 +201,11 @@ def test_another_compiler_or_another_file_of_vector_instructions_recompiles(
     kernel, tmp_path, monkeypatch
 ):
     assert compiled_anew(kernel) and not compiled_anew(kernel)
-    folder = tmp_path / "kernels"
-    folder.mkdir()
+    folder = tmp_path / "package"
     for name in compiled.WHOLE_FILES:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text("one = 1\n")
-    monkeypatch.setattr(compiled, "KERNELS", folder)
+    monkeypatch.setattr(compiled, "PACKAGE", folder)
     try:
         for name in compiled.WHOLE_FILES:
             (folder / name).write_text("one = 11\n")

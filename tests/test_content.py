@@ -15,8 +15,8 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.toy_cockpit import STUDY, write_toy
 from workbench.files.study.reader import load_study
+from workbench.model.content import content_key, program_hash
 from workbench.model.stops import StopKind
-from workbench.solve.content import content_key, program_hash
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.chunks import result_chunks
 from workbench.study.accommodation.crew import crew_of
@@ -290,7 +290,7 @@ def test_any_change_of_the_program_is_another_program(tmp_path):
 def test_versions_of_libraries_belong_to_the_program(tmp_path, monkeypatch):
     found = set()
     for number in ("1.0", "1.1"):
-        monkeypatch.setattr("workbench.solve.content.version", lambda name, number=number: number)
+        monkeypatch.setattr("workbench.model.content.version", lambda name, number=number: number)
         program_hash.cache_clear()
         found.add(program_hash(tmp_path))
     program_hash.cache_clear()

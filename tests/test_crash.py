@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import tracked
+from workbench.body.forward import place
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.body.bodies import load_body
@@ -18,10 +19,9 @@ from workbench.files.study.reader import load_study
 from workbench.model.motion import SegmentTrack
 from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
+from workbench.motion.recorded.tracks import poses_from_track
 from workbench.report.movement import movement_sentences
 from workbench.report.turning import Turning
-from workbench.solve.forward import place
-from workbench.solve.recorded.tracks import poses_from_track
 from workbench.study.crash.crash import crash_study
 from workbench.study.pipelines import motion_study
 

@@ -10,12 +10,12 @@ import pytest
 
 import workbench as wb
 from tests.test_crash import BODY, PLATE, STUDY, standing
+from workbench.contact import batches
+from workbench.contact.collide import allowed_depth, allowed_groups, nearest
+from workbench.contact.episodes import episodes
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.study.reader import load_study
 from workbench.model.moving import poses_at
-from workbench.solve.contact import batches
-from workbench.solve.contact.collide import allowed_depth, allowed_groups, nearest
-from workbench.solve.contact.episodes import episodes
 from workbench.study.crash.forces import force_curves, ruled_pairs
 from workbench.study.crash.frames import frames_of
 from workbench.study.crash.meetings import environment_meetings

@@ -10,9 +10,9 @@ import pytest
 import workbench as wb
 from tests.conftest import REFERENCE, needs_real_input
 from tests.family import write_family
+from workbench.body.scaling.measure import measure
 from workbench.cli import main
 from workbench.model.measures import COCKPIT
-from workbench.shape.scaling.measure import measure
 
 BOUNDARY_CASES = REFERENCE / "boundary_cases_ansur2_95.csv"
 

@@ -8,15 +8,15 @@ import trimesh
 
 from tests.conftest import SHARED, needs_real_input
 from workbench import Bones, InputError, UsageError
+from workbench.body.fitting.decompose import decompose
+from workbench.body.fitting.fit_quality import exposed_points, fit_quality
+from workbench.body.fitting.polish import union_field
+from workbench.body.fitting.sampling import even_samples, random_samples
+from workbench.body.fitting.segmenting import fit_segments
+from workbench.body.kernels.scanlines import shared_volume
+from workbench.body.kernels.setcover import greedy_cover, prune_cover
+from workbench.body.surface import sealed
 from workbench.files.meshes.reading import read_mesh
-from workbench.kernels.shapes.scanlines import shared_volume
-from workbench.kernels.shapes.setcover import greedy_cover, prune_cover
-from workbench.shape.fitting.decompose import decompose
-from workbench.shape.fitting.fit_quality import exposed_points, fit_quality
-from workbench.shape.fitting.polish import union_field
-from workbench.shape.fitting.sampling import even_samples, random_samples
-from workbench.shape.fitting.segmenting import fit_segments
-from workbench.shape.surface import sealed
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
 needs_adult = needs_real_input(ADULT)

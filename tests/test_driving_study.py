@@ -10,7 +10,7 @@ import pytest
 
 import workbench as wb
 from workbench.files.study.reader import load_study
-from workbench.solve.seating.packaging import eyellipse, seat_curve
+from workbench.posture.seating.packaging import eyellipse, seat_curve
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.drivers import driver_of, drivers_among
 from workbench.study.accommodation.sitters import seated

@@ -14,17 +14,17 @@ pytest.importorskip("mujoco")
 from tests.conftest import ROOT
 from tests.crash_pit import SIMULATION, pit
 from workbench import InputError, Poses
+from workbench.body.forward import place
 from workbench.cli import main
-from workbench.dynamics.crash import simulate
-from workbench.dynamics.masses import carried, segment_inertia, segment_masses
-from workbench.dynamics.stops import STOP_SOFTNESS, packed_stops
+from workbench.crash.masses import carried, segment_inertia, segment_masses
+from workbench.crash.simulated import simulate
+from workbench.crash.stops import STOP_SOFTNESS, packed_stops
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.motions.tables import read_angle_table
-from workbench.kernels.limbs.past_stops import past_stops
 from workbench.model.posing import compose
 from workbench.model.pulse import gained
-from workbench.solve.forward import place
-from workbench.solve.stops import stops
+from workbench.posture.kernels.past_stops import past_stops
+from workbench.posture.stops import stops
 from workbench.study.simulation import prepared
 
 BELT = """belts:

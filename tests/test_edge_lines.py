@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from tests.test_draw import boxes, front
 from workbench.draw.camera import in_view, look_at, to_picture
+from workbench.draw.kernels.edge_lines import edge_pieces, paint_lines
 from workbench.draw.lines.edges import drawn_edges
-from workbench.kernels.pictures.edge_lines import edge_pieces, paint_lines
 
 
 def painted(ends, width=1.0, size=(8, 12)):

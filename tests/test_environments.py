@@ -12,11 +12,11 @@ import trimesh
 import workbench as wb
 from tests.conftest import SHARED, real_input
 from workbench import InputError, UsageError, environment_from_mesh, load_environment
+from workbench.body.parts import moved
 from workbench.files.environments import environment_files
 from workbench.files.inspection import inspect_environment, inspect_mesh
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.quality import examined
-from workbench.shape.parts import moved
 
 CAB = """environment: box_cab
 length: mm

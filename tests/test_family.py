@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.family import write_family
 from workbench import load_population_model, measure, person_body, scale
+from workbench.body.scaling.morph import morph
+from workbench.body.scaling.scale import scale_many
+from workbench.body.scaling.space import shape_space
 from workbench.cli import main
 from workbench.model.basis import in_order
-from workbench.shape.scaling.morph import morph
-from workbench.shape.scaling.scale import scale_many
-from workbench.shape.scaling.space import shape_space
 
 SIX = (
     "stature",
@@ -175,7 +175,7 @@ def test_how_improbable_the_mix_is_stands_in_standard_deviations(adult):
 
 
 def test_a_length_is_what_its_knobs_add_to_it(adult):
-    from workbench.shape.scaling.measure import lengths
+    from workbench.body.scaling.measure import lengths
 
     space = shape_space(adult)
     rng = np.random.default_rng(1)
@@ -186,8 +186,8 @@ def test_a_length_is_what_its_knobs_add_to_it(adult):
 
 
 def test_blended_spheres_are_measured_where_they_are_placed(adult):
-    from workbench.shape.scaling.manikin import Manikin
-    from workbench.shape.scaling.rig import POSTURES
+    from workbench.body.scaling.manikin import Manikin
+    from workbench.body.scaling.rig import POSTURES
 
     blended = replace(adult, blend_share=np.where(adult.blend_joint >= 0, 0.4, 0.0)[None])
     manikin = Manikin(blended)

@@ -13,17 +13,17 @@ import workbench as wb
 from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
+from workbench.contact.collide import _plain, allowed_depth, by_segment, collides, nearest
+from workbench.contact.crowd import crowd_of
+from workbench.contact.fields import field_of, packed_faces, packed_records, packed_shells
+from workbench.contact.kernels.field import nearest_in, record_gap, square_bound
+from workbench.contact.kernels.groups import cluster_hub
+from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.wide import DEEP, EIGHT
 from workbench.files.meshes.parts import RawPart
-from workbench.kernels.contact.field import nearest_in, record_gap, square_bound
-from workbench.kernels.contact.groups import cluster_hub
-from workbench.kernels.contact.inside import inside_part
-from workbench.kernels.contact.polygon import point_polygon, point_winding
-from workbench.kernels.contact.wide import DEEP, EIGHT
+from workbench.geometry.polygon import point_polygon, point_winding
 from workbench.model.environment import Allowance
-from workbench.solve.contact.collide import _plain, allowed_depth, by_segment, collides, nearest
-from workbench.solve.contact.crowd import crowd_of
-from workbench.solve.contact.fields import field_of, packed_faces, packed_records, packed_shells
-from workbench.solve.threads import in_pieces
+from workbench.threads import in_pieces
 
 
 def soup(seed, count=12):

@@ -14,14 +14,14 @@ import workbench as wb
 from tests.conftest import box_part, environment_of
 from tests.lanes_compiled import cell_mix, list_bounds
 from tests.test_fast import ZOO, moved
-from workbench.kernels import lanes
-from workbench.kernels.contact.field import nearest_in, nearest_of, record_point, square_bound
-from workbench.kernels.contact.inside import inside_part
-from workbench.kernels.contact.polygon import point_polygon
-from workbench.kernels.contact.triangles import ROWS
-from workbench.kernels.contact.wide import DEEP, EIGHT
-from workbench.solve.contact.batches import grouped_clearance, least_clearance
-from workbench.solve.contact.fields import field_of, packed_faces, packed_records, packed_shells
+from workbench.contact.batches import grouped_clearance, least_clearance
+from workbench.contact.fields import field_of, packed_faces, packed_records, packed_shells
+from workbench.contact.kernels.field import nearest_in, nearest_of, record_point, square_bound
+from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.triangles import ROWS
+from workbench.contact.kernels.wide import DEEP, EIGHT
+from workbench.geometry import lanes
+from workbench.geometry.polygon import point_polygon
 
 part = st.floats(0, 1, width=32)
 

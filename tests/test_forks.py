@@ -16,12 +16,12 @@ import pytest
 import workbench as wb
 from tests.toy_cockpit import write_toy
 from workbench.files.study.reader import load_study
-from workbench.solve.threads import cores
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation import forks
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.forks import shared
 from workbench.study.pipelines import population_study
+from workbench.threads import cores
 
 pytestmark = pytest.mark.skipif(
     sys.platform != "linux", reason="work is shared among forks on Linux alone"

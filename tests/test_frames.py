@@ -17,11 +17,11 @@ from workbench import InputError, UsageError
 from workbench.draw.camera import Camera, look_at, standard_view, turned
 from workbench.draw.disks import MODES, POLYGONS, disks
 from workbench.draw.films.frames import disks_of, exact_disks, painted, shaded, surfaces_of
+from workbench.draw.kernels.frames import resort
 from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Scene, Spheres
 from workbench.draw.sources import scene_of
 from workbench.draw.visibility import visible_layers
-from workbench.kernels.pictures.frames import resort
 from workbench.model.arrays import Bools, Floats, Ints
 
 

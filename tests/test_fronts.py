@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.rows import changed
 from tests.test_blend import random_blend
-from workbench.kernels import lanes
+from workbench.contact.collide import self_clearance
+from workbench.contact.crowd import blocks_of
+from workbench.geometry import lanes
 from workbench.model.blend import enclosing_spheres
-from workbench.solve.contact.collide import self_clearance
-from workbench.solve.contact.crowd import blocks_of
 
 
 def crowded(body, seed, *, most=200, grid=0.0):

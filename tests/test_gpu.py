@@ -13,7 +13,7 @@ import pytest
 import workbench as wb
 from tests.conftest import ONE_ARM, ROOT
 from workbench import MissingPartError
-from workbench.solve.contact.gpu import _pieces
+from workbench.contact.gpu import _pieces
 
 installed = find_spec("numba_cuda") is not None
 

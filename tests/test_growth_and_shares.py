@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from workbench import InputError
+from workbench.body.people.growth import growth_people, growth_percentile, growth_values
+from workbench.body.people.share import share_of
 from workbench.cli import main
 from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
 from workbench.model.measures import MEASURES
 from workbench.model.population import SEXES
-from workbench.people.growth import growth_people, growth_percentile, growth_values
-from workbench.people.share import share_of
 
 ANSUR2 = load_population_model("ansur2")
 GROWTH = load_growth()

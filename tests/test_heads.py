@@ -8,9 +8,9 @@ import pytest
 
 from tests.lanes_compiled import node_bounds
 from tests.test_fast import ZOO, moved
-from workbench.kernels.contact.polygon import point_polygon
-from workbench.kernels.contact.wide import DEEP, EIGHT
-from workbench.solve.contact.fields import field_of, packed_faces
+from workbench.contact.fields import field_of, packed_faces
+from workbench.contact.kernels.wide import DEEP, EIGHT
+from workbench.geometry.polygon import point_polygon
 
 
 def below(field, c):

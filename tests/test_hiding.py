@@ -18,13 +18,13 @@ from workbench.draw.camera import in_view, look_at, projective, standard_view, t
 from workbench.draw.disks import disks
 from workbench.draw.films.frames import disks_of
 from workbench.draw.films.motion import every_pose
+from workbench.draw.kernels.hiding import hidden_arcs, hidden_lines, hiding_planes
 from workbench.draw.lines.arcs import arc_points, outline_arcs
 from workbench.draw.lines.circles import circles, largest_difference
 from workbench.draw.lines.edges import drawn_edges
 from workbench.draw.lines.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
-from workbench.kernels.pictures.hiding import hidden_arcs, hidden_lines, hiding_planes
 
 
 def eye_rays(camera, points):
@@ -173,7 +173,7 @@ def test_a_square_before_a_circle_hides_the_arc_inside_it_and_nothing_else():
 
 
 def hiders_by_hand(corners):
-    from workbench.kernels.pictures.hiding import Hiders
+    from workbench.draw.kernels.hiding import Hiders
 
     inside = np.arange(len(corners))
     return Hiders(hiding_planes(corners, 0.0), 1e3, 1, 1, np.array([0, len(corners)]), inside)

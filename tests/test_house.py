@@ -49,12 +49,12 @@ def test_help_loads_neither_compiler_nor_mesh_library():
 
 
 FAULTS = [
-    ("import workbench.report.page", "solve", "may not import"),
-    ("import yaml", "solve", "is at home in files"),
-    ("from workbench.model.body import _x", "solve", "a private name"),
-    ("def f(**options):\n    'Do it.'", "solve", "forwards keywords"),
-    ("def f():\n    pass", "solve", "has no docstring"),
-    ("try:\n    x = 1\nexcept Exception:\n    x = 2", "solve", "catches Exception"),
+    ("import workbench.report.page", "motion", "may not import"),
+    ("import yaml", "motion", "is at home in files"),
+    ("from workbench.model.body import _x", "motion", "a private name"),
+    ("def f(**options):\n    'Do it.'", "motion", "forwards keywords"),
+    ("def f():\n    pass", "motion", "has no docstring"),
+    ("try:\n    x = 1\nexcept Exception:\n    x = 2", "motion", "catches Exception"),
 ]
 
 

@@ -11,10 +11,10 @@ import yaml
 
 import workbench as wb
 from tests.conftest import ROOT
-from workbench.kernels.contact.nearest import morton_order
-from workbench.shape.fitting.polish import union_field
-from workbench.shape.scaling.measure import MEASURES, measure
-from workbench.shape.scaling.morph import morph
+from workbench.body.fitting.polish import union_field
+from workbench.body.scaling.measure import MEASURES, measure
+from workbench.body.scaling.morph import morph
+from workbench.geometry.nearest import morton_order
 
 NAMES = ("adult_male", "adult_female", "child_6", "child_3")
 ADULTS = {"adult_male": 0, "adult_female": 1}

@@ -10,10 +10,10 @@ import pytest
 import workbench as wb
 from tests.conftest import environment_of
 from tests.test_fast import soup
+from workbench.contact import fields
+from workbench.contact.index_cache import MOST_FILES, cache_folder, kept
+from workbench.model.content import content_key
 from workbench.model.environment import Control
-from workbench.solve.contact import fields
-from workbench.solve.contact.index_cache import MOST_FILES, cache_folder, kept
-from workbench.solve.content import content_key
 
 KEY = content_key("test", np.arange(3))
 

@@ -23,10 +23,10 @@ from workbench.model.laban import (
     sign_vector,
     sign_words,
 )
-from workbench.solve.laban.laban import score_poses
-from workbench.solve.laban.paths import Ways, smooth
-from workbench.solve.laban.reading import read_motion_score
-from workbench.solve.laban.strokes import strokes
+from workbench.motion.laban.laban import score_poses
+from workbench.motion.laban.paths import Ways, smooth
+from workbench.motion.laban.reading import read_motion_score
+from workbench.motion.laban.strokes import strokes
 
 BODY = load_body("bubbleman")
 SIGNS = [Sign(d, h) for h in LEVELS for d in DIRECTIONS]

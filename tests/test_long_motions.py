@@ -12,6 +12,7 @@ import pytest
 
 import workbench as wb
 from tests.test_crash import BODY, drop, standing
+from workbench.contact import episodes as solve_episodes
 from workbench.files.motions import bvh, opensim, tables
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.tables import angle_table_text
@@ -23,7 +24,6 @@ from workbench.model.posing import motion_of
 from workbench.report import movement
 from workbench.report.crash import data as crash_data
 from workbench.report.crash.data import crash_csv_tables, crash_result_file
-from workbench.solve.contact import episodes as solve_episodes
 from workbench.study import motions
 from workbench.study.crash import crash, frames
 from workbench.study.crash.crash import crash_study

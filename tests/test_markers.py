@@ -9,16 +9,16 @@ import pytest
 from tests.c3d_files import c3d_file
 from tests.conftest import SHARED, real_input
 from workbench import InputError, Poses, UsageError
+from workbench.body.forward import place
 from workbench.files.body.bodies import load_body
 from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.names import unique_names
 from workbench.model.motion import Markers
 from workbench.model.posing import angles_of, compose, motion_of
-from workbench.solve.forward import place
-from workbench.solve.recorded.marker_names import marker_site
-from workbench.solve.recorded.marker_places import marker_places
-from workbench.solve.recorded.markers import bridged, poses_from_markers
+from workbench.motion.recorded.marker_names import marker_site
+from workbench.motion.recorded.marker_places import marker_places
+from workbench.motion.recorded.markers import bridged, poses_from_markers
 
 BODY = load_body("bubbleman")
 SIDED = [

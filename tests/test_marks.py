@@ -15,6 +15,7 @@ from PIL import ImageFont
 import workbench as wb
 from tests.test_draw import SVG, crowd, front, spheres_body
 from workbench import InputError, UsageError
+from workbench.contact.collide import nearest
 from workbench.draw.colours import MARKS
 from workbench.draw.disks import disks
 from workbench.draw.lines.circles import circles
@@ -29,7 +30,6 @@ from workbench.draw.marks.annotations import (
 )
 from workbench.draw.marks.layout import TEXT_SIZE, mark_shapes, placed_marks
 from workbench.draw.scene import Mark, Scene
-from workbench.solve.contact.collide import nearest
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.solve.contact import posed
+from workbench.contact import posed
 
 
 def test_a_body_of_four_segments_and_ten_spheres_takes_624_bytes_a_pose(one_arm, monkeypatch):

@@ -17,7 +17,7 @@ from workbench.files.motions.lines import Pick
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
 from workbench.model.posing import angles_of, compose
-from workbench.solve.recorded.retarget import bone_positions, retarget
+from workbench.motion.recorded.retarget import bone_positions, retarget
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
 BODY = load_body("bubbleman")

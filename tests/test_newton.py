@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from workbench.kernels.limbs.limits import Planes, rooms
-from workbench.kernels.limbs.linkage import move, new_state
-from workbench.kernels.limbs.newton import HOLD, INSIDE, equations, new_work
-from workbench.solve.reaching.limbs import limb
-from workbench.solve.reaching.packing import packed_links
+from workbench.posture.kernels.limits import Planes, rooms
+from workbench.posture.kernels.linkage import move, new_state
+from workbench.posture.kernels.newton import HOLD, INSIDE, equations, new_work
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.packing import packed_links
 
 STEP = 1e-4
 PLANE = Planes(

@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 from tests.test_draw import BOX, SVG, boxes, crowd, front, numbered, spheres_body
 from workbench import UsageError, scene_of
 from workbench.draw.camera import VIEWS, standard_view
+from workbench.draw.kernels.arcs import arc_chains, ends_met, rim_arcs
+from workbench.draw.kernels.rims import parallel_rims
 from workbench.draw.lines.arcs import outline_arcs
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views
-from workbench.kernels.pictures.arcs import arc_chains, ends_met, rim_arcs
-from workbench.kernels.pictures.rims import parallel_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
 

@@ -16,12 +16,12 @@ from tests.test_draw import BOX, boxes, crowd, eye_of, front, spheres_body
 from tests.test_outline import bodies, covered
 from workbench.draw.camera import Camera, in_view, look_at, project, standard_view
 from workbench.draw.eyes import eye_view
+from workbench.draw.kernels.arcs import rim_arcs
+from workbench.draw.kernels.rims import perspective_rims
 from workbench.draw.lines.arcs import arc_points, outline_arcs
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
 from workbench.draw.sources import scene_of
-from workbench.kernels.pictures.arcs import rim_arcs
-from workbench.kernels.pictures.rims import perspective_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
 

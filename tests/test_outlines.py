@@ -7,13 +7,13 @@ import pytest
 
 from tests.conftest import SHARED, needs_real_input
 from workbench import InputError
+from workbench.body.fitting.decompose import decompose
+from workbench.body.fitting.fit_quality import fit_quality
+from workbench.body.outlines import outline_surface
+from workbench.body.surface import sealed
 from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import read_mesh
 from workbench.model.outlines import Outlines, crossing
-from workbench.shape.fitting.decompose import decompose
-from workbench.shape.fitting.fit_quality import fit_quality
-from workbench.shape.outlines import outline_surface
-from workbench.shape.surface import sealed
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"
 TURN = np.linspace(0, 2 * np.pi, 48, endpoint=False)

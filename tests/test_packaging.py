@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from workbench import eyellipse, seat_curve
-from workbench.solve.seating.packaging import SEAT_CURVES, Eyellipse
+from workbench.posture.seating.packaging import SEAT_CURVES, Eyellipse
 
 HEIGHTS = np.array([0.150, 0.200, 0.250, 0.300, 0.350, 0.400])
 

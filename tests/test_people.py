@@ -21,12 +21,12 @@ from workbench import (
     load_population_model,
     read_ansur,
 )
+from workbench.body.people.conditional import condition, improbability
+from workbench.body.people.percentile import percentile_people, percentile_values
+from workbench.body.people.scores import scores_of
 from workbench.files.growth import load_growth
 from workbench.model.measures import COCKPIT, MEASURES
 from workbench.model.population import SEXES, Population
-from workbench.people.conditional import condition, improbability
-from workbench.people.percentile import percentile_people, percentile_values
-from workbench.people.scores import scores_of
 
 RAW = [
     SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")

@@ -11,7 +11,7 @@ import pytest
 from tests.accommodations import smaller_study
 from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
-from workbench.solve.reaching.reach_people import reach_people
+from workbench.posture.reaching.reach_people import reach_people
 from workbench.study.accommodation.chunks import seated_chunk
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.people_maps import people_maps

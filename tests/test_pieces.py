@@ -12,11 +12,11 @@ import workbench as wb
 from tests.accommodations import ACCOMMODATIONS
 from tests.rows import changed
 from tests.toy_cockpit import write_toy
+from workbench.body.people.share import TENTHS_FROM
+from workbench.body.pieces import body_pieces, piece_warnings
+from workbench.body.scaling.scale import morph_to
 from workbench.files.study.reader import load_study
-from workbench.people.share import TENTHS_FROM
 from workbench.report.accommodation.page import accommodation_page
-from workbench.shape.pieces import body_pieces, piece_warnings
-from workbench.shape.scaling.scale import morph_to
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.crew import templates
 from workbench.study.pipelines import population_study

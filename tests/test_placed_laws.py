@@ -12,10 +12,10 @@ import workbench as wb
 from tests.rows import changed, rows_of
 from tests.test_blend import random_blend
 from tests.test_fronts import crowded
-from workbench.kernels.order import stable_order
-from workbench.solve import forward
-from workbench.solve.contact.batches import paired_clearance
-from workbench.solve.contact.collide import self_clearance
+from workbench.body import forward
+from workbench.contact.batches import paired_clearance
+from workbench.contact.collide import self_clearance
+from workbench.geometry.order import stable_order
 
 MIRROR = np.diag([1.0, -1.0, 1.0])
 

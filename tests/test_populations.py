@@ -12,11 +12,11 @@ import pytest
 
 from tests.conftest import REFERENCE, ROOT, SHARED, real_input, tracked
 from workbench import InputError, UsageError, load_population_model, read_ansur
+from workbench.body.people.fit import fit_population
+from workbench.body.people.percentile import percentile_values
 from workbench.files.growth import load_growth
 from workbench.model.measures import MEASURES
 from workbench.model.population import SEXES, Population, PopulationModel
-from workbench.people.fit import fit_population
-from workbench.people.percentile import percentile_values
 
 RAW = [
     SHARED / "anthropometry" / "ansur2" / f"ANSUR_II_{sex}_Public.csv" for sex in ("MALE", "FEMALE")

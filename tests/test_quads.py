@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.kernels import quads
+from workbench.geometry import quads
 
 numbers = st.lists(st.floats(-1e6, 1e6), min_size=4, max_size=4)
 

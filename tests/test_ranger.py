@@ -17,8 +17,8 @@ import pytest
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from workbench.cli import main
+from workbench.contact.collide import contacts
 from workbench.files.inspection import inspect_environment
-from workbench.solve.contact.collide import contacts
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"
 DATA = Path(__file__).parent / "data"

@@ -11,7 +11,7 @@ import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench import limb, stops
 from workbench.model.posing import angles_of, compose
-from workbench.solve.reaching.limbs import Limb
+from workbench.posture.reaching.limbs import Limb
 
 PLANAR = """
 body: planar

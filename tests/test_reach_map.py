@@ -8,9 +8,9 @@ import pytest
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
-from workbench.shape.scaling.scale import scale
-from workbench.solve.reaching.limbs import limb
-from workbench.solve.reaching.reach_people import reach_people
+from workbench.body.scaling.scale import scale
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach_people import reach_people
 from workbench.study.reach_map import from_coarse_to_fine, part_points, reach_map, who_reaches
 
 

@@ -7,10 +7,10 @@ import pytest
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
-from workbench.shape.parts import moved
-from workbench.shape.scaling.scale import scale
-from workbench.solve.reaching.limbs import limb
-from workbench.solve.reaching.reach_people import reach_people
+from workbench.body.parts import moved
+from workbench.body.scaling.scale import scale
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach_people import reach_people
 
 MEASURES = (
     {"stature": 1.60, "thumb_tip_reach": 0.70},

@@ -12,12 +12,12 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.seat_oracle import eye_points
+from workbench.body.scaling.scale import scale
 from workbench.draw.sources import source_of
 from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
 from workbench.model.posture_study import Person
-from workbench.shape.scaling.scale import scale
-from workbench.solve.reaching.limbs import limb
+from workbench.posture.reaching.limbs import limb
 from workbench.study.pipelines import posture_study
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import predicted

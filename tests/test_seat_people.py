@@ -15,9 +15,9 @@ from tests.accommodations import smaller_study
 from tests.seat_oracle import seat_slowly
 from workbench.files.study.reader import load_study
 from workbench.model.environment import Rest, Seat
-from workbench.solve.seating.posture import Pedals, positions
-from workbench.solve.seating.seat_people import seat_people
-from workbench.solve.seating.seating import seat_planes
+from workbench.posture.seating.posture import Pedals, positions
+from workbench.posture.seating.seat_people import seat_people
+from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.crew import crew_of
 from workbench.study.pipelines import population_study
 

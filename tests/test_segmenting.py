@@ -7,10 +7,10 @@ import pytest
 import trimesh
 
 from workbench import Bones, InputError, UsageError
-from workbench.shape.fitting.polish import union_field
-from workbench.shape.fitting.sampling import random_samples
-from workbench.shape.fitting.segmenting import fit_segments, regions_of
-from workbench.shape.surface import sealed
+from workbench.body.fitting.polish import union_field
+from workbench.body.fitting.sampling import random_samples
+from workbench.body.fitting.segmenting import fit_segments, regions_of
+from workbench.body.surface import sealed
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 TOLERANCE = 0.004

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench import InputError, UsageError
-from workbench.solve.signals import (
+from workbench.motion.signals import (
     GRAVITY,
     acceleration,
     cfc_filter,

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import REFERENCE, ROOT, real_input
+from workbench.body.scaling.manikin import Manikin
+from workbench.body.scaling.measure import MEASURES, lengths, measure
+from workbench.body.scaling.scale import scale
 from workbench.cli import main
 from workbench.files.populations import load_population_model
 from workbench.files.postures import posture_pose
-from workbench.shape.scaling.manikin import Manikin
-from workbench.shape.scaling.measure import MEASURES, lengths, measure
-from workbench.shape.scaling.scale import scale
 from workbench.study.persons import person_body
 
 SIX = (
@@ -97,7 +97,7 @@ def test_bubbleman_measures_as_a_median_man(bubbleman):
 
 
 def test_a_length_is_linear_in_the_body_while_its_extreme_spheres_stay(bubbleman):
-    from workbench.shape.scaling.manikin import Shape
+    from workbench.body.scaling.manikin import Shape
 
     base = Manikin(bubbleman)
     twice = base.changed(

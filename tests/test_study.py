@@ -12,7 +12,7 @@ from tests.conftest import ONE_ARM, box_part, environment_of
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Allowance, Rest, Seat
 from workbench.model.posture_study import Person, PostureStudy
-from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
+from workbench.posture.seating.seating import seat_attitude, seat_body, seat_planes
 from workbench.study.clearance import clearance_study
 from workbench.study.placement import adjusted_environment, place_person
 

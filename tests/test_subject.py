@@ -9,6 +9,8 @@ import pytest
 from tests.conftest import SHARED, real_input
 from tests.test_crash import drop
 from tests.test_markers import BODY, FULL, marked, walk
+from workbench.body.forward import place
+from workbench.body.scaling.lengthen import lengthened
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.motions.bvh_writer import bvh_text
@@ -16,12 +18,10 @@ from workbench.files.motions.lines import Pick
 from workbench.files.study.reader import load_study
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
-from workbench.shape.scaling.lengthen import lengthened
-from workbench.solve.forward import place
-from workbench.solve.recorded.marker_names import marker_site
-from workbench.solve.recorded.marker_places import marker_places
-from workbench.solve.recorded.retarget import body_lengths
-from workbench.solve.recorded.subject import factors_from_markers, factors_from_track
+from workbench.motion.recorded.marker_names import marker_site
+from workbench.motion.recorded.marker_places import marker_places
+from workbench.motion.recorded.retarget import body_lengths
+from workbench.motion.recorded.subject import factors_from_markers, factors_from_track
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.pipelines import motion_study
 from workbench.study.subject import subject_body

@@ -17,11 +17,11 @@ import workbench as wb
 from tests import oracles
 from tests.conftest import ROOT, box_part, environment_of
 from tests.rows import changed
+from workbench.contact.moving import centres_at, frames_of, jumps, pack_motion, ways
 from workbench.files.meshes.parts import RawPart
 from workbench.model.blend import enclosing_spheres
 from workbench.model.environment import Allowance
 from workbench.model.quaternions import from_matrices, matrices
-from workbench.solve.contact.moving import centres_at, frames_of, jumps, pack_motion, ways
 
 EXACT = 2e-6
 

@@ -8,11 +8,11 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.family import write_family
+from workbench.body.scaling.measure import measure
+from workbench.body.wear import wear
 from workbench.cli import main
 from workbench.files.body.encumbrances import load_encumbrance, worn
 from workbench.files.postures import posture_pose
-from workbench.shape.scaling.measure import measure
-from workbench.shape.wear import wear
 
 STUDY = (ROOT / "studies" / "trainer_clearance.yaml").read_text()
 

@@ -27,24 +27,29 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "workbench"
 LAYERS = [
     {"errors"},
+    {"compiled", "threads"},
     {"model"},
-    {"kernels"},
-    {"solve", "people", "shape", "files"},
-    {"dynamics"},
+    {"geometry"},
+    {"files"},
+    {"body"},
+    {"contact"},
+    {"posture"},
+    {"motion"},
+    {"crash"},
     {"study"},
     {"draw"},
-    {"report", "viewer"},
+    {"report"},
     {"cli"},
 ]
 """Rooms from the lowest to the highest; those of one row never see each other."""
 HOMES = {
-    "numba": {"kernels"},
-    "llvmlite": {"kernels/compiled.py", "kernels/lanes.py", "kernels/quads.py"},
+    "numba": {"compiled.py", "geometry/lanes.py", "geometry/quads.py", "contact/kernels/gpu.py"},
+    "llvmlite": {"compiled.py", "geometry/lanes.py", "geometry/quads.py"},
     "trimesh": {"files/meshes/scene.py"},
     "collada": {"files/meshes/dae.py"},
     "pydantic": {"files"},
     "yaml": {"files"},
-    "scipy": {"files", "solve", "shape", "people"},
+    "scipy": {"files", "body", "contact", "posture", "motion"},
     "PIL": {"draw"},
     "contourpy": {"draw/contours.py"},
     "jinja2": {"report"},
@@ -53,8 +58,8 @@ HOMES = {
     "rich": {"cli/progress.py"},
     "pyvista": {"draw/window.py"},
     "imageio_ffmpeg": {"draw/films/mp4.py"},
-    "manifold3d": {"shape", "files/meshes/parts.py"},
-    "mujoco": {"dynamics/mjcf.py"},
+    "manifold3d": {"body", "files/meshes/parts.py"},
+    "mujoco": {"crash/mjcf.py"},
     "distributed": {"study/accommodation/cluster.py"},
     "duckdb": {"files/parquet.py"},
 }
@@ -64,8 +69,8 @@ FORWARDS = {
     "cli/body.py",
     "model/arguments.py",
     "model/kept.py",
-    "kernels/compiled.py",
-    "solve/contact/by_person.py",
+    "compiled.py",
+    "contact/by_person.py",
 }
 """Files whose functions may take `**kwargs`: one option for each measure, and decorators."""
 CATCHES = {"cli/application.py"}

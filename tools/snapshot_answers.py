@@ -33,7 +33,13 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import workbench as wb
+from workbench.body.people.growth import growth_people
+from workbench.body.people.paired import paired_share
+from workbench.body.people.percentile import percentile_people
+from workbench.body.people.share import bootstrap_share, share_of
+from workbench.body.wear import wear
 from workbench.cli import main as command
+from workbench.contact.collide import self_clearance
 from workbench.errors import InputError
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
@@ -43,15 +49,9 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
 from workbench.model.posture_study import Person
 from workbench.model.study import PeopleDrawn
-from workbench.people.growth import growth_people
-from workbench.people.paired import paired_share
-from workbench.people.percentile import percentile_people
-from workbench.people.share import bootstrap_share, share_of
-from workbench.shape.wear import wear
-from workbench.solve.contact.collide import self_clearance
-from workbench.solve.recorded.marker_names import marker_site
-from workbench.solve.recorded.marker_places import marker_places
-from workbench.solve.signals import cfc_filter, held_level, hic
+from workbench.motion.recorded.marker_names import marker_site
+from workbench.motion.recorded.marker_places import marker_places
+from workbench.motion.signals import cfc_filter, held_level, hic
 from workbench.study.criteria import CHECKS, Measured
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.placement import place_person

@@ -22,10 +22,10 @@ from scipy.interpolate import PchipInterpolator
 from scipy.ndimage import gaussian_filter
 
 import workbench as wb
+from workbench.body.fitting.segmenting import Bones, SegmentedFit, fit_segments, regions_of
+from workbench.body.marching import level_surface
+from workbench.body.surface import Surface, sealed
 from workbench.files.postures import load_postures, posture_pose
-from workbench.shape.fitting.segmenting import Bones, SegmentedFit, fit_segments, regions_of
-from workbench.shape.marching import level_surface
-from workbench.shape.surface import Surface, sealed
 
 __all__ = ["body_text", "dog_surface", "main"]
 

@@ -40,9 +40,9 @@ from human.truth import allowances, fit_errors
 from human.write import BODY_SEGMENTS, archive, body_text
 from numpy.typing import NDArray
 
+from workbench.body.surface import Surface
 from workbench.files.body.bodies import load_body
 from workbench.model.body import Body
-from workbench.shape.surface import Surface
 
 Floats = NDArray[np.float64]
 BODIES = Path(__file__).resolve().parents[2] / "bodies"

@@ -16,12 +16,12 @@ import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 
+from workbench.body.people.fit import fit_population
 from workbench.files.ansur import read_ansur
 from workbench.files.growth import load_growth
 from workbench.files.populations import load_population_model
 from workbench.model.measures import MASS
 from workbench.model.population import PopulationModel
-from workbench.people.fit import fit_population
 
 __all__ = ["growth_text", "main", "population_text"]
 

@@ -60,8 +60,8 @@ def body_measure(body: str, *, as_json: Json = False) -> int:
     body
         a body file, or the name of one that comes with the workbench
     """
+    from workbench.body.scaling.measure import measure
     from workbench.files.body.bodies import load_body
-    from workbench.shape.scaling.measure import measure
 
     found = {name: round(1000 * value, 1) for name, value in measure(load_body(body)).items()}
     if as_json:
@@ -107,13 +107,13 @@ def body_scale(
     measures
         measures by name, with units
     """
+    from workbench.body.wear import wear as dress
     from workbench.files.body.bodies import body_path, load_body
     from workbench.files.body.encumbrances import worn
     from workbench.files.body.writer import body_text
     from workbench.files.growth import load_growth
     from workbench.files.output_file import check_file, write_file
     from workbench.files.populations import load_population_model
-    from workbench.shape.wear import wear as dress
     from workbench.study.persons import person_body
 
     if not measures and age is None:
@@ -150,9 +150,9 @@ def body_scale(
 
 def _quantity(name: str, text: str) -> float:
     """Metres, or kilograms of a mass."""
+    from workbench.body.scaling.measure import MEASURES
     from workbench.files.schema import to_metres
     from workbench.model.measures import WORDS
-    from workbench.shape.scaling.measure import MEASURES
 
     if name == "mass":
         number, _, unit = text.strip().partition(" ")

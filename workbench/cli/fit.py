@@ -13,7 +13,7 @@ from workbench.cli.progress import emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
-    from workbench.shape.fitting.candidates import Limits
+    from workbench.body.fitting.candidates import Limits
 
 __all__ = ["body_fit"]
 
@@ -114,7 +114,7 @@ def body_fit(
 
 def _limits(*texts: str) -> Limits:
     """Least and greatest radius, outward and inward tolerance."""
-    from workbench.shape.fitting.candidates import LONGEST, SHORTEST, Limits
+    from workbench.body.fitting.candidates import LONGEST, SHORTEST, Limits
 
     names = ("--least-radius", "--greatest-radius", "--outward", "--inward")
     least, greatest, outward, inward = (

@@ -232,13 +232,13 @@ def _timed(poses: Poses, rate: float | None, speed: float) -> Poses:
 
 
 def _written(body: Body, poses: Poses, ending: str, tempo: float | None) -> Content:
+    from workbench.body.forward import place
     from workbench.files.exports.gltf import Figure, glb_bytes
     from workbench.files.motions.bvh_writer import bvh_text
     from workbench.files.motions.laban import score_text
     from workbench.files.motions.tables import angle_table_text
     from workbench.model.spool import pieces
-    from workbench.solve.forward import place
-    from workbench.solve.laban.reading import read_motion_score
+    from workbench.motion.laban.reading import read_motion_score
 
     if ending == ".csv":
         return angle_table_text(body, poses)

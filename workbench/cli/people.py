@@ -79,7 +79,7 @@ def percentile(
     population
         a population file, the name of one that comes along, or raw CSV files of ANSUR II
     """
-    from workbench.people.percentile import percentile_people
+    from workbench.body.people.percentile import percentile_people
 
     _check(made)
     people = percentile_people(_source(population), sex, p or [5, 50, 95])
@@ -112,8 +112,8 @@ def boundary(
     population
         a population file, the name of one that comes along, or raw CSV files of ANSUR II
     """
+    from workbench.body.people.boundary import boundary_cases
     from workbench.model.measures import COCKPIT
-    from workbench.people.boundary import boundary_cases
 
     _check(made)
     chosen = tuple(_split(measures)) or COCKPIT
@@ -152,10 +152,10 @@ def draw(
     population
         a population file, the name of one that comes along, or raw CSV files of ANSUR II
     """
+    from workbench.body.people.draw import draw_people
+    from workbench.body.people.fit import fit_population
+    from workbench.body.people.percentile import percentile_people
     from workbench.model.population import PopulationModel
-    from workbench.people.draw import draw_people
-    from workbench.people.fit import fit_population
-    from workbench.people.percentile import percentile_people
 
     if as_json and as_csv:
         raise UsageError("one of --json and --csv can be printed, not both")
@@ -194,8 +194,8 @@ def growth(
     p
         one percentile or more; 5 50 95 where not given
     """
+    from workbench.body.people.growth import growth_people
     from workbench.files.growth import load_growth
-    from workbench.people.growth import growth_people
 
     _check(made)
     people = growth_people(load_growth(), sex, p or [5, 50, 95], age=age)

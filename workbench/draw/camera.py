@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from workbench.draw.kernels.projection import pixel_points, view_points
 from workbench.errors import UsageError, one_of
-from workbench.kernels.pictures.projection import pixel_points, view_points
 from workbench.model.arrays import Floats, frozen
 
 __all__ = [

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from workbench.body.faces import filled_loops
 from workbench.draw.camera import Camera
 from workbench.draw.clipping import chained, clip_segments, clip_triangles, cut_lines
 from workbench.draw.scene import Scene, shown_corners
@@ -15,7 +16,6 @@ from workbench.errors import UsageError, one_of
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
-from workbench.shape.faces import filled_loops
 
 __all__ = ["Cut", "cut_away", "cut_of", "opened"]
 

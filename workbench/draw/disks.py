@@ -15,6 +15,8 @@ from workbench.draw.camera import Camera, facing
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
 from workbench.draw.films.frames import Surfaces, shaded
 from workbench.draw.ghosts import paint_ghosts
+from workbench.draw.kernels.compose import compose_solids, compose_veils, darken_rims
+from workbench.draw.kernels.edge_lines import paint_lines
 from workbench.draw.lines.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
@@ -26,8 +28,6 @@ from workbench.draw.visibility import (
     visible_layers,
 )
 from workbench.errors import UsageError, one_of
-from workbench.kernels.pictures.compose import compose_solids, compose_veils, darken_rims
-from workbench.kernels.pictures.edge_lines import paint_lines
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from workbench.body.solid import body_solid
 from workbench.draw.camera import Camera, standard_view, turned
 from workbench.draw.colours import FAMILIES
 from workbench.draw.cutting import opened
@@ -39,7 +40,6 @@ from workbench.files.exports.solids import stl_bytes, threemf_bytes
 from workbench.files.output_file import write_file
 from workbench.model.arrays import Floats
 from workbench.model.poses import Placed
-from workbench.shape.solid import body_solid
 
 __all__ = ["camera_of", "camera_of_all", "drawing", "picture", "render"]
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.body.bodies import load_body
@@ -25,7 +26,6 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.model.study import Study
-from workbench.solve.forward import place
 from workbench.study.pipelines import motion_study, posture_study
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import prepared

@@ -18,8 +18,8 @@ import numpy as np
 from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
 from workbench.draw.clipping import clip_triangles
 from workbench.draw.films.frames import Disks, Numbers, disks_of, exact_disks, painted, surfaces_of
+from workbench.draw.kernels.raster import fill_triangles, sphere_depths
 from workbench.draw.scene import Scene
-from workbench.kernels.pictures.raster import fill_triangles, sphere_depths
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.laban import nearest_sign, sign_words
@@ -14,7 +15,6 @@ from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
 from workbench.model.spool import pieces
 from workbench.report.turning import Turning, Unwrapped
-from workbench.solve.forward import place
 
 __all__ = ["movement_sentences"]
 

@@ -13,6 +13,7 @@ import jinja2
 import numpy as np
 from markupsafe import Markup
 
+from workbench.contact.collide import allowed_depth
 from workbench.draw.disks import disks
 from workbench.draw.envelopes.sections import LEGEND
 from workbench.draw.lines.circles import circles
@@ -24,7 +25,6 @@ from workbench.model.result import Finding, PersonResult, Result
 from workbench.report.envelopes.pictures import envelope_pictures
 from workbench.report.pictures import clearance_drawing
 from workbench.report.words import finding_sentence, headline, part_count, without_polygons
-from workbench.solve.contact.collide import allowed_depth
 
 __all__ = ["page", "part_count", "template"]
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from workbench.body.scaling.scale import morph_to
+from workbench.body.wear import wear
 from workbench.errors import InputError
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.body.encumbrances import worn
@@ -14,8 +16,6 @@ from workbench.files.output_folder import check_folder, write_folder
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.report.tables import csv_text
-from workbench.shape.scaling.scale import morph_to
-from workbench.shape.wear import wear
 from workbench.study.crowd import file_names, people_bodies
 
 __all__ = ["TABLE", "write_people"]

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from workbench.model.environment import Environment
-from workbench.model.poses import Placed, Poses
-from workbench.model.posture_study import Person, PostureStudy
-from workbench.model.result import PersonResult, Result
-from workbench.shape.pieces import piece_warnings
-from workbench.solve.contact.collide import (
+from workbench.body.pieces import piece_warnings
+from workbench.contact.collide import (
     body_clearance,
     body_contacts,
     contacts,
@@ -17,7 +13,11 @@ from workbench.solve.contact.collide import (
     self_clearance,
     self_contacts,
 )
-from workbench.solve.stops import stops
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed, Poses
+from workbench.model.posture_study import Person, PostureStudy
+from workbench.model.result import PersonResult, Result
+from workbench.posture.stops import stops
 from workbench.study.criteria import Measured, verdict
 from workbench.study.envelope.envelope import envelopes
 from workbench.study.placement import adjusted_environment, place_person

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.contact.clearance_pairs import clearance_of_pairs
+from workbench.contact.collide import allowed_depth
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.contacts import Clearance
@@ -15,8 +17,6 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.posture_study import Person, SeatFit
 from workbench.model.result import ControlReach, Finding, PersonResult, Verdict
-from workbench.solve.contact.clearance_pairs import clearance_of_pairs
-from workbench.solve.contact.collide import allowed_depth
 from workbench.study.accommodation.sitting_gaps import pair_of
 from workbench.study.accommodation.views import margin_of_view
 

@@ -7,12 +7,12 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from workbench.body.scaling.measure import MEASURES
+from workbench.body.scaling.scale import scale, scale_many
 from workbench.errors import InputError
 from workbench.model.body import Body
 from workbench.model.measures import MASS, check_measures
 from workbench.model.population import SEXES, Population
-from workbench.shape.scaling.measure import MEASURES
-from workbench.shape.scaling.scale import scale, scale_many
 from workbench.study.persons import APART, SizedBody
 
 __all__ = ["SHOWN", "file_names", "people_bodies"]

@@ -9,6 +9,15 @@ from typing import Any
 
 import numpy as np
 
+from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.fewest import fewest_spheres
+from workbench.body.fitting.problem import Joints, packed
+from workbench.body.fitting.regions import Regions
+from workbench.body.fitting.segmenting import SegmentedFit, fit_segments, fit_whole, regions_of
+from workbench.body.forward import place
+from workbench.body.outlines import outline_surface
+from workbench.body.skeleton import bones_of, named_rows, spheres_in_frames
+from workbench.body.surface import Surface, sealed
 from workbench.errors import UsageError
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.body.fitted import FittedSegment, fitted_text
@@ -20,15 +29,6 @@ from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.posing import angles_of, pose
-from workbench.shape.fitting.candidates import Limits
-from workbench.shape.fitting.fewest import fewest_spheres
-from workbench.shape.fitting.problem import Joints, packed
-from workbench.shape.fitting.regions import Regions
-from workbench.shape.fitting.segmenting import SegmentedFit, fit_segments, fit_whole, regions_of
-from workbench.shape.outlines import outline_surface
-from workbench.shape.skeleton import bones_of, named_rows, spheres_in_frames
-from workbench.shape.surface import Surface, sealed
-from workbench.solve.forward import place
 
 __all__ = [
     "DENSITY",

@@ -18,10 +18,10 @@ from workbench.model.motion import Bones, Markers, SegmentTrack
 from workbench.model.poses import Poses, stacked
 from workbench.model.posing import attitude_matrix
 from workbench.model.spool import pieces
-from workbench.solve.laban.laban import score_poses
-from workbench.solve.recorded.markers import bridged, poses_from_markers
-from workbench.solve.recorded.retarget import retarget
-from workbench.solve.recorded.tracks import poses_from_track
+from workbench.motion.laban.laban import score_poses
+from workbench.motion.recorded.markers import bridged, poses_from_markers
+from workbench.motion.recorded.retarget import retarget
+from workbench.motion.recorded.tracks import poses_from_track
 
 __all__ = ["MotionOptions", "load_motion"]
 

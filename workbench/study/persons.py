@@ -6,19 +6,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from workbench.body.people.conditional import condition, improbability
+from workbench.body.people.growth import growth_percentile, growth_values
+from workbench.body.people.percentile import percentile_values
+from workbench.body.people.scores import Scores, scores_of
+from workbench.body.scaling.measure import MEASURES
+from workbench.body.scaling.scale import morph_to, scale
+from workbench.body.wear import wear
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
 from workbench.model.growth import Growth
 from workbench.model.measures import WORDS, check_plausible
 from workbench.model.population import PopulationModel
 from workbench.model.posture_study import PostureStudy, Size
-from workbench.people.conditional import condition, improbability
-from workbench.people.growth import growth_percentile, growth_values
-from workbench.people.percentile import percentile_values
-from workbench.people.scores import Scores, scores_of
-from workbench.shape.scaling.measure import MEASURES
-from workbench.shape.scaling.scale import morph_to, scale
-from workbench.shape.wear import wear
 
 __all__ = ["RARE", "SizedBody", "person_body", "sized", "sized_body"]
 

@@ -10,6 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.body.parts import moved
+from workbench.body.people.draw import draw_people
+from workbench.body.scaling.scale import morph_to
+from workbench.body.wear import wear
 from workbench.errors import InputError, UsageError
 from workbench.files.crash.simulations import load_simulation, with_airbags
 from workbench.files.motions.lines import Pick
@@ -32,11 +37,6 @@ from workbench.model.study import (
     SimulatedMotion,
     Study,
 )
-from workbench.people.draw import draw_people
-from workbench.shape.parts import moved
-from workbench.shape.scaling.scale import morph_to
-from workbench.shape.wear import wear
-from workbench.solve.forward import place
 from workbench.study.crash.belts import with_belts
 from workbench.study.motions import MotionOptions, load_motion
 from workbench.study.persons import sized_body

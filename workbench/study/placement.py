@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.body.parts import moved
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.posture_study import Person, PostureStudy
-from workbench.shape.parts import moved
-from workbench.solve.forward import place
-from workbench.solve.seating.seating import seat_attitude, seat_body, seat_planes
+from workbench.posture.seating.seating import seat_attitude, seat_body, seat_planes
 
 __all__ = ["adjusted_environment", "place_person", "seat_point"]
 

@@ -6,16 +6,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from workbench.body.forward import place
 from workbench.model.environment import Control, Environment, Seat
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
 from workbench.model.posture_study import Aims, Person, PostureStudy, SeatFit
-from workbench.solve.forward import place
-from workbench.solve.reaching.limbs import limb
-from workbench.solve.reaching.reach import reach
-from workbench.solve.seating.driving import DrivingPosture, driving_posture
-from workbench.solve.seating.posture import Pedals
-from workbench.solve.seating.seat_people import SeatedPeople, seat_people
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach import reach
+from workbench.posture.seating.driving import DrivingPosture, driving_posture
+from workbench.posture.seating.posture import Pedals
+from workbench.posture.seating.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import driver_of, feet_of, package_of
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment

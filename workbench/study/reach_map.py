@@ -18,15 +18,15 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from workbench.body.forward import segment_frames
 from workbench.errors import UsageError
 from workbench.model.accommodation import MAP_POINTS, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, row_for_each
-from workbench.solve.forward import segment_frames
-from workbench.solve.reaching.limbs import HANDS
-from workbench.solve.reaching.reach_people import reach_people
+from workbench.posture.reaching.limbs import HANDS
+from workbench.posture.reaching.reach_people import reach_people
 
 __all__ = ["from_coarse_to_fine", "groups", "part_points", "reach_map", "who_reaches"]
 

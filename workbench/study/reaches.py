@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.kernels.contact.polygon import point_winding
+from workbench.geometry.polygon import point_winding
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.model.reach import Reach
 from workbench.model.result import ControlReach
-from workbench.solve.reaching.limbs import FEET, HANDS, ZONES, limb
-from workbench.solve.reaching.reach import reach
+from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, limb
+from workbench.posture.reaching.reach import reach
 
 __all__ = ["buried_controls", "control_reaches"]
 

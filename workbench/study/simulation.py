@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.dynamics.crash import simulate
+from workbench.body.parts import moved
+from workbench.crash.simulated import simulate
 from workbench.files.crash.restraints import law_in_si
 from workbench.files.crash.simulations import SimulationPlan, load_simulation
 from workbench.model.arrays import Bools
@@ -15,7 +16,6 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posture_study import Person
 from workbench.model.simulation import Simulated, Simulation
-from workbench.shape.parts import moved
 from workbench.study.placement import place_person, seat_point
 
 __all__ = ["bearing", "prepared", "run_simulation"]

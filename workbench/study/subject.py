@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.body.scaling.lengthen import lengthened
 from workbench.errors import InputError
 from workbench.files.motions.reading import read_motion
 from workbench.model.body import Body
 from workbench.model.motion import Bones, Markers, SegmentTrack
-from workbench.shape.scaling.lengthen import lengthened
-from workbench.solve.recorded.subject import (
+from workbench.motion.recorded.subject import (
     factors_from_bones,
     factors_from_markers,
     factors_from_track,

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from workbench.contact.enclosure import enclosed
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Rest
 from workbench.model.poses import Placed
 from workbench.model.posture_study import PostureStudy
 from workbench.model.result import Finding, PersonResult, Verdict
-from workbench.solve.contact.enclosure import enclosed
 
 __all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
 

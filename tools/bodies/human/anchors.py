@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from human.basis import Basis, cells, volumes
 from human.skeleton import JOINTS, SEGMENTS
 from human.write import BODY_JOINTS, BODY_SEGMENTS
+from workbench.body.scaling.manikin import Manikin
+from workbench.body.scaling.measure import lengths
+from workbench.body.scaling.rig import Shape
 from workbench.model.body import Body
-from workbench.shape.scaling.manikin import Manikin
-from workbench.shape.scaling.measure import lengths
-from workbench.shape.scaling.rig import Shape
 
 __all__ = ["DENSITY", "Family", "fitted_z"]
 

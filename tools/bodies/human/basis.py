@@ -128,8 +128,8 @@ def _both(
 def cells(centre: Floats, radius: Floats) -> tuple[Floats, Floats]:
     """What each sphere holds alone when every point belongs to the sphere it is deepest in: the
     share of its volume (S,), and the middle of that part (S, 3) from its centre in radii."""
-    from workbench.kernels.contact.nearest import morton_order
-    from workbench.shape.fitting.polish import union_field
+    from workbench.body.fitting.polish import union_field
+    from workbench.geometry.nearest import morton_order
 
     count = 400
     k = np.arange(count)

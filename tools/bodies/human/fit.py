@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.skeleton import SEGMENTS
-from workbench.shape.fitting.candidates import Candidates, Limits, inner_balls, joined_candidates
-from workbench.shape.fitting.cover import Targets, cover, joined_targets
-from workbench.shape.fitting.polish import polished
-from workbench.shape.fitting.regions import Regions
-from workbench.shape.fitting.sampling import Samples, even_samples
-from workbench.shape.surface import Surface
+from workbench.body.fitting.candidates import Candidates, Limits, inner_balls, joined_candidates
+from workbench.body.fitting.cover import Targets, cover, joined_targets
+from workbench.body.fitting.polish import polished
+from workbench.body.fitting.regions import Regions
+from workbench.body.fitting.sampling import Samples, even_samples
+from workbench.body.surface import Surface
 
 __all__ = ["Given", "Spheres", "fitted", "shares_at"]
 
@@ -171,7 +171,7 @@ def _middled(surface: Surface, found: Candidates) -> Candidates:
 
 def _inner(candidates: Candidates, radius: Floats, factor: float) -> Targets:
     """Thinned centres of deep candidates that must lie inside some sphere: against voids."""
-    from workbench.kernels.shapes.spacing import thin_points
+    from workbench.body.kernels.spacing import thin_points
 
     deep = np.flatnonzero((candidates.depth > 0.008 * factor) & (radius > 0))
     deep = deep[np.argsort(-candidates.depth[deep], kind="stable")]
@@ -190,7 +190,7 @@ def _polished(spheres: Spheres, samples: list[Samples]) -> Spheres:
     radius = np.concatenate([spheres.radius, spheres.radius[sided]])
     free = np.arange(len(radius)) >= spheres.given
     free[len(spheres.radius) :] = free[: len(spheres.radius)][sided]
-    from workbench.kernels.contact.nearest import morton_order
+    from workbench.geometry.nearest import morton_order
 
     both = both[morton_order(both)]
     centre, radius = polished(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from human.skeleton import JOINTS, SEGMENTS, Skeleton
-from workbench.shape.surface import Surface
+from workbench.body.surface import Surface
 
 __all__ = ["Landmark", "landmarks"]
 

@@ -15,8 +15,8 @@ from human.skeleton import JOINTS, SEGMENTS, Skeleton, posed
 from human.skin import Skin
 from human.source import Person, Source
 from human.transfer import Rig, rigged
-from workbench.shape.fitting.sampling import corner_normals
-from workbench.shape.surface import Surface
+from workbench.body.fitting.sampling import corner_normals
+from workbench.body.surface import Surface
 
 __all__ = ["FACTORS", "Template", "made_template", "rigs_of"]
 

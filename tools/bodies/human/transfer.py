@@ -17,10 +17,10 @@ from scipy.spatial import cKDTree
 
 from human.fit import Given, Spheres, shares_at
 from human.skeleton import BETWEEN, JOINTS, SEGMENTS
-from workbench.kernels.contact.nearest import morton_order
-from workbench.shape.fitting.polish import union_field
-from workbench.shape.fitting.sampling import even_samples
-from workbench.shape.surface import Surface
+from workbench.body.fitting.polish import union_field
+from workbench.body.fitting.sampling import even_samples
+from workbench.body.surface import Surface
+from workbench.geometry.nearest import morton_order
 
 __all__ = ["Rig", "rigged"]
 

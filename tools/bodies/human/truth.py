@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 
 import workbench as wb
 from human.skeleton import BETWEEN, JOINTS, SEGMENTS
+from workbench.body.fitting.fit_quality import distance_to_union, exposed_points
+from workbench.body.fitting.polish import union_field
+from workbench.body.fitting.sampling import random_samples
+from workbench.body.surface import Surface
 from workbench.model.body import Body
-from workbench.shape.fitting.fit_quality import distance_to_union, exposed_points
-from workbench.shape.fitting.polish import union_field
-from workbench.shape.fitting.sampling import random_samples
-from workbench.shape.surface import Surface
 
 __all__ = ["BENT", "allowances", "bent_gaps", "fit_errors"]
 

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.draw.camera import Camera
+from workbench.draw.kernels.frames import paint_disks, project_spheres, resort
+from workbench.draw.kernels.surfaces import BLOCK, light_surfaces, paint_rays, surface_depths
 from workbench.draw.scene import Spheres
 from workbench.errors import InputError, UsageError
-from workbench.kernels.pictures.frames import paint_disks, project_spheres, resort
-from workbench.kernels.pictures.surfaces import BLOCK, light_surfaces, paint_rays, surface_depths
 from workbench.model.arrays import Floats, Ints
 
 __all__ = [

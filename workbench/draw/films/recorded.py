@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.sources import PEOPLE_COLOURS, Source, source_kind, source_of
 from workbench.errors import InputError, UsageError, one_of
@@ -20,7 +21,6 @@ from workbench.files.motions.reading import MOTIONS
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posture_study import Person
-from workbench.solve.forward import place
 from workbench.study.motions import MotionOptions, load_motion
 
 __all__ = [

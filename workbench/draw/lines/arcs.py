@@ -17,10 +17,10 @@ import numpy as np
 
 from workbench.draw.camera import Camera, in_view
 from workbench.draw.films.frames import disks_of
+from workbench.draw.kernels.arcs import rim_arcs
+from workbench.draw.kernels.rims import Rims, parallel_rims, perspective_rims
 from workbench.draw.scene import Scene, Spheres
 from workbench.errors import UsageError
-from workbench.kernels.pictures.arcs import rim_arcs
-from workbench.kernels.pictures.rims import Rims, parallel_rims, perspective_rims
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [

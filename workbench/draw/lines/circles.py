@@ -10,13 +10,13 @@ import numpy as np
 
 from workbench.draw.camera import Camera, projective
 from workbench.draw.colours import INKS, PAPER, hexadecimal
+from workbench.draw.kernels.hiding import hidden_arcs
 from workbench.draw.lines.arcs import rim_ellipses, rim_planes
 from workbench.draw.lines.hiding import Surroundings, surroundings
 from workbench.draw.lines.outline import ghost_paths
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Disks, depth_share, projected_disks
-from workbench.kernels.pictures.hiding import hidden_arcs
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["circles", "largest_difference"]

@@ -15,8 +15,8 @@ import numpy as np
 
 from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
 from workbench.draw.clipping import clip_segments, cut_lines
+from workbench.draw.kernels.edge_lines import edge_pieces
 from workbench.draw.visibility import Layers, triangle_polygons
-from workbench.kernels.pictures.edge_lines import edge_pieces
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 

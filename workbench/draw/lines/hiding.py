@@ -14,18 +14,18 @@ import numpy as np
 
 from workbench.draw.camera import Camera, in_view, metric, projective, to_picture
 from workbench.draw.clipping import chained, clip_segments, clip_triangles, cut_lines
-from workbench.draw.lines.arcs import Arcs
-from workbench.draw.lines.edges import Lines, drawn_edges
-from workbench.draw.scene import Scene
-from workbench.draw.visibility import cut_depth, projected_disks, triangle_polygons
-from workbench.errors import UsageError, one_of
-from workbench.kernels.pictures.hiding import (
+from workbench.draw.kernels.hiding import (
     Hiders,
     hidden_arcs,
     hidden_lines,
     hiding_planes,
     lines_among_balls,
 )
+from workbench.draw.lines.arcs import Arcs
+from workbench.draw.lines.edges import Lines, drawn_edges
+from workbench.draw.scene import Scene
+from workbench.draw.visibility import cut_depth, projected_disks, triangle_polygons
+from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 

@@ -20,12 +20,12 @@ import numpy as np
 from workbench.draw.camera import Camera
 from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.ghosts import ghost_strengths
+from workbench.draw.kernels.arcs import arc_chains, ends_met
 from workbench.draw.lines.arcs import Arcs, arc_lengths, arc_points, outline_arcs
 from workbench.draw.lines.hiding import arcs_behind, surroundings
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import projected_disks
-from workbench.kernels.pictures.arcs import arc_chains, ends_met
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["body_paths", "ghost_paths", "outline"]

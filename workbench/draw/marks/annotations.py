@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.contact.collide import allowed_depth
 from workbench.draw.scene import Mark
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.contacts import Clearance, Contacts
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.solve.contact.collide import allowed_depth
 
 __all__ = [
     "axes_marks",

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.contact.collide import contacts, nearest
 from workbench.draw.marks.annotations import (
     axes_marks,
     clearance_marks,
@@ -19,8 +20,7 @@ from workbench.draw.sources import Source
 from workbench.errors import UsageError, one_of
 from workbench.model.poses import Placed, Poses
 from workbench.model.posture_study import Person
-from workbench.solve.contact.collide import contacts, nearest
-from workbench.solve.stops import stops
+from workbench.posture.stops import stops
 
 __all__ = ["MARKS", "marked", "remarked"]
 

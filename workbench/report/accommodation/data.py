@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.body.people.share import percent, percent_number
 from workbench.files.accommodation.results import (
     AccommodationResultFile,
     GainRow,
@@ -22,7 +23,6 @@ from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
-from workbench.people.share import percent, percent_number
 from workbench.report.accommodation.words import (
     accommodation_headline,
     gain_sentence,

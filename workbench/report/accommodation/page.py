@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from workbench.body.people.share import TENTHS_FROM, percent, percent_number
 from workbench.draw.camera import Camera, project
 from workbench.draw.disks import disks
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
@@ -21,7 +22,6 @@ from workbench.draw.views import four_views
 from workbench.model.accommodation import Accommodation, ReachMap, Shown
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
-from workbench.people.share import TENTHS_FROM, percent, percent_number
 from workbench.report.accommodation.charts import (
     bar,
     margin_axis,

@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.body.people.share import TENTHS_FROM, percent, percent_number
 from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare, ShareVerdict
 from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
-from workbench.people.share import TENTHS_FROM, percent, percent_number
 
 __all__ = [
     "accommodation_headline",

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from markupsafe import Markup
 
+from workbench.body.people.share import percent
 from workbench.files.comparison_results import MARK, ChangedPersonRow, ComparisonFile, PairRow
 from workbench.files.output_file import Content
 from workbench.files.output_folder import write_folder
 from workbench.files.results import dump_json
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.population import SEXES
-from workbench.people.share import percent
 from workbench.report.accommodation.charts import change_whisker, changes_axis
 from workbench.report.accommodation.words import plain
 from workbench.report.comparison.words import (

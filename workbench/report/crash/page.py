@@ -11,11 +11,11 @@ from markupsafe import Markup
 from workbench.files.crash.results import CrashResultFile, CrashVerdictRow
 from workbench.model.arrays import Floats
 from workbench.model.crash import CrashResult
+from workbench.motion.signals import GRAVITY
 from workbench.report.crash.charts import clearance_curves, curves, timeline
 from workbench.report.crash.pictures import FILM_CAPTION, crash_strips
 from workbench.report.crash.words import agreement_sentence, breach_sentence, meeting_sentence
 from workbench.report.page import part_count, template
-from workbench.solve.signals import GRAVITY
 
 __all__ = ["crash_page"]
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.cutting import cut_away
 from workbench.draw.disks import disks
@@ -24,7 +25,6 @@ from workbench.model.environment import Environment
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
 from workbench.report.crash.words import milliseconds
-from workbench.solve.forward import place
 from workbench.study.crash.belts import with_belts
 
 __all__ = ["FILM_CAPTION", "crash_film", "crash_strips"]

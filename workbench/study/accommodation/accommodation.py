@@ -8,6 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.body.parts import moved
+from workbench.body.pieces import piece_warnings
 from workbench.errors import InputError
 from workbench.model.accommodation import (
     MET,
@@ -16,9 +19,6 @@ from workbench.model.accommodation import (
     GroupShare,
 )
 from workbench.model.arrays import Bools
-from workbench.shape.parts import moved
-from workbench.shape.pieces import piece_warnings
-from workbench.solve.forward import place
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
 from workbench.study.accommodation.cluster import Cluster
 from workbench.study.accommodation.crew import Crew, crew_of

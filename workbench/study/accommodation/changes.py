@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from workbench.body.parts import moved
 from workbench.model.accommodation import AccommodationStudy, Change
 from workbench.model.environment import Environment
-from workbench.shape.parts import moved
 from workbench.study.accommodation.requirements import Asked
 
 __all__ = ["borne_by", "changed", "moved_parts"]

@@ -17,14 +17,14 @@ from typing import Protocol
 
 import numpy as np
 
+from workbench.contact.index_cache import PARTIAL
 from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
+from workbench.model.content import content_key
 from workbench.model.poses import Poses
-from workbench.solve.contact.index_cache import PARTIAL
-from workbench.solve.content import content_key
-from workbench.solve.seating.seat_people import SeatedPeople
+from workbench.posture.seating.seat_people import SeatedPeople
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.forks import shared

@@ -16,12 +16,12 @@ import numpy as np
 from workbench.errors import InputError, MissingPartError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.population import Population
-from workbench.solve.threads import cores
 from workbench.study.accommodation.chunks import chunk_result
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept
 from workbench.study.accommodation.crew_fit import Fit, Task, fit_chunk, fit_chunks, single_threaded
 from workbench.study.accommodation.requirements import Asked
+from workbench.threads import cores
 
 __all__ = ["Cluster", "cluster_at"]
 

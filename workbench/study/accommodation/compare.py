@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 
+from workbench.body.people.paired import paired_share
 from workbench.errors import InputError
 from workbench.files.accommodation.results import AccommodationResultFile
 from workbench.model.accommodation import Accommodation
 from workbench.model.arrays import Bools
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.model.population import SEXES, sex_index
-from workbench.people.paired import paired_share
 from workbench.study.provenance import people_hash
 
 __all__ = ["compare", "judged", "judged_file"]

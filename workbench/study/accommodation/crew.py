@@ -16,18 +16,18 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from workbench.body.scaling.morph import morph
+from workbench.body.wear import wear
+from workbench.contact.index_cache import cache_folder, forget_partial
 from workbench.errors import InputError
 from workbench.model.arrays import Ints
 from workbench.model.body import ROW_FIELDS, Body, body_of_rows, stack_bodies
+from workbench.model.content import content_key
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.population import SEXES, Population
-from workbench.shape.scaling.morph import morph
-from workbench.shape.wear import wear
-from workbench.solve.contact.index_cache import cache_folder, forget_partial
-from workbench.solve.content import content_key
-from workbench.solve.threads import cores
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.crew_fit import FIELDS, Fit, Task, fit_chunks
+from workbench.threads import cores
 
 __all__ = ["CHUNK", "FITTED", "Crew", "Fitters", "crew_of", "templates"]
 

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.contact.index_cache import write_whole
 from workbench.errors import InputError
-from workbench.solve.contact.index_cache import write_whole
 
 __all__ = ["Kept", "read_kept", "write_kept"]
 

@@ -18,13 +18,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.body.scaling.measure import MEASURES
+from workbench.body.scaling.scale import scale, scale_many
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
-from workbench.shape.scaling.measure import MEASURES
-from workbench.shape.scaling.scale import scale, scale_many
 from workbench.study.persons import APART
 
 __all__ = ["FIELDS", "Fit", "Task", "fit_chunk", "fit_chunks", "main", "single_threaded"]

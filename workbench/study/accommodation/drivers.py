@@ -5,13 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from workbench.body.scaling.measure import measure
 from workbench.errors import InputError
 from workbench.model.body import Body
 from workbench.model.driving import Driver, DrivingAims, Package
 from workbench.model.environment import Environment
 from workbench.model.population import SEXES, Population
 from workbench.model.posture_study import Aims, Person
-from workbench.shape.scaling.measure import measure
 
 __all__ = ["driver_of", "drivers_among", "feet_of", "package_of"]
 

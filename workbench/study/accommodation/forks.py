@@ -22,7 +22,7 @@ from multiprocessing.connection import Connection, wait
 from typing import Any, TypeVar
 
 from workbench.errors import InputError, WorkbenchError
-from workbench.solve.threads import THREADS, cores
+from workbench.threads import THREADS, cores
 
 __all__ = ["shared"]
 

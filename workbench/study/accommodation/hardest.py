@@ -6,16 +6,16 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.body.parts import moved
+from workbench.contact.clearance_pairs import clearance_of_pairs
 from workbench.model.accommodation import MET, AccommodationStudy, Shown
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
-from workbench.shape.parts import moved
-from workbench.solve.contact.clearance_pairs import clearance_of_pairs
-from workbench.solve.forward import place
-from workbench.solve.reaching.limbs import FEET, HANDS, Limb, limb
-from workbench.solve.reaching.reach_people import reach_people
+from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb
+from workbench.posture.reaching.reach_people import reach_people
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat

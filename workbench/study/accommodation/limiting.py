@@ -13,13 +13,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.body.people.conditional import improbability
+from workbench.body.people.scores import Scores, scores_of
 from workbench.errors import InputError
 from workbench.files.populations import load_population_model
 from workbench.model.arrays import Ints
 from workbench.model.body import Body
 from workbench.model.population import SEXES, Population
-from workbench.people.conditional import improbability
-from workbench.people.scores import Scores, scores_of
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import SEAT_FORWARD
 from workbench.study.accommodation.views import TOO_HIGH

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.body.forward import place
+from workbench.contact.collide import self_clearance
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.poses import Poses
-from workbench.solve.contact.collide import self_clearance
-from workbench.solve.forward import place
 
 __all__ = ["own_margins"]
 

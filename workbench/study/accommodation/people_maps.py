@@ -12,9 +12,9 @@ from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, stack_bodies
 from workbench.model.poses import Poses
-from workbench.solve.reaching.limbs import HANDS
-from workbench.solve.seating.seat_people import SeatedPeople
-from workbench.solve.seating.seating import seat_planes
+from workbench.posture.reaching.limbs import HANDS
+from workbench.posture.seating.seat_people import SeatedPeople
+from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.chunks import seat_key, seated_chunk
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.forks import shared

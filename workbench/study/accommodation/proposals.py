@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.model.accommodation import MET, AccommodationStudy, Change
 from workbench.model.arrays import Bools, Floats
-from workbench.solve.seating.seating import seat_planes
+from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.changes import moved_parts
 from workbench.study.accommodation.chunks import Chunk
 from workbench.study.accommodation.requirements import Asked

@@ -7,11 +7,11 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from workbench.body.people.percentile import quantiles
+from workbench.body.people.share import bootstrap_share, share_of
 from workbench.model.accommodation import GroupShare, IntervalRule
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.population import SEXES, Population
-from workbench.people.percentile import quantiles
-from workbench.people.share import bootstrap_share, share_of
 
 __all__ = [
     "LEVELS",

@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
-from workbench.solve.forward import place
-from workbench.solve.reaching.limbs import FEET, HANDS
-from workbench.solve.reaching.reach_people import reach_people
-from workbench.solve.seating.driving_people import seat_drivers
-from workbench.solve.seating.posture import Pedals
-from workbench.solve.seating.seat_people import SeatedPeople, seat_people
+from workbench.posture.reaching.limbs import FEET, HANDS
+from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.seating.driving_people import seat_drivers
+from workbench.posture.seating.posture import Pedals
+from workbench.posture.seating.seat_people import SeatedPeople, seat_people
 from workbench.study.accommodation.drivers import drivers_among, feet_of, package_of
 
 __all__ = [

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.contact.clearance_pairs import ClearancePair, PairClearance
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
-from workbench.solve.contact.clearance_pairs import ClearancePair, PairClearance
 
 __all__ = ["gap_toward", "gap_words", "pair_of"]
 

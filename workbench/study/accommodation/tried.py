@@ -13,17 +13,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from workbench.body.forward import place, segment_frames
+from workbench.contact.clearance_pairs import clearance_of_pairs
 from workbench.model.accommodation import MET, AccommodationStudy
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.solve.contact.clearance_pairs import clearance_of_pairs
-from workbench.solve.forward import place, segment_frames
-from workbench.solve.reaching.reach_people import reach_people
-from workbench.solve.seating.seating import seat_planes
-from workbench.solve.stops import stops
+from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.seating.seating import seat_planes
+from workbench.posture.stops import stops
 from workbench.study.accommodation.own_contacts import own_margins
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import (

@@ -9,7 +9,7 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.solve.seating.seating import seat_planes
+from workbench.posture.seating.seating import seat_planes
 
 __all__ = ["TOO_HIGH", "TOO_LOW", "margin_of_view", "skyline", "view_margin", "view_words"]
 

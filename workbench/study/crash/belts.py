@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.body.forward import place
 from workbench.files.crash.restraints import surface_point
 from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart
@@ -19,7 +20,6 @@ from workbench.model.joined import joined
 from workbench.model.poses import Placed
 from workbench.model.simulation import Belt, BeltPoint
 from workbench.model.spool import pieces
-from workbench.solve.forward import place
 
 __all__ = ["belt_tensions", "with_belts"]
 

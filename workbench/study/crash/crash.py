@@ -7,6 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.body.pieces import piece_warnings
+from workbench.contact.episodes import episodes, self_episodes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
@@ -14,9 +17,6 @@ from workbench.model.crash import Agreement, CrashResult, CrashStudy
 from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
 from workbench.model.spool import pieces
-from workbench.shape.pieces import piece_warnings
-from workbench.solve.contact.episodes import episodes, self_episodes
-from workbench.solve.forward import place
 from workbench.study.crash.belts import belt_tensions
 from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces
 from workbench.study.crash.frames import BLOCK, frames_of, stop_breaches

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.contact.collide import allowed_depth
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.crash import CrashStudy, ForceCurve, Meeting
 from workbench.model.force import force_at, force_history
 from workbench.model.simulation import depth_offset, ruled
-from workbench.solve.contact.collide import allowed_depth
 
 __all__ = ["force_curves", "ruled_pairs", "with_forces"]
 

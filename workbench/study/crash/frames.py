@@ -7,6 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.contact.batches import Groups, pays
+from workbench.contact.collide import (
+    allowed_depth,
+    allowed_groups,
+    clearance_of_groups,
+    clearance_of_rows,
+)
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.crash import CrashStudy, StopBreach
@@ -15,15 +23,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.simulation import depth_offset
 from workbench.model.spool import Spool, pieces
-from workbench.solve.contact.batches import Groups, pays
-from workbench.solve.contact.collide import (
-    allowed_depth,
-    allowed_groups,
-    clearance_of_groups,
-    clearance_of_rows,
-)
-from workbench.solve.forward import place
-from workbench.solve.stops import stops
+from workbench.posture.stops import stops
 from workbench.study.crash.forces import ruled_pairs
 
 __all__ = ["BLOCK", "Excursion", "Frames", "frames_of", "stop_breaches"]

@@ -6,14 +6,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.contact.collide import nearest, self_clearance
 from workbench.model.arrays import Floats, Ints
 from workbench.model.contacts import Clearance
 from workbench.model.crash import CrashStudy, Meeting
 from workbench.model.episodes import Episodes
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
-from workbench.solve.contact.collide import nearest, self_clearance
-from workbench.solve.forward import place
 
 __all__ = ["environment_meetings", "own_meetings"]
 

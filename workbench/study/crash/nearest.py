@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.body.forward import place
+from workbench.contact.collide import allowed_depth, clearance
 from workbench.model.body import Body
 from workbench.model.crash import CrashStudy
 from workbench.model.criterion import Criterion
 from workbench.model.poses import Poses
 from workbench.model.spool import pieces
-from workbench.solve.contact.collide import allowed_depth, clearance
-from workbench.solve.forward import place
-from workbench.solve.stops import stops
+from workbench.posture.stops import stops
 from workbench.study.crash.frames import BLOCK
 
 __all__ = ["Approach", "NearStop", "nearest_approach", "nearest_stop"]

@@ -9,7 +9,7 @@ from workbench.model.arrays import Floats
 from workbench.model.crash import CrashStudy, Signal, SignalPoint
 from workbench.model.criterion import Limit
 from workbench.model.pulse import gained, level_at
-from workbench.solve.signals import (
+from workbench.motion.signals import (
     GRAVITY,
     acceleration,
     cfc_filter,

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.body.forward import segment_frames
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
-from workbench.solve.forward import segment_frames
-from workbench.solve.reaching.chains import Found, Task, cold, legal, rows_of, tips_of
-from workbench.solve.reaching.limbs import Limb
-from workbench.solve.reaching.linkage import joints_between
-from workbench.solve.reaching.packing import packed_links
-from workbench.solve.reaching.reach import goals_of
+from workbench.posture.reaching.chains import Found, Task, cold, legal, rows_of, tips_of
+from workbench.posture.reaching.limbs import Limb
+from workbench.posture.reaching.linkage import joints_between
+from workbench.posture.reaching.packing import packed_links
+from workbench.posture.reaching.reach import goals_of
 
 __all__ = [
     "Drawn",

@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.kernels.limbs.contacts import DEEPEST, limb_contacts
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
-from workbench.solve.reaching.chains import PIECE, Found, Task, Walls, rows_of, solved
-from workbench.solve.reaching.obstacles import obstacles_of
-from workbench.solve.reaching.packing import packed_limbs
-from workbench.solve.threads import in_pieces
+from workbench.posture.kernels.contacts import DEEPEST, limb_contacts
+from workbench.posture.reaching.chains import PIECE, Found, Task, Walls, rows_of, solved
+from workbench.posture.reaching.obstacles import obstacles_of
+from workbench.posture.reaching.packing import packed_limbs
+from workbench.threads import in_pieces
 
 __all__ = ["CLEAR", "REACHED", "Room", "Touched", "cleared_from", "touched"]
 

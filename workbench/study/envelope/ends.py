@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.solve.reaching.chains import Found, Task, rows_of, solved, tips_of
+from workbench.posture.reaching.chains import Found, Task, rows_of, solved, tips_of
 from workbench.study.envelope.asking import Drawn, anchors, merged, rows_toward
 from workbench.study.envelope.rays import Rays
 

@@ -16,8 +16,8 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses, check_rows
 from workbench.model.posture_study import PostureStudy
 from workbench.model.ray_reach import GRADES, Losses, RayReach
-from workbench.solve.reaching.chains import Task
-from workbench.solve.reaching.limbs import limb
+from workbench.posture.reaching.chains import Task
+from workbench.posture.reaching.limbs import limb
 from workbench.study.envelope.asking import Drawn, asked, drawn
 from workbench.study.envelope.clearing import Room
 from workbench.study.envelope.ends import Ends, ray_ends

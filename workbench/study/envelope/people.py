@@ -12,7 +12,7 @@ from workbench.model.body import Body
 from workbench.model.envelope import Envelope
 from workbench.model.poses import Poses, row_for_each
 from workbench.model.ray_reach import GRADES, Losses, RayReach
-from workbench.solve.reaching.limbs import limb
+from workbench.posture.reaching.limbs import limb
 from workbench.study.envelope.asking import asked, drawn
 from workbench.study.envelope.ends import ray_ends
 from workbench.study.envelope.envelope import no_rays

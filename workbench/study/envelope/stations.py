@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.solve.reaching.chains import Found, Task, rows_of, solved
+from workbench.posture.reaching.chains import Found, Task, rows_of, solved
 from workbench.study.envelope.asking import Drawn, comfort_start, held_at, merged, rows_toward
 from workbench.study.envelope.clearing import CLEAR, REACHED, Room, cleared_from, touched
 from workbench.study.envelope.ends import NEAR, Ends

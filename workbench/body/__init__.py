@@ -1,0 +1,1 @@
+"""Bodies: forward placement; bodies from outlines, meshes and measures, and measures from bodies."""

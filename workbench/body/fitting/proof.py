@@ -1,0 +1,176 @@
+"""From a cover of samples to spheres that keep the tolerances everywhere: prove, mend, polish,
+prove again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.cover import cover
+from workbench.body.fitting.polish import polished_parts, within_bounds
+from workbench.body.fitting.problem import Bare, Problem, refuse_bare, with_more
+from workbench.body.fitting.sampling import Samples
+from workbench.body.fitting.verify import bare_places, hollow_places, split_triangles
+from workbench.body.surface import Surface
+from workbench.errors import InputError
+from workbench.model.arrays import Bools, Floats, Ints
+
+__all__ = ["Spheres", "parts_of", "proved_cover", "proved_polish", "segment_triangles"]
+
+Spheres = tuple[Floats, Floats]
+_ROUNDS = 40
+_POLISH_ROUNDS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class Faults:
+    """What spheres leave open: places on the surface, and places (k, 3) of the union too deep
+    inside."""
+
+    bare: Bare
+    hollow: Floats
+
+    def __len__(self) -> int:
+        return len(self.bare) + len(self.hollow)
+
+
+def segment_triangles(problem: Problem, longest: float) -> list[Floats]:
+    """Triangles (T, 3, 3) of the surface that each segment must hold, no side longer than `longest`
+    [m]."""
+    surface = problem.surface
+    corners = split_triangles(surface.vertices[surface.faces], longest)
+    shared = problem.regions.shared(corners.mean(axis=1))
+    return [corners[shared[:, k]] for k in range(problem.regions.count)]
+
+
+def proved_cover(
+    problem: Problem, limits: Limits, triangles: list[Floats], seed: int
+) -> tuple[Problem, Ints]:
+    """Cover, prove, add what is bare, again until all is proved. The first rounds improve, the
+    later only add."""
+    chosen: Ints | None = None
+    for turn in range(_ROUNDS):
+        usable = problem.radius(limits) > 0
+        problem, chosen = _only(problem, usable, chosen)
+        moves = 16 if turn == 0 else 3 if turn < 4 else 0
+        found = cover(
+            problem.targets,
+            problem.candidates,
+            problem.radius(limits),
+            required=len(problem.joints.radius),
+            begun=chosen,
+            moves=moves,
+            seed=seed + turn,
+        )
+        if len(found.bare):
+            problem = _retried(problem, limits, found.bare)
+        chosen = found.chosen
+        spheres = problem.candidates.centre[chosen], problem.radius(limits)[chosen]
+        faults = _faults(problem, limits, triangles, spheres, problem.candidates.bits[chosen])
+        if not len(faults) and not len(found.bare):
+            return problem, chosen
+        problem = with_more(problem, limits, faults.bare, faults.hollow)
+    raise InputError(
+        f"the tolerance could not be proved in {_ROUNDS} rounds; widen it or let smaller spheres in"
+    )
+
+
+def _only(problem: Problem, usable: Bools, chosen: Ints | None) -> tuple[Problem, Ints | None]:
+    """The problem without the candidates that the limits forbid, and the chosen ones under their
+    new numbers."""
+    if usable.all():
+        return problem, chosen
+    number = np.cumsum(usable) - 1
+    kept = number[chosen[usable[chosen]]] if chosen is not None else None
+    return replace(problem, candidates=problem.candidates.at(usable)), kept
+
+
+def _retried(problem: Problem, limits: Limits, bare: Ints) -> Problem:
+    """The problem with a sphere of its own for each bare target; refused where that is too small to
+    be allowed."""
+    places = Bare(_foot(problem.surface, problem.targets.point[bare]), problem.targets.may[bare])
+    more = with_more(problem, limits, places, np.zeros((0, 3)))
+    more = replace(more, targets=problem.targets)
+    fresh = cover(problem.targets.at(bare), more.candidates, more.radius(limits))
+    if len(fresh.bare):
+        refuse_bare(more, limits, bare[fresh.bare])
+    return more
+
+
+def _faults(
+    problem: Problem, limits: Limits, triangles: list[Floats], spheres: Spheres, bits: Ints
+) -> Faults:
+    """Places on the surface that the spheres of a segment leave open, and those inside that all
+    leave open."""
+    places = []
+    of = []
+    for k, corners in enumerate(triangles):
+        mine = bits & (np.int64(1) << k) != 0
+        if len(corners) and not mine.any():
+            found = corners.mean(axis=1)[:1]
+        else:
+            found = bare_places(corners, spheres[0][mine], spheres[1][mine], limits.inward)
+        places.append(found)
+        of.append(np.full(len(found), np.int64(1) << k))
+    bare = Bare(_foot(problem.surface, np.concatenate(places)), np.concatenate(of))
+    return Faults(bare, hollow_places(problem.surface, *spheres, limits.inward))
+
+
+def _foot(surface: Surface, points: Floats) -> Samples:
+    """Points (n, 3) at or near the surface as samples, with the normals of their faces."""
+    _, face, foot = surface.nearest(points)
+    normal = np.empty((len(surface.faces), 3))
+    normal[surface.solid.face] = surface.solid.normal[:, 0]
+    return Samples(foot, normal[face], face)
+
+
+def parts_of(problem: Problem, bits: Ints) -> list[tuple[Bools, Bools]]:
+    """For each segment: which samples (n,) it must hold, and which of the spheres with these bits
+    (m,) are its own."""
+    shared = problem.regions.shared(problem.samples.point)
+    return [(shared[:, k], bits & (np.int64(1) << k) != 0) for k in range(problem.regions.count)]
+
+
+def proved_polish(
+    problem: Problem, limits: Limits, triangles: list[Floats], safe: Spheres, bits: Ints
+) -> Spheres:
+    """Polish, then take back, sphere by sphere, what breaks the proof: halfway first, then wholly,
+    then all near it."""
+    free = np.arange(len(safe[1])) >= len(problem.joints.radius)
+    moved = polished_parts(
+        problem.samples.point, safe, free=free, limits=limits, parts=parts_of(problem, bits)
+    )
+    share = np.ones(len(safe[1]))
+    for turn in range(_POLISH_ROUNDS):
+        mixed = (
+            safe[0] + share[:, None] * (moved[0] - safe[0]),
+            safe[1] + share * (moved[1] - safe[1]),
+        )
+        mixed = within_bounds(problem.surface, mixed, safe, limits)
+        mixed[0][~free] = safe[0][~free]
+        mixed[1][~free] = safe[1][~free]
+        faults = _faults(problem, limits, triangles, mixed, bits)
+        if not len(faults):
+            return mixed
+        wrong = np.concatenate([faults.bare.samples.point, faults.hollow])
+        of = np.concatenate([faults.bare.bits, np.full(len(faults.hollow), np.int64(-1))])
+        share[_near(wrong, of, safe, bits, limits.inward if turn > 4 else 0.0)] *= (
+            0.5 if turn < 2 else 0.0
+        )
+        if turn > 4:
+            share[_near(wrong, of, mixed, bits, limits.inward)] = 0.0
+    return safe
+
+
+def _near(points: Floats, of: Ints, spheres: Spheres, bits: Ints, margin: float) -> Bools:
+    """(m,) True for the spheres of a segment that hold its points best, and those within `margin`
+    [m] of it."""
+    near = np.zeros(len(spheres[1]), dtype=np.bool_)
+    for point, segment in zip(points, of, strict=True):
+        gap = np.linalg.norm(point - spheres[0], axis=1) - spheres[1]
+        gap[bits & segment == 0] = np.inf
+        near[gap.argmin()] = True
+        near |= gap < (margin if margin else -np.inf)
+    return near

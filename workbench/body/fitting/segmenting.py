@@ -1,0 +1,196 @@
+"""A body's surface and a skeleton cut into segments, each with spheres of its own; joint spheres
+shared.
+
+Each place of the surface belongs to its nearest bone, nearness measured in the thickness of the
+part about the bone. Every segment holds its own places by itself, and those of its neighbour near
+the border as well; a sphere sits exactly at each joint and serves both: so the surface has no notch
+when the joint bends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.body.fitting.candidates import Limits
+from workbench.body.fitting.decompose import MOST_SPHERES, SphereFit, fit_regions
+from workbench.body.fitting.part_quality import PartQuality, part_qualities
+from workbench.body.fitting.problem import Joints, packed
+from workbench.body.fitting.regions import Regions
+from workbench.body.surface import Surface
+from workbench.errors import InputError, UsageError
+from workbench.model.arguments import check_fields, given_words
+from workbench.model.arrays import Bools, Floats, Ints, frozen
+
+__all__ = ["Bones", "SegmentedFit", "fit_segments", "fit_whole", "regions_of"]
+
+_SAME = 1e-3
+_MOST = 60
+_STEPS = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Bones:
+    """B bones, middle lines of segments: the segment of each (a segment may have several), head,
+    tail (B, 3) [m].
+
+    Ends of bones of different segments within 1 mm of each other are a joint.
+    """
+
+    segments: tuple[str, ...]
+    head: Floats
+    tail: Floats
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        for field in ("head", "tail"):
+            value = frozen(
+                getattr(self, field), np.float64, (len(self.segments), 3), f"bones.{field}"
+            )
+            object.__setattr__(self, field, value)
+        if not 1 <= len(self.names) <= _MOST:
+            raise InputError(f"bones: 1 to {_MOST} segments are possible, got {len(self.names)}")
+        if not (np.all(np.isfinite(self.head)) and np.all(np.isfinite(self.tail))):
+            raise InputError("bones: ends must be finite numbers [m]")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The N segments, each once, in the order in which they first come."""
+        return tuple(dict.fromkeys(self.segments))
+
+    @property
+    def owner(self) -> Ints:
+        """(B,) the number of each bone's segment in `names`."""
+        return np.array([self.names.index(s) for s in self.segments], dtype=np.int64)
+
+    def joints(self) -> tuple[Floats, Bools]:
+        """Points (K, 3) where bones of two or more segments end, and which segments (K, N)."""
+        ends = np.concatenate([self.head, self.tail])
+        owner = np.tile(self.owner, 2)
+        places: list[Floats] = []
+        served = []
+        for end in ends:
+            if any(np.linalg.norm(end - p) <= _SAME for p in places):
+                continue
+            met = np.isin(
+                np.arange(len(self.names)), owner[np.linalg.norm(ends - end, axis=1) <= _SAME]
+            )
+            if met.sum() > 1:
+                places.append(end)
+                served.append(met)
+        return np.array(places).reshape(-1, 3), np.array(served, dtype=np.bool_).reshape(
+            -1, len(self.names)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentedFit:
+    """The fit of the whole; segments: N names; member (S, N): which spheres each segment has, joint
+    spheres several; parts: the figures of each segment."""
+
+    fit: SphereFit
+    segments: tuple[str, ...]
+    member: Bools
+    parts: tuple[PartQuality, ...]
+
+    def spheres(self, segment: str) -> tuple[Floats, Floats]:
+        """Centres (n, 3) and radii (n,) [m] of one segment, its joint spheres first."""
+        rows = self.member[:, self.segments.index(segment)]
+        return self.fit.centre[rows], self.fit.radius[rows]
+
+
+def fit_segments(
+    surface: Surface,
+    bones: Bones,
+    *,
+    outward: float = 0.005,
+    inward: float = 0.005,
+    least_radius: float,
+    greatest_radius: float,
+    count: int | None = None,
+    border: float = 0.08,
+    joint_radius: ArrayLike | None = None,
+    seed: int = 0,
+) -> SegmentedFit:
+    """Cut a closed body surface by the nearest bone and fit each segment within the tolerances [m]
+    (`decompose`).
+
+    Each segment's own spheres, joint spheres included, keep the inward tolerance on its own part of
+    the surface, and on the neighbour's where that lies less than 1 + border times as far from the
+    bone (in units of its thickness) as from the neighbour's. Bent by 90 degrees, such a lap stands
+    out at the bend by border times the thickness at most. count: that many spheres in all instead.
+    joint_radius (K,) [m]: radii of the spheres at `bones.joints()`, those that touch the surface
+    from inside where not given. InputError where a joint or a bone lies outside the surface.
+    """
+    limits = Limits.checked(
+        least_radius=least_radius, greatest_radius=greatest_radius, outward=outward, inward=inward
+    )
+    place, served = bones.joints()
+    least = len(place) + len(bones.names)
+    if count is not None and not least <= count <= MOST_SPHERES:
+        what = f"{len(place)} joints and {len(bones.names)} segments need {least} spheres, {MOST_SPHERES} are most"
+        raise UsageError(f"count: {what}, got {count}")
+    if not 0 <= border <= 1:
+        raise UsageError(f"border: expected a share from 0 to 1, got {border:g}")
+    asked = None if joint_radius is None else np.asarray(joint_radius, dtype=np.float64)
+    if asked is not None and (asked.shape not in ((), (len(place),)) or not np.all(asked > 0)):
+        words = f"one positive radius [m] for each of {len(place)} joints"
+        raise UsageError(f"joint_radius: expected {words}, got {given_words(joint_radius)}")
+    depth = _inside(surface, bones, place)
+    tangent = np.minimum(depth, greatest_radius)
+    radius = tangent if asked is None else np.minimum(asked, depth + outward)
+    regions = regions_of(surface, bones, border=border)
+    fit = fit_regions(
+        surface, limits, Joints(place, radius, packed(served)), regions, count=count, seed=seed
+    )
+    member: Bools = (fit.region[:, None] >> np.arange(len(bones.names))) & 1 == 1
+    return SegmentedFit(
+        fit, bones.names, member, part_qualities(surface, regions, (fit.centre, fit.radius), member)
+    )
+
+
+def fit_whole(
+    surface: Surface, limits: Limits, *, name: str, count: int | None = None, seed: int = 0
+) -> SegmentedFit:
+    """A surface as one segment without joints, with the same figures as `fit_segments`."""
+    none = Joints(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
+    fit = fit_regions(surface, limits, none, Regions(), count=count, seed=seed)
+    member = np.ones((len(fit.radius), 1), dtype=np.bool_)
+    return SegmentedFit(
+        fit, (name,), member, part_qualities(surface, Regions(), (fit.centre, fit.radius), member)
+    )
+
+
+def regions_of(surface: Surface, bones: Bones, *, border: float = 0.08) -> Regions:
+    """The regions of a surface about its bones, with the thickness found along each."""
+    share = np.linspace(0.0, 1.0, _STEPS + 1)[None, :, None]
+    along = bones.head[:, None] + share * (bones.tail - bones.head)[:, None]
+    depth = -surface.distance(along.reshape(-1, 3)).reshape(len(bones.head), -1)
+    # bones that graze the skin, or run in an ear or a finger, still count as a quarter of the
+    # median
+    thickness = np.maximum(depth, 0.25 * max(float(np.median(depth)), 1e-3))
+    served = bones.joints()[1]
+    beside = np.eye(len(bones.names), dtype=np.bool_) | (served.T.astype(np.int64) @ served > 0)
+    return Regions(bones.head, bones.tail, bones.owner, thickness, beside, border)
+
+
+def _inside(surface: Surface, bones: Bones, place: Floats) -> Floats:
+    """(K,) depth of the joints under the surface; joints and the middles of bones must lie
+    inside."""
+    lost = surface.distance(0.5 * (bones.head + bones.tail)) > 0
+    depth = -surface.distance(place) if len(place) else np.zeros(0)
+    low = surface.vertices.min(axis=0)
+    high = surface.vertices.max(axis=0)
+    box = " to ".join("({})".format(", ".join(f"{x:.3f}" for x in p)) for p in (low, high))
+    hint = f"the surface reaches from {box} m: another unit, axes, place or pose?"
+    if lost.any():
+        names = ", ".join(dict.fromkeys(np.array(bones.segments)[lost]))
+        raise InputError(f"skeleton: the middle of {names} lies outside the surface; {hint}")
+    if (depth <= 0).any():
+        spot = ", ".join(f"{x:.3f}" for x in place[depth.argmin()])
+        raise InputError(
+            f"skeleton: the joint at ({spot}) m lies {-depth.min() * 1e3:.3g} mm outside; {hint}"
+        )
+    return depth

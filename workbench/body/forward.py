@@ -1,0 +1,226 @@
+"""Forward kinematics: poses in, placed bodies out, each pose with the row of the body that it names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.body.kernels.forward import Chain, Rows, Skin, place_bodies
+from workbench.errors import InputError
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.blend import blend_point, distal, twist_shared
+from workbench.model.body import Body, Topology
+from workbench.model.kept import kept_with_body
+from workbench.model.poses import Placed, Poses, check_joints, check_rows, people_of
+from workbench.model.quaternions import matrices
+from workbench.model.window import logical_window, walk
+from workbench.threads import in_pieces
+
+__all__ = ["packed_chain", "packed_skin", "place", "rereference", "segment_frames", "update"]
+
+PIECE = 256
+"""Poses a thread takes at a time."""
+
+
+def place(
+    body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None
+) -> Placed:
+    """Place a body: chain the transforms from the reference segment and put all spheres into the
+    world.
+
+    Each pose is placed with the row of the body that it is of; its numbers do not depend on what
+    other rows or poses there are. window: mnemonics of the segments wanted; they and those on their
+    paths to the reference segment are placed, the rest holds NaN and costs nothing. reference: the segment that stands at
+    `poses.world_from_reference`; the poses' own where None. Raises InputError where the poses are
+    of another body or a name is unknown, UsageError where it is not known which rows they are of.
+    """
+    person = people_of(body, poses)
+    root = poses.reference if reference is None else body.segment(reference)
+    shown = logical_window(body, window, root)
+    world = _empty((len(poses), len(body.segments), 3, 4), shown)
+    world[:, root] = poses.world_from_reference
+    chain = _chain(body.topology, root, shown.tobytes())
+    return _followed(body, poses, person, shown, world, (chain, 0))
+
+
+def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
+    """Place again after a change that begins at joint `first_changed` in the walk from the
+    reference segment.
+
+    Only what lies at or behind that joint in the walk is computed; the numbers equal a full `place`
+    to the last bit. The placement of the reference segment and all joints before this one must be
+    as they were.
+    """
+    body = placed.body
+    check_joints(body, poses)
+    check_rows(poses, len(placed), "placed poses")
+    joint = body.joint(first_changed)
+    chain = _chain(body.topology, poses.reference, placed.window.tobytes())
+    steps = np.flatnonzero(chain.joint == joint)
+    world = placed.world_from_segment.copy()
+    first = int(steps[0]) if len(steps) else len(chain.joint)
+    return _followed(body, poses, placed.person, placed.window, world, (chain, first))
+
+
+def rereference(placed: Placed, segment: str) -> Placed:
+    """The same placed bodies seen from a segment: one left-multiplication makes its frame the
+    world's."""
+    n = placed.body.segment(segment)
+    if not placed.window[n]:
+        raise InputError(f"segment {segment!r} is outside the logical window")
+    frame = placed.world_from_segment[:, n]
+    turn = frame[:, :, :3].transpose(0, 2, 1)
+    shift = -np.einsum("pij,pj->pi", turn, frame[:, :, 3])
+    world = np.einsum("pij,pnjk->pnik", turn, placed.world_from_segment)
+    world[..., 3] += shift[:, None, :]
+    centres = np.einsum("pij,psj->psi", turn, placed.centres) + shift[:, None, :]
+    return Placed(placed.body, world, centres, placed.window, placed.person)
+
+
+def segment_frames(body: Body, poses: Poses, segment: int) -> Floats:
+    """(P, 3, 4) where a segment stands in each pose, without placing what is not on its path."""
+    rows = people_of(body, poses)
+    came = {to: (at, joint, upward) for to, at, joint, upward in walk(body, poses.reference)}
+    path = []
+    while segment != poses.reference:
+        path.append(came[segment])
+        segment = came[segment][0]
+    turn = poses.world_from_reference[:, :, :3]
+    at = poses.world_from_reference[:, :, 3]
+    for _, joint, upward in path[::-1]:
+        one = body.joint_in_child if upward else body.joint_in_parent
+        other = body.joint_in_parent if upward else body.joint_in_child
+        rotation = matrices(poses.rotations[:, joint])
+        after = turn @ (rotation.transpose(0, 2, 1) if upward else rotation)
+        before = np.einsum("bij,bj->bi", turn, one[rows, joint])
+        at = at + before - np.einsum("bij,bj->bi", after, other[rows, joint])
+        turn = after
+    return np.ascontiguousarray(np.concatenate([turn, at[:, :, None]], axis=2))
+
+
+def packed_chain(body: Body, reference: int, shown: Bools) -> Chain:
+    """The steps of the walk from the reference segment to all that is shown (N,), for the kernels;
+    the joints stand where the first row of the body has them."""
+    chain = _chain(body.topology, reference, shown.tobytes())
+    below = body.joint_in_child[0, chain.joint]
+    above = body.joint_in_parent[0, chain.joint]
+    up = chain.upward[:, None] == 1
+    return chain._replace(at_came=np.where(up, below, above), at_to=np.where(up, above, below))
+
+
+@lru_cache(maxsize=64)
+def _chain(topology: Topology, reference: int, window: bytes) -> Chain:
+    """The steps, made once for a topology, reference segment and window; the joints' coordinates
+    are left empty."""
+    shown = np.frombuffer(window, dtype=np.bool_)
+    steps = [step for step in walk(topology, reference) if shown[step[0]]]
+    to, came, joint, upward = (
+        (np.array(column, dtype=np.int64) for column in zip(*steps, strict=True))
+        if steps
+        else (np.zeros(0, np.int64),) * 4
+    )
+    return Chain(to, came, joint, upward, np.empty((0, 3)), np.empty((0, 3)))
+
+
+def packed_skin(body: Body, shown: Bools) -> Skin:
+    """The spheres of the first row of a body and which segments are shown (N,), for the kernels."""
+    return _first_skin(body)._replace(shown=shown.astype(np.int64))
+
+
+@kept_with_body
+def _first_skin(body: Body) -> Skin:
+    """The spheres of the first row, as the kernels want them."""
+    line = body.twist_axis[0, body.sphere_segment]
+    arm = body.centre[0] - body.twist_point[0, body.sphere_segment]
+    out = arm - np.einsum("si,si->s", arm, line)[:, None] * line
+    return _skin(body.topology)._replace(
+        centre=np.ascontiguousarray(body.centre[0].T),
+        out=np.ascontiguousarray(out.T),
+        across=np.ascontiguousarray(np.cross(line, out).T),
+        twist_axis=body.twist_axis[0],
+        twist_share=body.twist_share[0],
+        blend_share=body.blend_share[0],
+        blend_point=blend_point(body)[0],
+    )
+
+
+@lru_cache(maxsize=64)
+def _skin(topology: Topology) -> Skin:
+    """How the spheres of a topology share twists and are blended; what differs by row is left
+    empty."""
+    segment = topology.sphere_segment
+    blended = np.flatnonzero(topology.blend_joint >= 0)
+    blended = blended[np.lexsort((topology.blend_joint[blended], segment[blended]))]
+    flat = np.empty((3, 0))
+    none = np.empty(0)
+    none.flags.writeable = False  # as rows of a body: the kernels are compiled for this
+    rows = np.empty((0, 3))
+    rows.flags.writeable = False
+    return Skin(
+        centre=flat,
+        out=flat,
+        across=flat,
+        start=topology.start,
+        twist_joint=topology.twist_joint,
+        joint_axis=topology.stops.axes[:, 2].copy() if topology.joints else np.zeros((1, 3)),
+        twist_axis=rows,
+        twist_share=none,
+        shown=np.ones(len(topology.segments), dtype=np.int64),
+        blend_joint=topology.blend_joint,
+        blend_share=none,
+        blend_point=np.empty((0, 3)),
+        blended=blended,
+        blend_start=np.searchsorted(segment[blended], np.arange(len(topology.segments) + 1)),
+        distal=distal(topology).astype(np.int64),
+        twist_shared=twist_shared(topology).astype(np.int64),
+    )
+
+
+@lru_cache(maxsize=64)
+def _segment(topology: Topology) -> Ints:
+    """(S,) the segment of each sphere."""
+    return topology.sphere_segment
+
+
+@kept_with_body
+def _rows(body: Body) -> Rows:
+    """What the rows of a body differ in, for the kernels."""
+    return Rows(*(getattr(body, name) for name in Rows._fields))
+
+
+def _empty(shape: tuple[int, ...], shown: Bools) -> Floats:
+    """An array to fill; NaN where the window leaves gaps."""
+    return np.empty(shape) if shown.all() else np.full(shape, np.nan)
+
+
+def _followed(
+    body: Body, poses: Poses, person: Ints, shown: Bools, world: Floats, walk: tuple[Chain, int]
+) -> Placed:
+    """The body placed: the transforms of a walk from one of its steps on, and all spheres."""
+    chain, step = walk
+    skin = _skin(body.topology)._replace(shown=shown.astype(np.int64))
+    segment = _segment(body.topology)
+    rows = _rows(body)
+    centres = _empty((len(poses), len(body.sphere_names), 3), shown)
+    person = person.view()
+    person.flags.writeable = False  # the kernel is compiled for one kind of array
+
+    def work(begin: int, end: int) -> None:
+        some = slice(begin, end)
+        place_bodies(
+            poses.rotations[some],
+            person[some],
+            chain,
+            step,
+            skin,
+            segment,
+            rows,
+            world[some],
+            centres[some],
+        )
+
+    in_pieces(work, len(poses), PIECE)
+    world.flags.writeable = centres.flags.writeable = False
+    return Placed(body, world, centres, shown, person)

@@ -1,0 +1,1 @@
+"""Compiled loops over joints and over unions of spheres."""

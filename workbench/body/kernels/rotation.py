@@ -1,0 +1,85 @@
+"""Scalar rotation functions: quaternions are w, x, y, z."""
+
+from __future__ import annotations
+
+import math
+
+from workbench.compiled import njit
+
+__all__ = ["product", "quaternion_matrix", "swing_twist_quaternion", "twist_angle"]
+
+
+@njit(cache=True, inline="always")
+def quaternion_matrix(w, x, y, z):  # type: ignore[no-untyped-def]
+    """The nine entries, row by row, of the rotation matrix of a quaternion, which is normalised
+    first."""
+    n = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+    w = w * n
+    x = x * n
+    y = y * n
+    z = z * n
+    return (
+        1.0 - 2.0 * (y * y + z * z),
+        2.0 * (x * y - w * z),
+        2.0 * (x * z + w * y),
+        2.0 * (x * y + w * z),
+        1.0 - 2.0 * (x * x + z * z),
+        2.0 * (y * z - w * x),
+        2.0 * (x * z - w * y),
+        2.0 * (y * z + w * x),
+        1.0 - 2.0 * (x * x + y * y),
+    )
+
+
+@njit(cache=True, inline="always")
+def product(a, b):  # type: ignore[no-untyped-def]
+    """The nine entries of the product of two 3 x 3 matrices given row by row."""
+    return (
+        a[0] * b[0] + a[1] * b[3] + a[2] * b[6],
+        a[0] * b[1] + a[1] * b[4] + a[2] * b[7],
+        a[0] * b[2] + a[1] * b[5] + a[2] * b[8],
+        a[3] * b[0] + a[4] * b[3] + a[5] * b[6],
+        a[3] * b[1] + a[4] * b[4] + a[5] * b[7],
+        a[3] * b[2] + a[4] * b[5] + a[5] * b[8],
+        a[6] * b[0] + a[7] * b[3] + a[8] * b[6],
+        a[6] * b[1] + a[7] * b[4] + a[8] * b[7],
+        a[6] * b[2] + a[7] * b[5] + a[8] * b[8],
+    )
+
+
+@njit(cache=True, inline="always")
+def twist_angle(w, x, y, z, a, b, c):  # type: ignore[no-untyped-def]
+    """Angle [rad] in (-pi, pi] of the twist of a quaternion about the unit axis (a, b, c): facts of
+    swing and twist."""
+    angle = 2.0 * math.atan2(x * a + y * b + z * c, w)
+    if angle > math.pi:
+        angle -= 2.0 * math.pi
+    elif angle <= -math.pi:
+        angle += 2.0 * math.pi
+    return angle
+
+
+@njit(cache=True, inline="always")
+def swing_twist_quaternion(axes, j, first, second, twist):  # type: ignore[no-untyped-def]
+    """The quaternion exp(swing) exp(twist) of joint j: angles [rad] about its three axes (J, 3, 3),
+    twist the last."""
+    x = first * axes[j, 0, 0] + second * axes[j, 1, 0]
+    y = first * axes[j, 0, 1] + second * axes[j, 1, 1]
+    z = first * axes[j, 0, 2] + second * axes[j, 1, 2]
+    size = math.sqrt(x * x + y * y + z * z)
+    scale = math.sin(0.5 * size) / size if size > 1e-9 else 0.5
+    w = math.cos(0.5 * size)
+    x = x * scale
+    y = y * scale
+    z = z * scale
+    a = math.cos(0.5 * twist)
+    b = math.sin(0.5 * twist)
+    u = b * axes[j, 2, 0]
+    v = b * axes[j, 2, 1]
+    r = b * axes[j, 2, 2]
+    return (
+        w * a - x * u - y * v - z * r,
+        w * u + x * a + y * r - z * v,
+        w * v + y * a + z * u - x * r,
+        w * r + z * a + x * v - y * u,
+    )

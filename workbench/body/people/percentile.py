@@ -1,0 +1,72 @@
+"""Percentiles: the value that p % of one sex do not exceed, the percentile of a value, percentile
+persons.
+
+Each measure is taken by itself, as in every table of percentiles; nobody is at the 5th percentile
+of everything.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ndtri
+
+from workbench.body.people.scores import scores_of
+from workbench.errors import InputError
+from workbench.model.arrays import Floats
+from workbench.model.population import Population, PopulationModel, sex_index
+
+__all__ = ["percentile_people", "percentile_values", "quantiles"]
+
+
+def percentile_values(
+    source: Population | PopulationModel, sex: str, percentiles: ArrayLike
+) -> Floats:
+    """(P, M) values [m; kg] at percentiles (P,) [%], 0 to 100.
+
+    Of real people: exact, linear between neighbours (numpy's method "linear", Hyndman & Fan 1996
+    definition 7, with weights). Of a model: from its tables. 0 and 100 are the least and the
+    greatest person measured.
+    """
+    levels = np.atleast_1d(np.asarray(percentiles, dtype=np.float64)) / 100
+    wrong = levels[~((levels >= 0) & (levels <= 1))]
+    if wrong.size:
+        raise InputError(f"a percentile lies between 0 and 100, got {100 * wrong[0]:g}")
+    if isinstance(source, PopulationModel):
+        scores = scores_of(source, sex)
+        known = np.clip(ndtri(levels)[:, None], scores.knot_scores[:, 0], scores.knot_scores[:, -1])
+        return scores.to_values(known, range(len(source.names)))
+    people = source.of_sex(sex)
+    return np.stack(
+        [quantiles(column, people.weight, levels) for column in people.measures.T], axis=1
+    )
+
+
+def percentile_people(
+    source: Population | PopulationModel, sex: str, percentiles: ArrayLike
+) -> Population:
+    """One percentile person for each of the percentiles [%]: all measures at that percentile of
+    their sex."""
+    levels = np.atleast_1d(np.asarray(percentiles, dtype=np.float64))
+    values = percentile_values(source, sex, levels)
+    name = source.name if isinstance(source, PopulationModel) else source.source
+    codes = np.full(len(levels), sex_index(sex))
+    labels = tuple(f"{level:g} %" for level in levels)
+    return Population(source.names, codes, np.ones(len(levels)), values, name, labels)
+
+
+def quantiles(values: Floats, weight: Floats, levels: Floats) -> Floats:
+    """(Q,) quantiles of values (P,) with weights (P,) at levels (Q,), 0 to 1."""
+    at, level = _steps(values, weight)
+    return np.asarray(np.interp(levels, level, at))
+
+
+def _steps(values: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    """Sorted values, and the level of each: 0 for the first, 1 for the last, half of both weights
+    between two."""
+    order = np.argsort(values, kind="stable")
+    steps = weight[order]
+    if len(steps) == 1:
+        return values, np.array([0.5])
+    level = np.concatenate([[0.0], np.cumsum((steps[1:] + steps[:-1]) / 2)])
+    return values[order], level / level[-1]

@@ -1,0 +1,237 @@
+"""A body held in the postures of anthropometry, so that lengths can be read off it as an
+anthropometer does.
+
+Every length is a sum of reaches: how far a sphere's surface, or a joint, lies along a direction.
+With the extreme spheres held fixed a length is linear in the body's coordinates and radii, which is
+what scaling needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.body.scaling.rig import POSTURES, Shape, rig_of
+from workbench.errors import InputError
+from workbench.geometry.overlap import segment_overlaps
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body, check_one
+
+__all__ = [
+    "AXES",
+    "BACK",
+    "DOWN",
+    "FRONT",
+    "LEFT",
+    "QUEUE",
+    "RIGHT",
+    "UP",
+    "Length",
+    "Manikin",
+    "Reach",
+]
+
+FRONT, BACK, LEFT, RIGHT, UP, DOWN = range(6)
+"""Directions: x forward and back, y left and right, z up and down."""
+AXES = np.repeat(np.eye(3), 2, axis=0) * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])[:, None]
+"""(6, 3) their unit vectors."""
+STEEP = 2.0
+QUEUE = {name: q for q, name in enumerate(POSTURES)}
+"""The place of each posture in arrays of all of them."""
+
+
+class Reach(NamedTuple):
+    """How far one point lies along a direction in a posture: a sphere's surface (`sphere`), or a
+    joint (`joint`)."""
+
+    posture: str
+    direction: int
+    sphere: int = -1
+    joint: int = -1
+    surface: bool = True
+
+
+@dataclass(frozen=True)
+class Length:
+    """A sum of signed reaches, and of what does not change with the body [m]."""
+
+    terms: tuple[tuple[float, Reach], ...]
+    fixed: float = 0.0
+
+    def __add__(self, other: Length) -> Length:
+        return Length(self.terms + other.terms, self.fixed + other.fixed)
+
+    def __sub__(self, other: Length) -> Length:
+        return self + other * -1.0
+
+    def __mul__(self, factor: float) -> Length:
+        return Length(
+            tuple((factor * sign, reach) for sign, reach in self.terms), factor * self.fixed
+        )
+
+
+class Manikin:
+    """A body (or a change of one) in the postures of anthropometry."""
+
+    def __init__(self, body: Body, shape: Shape | None = None) -> None:
+        """Raises InputError where the body lacks the joints that the postures name: it is not a
+        human body."""
+        check_one(body)
+        missing = sorted(
+            {joint for angles in POSTURES.values() for joint in angles} - set(body.joints)
+        )
+        if missing:
+            raise InputError(
+                f"body {body.name} cannot be measured as a person: it has no joint {', '.join(missing)}"
+            )
+        self.body = body
+        self.rig = rig_of(body)
+        self._found = _landmarks(body.segments, body.sphere_names, body.start.tobytes())
+        self._take(
+            shape
+            or Shape(
+                body.centre[0], body.radius[0], body.joint_in_parent[0], body.joint_in_child[0]
+            )
+        )
+
+    def _take(self, shape: Shape) -> None:
+        self.shape = shape
+        self._origin, self.joints = self.rig.origins(shape)
+        self._seen: dict[int, tuple[Floats, Floats, Floats]] = {}
+
+    def _posture(self, queue: int) -> tuple[Floats, Floats, Floats]:
+        """Sphere centres (S, 3) in a posture, worked out when first asked for; how far each
+        sphere's middle and its surface lie along each direction (6, S)."""
+        if queue not in self._seen:
+            centres = self.rig.spheres(self.shape, self._origin, queue)
+            middles = np.empty((6, len(centres)))
+            middles[0::2] = centres.T
+            middles[1::2] = -middles[0::2]
+            self._seen[queue] = centres, middles, middles + self.shape.radius
+        return self._seen[queue]
+
+    def centres(self, posture: str) -> Floats:
+        """(S, 3) sphere centres in the world [m], the stage at the origin."""
+        return self._posture(QUEUE[posture])[0]
+
+    def changed(self, shape: Shape) -> Manikin:
+        """The same body with another shape."""
+        other = object.__new__(Manikin)
+        other.body = self.body
+        other.rig = self.rig
+        other._found = self._found
+        other._take(shape)
+        return other
+
+    def lowest(self) -> float:
+        """Height [m] of the lowest surface, standing, over the stage."""
+        return -float(self._posture(QUEUE["standing"])[2][DOWN].max())
+
+    def overlaps(self) -> Floats:
+        """(N, N) greatest depth [m] two segments that share no joint overlap by, standing or
+        sitting."""
+        deepest = np.zeros(self.body.allowance[0].shape)
+        asked = ~self.body.adjacent
+        for posture in ("standing", "sitting"):
+            segment_overlaps(
+                self.centres(posture), self.shape.radius, self.body.start, asked, deepest
+            )
+        return deepest
+
+    def value(self, length: Length) -> float:
+        """A length [m]; with extreme spheres chosen on another shape, linear in this one's."""
+        total = length.fixed
+        for sign, (posture, direction, sphere, joint, surface) in length.terms:
+            q = QUEUE[posture]
+            if joint >= 0:
+                far = self.joints[q, joint, direction // 2]
+                total += sign * float(-far if direction % 2 else far)
+            else:
+                total += sign * float(self._posture(q)[2 if surface else 1][direction, sphere])
+        return total
+
+    def farthest(self, posture: str, direction: int, where: Iterable[str]) -> Length:
+        """The farthest surface along a direction among segments ("LF") or subparts ("LF/heel")."""
+        rows = self._rows(where)
+        best = int(rows[self._posture(QUEUE[posture])[2][direction][rows].argmax()])
+        return Length(((1.0, Reach(posture, direction, best)),))
+
+    def band(
+        self,
+        posture: str,
+        direction: int,
+        level: tuple[Length, float, Iterable[str]],
+        *,
+        along: int = UP,
+    ) -> Length:
+        """The farthest surface along a direction, of spheres near a level: (level along `along`,
+        half width [m], segments or subparts).
+
+        A sphere beyond the half width counts less by STEEP times what it is beyond, so that a
+        measure changes smoothly where a sphere comes into reach.
+        """
+        height, half, where = level
+        rows, (_, middles, surfaces) = self._rows(where), self._posture(QUEUE[posture])
+        off = middles[along][rows] - self.value(height)
+        beyond = np.abs(off) - half
+        if not (beyond <= 0).any():
+            raise InputError(
+                f"body {self.body.name} has no spheres within {1000 * half:.0f} mm of that level"
+            )
+        k = int((surfaces[direction][rows] - STEEP * np.maximum(beyond, 0.0)).argmax())
+        best = int(rows[k])
+        found = Length(((1.0, Reach(posture, direction, best)),))
+        if beyond[k] <= 0:
+            return found
+        side = STEEP if off[k] > 0 else -STEEP
+        aside = Length(((1.0, Reach(posture, along, best, surface=False)),)) - height
+        return found - aside * side + Length((), STEEP * half)
+
+    def middle(self, posture: str, direction: int, subpart: str) -> Length:
+        """The centre of a named sphere along a direction."""
+        row = int(self._rows([subpart])[0])
+        return Length(((1.0, Reach(posture, direction, row, surface=False)),))
+
+    def joint(self, posture: str, direction: int, name: str) -> Length:
+        """A joint along a direction."""
+        return Length(((1.0, Reach(posture, direction, joint=self.body.joint(name))),))
+
+    def _rows(self, where: Iterable[str]) -> Ints:
+        """The spheres of segments ("LF") or subparts ("LF/heel"); looked up once for all shapes of
+        the body."""
+        key = tuple(where)
+        if key not in self._found:
+            self._found[key] = np.array([row for name in key for row in self._named(name)])
+        return self._found[key]
+
+    def _named(self, name: str) -> list[int]:
+        segment, _, subpart = name.partition("/")
+        rows = range(*self.body.spheres(self.body.segment(segment)).indices(len(self.rig.segment)))
+        # what is worn over a subpart is called after it ("heel (boots)") and stands behind it
+        worn = f"{subpart} ("
+        named = [
+            row
+            for row in rows
+            if not subpart
+            or (label := self.body.sphere_names[row]) == subpart
+            or label.startswith(worn)
+        ]
+        if not named:
+            raise InputError(
+                f"body {self.body.name}: segment {segment} has no sphere named {subpart!r}"
+            )
+        return named
+
+
+@lru_cache(maxsize=16)
+def _landmarks(
+    segments: tuple[str, ...], names: tuple[str, ...], start: bytes
+) -> dict[tuple[str, ...], Ints]:
+    """Where the spheres of landmarks are kept once looked up, for all bodies with the same
+    names."""
+    del segments, names, start
+    return {}

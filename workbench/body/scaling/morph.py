@@ -1,0 +1,92 @@
+"""Members of a family of bodies: any coefficients at any level of detail, on the skeleton of a
+member that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.body.scaling.rig import Shape
+from workbench.body.scaling.space import volumes
+from workbench.errors import InputError
+from workbench.model.arrays import Floats, Ints
+from workbench.model.basis import Detail, ShapeBasis
+from workbench.model.body import Body, check_one
+from workbench.model.settled import settled
+
+__all__ = ["morph"]
+
+TIED = 2e-6
+"""[m] A sphere this near a joint in the mean body stands on it in all."""
+
+
+def morph(template: Body, at: ArrayLike | Sequence[float], level: str) -> Body:
+    """The member of the template's family with these coefficients (K,) at a level of detail.
+
+    The template lends segments, stops, directions, allowances for soft flesh and density: masses go
+    with the volume of each segment. InputError where the template has no family, there is no such
+    level, or there is no such member.
+    """
+    check_one(template)
+    basis = template.basis
+    if basis is None:
+        raise InputError(f"body {template.name} belongs to no family of bodies")
+    z = np.asarray(at, dtype=np.float64)
+    if z.shape != (len(basis),) or not np.all(np.isfinite(z)):
+        raise InputError(
+            f"{basis.name}: {len(basis)} finite coefficients are needed, got {z.shape}"
+        )
+    detail = basis.detail(level)
+    shape = _member(basis, (detail, template.parent[1:]), z)
+    if not np.all(shape.radius > 0):
+        raise InputError(
+            f"{basis.name}: no body has these coefficients (a radius falls to nothing)"
+        )
+    start = np.searchsorted(detail.segment, np.arange(len(basis.segments) + 1))
+    topology = replace(
+        template.topology,
+        start=start,
+        sphere_names=detail.names,
+        sphere_direction=detail.direction,
+        blend_joint=detail.blend_joint,
+    )
+    bare = replace(
+        template,
+        topology=topology,
+        centre=shape.centre[None],
+        radius=shape.radius[None],
+        twist_share=np.zeros((1, len(detail.names))),
+        blend_share=detail.blend_share[None],
+        joint_in_parent=shape.in_parent[None],
+        joint_in_child=shape.in_child[None],
+        fit_error=detail.fit_error[None],
+        basis_at=z[None],
+    )
+    joints = template.joint_in_parent[0], template.joint_in_child[0]
+    own = Shape(template.centre[0], template.radius[0], *joints)
+    mass = template.mass * volumes(bare, shape) / np.maximum(volumes(template, own), 1e-12)
+    return settled(replace(bare, mass=mass))
+
+
+def _member(basis: ShapeBasis, tree: tuple[Detail, Ints], z: Floats) -> Shape:
+    """Spheres and joints in the frames of their segments; a sphere on a joint has just its
+    coordinates."""
+    detail, parent = tree
+    joint = basis.joint_mean + np.tensordot(z, basis.joint_basis, axes=1)
+    origin = basis.origin_mean + np.tensordot(z, basis.origin_basis, axes=1)
+    centre = detail.centre_mean + np.tensordot(z, detail.centre_basis, axes=1)
+    gap = np.linalg.norm(detail.centre_mean[:, None] - basis.joint_mean[None], axis=-1)
+    near = (detail.segment[:, None] == parent[None]) | (
+        detail.segment[:, None] == np.arange(1, len(origin))[None]
+    )
+    sphere, at = np.nonzero((gap < TIED) & near)
+    centre[sphere] = joint[at]
+    return Shape(
+        centre - origin[detail.segment],
+        detail.radius_mean + z @ detail.radius_basis,
+        joint - origin[parent],
+        joint - origin[1:],
+    )

@@ -1,0 +1,385 @@
+"""How kernels are compiled, and how compiled code is kept between runs.
+
+Numba takes a function through typing, LLVM's passes and machine code wherever it is called from,
+and again inside each caller, because callees are linked into callers. Here a function has two
+forms. `Kernel` is the entry that Python calls: it is compiled in full. Its form for compiled
+callers goes no further than LLVM code. The entry optimises and translates that code once.
+
+Numba keeps machine code on disk and trusts what it reads: a damaged file ends in an error of the
+reader or in a crash. It also keeps the code until the function's own file changes, though the
+code holds callees from other files. Here each file begins with a hash of its contents, of the
+versions of the compiler, and of the code of the function and of all it refers to (`code_stamp`).
+A file with another hash is not read: the function is compiled and kept again. A comment or a
+docstring is no code. Where nothing can be written, nothing is kept.
+"""
+
+from __future__ import annotations
+
+import gc
+import hashlib
+import pickle
+import platform
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import lru_cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core import types
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
+from numba.core.compiler_machinery import register_pass
+from numba.core.dispatcher import Dispatcher
+from numba.core.registry import CPUDispatcher
+from numba.core.typed_passes import NativeLowering
+
+__all__ = ["PACKAGE", "Kernel", "code_stamp", "njit"]
+
+PACKAGE = Path(__file__).parent
+WHOLE_FILES = ("compiled.py", "geometry/lanes.py", "geometry/quads.py")
+"""Files of which every byte counts: they change how all others are compiled."""
+FOREIGN = {"builtins", "math", "operator", "numpy", "numba", "llvmlite"}
+"""Packages whose functions are named in a stamp, not described."""
+_DIGEST = hashlib.sha256().digest_size
+
+
+def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function as `numba.njit` does.
+
+    Parameters
+    ----------
+    cache : bool
+        Keep the machine code, in files that are checked when they are read.
+    **options
+        Options of `numba.njit`.
+    """
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        if numba.config.DISABLE_JIT:
+            return function
+        made = Kernel(function, {}, {"nopython": True, **options})
+        if cache:
+            with suppress(RuntimeError):  # no folder can be written to
+                made._cache = _Cache(made)
+        return made
+
+    return compiled
+
+
+# ---------------------------------------------------------------------------------- compiling
+
+
+class _Flags(Flags):  # type: ignore[misc]
+    """Compiler flags that compare fast.
+
+    Numba looks up each operator by a key that holds the flags. Its own flags all have one hash,
+    and each comparison makes two dictionaries of twenty values: a fifth of the compile time.
+    """
+
+    __slots__ = ()
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is _Flags and self._values == other._values
+
+    def __hash__(self) -> int:
+        names = ("error_model", "nrt", "forceinline", "release_gil", "no_cpython_wrapper")
+        return hash(tuple(self._values.get(name) for name in names))
+
+
+class _Compiler(CompilerBase):  # type: ignore[misc]
+    """The compiler of entries: numba's own passes."""
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self.state.flags = _Flags(self.state.flags)
+
+    def define_pipelines(self) -> list[Any]:
+        """The passes, in one list."""
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+
+class _InnerCompiler(_Compiler):
+    """The compiler of functions for compiled callers: it stops at LLVM code."""
+
+    def define_pipelines(self) -> list[Any]:
+        """The same passes, with a lowering that makes no machine code."""
+        [passes] = super().define_pipelines()
+        passes._finalized = False
+        passes.passes = [
+            (_InnerLowering if step is NativeLowering else step, what)
+            for step, what in passes.passes
+        ]
+        passes.finalize()
+        return [passes]
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _InnerLowering(NativeLowering):  # type: ignore[misc]
+    """Lower into a library that callers link."""
+
+    _name = "inner_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower one function."""
+        state.library = _InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        return bool(super().run_pass(state))
+
+
+class _InnerLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """LLVM code of one function and its callees, without machine code."""
+
+    @property
+    def codegen(self) -> _NoEnvironment:
+        """What sets the function's environment: a function without machine code has none."""
+        return _NoEnvironment()
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """0: Python cannot call this function."""
+        self._ensure_finalized()
+        return 0
+
+    def _optimize_final_module(self) -> None:
+        """Leave the code to the entry that links it."""
+
+    def _finalize_specific(self) -> None:
+        """Make no machine code."""
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+class _NoEnvironment:
+    def set_env(self, name: str, environment: object) -> None:
+        """Set nothing."""
+
+
+class Kernel(CPUDispatcher):  # type: ignore[misc]
+    """A compiled function: what Python calls. Compiled callers are given `inner`."""
+
+    def __init__(
+        self,
+        py_func: Callable[..., Any],
+        local_types: dict[str, Any] | None = None,
+        targetoptions: dict[str, Any] | None = None,
+        pipeline_class: type[CompilerBase] = _Compiler,
+    ) -> None:
+        options = dict(targetoptions or {})
+        super().__init__(py_func, local_types or {}, dict(options), pipeline_class)
+        options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        self.inner = CPUDispatcher(py_func, local_types or {}, options, _InnerCompiler)
+
+    @property
+    def _numba_type_(self) -> types.Dispatcher:
+        """What compiled code sees where it names this function."""
+        return types.Dispatcher(self.inner)
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one tuple of types, or read what was compiled before."""
+        with _no_collection():
+            return super().compile(sig)
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Collect no garbage meanwhile: the compiler makes millions of small objects and keeps most."""
+    enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if enabled:
+            gc.enable()
+
+
+# ------------------------------------------------------------------------------------ stamps
+
+
+def code_stamp(function: Any) -> bytes:
+    """Hash the code of a function and of everything that it refers to, and what compiles it.
+
+    Parameters
+    ----------
+    function : Kernel or function
+        Its code, options, default values and the values of its global names count. Functions
+        among these count in the same way, to any depth. Comments, docstrings, line numbers and
+        the times of files do not.
+
+    Returns
+    -------
+    bytes
+        32 bytes.
+
+    Raises
+    ------
+    TypeError
+        If a name stands for a value whose contents cannot be told.
+    """
+    lines: list[str] = []
+    _describe(function, lines, {})
+    digest = hashlib.sha256(_compiler_stamp())
+    digest.update("\n".join(lines).encode())
+    return digest.digest()
+
+
+@lru_cache(maxsize=1)
+def _compiler_stamp() -> bytes:
+    digest = hashlib.sha256(" ".join([platform.python_version(), *_versions()]).encode())
+    for name in WHOLE_FILES:
+        digest.update(hashlib.sha256((PACKAGE / name).read_bytes()).digest())
+    return digest.digest()
+
+
+def _versions() -> list[str]:
+    return [numba.__version__, llvmlite.__version__, np.__version__]
+
+
+def _describe(value: Any, lines: list[str], seen: dict[int, int]) -> None:
+    """Add what a value is to a list of lines; values met before are told by their number."""
+    if id(value) in seen:
+        lines.append(f"again {seen[id(value)]}")
+        return
+    if _foreign(value):
+        lines.append(f"{value.__module__}.{value.__qualname__}")
+    elif isinstance(value, Dispatcher):
+        seen[id(value)] = len(seen)
+        lines.append(f"compiled {sorted(value.targetoptions.items())!r}")
+        _describe(value.py_func, lines, seen)
+    elif isinstance(value, FunctionType):
+        seen[id(value)] = len(seen)
+        _describe_function(value, lines, seen)
+    elif isinstance(value, tuple | list):
+        lines.append(f"{type(value).__qualname__} of {len(value)}")
+        for item in value:
+            _describe(item, lines, seen)
+    elif isinstance(value, np.ndarray):
+        contents = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+        lines.append(f"array {value.dtype.str} {value.shape} {contents}")
+    elif isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields"):
+        fields = value._fields, vars(value).get("_field_defaults")
+        lines.append(f"{value.__module__}.{value.__qualname__} {fields}")
+    elif isinstance(value, ModuleType):
+        lines.append(f"module {value.__name__}")
+    elif _plain(value):
+        lines.append(f"{type(value).__qualname__} {value!r}")
+    else:
+        raise TypeError(f"compiled code refers to {value!r}, whose contents cannot be told")
+
+
+def _plain(value: object) -> bool:
+    numbers = (int, float, complex, np.generic)
+    return isinstance(value, (*numbers, str, bytes, type(None), np.dtype, types.Type))
+
+
+def _foreign(value: object) -> bool:
+    """Whether a value is a function or class of the compiler's own world: its version counts."""
+    home = str(getattr(value, "__module__", "")).partition(".")[0]
+    return home in FOREIGN and hasattr(value, "__qualname__")
+
+
+def _describe_function(function: FunctionType, lines: list[str], seen: dict[int, int]) -> None:
+    lines.append(f"function {function.__module__}.{function.__qualname__}")
+    names = _describe_code(function.__code__, function.__doc__, lines)
+    _describe(function.__defaults__, lines, seen)
+    for cell in function.__closure__ or ():
+        _describe(cell.cell_contents, lines, seen)
+    for name in sorted(names & function.__globals__.keys()):
+        value = function.__globals__[name]
+        lines.append(name)
+        _describe(value, lines, seen)
+        if isinstance(value, ModuleType) and value.__name__.startswith("workbench"):
+            for attribute in sorted(names & vars(value).keys()):
+                lines.append(attribute)
+                _describe(vars(value)[attribute], lines, seen)
+
+
+def _describe_code(code: CodeType, doc: str | None, lines: list[str]) -> set[str]:
+    """Add byte code and constants to the lines; returns all names in it."""
+    names = set(code.co_names)
+    shape = (code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags)
+    variables = (code.co_varnames, code.co_cellvars, code.co_freevars)
+    lines.append(f"{shape} {code.co_names} {variables} {code.co_code.hex()}")
+    lines.append(getattr(code, "co_exceptiontable", b"").hex())
+    for place, constant in enumerate(code.co_consts):
+        if isinstance(constant, CodeType):
+            names |= _describe_code(constant, None, lines)
+        elif place == 0 and doc is not None and isinstance(constant, str):
+            lines.append("docstring")
+        else:
+            lines.append(f"{type(constant).__qualname__} {constant!r}")
+    return names
+
+
+# ------------------------------------------------------------------------------------- files
+
+
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """The compiled code of one function, for all types of arguments that it was compiled for."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        super().__init__(kernel.py_func)
+        # no line number: a comment above the function would change it
+        name = self._impl.filename_base.replace(f"-{kernel.py_func.__code__.co_firstlineno}.", ".")
+        self._cache_file = _Files(self._cache_path, name, kernel)
+
+
+class _Files(IndexDataCacheFile):  # type: ignore[misc]
+    """An index of one function's compiled code, and a file for each code in it, all of them
+    checked."""
+
+    def __init__(self, folder: str, name: str, kernel: Kernel) -> None:
+        super().__init__(folder, name, b"")
+        self._kernel = kernel
+        self._stamp: bytes | None = None
+
+    def load(self, key: object) -> Any:
+        """The code for a key; None where there is none that can be believed."""
+        found = super().load(key)
+        if found is None or found[0] != key:  # another process has written another code over it
+            return None
+        return found[1]
+
+    def save(self, key: object, data: object) -> None:
+        """Keep the code for a key, where the disk lets us."""
+        with suppress(OSError):
+            super().save(key, (key, data))
+
+    def _load_index(self) -> Any:
+        data = self._contents(self._index_path)
+        return {} if data is None else pickle.loads(data)
+
+    def _save_index(self, overloads: object) -> None:
+        self._write(self._index_path, overloads)
+
+    def _load_data(self, name: str) -> Any:
+        data = self._contents(self._data_path(name))
+        if data is None:
+            raise FileNotFoundError(name)
+        return pickle.loads(data)
+
+    def _save_data(self, name: str, data: object) -> None:
+        self._write(self._data_path(name), data)
+
+    def _contents(self, path: str) -> bytes | None:
+        """What a file holds after its hash; None where the hash is another one."""
+        try:
+            data = Path(path).read_bytes()
+        except OSError:
+            return None
+        return data[_DIGEST:] if data[:_DIGEST] == self._sealed(data[_DIGEST:]) else None
+
+    def _write(self, path: str, held: object) -> None:
+        data = self._dump(held)
+        with self._open_for_write(path) as file:
+            file.write(self._sealed(data) + data)
+
+    def _sealed(self, data: bytes) -> bytes:
+        """The hash that a file of such contents begins with."""
+        if self._stamp is None:  # not before all that the function names is there
+            self._stamp = code_stamp(self._kernel)
+        return hashlib.sha256(self._stamp + data).digest()

@@ -1,0 +1,245 @@
+"""Large batches against an environment: pieces of the poses on all cores, over grids that are made
+once and kept."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.contact.crowd import blocks_of, crowd_of, lanes_of
+from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells
+from workbench.contact.gpu import clearance_on_device, collides_on_device
+from workbench.contact.kernels.bounds import Lanes
+from workbench.contact.kernels.clearance import environment_contacts
+from workbench.contact.kernels.fronts import Blocks, Room
+from workbench.contact.kernels.groups import group_clearance, may_touch, witness_points
+from workbench.contact.kernels.pairs import pair_clearance
+from workbench.contact.kernels.segments import ROOM, segment_collides, segment_least
+from workbench.contact.kernels.wide import DEEP, EIGHT
+from workbench.geometry.lanes import LANES
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed, Poses
+from workbench.threads import in_pieces
+
+__all__ = [
+    "Groups",
+    "grouped_clearance",
+    "grouped_collides",
+    "least_clearance",
+    "paired_clearance",
+    "pays",
+    "touching",
+    "witnesses",
+]
+
+FEWEST_POSES = 64
+"""Grids cost about as much as 64 poses without them; below, nothing of the fast path is even
+compiled."""
+PIECE = 128
+"""Poses a thread takes at a time."""
+
+
+def pays(placed: Placed | Poses) -> bool:
+    """True where a batch is large enough for the grids to pay."""
+    return len(placed) >= FEWEST_POSES
+
+
+def _room() -> tuple[Ints, NDArray[np.float32]]:
+    """A search's stack and gaps."""
+    return np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32)
+
+
+def _lane_room(lanes: Lanes) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """What bounds are worked out in, and where those of a segment's clusters stand."""
+    most = int(np.diff(lanes.group).max(initial=1))
+    return np.empty(ROOM, dtype=np.float32), np.empty(LANES * most, dtype=np.float32)
+
+
+def grouped_collides(
+    placed: Placed,
+    environment: Environment,
+    groups: Groups,
+    allowed: Floats,
+    *,
+    threads: int | None = None,
+    device: str = "cpu",
+) -> Bools:
+    """(P,) True where any sphere is deeper in a group of parts than allowed (N, G) [m] for its
+    segment."""
+    crowd = crowd_of(placed)
+    field = field_of(environment, groups)
+    solids = packed_faces(environment), packed_shells(environment)
+    if device == "cuda":
+        return collides_on_device(placed, (crowd, *solids, field), allowed)
+    hit = np.zeros(len(placed), dtype=np.bool_)
+    index = (crowd, lanes_of(placed.body), field)
+    limits = np.ascontiguousarray(allowed)
+
+    def work(begin: int, end: int) -> None:
+        space = (
+            *_room(),
+            *_lane_room(index[1]),
+            np.empty(len(crowd.big)),
+            np.empty(len(crowd.big), dtype=np.int64),
+        )
+        segment_collides(
+            placed.centres, placed.world_from_segment, index, solids, limits, hit, space, begin, end
+        )
+
+    in_pieces(work, len(placed), PIECE, threads=threads)
+    return hit
+
+
+def grouped_clearance(
+    placed: Placed,
+    environment: Environment,
+    groups: Groups,
+    *,
+    threads: int | None = None,
+    device: str = "cpu",
+) -> tuple[Floats, Ints, Ints]:
+    """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of
+    parts."""
+    crowd = crowd_of(placed)
+    field = field_of(environment, groups)
+    solids = packed_faces(environment), packed_shells(environment)
+    index = (crowd, *solids, field)
+    if device == "cuda":
+        return clearance_on_device(placed, index)
+    shape = (len(placed), len(placed.window), len(groups))
+    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
+
+    def work(begin: int, end: int) -> None:
+        lows = np.empty(len(crowd.middle))
+        low = np.empty(len(crowd.member))
+        space = (*_room(), lows, low)
+        group_clearance(*bodies, *index, out, space, begin, end)
+
+    bodies = placed.centres, placed.world_from_segment
+    in_pieces(work, len(placed), PIECE, threads=threads)
+    return out
+
+
+def least_clearance(
+    placed: Placed, environment: Environment, parts: tuple[int, ...], *, threads: int | None = None
+) -> tuple[Floats, Ints, Ints, Floats]:
+    """Signed distance [m], sphere and polygon (P, N, 1) and nearest point (P, N, 1, 3) of every
+    segment to the nearest of some parts: as `grouped_clearance` of one group, and far faster."""
+    crowd = crowd_of(placed)
+    lanes = lanes_of(placed.body)
+    field = field_of(environment, (parts,))
+    solids = packed_faces(environment), packed_shells(environment)
+    shape = (len(placed), len(placed.window), 1)
+    spheres = len(crowd.radius)
+    out = (
+        np.full(shape, np.inf),
+        np.full(shape, -1),
+        np.full(shape, -1),
+        np.full((*shape, 3), np.nan),
+    )
+
+    def work(begin: int, end: int) -> None:
+        rows = np.empty(spheres, dtype=np.float32), np.empty(spheres, dtype=np.int64)
+        bodies = (placed.centres, placed.world_from_segment)
+        space = (*_room(), *_lane_room(lanes), *rows)
+        segment_least(*bodies, (crowd, lanes, field), solids, out, space, begin, end)
+
+    in_pieces(work, len(placed), PIECE, threads=threads)
+    return out
+
+
+def paired_clearance(
+    one: Placed, other: Placed, pairs: Ints, *, threads: int | None = None
+) -> tuple[Any, ...]:
+    """Least I [m] (P, N, N') of segment pairs (M, 2) of two bodies, the one's and the other's
+    sphere that have it, the nearest point (P, N, N', 3) of the other's and the side of the one's
+    that faces it (P, N, N').
+
+    Elsewhere infinite, -1, -1, NaN, -1, and NaN for the distance outside the logical windows.
+    """
+    shape = (len(one), len(one.window), len(other.window))
+    memory = np.empty(7 * int(np.prod(shape)))
+    out = _answers(memory, shape)
+    some = pairs[
+        (np.diff(one.body.start)[pairs[:, 0]] > 0) & (np.diff(other.body.start)[pairs[:, 1]] > 0)
+    ]
+    alike = one is other
+    some = np.ascontiguousarray(some)
+    ends = [(b.centres, b.world_from_segment, crowd_of(b), blocks_of(b.body)) for b in (one, other)]
+
+    def work(begin: int, end: int) -> None:
+        first = _rooms(ends[0][3])
+        second = _rooms(ends[1][3])
+        if alike:
+            second = second._replace(ball=first.ball)
+        space = first, second, np.empty((2, len(some)), dtype=np.uint64)
+        pair_clearance(*ends, alike, some, one.body.directions, out, space, begin, end)
+
+    in_pieces(work, len(one), PIECE, threads=threads)
+    for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
+        values.flags.writeable = False
+    return out
+
+
+def _answers(memory: Floats, shape: tuple[int, ...]) -> tuple[Floats, Ints, Ints, Floats, Ints]:
+    """What `paired_clearance` fills, in one memory (7 n,): the system hands out a large one in
+    larger pages."""
+    count = len(memory) // 7
+    distance, sphere, target, facing = memory[: 4 * count].reshape(4, *shape)
+    whole = (values.view(np.int64) for values in (sphere, target, facing))
+    return distance, next(whole), next(whole), memory[4 * count :].reshape(*shape, 3), next(whole)
+
+
+def _rooms(blocks: Blocks) -> Room:
+    balls = len(blocks.ball)
+    high, front, near = (
+        np.empty(n, dtype=np.float32) for n in (balls // 4, balls // 4 + 8, balls + 32)
+    )
+    return Room(blocks.ball.copy(), high, front, near)
+
+
+def witnesses(placed: Placed, environment: Environment, found: tuple[Ints, Ints]) -> Floats:
+    """(P, N, G, 3) [m] the point of each polygon (P, N, G) nearest to its sphere (P, N, G); NaN
+    where none."""
+    sphere, polygon = found
+    point = np.full((*sphere.shape, 3), np.nan)
+    witness_points(placed.centres, packed_faces(environment), sphere, polygon, point)
+    return point
+
+
+def touching(
+    placed: Placed, environment: Environment, margin: float, *, grid: bool | None = None
+) -> tuple[Ints, Floats]:
+    """Rows (C, 4) and numbers (C, 5) of `environment_contacts`, pose by pose: the grid tells most
+    spheres apart.
+
+    grid: whether there is one; where a batch is large enough for it if None."""
+    checked = ~environment.hidden
+    near: Bools = np.repeat(placed.window[placed.body.sphere_segment][None], len(placed), axis=0)
+    index = packed_faces(environment), packed_shells(environment), checked.astype(np.int64)
+    fast = pays(placed) if grid is None else grid
+    crowd = crowd_of(placed)
+    parts = tuple(np.flatnonzero(checked).tolist())
+    field = field_of(environment, (parts,), lists=False) if fast else None
+    found: dict[int, tuple[Ints, Floats]] = {}
+
+    def work(begin: int, end: int) -> None:
+        if field is not None and field.root[0] >= 0:
+            near[begin:end] = False
+            may_touch(
+                placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end
+            )
+        found[begin] = environment_contacts(
+            placed.centres, placed.body.radius[0], near, *index, margin, begin, end
+        )
+
+    in_pieces(work, len(placed), PIECE)
+    pieces = [found[begin] for begin in sorted(found)] or [
+        (np.zeros((0, 4), dtype=np.int64), np.zeros((0, 5)))
+    ]
+    return np.concatenate([rows for rows, _ in pieces]), np.concatenate(
+        [numbers for _, numbers in pieces]
+    )

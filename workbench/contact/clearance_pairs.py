@@ -1,0 +1,126 @@
+"""Clearance of chosen pairs: how far some spheres of each placed person stay from some parts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.contact.collide import allowed_depth
+from workbench.contact.fields import packed_faces, packed_shells
+from workbench.contact.kernels.clearance_people import ClearanceTask, min_clearances
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+from workbench.threads import in_pieces
+
+__all__ = ["ClearancePair", "PairClearance", "clearance_of_pairs"]
+
+PIECE = 16
+"""Poses that a thread takes at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class ClearancePair:
+    """Spheres (S,) and parts (K,) that are to stay clear of each other."""
+
+    spheres: Bools
+    parts: Bools
+    touching: bool
+    """Whether overlap that a part allows is added back; else pairs that may overlap are left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class PairClearance:
+    """Clearance of P poses in Q pairs."""
+
+    distance: Floats
+    """(P, Q) [m]: signed, with the overlap that is allowed added back; infinite where nothing is."""
+    sphere: Ints
+    """(P, Q): the nearest sphere, -1 where there is none."""
+    polygon: Ints
+    """(P, Q): the nearest polygon, -1 where there is none."""
+    point: Floats
+    """(P, Q, 3) [m]: the polygon's point nearest to the sphere's centre, NaN where there is none."""
+
+
+def clearance_of_pairs(
+    placed: Placed,
+    environment: Environment,
+    *,
+    pairs: Sequence[ClearancePair],
+    moving_parts: Sequence[str] = (),
+    displacement: Floats | None = None,
+    threads: int | None = None,
+) -> PairClearance:
+    """Compute the least clearance of each pair, for every pose with its own person.
+
+    Parameters
+    ----------
+    placed
+        P poses of a body with any number of rows.
+    environment
+        The environment. Hidden parts take no part.
+    pairs
+        Q pairs of spheres and parts.
+    moving_parts
+        Names of the parts that move with the seat.
+    displacement
+        (P, 3) [m] of these parts in each pose; none where None.
+    threads
+        All cores where None. The answer does not depend on it.
+
+    Returns
+    -------
+    PairClearance
+        Distances and nearest points; those of a pose do not depend on the other poses.
+    """
+    count = len(placed)
+    moved = np.zeros((count, 3)) if displacement is None else np.ascontiguousarray(displacement)
+    shape = (count, len(pairs))
+    found = PairClearance(
+        np.full(shape, np.inf),
+        np.full(shape, -1),
+        np.full(shape, -1),
+        np.full((*shape, 3), np.nan),
+    )
+    out = found.distance, found.sphere, found.polygon, found.point
+    task = _packed(placed.body, environment, pairs, np.isin(environment.parts, list(moving_parts)))
+    index = packed_faces(environment), packed_shells(environment)
+    radius = np.ascontiguousarray(placed.body.radius[placed.person])
+
+    def work(begin: int, end: int) -> None:
+        min_clearances(placed.centres, radius, moved, task, *index, out, begin, end)
+
+    in_pieces(work, count, PIECE, threads=threads)
+    return found
+
+
+def _packed(
+    body: Body, environment: Environment, pairs: Sequence[ClearancePair], moves: Bools
+) -> ClearanceTask:
+    """The pairs as the kernel takes them: the spheres of a segment in a group, against one part."""
+    segment = body.sphere_segment
+    allowed = allowed_depth(body, environment)
+    groups: list[Ints] = []
+    rows: list[tuple[int, int, int, int]] = []
+    depth: list[float] = []
+    for q, pair in enumerate(pairs):
+        for n in range(len(body.segments)):
+            own = np.flatnonzero(pair.spheres & (segment == n))
+            if not len(own):
+                continue
+            for k in np.flatnonzero(pair.parts & ~environment.hidden):
+                if pair.touching or allowed[n, k] == 0:
+                    rows.append((q, len(groups), int(k), int(moves[k])))
+                    depth.append(float(allowed[n, k]) if pair.touching else 0.0)
+            groups.append(own)
+    counts = [len(own) for own in groups]
+    return ClearanceTask(
+        sphere=np.concatenate([np.zeros(0, np.int64), *groups]),
+        first=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        row=np.array(rows, dtype=np.int64).reshape(-1, 4),
+        allowed=np.array(depth, dtype=np.float64),
+    )

@@ -1,0 +1,462 @@
+"""Contacts and clearance: spheres against spheres by the paper's three steps, spheres against
+polygons exactly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.contact.batches import (
+    Groups,
+    grouped_clearance,
+    grouped_collides,
+    least_clearance,
+    paired_clearance,
+    pays,
+    touching,
+    witnesses,
+)
+from workbench.contact.by_person import by_person
+from workbench.contact.fields import packed_faces, packed_shells
+from workbench.contact.gpu import on_cpu
+from workbench.contact.kernels.clearance import row_clearance
+from workbench.contact.kernels.pairs import sphere_contacts
+from workbench.errors import InputError
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body, Topology, check_one
+from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed
+
+__all__ = [
+    "SegmentClearance",
+    "allowed_depth",
+    "allowed_groups",
+    "body_clearance",
+    "body_contacts",
+    "by_segment",
+    "clearance",
+    "clearance_of_groups",
+    "clearance_of_rows",
+    "collides",
+    "contacts",
+    "nearest",
+    "self_clearance",
+    "self_contacts",
+]
+
+Spheres = tuple[Floats, Floats, Ints, Floats, Floats]
+_faces = packed_faces
+_ROWS = 1 << 18
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentClearance:
+    """The nearest of all parts for every pose and segment.
+
+    distance (P, N) [m]: signed; infinite for segments without spheres, NaN outside the logical
+    window. sphere, part, polygon (P, N): -1 where none; point (P, N, 3) [m]: nearest point of the
+    polygon.
+    """
+
+    distance: Floats
+    sphere: Ints
+    part: Ints
+    polygon: Ints
+    point: Floats
+
+
+@by_person
+def collides(
+    placed: Placed,
+    environment: Environment,
+    *,
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+    device: str = "cpu",
+) -> Bools:
+    """(P,) True where a pose overlaps a part by more than the part allows and `tolerance` [m].
+
+    The same as asking it of all of `clearance`, but it stops at the first. Hidden parts and
+    segments outside the logical window take no part. threads: all cores where None. device: "cpu",
+    or "cuda" for an NVIDIA card (needs numba-cuda; MissingPartError where that or a card is
+    missing).
+    """
+    if on_cpu(device) and not pays(placed):
+        deep = -_plain(placed, environment)[0] > allowed_depth(placed.body, environment) + tolerance
+        return np.asarray(np.any(deep, axis=(1, 2)))
+    groups, columns = allowed_groups(placed.body, environment)
+    return grouped_collides(
+        placed, environment, groups, columns + tolerance, threads=threads, device=device
+    )
+
+
+@by_person
+def by_segment(
+    placed: Placed, environment: Environment, *, threads: int | None = None, device: str = "cpu"
+) -> SegmentClearance:
+    """Signed clearance of every segment to the nearest of all parts: `nearest` reduced over the
+    parts, and far faster.
+
+    Of pairs equally near the lowest sphere is named, and of its polygons the lowest. device: as in
+    `collides`.
+    """
+    parts = np.flatnonzero(~environment.hidden)
+    some = tuple(parts.tolist())
+    if on_cpu(device) and pays(placed):
+        distance, sphere, polygon, point = least_clearance(
+            placed, environment, some, threads=threads
+        )
+    else:
+        if on_cpu(device):
+            distance, sphere, polygon = _least(*_plain(placed, environment)[:3])
+        else:
+            distance, sphere, polygon = grouped_clearance(
+                placed, environment, (some,), threads=threads, device=device
+            )
+        point = witnesses(placed, environment, (sphere, polygon))
+    distance = distance[..., 0]
+    sphere = sphere[..., 0]
+    polygon = polygon[..., 0]
+    point = point[:, :, 0]
+    distance[:, ~placed.window] = np.nan
+    owner = np.append(environment.polygon_part, -1)
+    return SegmentClearance(distance, sphere, owner[polygon], polygon, point)
+
+
+@by_person
+def contacts(
+    placed: Placed,
+    environment: Environment,
+    *,
+    margin: float = 0.0,
+    tolerance: float = TANGENT_TOLERANCE,
+) -> Contacts:
+    """All (sphere, polygon) pairs that overlap, or lie nearer than `margin` [m], in all poses.
+
+    A pair counts where its signed distance is below margin - tolerance: tangent spheres are not in
+    contact. In a solid part a sphere whose centre is inside has one row with the nearest polygon
+    and a distance that is negative all the way in. Rows are sorted by pose, sphere, part, polygon.
+    Hidden parts are left out.
+    """
+    body = placed.body
+    rows, numbers = touching(placed, environment, margin - tolerance)
+    order = np.lexsort((rows[:, 3], rows[:, 2], rows[:, 1], rows[:, 0]))
+    rows = rows[order]
+    numbers = numbers[order]
+    point = numbers[:, 1:4]
+    inside = numbers[:, 4] > 0
+    centre = placed.centres[rows[:, 0], rows[:, 1]]
+    normal = _unit(
+        np.where(inside[:, None], point - centre, centre - point), environment.normal[rows[:, 3]]
+    )
+    segment = body.sphere_segment[rows[:, 1]]
+    none = np.full(len(rows), -1)
+    return Contacts(
+        body=body,
+        other=environment,
+        pose=rows[:, 0],
+        sphere=rows[:, 1],
+        part=rows[:, 2],
+        polygon=rows[:, 3],
+        other_sphere=none,
+        distance=numbers[:, 0],
+        point=point,
+        normal=normal,
+        facing=_facing(placed, (rows[:, 0], segment), -normal),
+        other_facing=none,
+        allowed=allowed_depth(body, environment)[segment, rows[:, 2]],
+    )
+
+
+@by_person
+def self_contacts(
+    placed: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
+) -> Contacts:
+    """Sphere pairs of non-adjacent segments that overlap, or lie nearer than `margin` [m].
+
+    Overlap about a common joint is legal and left to the joint stops; `allowed` carries the body's
+    allowance for soft flesh, and a row is a fault where its excess is positive.
+    """
+    body = placed.body
+    one, other = np.nonzero(np.triu(~body.adjacent))
+    both = placed.window[one] & placed.window[other]
+    return _sphere_rows(
+        (placed, placed),
+        np.stack([one, other], axis=1)[both],
+        (margin - tolerance, body.allowance[0]),
+    )
+
+
+@by_person
+def body_contacts(
+    one: Placed, other: Placed, *, margin: float = 0.0, tolerance: float = TANGENT_TOLERANCE
+) -> Contacts:
+    """Sphere pairs of two bodies that overlap, or lie nearer than `margin` [m]. Both hold the same
+    number of poses.
+
+    Any object made of spheres is such a body: one segment without joints will do.
+    """
+    pairs = _all_pairs(one, other)
+    return _sphere_rows(
+        (one, other), pairs, (margin - tolerance, np.zeros((len(one.window), len(other.window))))
+    )
+
+
+@by_person
+def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") -> Floats:
+    """Signed clearance (P, N, parts) [m] of every segment to every part: negative is penetration
+    depth.
+
+    Infinite for hidden parts and segments without spheres, NaN outside the logical window. device:
+    as in `collides`.
+    """
+    if not on_cpu(device) or pays(placed):
+        distance = grouped_clearance(placed, environment, _single(environment), device=device)[0]
+    else:
+        distance = _plain(placed, environment)[0]
+    distance[:, ~placed.window] = np.nan
+    return distance
+
+
+@by_person
+def clearance_of_groups(
+    placed: Placed, environment: Environment, groups: Groups, *, grid: bool | None = None
+) -> Floats:
+    """Signed clearance (P, N, G) [m] of every segment to the nearest part of each group of shown
+    parts.
+
+    Infinite and NaN where `clearance` is. grid: whether to go through a grid of the groups, which
+    is made if it is not there yet; where a batch is large enough for it if None.
+    """
+    if pays(placed) if grid is None else grid:
+        distance = grouped_clearance(placed, environment, groups)[0]
+    else:
+        apart = _plain(placed, environment)[0]
+        distance = np.full((*apart.shape[:2], len(groups)), np.inf)
+        for g, parts in enumerate(groups):
+            distance[:, :, g] = apart[:, :, list(parts)].min(axis=2, initial=np.inf)
+    distance[:, ~placed.window] = np.nan
+    return distance
+
+
+def clearance_of_rows(
+    placed: Placed, environment: Environment, rows: Ints
+) -> tuple[Floats, Ints, Ints, Floats]:
+    """Signed clearance (R,) [m] of one segment to one part in one pose for each row (R, 3): pose,
+    segment, part.
+
+    With the sphere (R,), the polygon (R,) and its point (R, 3) [m] that are nearest; infinite, -1,
+    -1 and NaN where the segment has no sphere or the part no polygon. Needs no grid: for few rows.
+    """
+    body = placed.body
+    check_one(body)
+    count = len(rows)
+    out = (
+        np.full(count, np.inf),
+        np.full(count, -1),
+        np.full(count, -1),
+        np.full((count, 3), np.nan),
+    )
+    index = _faces(environment), packed_shells(environment)
+    row_clearance(
+        placed.centres, body.radius[0], body.start, np.ascontiguousarray(rows), *index, out
+    )
+    return out
+
+
+@by_person
+def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = None) -> Clearance:
+    """As `clearance`, with the spheres, polygons and points that are nearest.
+
+    rows (R, 3): pose, segment, part; only these are looked for, and elsewhere is what holds for
+    hidden parts.
+    """
+    if rows is None and pays(placed):
+        distance, sphere, polygon = grouped_clearance(placed, environment, _single(environment))
+        point = witnesses(placed, environment, (sphere, polygon))
+    else:
+        distance, sphere, polygon, point = _plain(placed, environment, rows)
+    distance[:, ~placed.window] = np.nan
+    return Clearance(
+        placed.body,
+        environment,
+        distance,
+        sphere,
+        polygon,
+        point,
+        _near_side(placed, (distance, sphere, point)),
+    )
+
+
+def _least(distance: Floats, sphere: Ints, polygon: Ints) -> tuple[Floats, Ints, Ints]:
+    """The nearest of the last axis, which is left with length 1: ties to the lowest sphere, then to
+    the first."""
+    if not distance.shape[2]:
+        none = np.full((*distance.shape[:2], 1), -1)
+        return np.full(none.shape, np.inf), none, none
+    ties = distance == distance.min(axis=2, keepdims=True)
+    first = np.argmin(np.where(ties, sphere, np.iinfo(np.int64).max), axis=2)[..., None]
+    least: Floats = np.take_along_axis(distance, first, axis=2)
+    return (
+        least,
+        np.take_along_axis(sphere, first, axis=2),
+        np.take_along_axis(polygon, first, axis=2),
+    )
+
+
+def _single(environment: Environment) -> Groups:
+    """Each part a group of its own; hidden ones empty."""
+    return tuple(() if hidden else (k,) for k, hidden in enumerate(environment.hidden.tolist()))
+
+
+def _plain(
+    placed: Placed, environment: Environment, rows: Ints | None = None
+) -> tuple[Floats, Ints, Ints, Floats]:
+    """Distance, sphere, polygon (P, N, K) and point (P, N, K, 3) without grids, for small batches.
+
+    rows (R, 3): pose, segment, part; all that are shown if None.
+    """
+    shape = (len(placed), len(placed.window), len(environment.parts))
+    if rows is None:
+        rows = np.argwhere(np.broadcast_to(np.outer(placed.window, ~environment.hidden), shape))
+    out = (
+        np.full(shape, np.inf),
+        np.full(shape, -1),
+        np.full(shape, -1),
+        np.full((*shape, 3), np.nan),
+    )
+    for values, found in zip(out, clearance_of_rows(placed, environment, rows), strict=True):
+        values[rows[:, 0], rows[:, 1], rows[:, 2]] = found
+    return out
+
+
+@by_person
+def body_clearance(one: Placed, other: Placed) -> Clearance:
+    """Signed clearance (P, N, M) [m] of every segment of one body to every segment of another, with
+    the nearest spheres; `point` lies on the other's sphere."""
+    return _pair_rows((one, other), _all_pairs(one, other))
+
+
+@by_person
+def self_clearance(placed: Placed) -> Clearance:
+    """Signed clearance (P, N, N) [m] of all non-adjacent segment pairs of one body, each pair once
+    (row < column); infinite elsewhere."""
+    body = placed.body
+    pairs = np.argwhere(np.triu(~body.adjacent) & np.outer(placed.window, placed.window))
+    return _pair_rows((placed, placed), pairs)
+
+
+def _pair_rows(placed: tuple[Placed, Placed], pairs: Ints) -> Clearance:
+    one, other = placed
+    return Clearance(one.body, other.body, *paired_clearance(one, other, pairs))
+
+
+def allowed_depth(body: Body | Topology, environment: Environment) -> Floats:
+    """(N, parts) [m] how deep each segment may be in each part: the environment's rules read for
+    this body."""
+    depth = np.zeros((len(body.segments), len(environment.parts)))
+    for rule in environment.allowances:
+        for n, name in enumerate(body.segments):
+            if name in rule.segments or "all" in rule.segments:
+                depth[n, rule.part] = max(depth[n, rule.part], rule.depth)
+    return depth
+
+
+def allowed_groups(body: Body, environment: Environment) -> tuple[Groups, Floats]:
+    """Parts that all segments may be equally deep in, as groups, and that depth (N, G) [m]; without
+    hidden parts."""
+    parts = np.flatnonzero(~environment.hidden)
+    depth, which = np.unique(
+        allowed_depth(body, environment)[:, parts], axis=1, return_inverse=True
+    )
+    which = which.reshape(-1)
+    return tuple(tuple(parts[which == g].tolist()) for g in range(depth.shape[1])), depth
+
+
+def _all_pairs(one: Placed, other: Placed) -> Ints:
+    if len(one) != len(other):
+        raise InputError(
+            f"both bodies need the same number of poses, got {len(one)} and {len(other)}"
+        )
+    return np.argwhere(np.outer(one.window, other.window))
+
+
+def _sphere_rows(
+    placed: tuple[Placed, Placed], pairs: Ints, rule: tuple[float, Floats]
+) -> Contacts:
+    one, other = placed
+    margin, allowance = rule
+    rows, distance = sphere_contacts(
+        _spheres(one), _spheres(other), np.ascontiguousarray(pairs), margin
+    )
+    order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
+    rows = rows[order]
+    distance = distance[order]
+    a = one.centres[rows[:, 0], rows[:, 1]]
+    b = other.centres[rows[:, 0], rows[:, 2]]
+    normal = _unit(a - b, np.array([0.0, 0.0, 1.0]))
+    segment = one.body.sphere_segment[rows[:, 1]]
+    other_segment = other.body.sphere_segment[rows[:, 2]]
+    none = np.full(len(rows), -1)
+    return Contacts(
+        body=one.body,
+        other=other.body,
+        pose=rows[:, 0],
+        sphere=rows[:, 1],
+        part=none,
+        polygon=none,
+        other_sphere=rows[:, 2],
+        distance=distance,
+        point=b + normal * other.body.radius[0][rows[:, 2], None],
+        normal=normal,
+        facing=_facing(one, (rows[:, 0], segment), -normal),
+        other_facing=_facing(other, (rows[:, 0], other_segment), normal),
+        allowed=allowance[segment, other_segment],
+    )
+
+
+def _spheres(placed: Placed) -> Spheres:
+    body = placed.body
+    world = placed.world_from_segment
+    around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
+    return (
+        placed.centres,
+        body.radius[0],
+        body.start,
+        np.ascontiguousarray(around),
+        body.enclosing_radius[0],
+    )
+
+
+def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints:
+    """(C,) the entry of the six-direction table nearest to a world direction (C, 3), by (pose,
+    segment)."""
+    pose, segment = where
+    local = np.einsum("cji,cj->ci", placed.world_from_segment[pose, segment][..., :3], direction)
+    side: Ints = np.argmax(np.einsum("cdi,ci->cd", placed.body.directions[segment], local), axis=1)
+    return side
+
+
+def _near_side(placed: Placed, found: tuple[Floats, Ints, Floats]) -> Ints:
+    """(P, N, K) the side of each nearest sphere that faces the point; inside a solid, the side away
+    from it."""
+    side = np.full(found[1].shape, -1)
+    step = max(_ROWS // max(side[:1].size, 1), 1)
+    for begin in range(0, len(side), step):
+        some = slice(begin, begin + step)
+        distance, sphere, point = (values[some] for values in found)
+        pose, segment, other = np.nonzero(sphere >= 0)
+        picked = sphere[pose, segment, other]
+        toward = point[pose, segment, other] - placed.centres[begin + pose, picked]
+        inside = distance[pose, segment, other] < -placed.body.radius[0, picked]
+        turned = np.where(inside[:, None], -toward, toward)
+        side[some][pose, segment, other] = _facing(placed, (begin + pose, segment), turned)
+    return side
+
+
+def _unit(vector: Floats, spare: Floats) -> Floats:
+    """Unit vectors; `spare` where a vector has no length to speak of."""
+    length = np.linalg.norm(vector, axis=-1, keepdims=True)
+    return np.where(length > 1e-12, vector / np.maximum(length, 1e-300), spare)

@@ -1,0 +1,1 @@
+"""Compiled loops of spheres against polygons and spheres: clearance, contacts, sweeps."""

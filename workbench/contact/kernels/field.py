@@ -1,0 +1,561 @@
+"""Distances to groups of parts: rigorous lower bounds and near polygons from a grid of nodes, and
+the exact search.
+
+For any closed set d(x)^2 - |x|^2 is the least of the linear functions |p|^2 - 2 x.p, so it is
+concave: in a cell of edge h the trilinear mix of the nodes' d^2 less h^2 sum t (1 - t) is never
+more than d(x)^2. Outside the grid, whose box holds the whole group, d(x)^2 is at least the squared
+distance to the box plus d^2 at the nearest point of the box.
+
+The loops index flat arrays with scalars and allocate nothing, so they are compiled without the run
+time that counts references (`_nrt=False`): counting took two thirds of the time. They are inlined
+into the batch loops by force, since a call would copy all these arrays' descriptions, 1 kB and
+more, onto the stack: that took two thirds of the rest.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.compiled import njit
+from workbench.contact.kernels.heads import near_heads
+from workbench.contact.kernels.inside import inside_part
+from workbench.contact.kernels.triangles import triangle_ways
+from workbench.contact.kernels.wide import DEEP, near_boxes, point_lanes, widest
+from workbench.geometry.lanes import (
+    LANES,
+    codes,
+    corners,
+    eight,
+    first_bit,
+    least,
+    load,
+    not_above,
+    smaller,
+    store,
+    total,
+)
+from workbench.geometry.tree import wider
+
+__all__ = [
+    "RECORD",
+    "Field",
+    "deepest",
+    "deepest_may_be",
+    "fill_rows",
+    "list_of",
+    "list_ways",
+    "near_polygon",
+    "nearest_in",
+    "nearest_of",
+    "reaches",
+    "record_gap",
+    "record_point",
+    "span_bound",
+    "square_bound",
+]
+
+RECORD = 10
+"""Numbers before a polygon's edges: normal, circle's centre, radius, coordinate left out, polygon,
+off its plane."""
+
+
+class Field(NamedTuple):
+    """G groups of parts, each with a tree over its polygons and a grid of nodes around them.
+
+    record: the polygons one after the other, that of rank q at record[begin[q]:begin[q + 1]]:
+    RECORD numbers, then head and tail of each edge. Tree node m has many[m] children: box[m] (6, 8)
+    are their boxes, low and high coordinates, child[m] (8) the nodes, or -1 less the rank of a
+    polygon; head[m] (8, 8) a cylinder around each, for `near_heads`; root (G,), -1 where empty;
+    span (G, 6), low and high of each group.
+
+    Grid g is that of group g around its own box; wide[g] is a second, coarse one around the
+    environment, asked from outside that box, or -1. grid (G + W, 8): origin, cell edge, one over
+    it, slack [m2] for the rounding of coordinates, how far polygons leave their planes [m], so that
+    what is a distance to a set but for that is one for sure, rounding of `triangle_ways` [m]. shape
+    (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is shape[g, 3] + (i
+    ny + j) nz + k of: near, the rank of the nearest polygon; cell (., 8), d^2 to the group at the
+    corners of the cell that begins there, of which the lowest bit of the first is set where a solid
+    may be in the cell. They are rounded down to 16 bits, as `codes` has them, times scale (G + W,):
+    a cell is a quarter of a line of the cache, where its eight nodes lay in four.
+
+    patch (B, 8): ranks of up to eight neighbouring polygons of the only group, one of them again
+    where there are fewer, and triangle (B, ROWS, 8) each as `triangle_ways` wants it. For the cell
+    that begins at a node, at list_start of it in `listed` stand how many and which patches hold all
+    polygons that may be the nearest of a point of the cell; -1: ask the tree. list_start is empty
+    where there are several groups.
+
+    solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root and
+    solid_span the tree over each alone and its low and high, solid_rank (., 2) the first and last
+    of its ranks.
+    """
+
+    record: NDArray[np.float64]
+    begin: NDArray[np.int64]
+    box: NDArray[np.float32]
+    child: NDArray[np.int32]
+    many: NDArray[np.int64]
+    head: NDArray[np.float32]
+    root: NDArray[np.int64]
+    span: NDArray[np.float64]
+    wide: NDArray[np.int64]
+    grid: NDArray[np.float64]
+    shape: NDArray[np.int64]
+    scale: NDArray[np.float32]
+    cell: NDArray[np.uint16]
+    near: NDArray[np.int32]
+    patch: NDArray[np.int32]
+    triangle: NDArray[np.float32]
+    listed: NDArray[np.int32]
+    list_start: NDArray[np.int32]
+    solid_start: NDArray[np.int64]
+    solid_part: NDArray[np.int64]
+    solid_root: NDArray[np.int64]
+    solid_span: NDArray[np.float64]
+    solid_rank: NDArray[np.int64]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _beyond(x, y, z, span, m):  # type: ignore[no-untyped-def]
+    """True where a point lies outside the box span[m] (low, high)."""
+    return (
+        min(x - span[m, 0], y - span[m, 1], z - span[m, 2]) < 0.0
+        or min(span[m, 3] - x, span[m, 4] - y, span[m, 5] - z) < 0.0
+    )
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def span_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """A lower bound of the squared distance of a point to a group by its box alone, 0 in it; only
+    for one of several groups, otherwise always 0. Where it is more the point is outside all
+    solids."""
+    if field.wide[g] < 0:
+        return 0.0
+    s = field.span
+    u = max(max(s[g, 0] - x, x - s[g, 3]), 0.0)
+    v = max(max(s[g, 1] - y, y - s[g, 4]), 0.0)
+    w = max(max(s[g, 2] - z, z - s[g, 5]), 0.0)
+    return (u * u + v * v + w * w) * (1.0 - 1e-9)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """Lower bound of the squared distance by one grid, and how surely the point is outside all
+    solids: 2 outside the grid, 1 outside as all of its cell is, 0 perhaps not.
+
+    The mix of eight corners in single precision is off by less than 1e-6 of the greatest of them:
+    so much of a cell's own size stands in the slack."""
+    h = field.grid[g, 3]
+    per = field.grid[g, 4]
+    slack = field.grid[g, 5]
+    u = (x - field.grid[g, 0]) * per
+    v = (y - field.grid[g, 1]) * per
+    w = (z - field.grid[g, 2]) * per
+    nx = field.shape[g, 0]
+    ny = field.shape[g, 1]
+    nz = field.shape[g, 2]
+    a = min(max(u, 0.0), nx - 1.0)
+    b = min(max(v, 0.0), ny - 1.0)
+    c = min(max(w, 0.0), nz - 1.0)
+    i = min(int(a), nx - 2)
+    j = min(int(b), ny - 2)
+    k = min(int(c), nz - 2)
+    r = a - i
+    s = b - j
+    t = c - k
+    at = np.uint64(LANES) * np.uint64(field.shape[g, 3] + (i * ny + j) * nz + k)
+    mix = total(
+        corners(np.float32(r), np.float32(s), np.float32(t))
+        * codes(field.cell, at)
+        * eight(field.scale[g])
+    )
+    low = mix * (1.0 - 4e-6) - h * h * (r * (1.0 - r) + s * (1.0 - s) + t * (1.0 - t))
+    du = u - a
+    dv = v - b
+    dw = w - c
+    out = h * h * (du * du + dv * dv + dw * dw)
+    low = max((out + max(low, 0.0)) * (1.0 - 1e-9) - slack, 0.0)
+    return low, 2 if out > 0.0 else 1 - (field.cell[at] & 1)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """A lower bound of the squared distance of a point to a group, and True where it surely is
+    outside all solids."""
+    low, sure = _grid_bound(x, y, z, field, g)
+    if sure == 2 and field.wide[g] >= 0:
+        low = max(low, _grid_bound(x, y, z, field, field.wide[g])[0])
+    if sure == 0:
+        sure = 1
+        for s in range(field.solid_start[g], field.solid_start[g + 1]):
+            if not _beyond(x, y, z, field.solid_span, s):
+                sure = 0
+    return low, sure > 0
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def near_polygon(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """The rank of the polygon of a group that is nearest to the grid's node at a point."""
+    per = field.grid[g, 4]
+    if field.wide[g] >= 0:
+        u = x - field.grid[g, 0]
+        v = y - field.grid[g, 1]
+        w = z - field.grid[g, 2]
+        h = field.grid[g, 3]
+        if (
+            min(u, v, w) < 0.0
+            or u > field.shape[g, 0] * h
+            or v > field.shape[g, 1] * h
+            or w > field.shape[g, 2] * h
+        ):
+            g = field.wide[g]
+            per = field.grid[g, 4]
+    nx = field.shape[g, 0]
+    ny = field.shape[g, 1]
+    nz = field.shape[g, 2]
+    i = int(min(max((x - field.grid[g, 0]) * per, 0.0), nx - 1.0) + 0.5)
+    j = int(min(max((y - field.grid[g, 1]) * per, 0.0), ny - 1.0) + 0.5)
+    k = int(min(max((z - field.grid[g, 2]) * per, 0.0), nz - 1.0) + 0.5)
+    return np.int64(field.near[field.shape[g, 3] + (i * ny + j) * nz + k])
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def record_gap(x, y, z, field, rank, limit):  # type: ignore[no-untyped-def]
+    """Squared distance of a point to a polygon, infinite beyond `limit`; number by number as
+    `point_polygon`."""
+    at = field.begin[rank]
+    end = field.begin[rank + 1]
+    q = field.record
+    n0 = q[at]
+    n1 = q[at + 1]
+    n2 = q[at + 2]
+    u = x - q[at + 3]
+    v = y - q[at + 4]
+    w = z - q[at + 5]
+    h = n0 * u + n1 * v + n2 * w
+    over = max(abs(h) - q[at + 9], 0.0)
+    if over * over > limit:
+        return np.inf
+    u = u - h * n0
+    v = v - h * n1
+    w = w - h * n2
+    out = max(math.sqrt(u * u + v * v + w * w) - q[at + 6], 0.0)
+    if over * over + out * out > limit:
+        return np.inf
+    drop = int(q[at + 7])
+    i = (drop + 1) % 3
+    k = (drop + 2) % 3
+    px = x - h * n0
+    py = y - h * n1
+    pz = z - h * n2
+    pi = py if i == 1 else (pz if i == 2 else px)
+    pk = py if k == 1 else (pz if k == 2 else px)
+    inside = False
+    best = np.inf
+    for e in range(at + RECORD, end, 6):
+        ai = q[e + i]
+        ak = q[e + k]
+        bi = q[e + i + 3]
+        bk = q[e + k + 3]
+        if (ak > pk) != (bk > pk) and pi < (bi - ai) * (pk - ak) / (bk - ak) + ai:
+            inside = not inside
+        a0 = q[e]
+        a1 = q[e + 1]
+        a2 = q[e + 2]
+        d0 = q[e + 3] - a0
+        d1 = q[e + 4] - a1
+        d2 = q[e + 5] - a2
+        square = d0 * d0 + d1 * d1 + d2 * d2
+        t = 0.0
+        if square > 0.0:
+            t = min(1.0, max(0.0, ((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2) / square))
+        q0 = x - (a0 + t * d0)
+        q1 = y - (a1 + t * d1)
+        q2 = z - (a2 + t * d2)
+        best = min(best, q0 * q0 + q1 * q1 + q2 * q2)
+    if inside and h * h < best:
+        best = h * h
+    return best if best <= limit else np.inf
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def record_point(x, y, z, field, rank):  # type: ignore[no-untyped-def]
+    """The point of a polygon that is nearest to a point; number by number as `point_polygon`."""
+    at = field.begin[rank]
+    q = field.record
+    n0 = q[at]
+    n1 = q[at + 1]
+    n2 = q[at + 2]
+    h = n0 * (x - q[at + 3]) + n1 * (y - q[at + 4]) + n2 * (z - q[at + 5])
+    drop = int(q[at + 7])
+    i = (drop + 1) % 3
+    k = (drop + 2) % 3
+    px = x - h * n0
+    py = y - h * n1
+    pz = z - h * n2
+    pi = py if i == 1 else (pz if i == 2 else px)
+    pk = py if k == 1 else (pz if k == 2 else px)
+    inside = False
+    best = np.inf
+    bx = x
+    by = y
+    bz = z
+    for e in range(at + RECORD, field.begin[rank + 1], 6):
+        ai = q[e + i]
+        ak = q[e + k]
+        bi = q[e + i + 3]
+        bk = q[e + k + 3]
+        if (ak > pk) != (bk > pk) and pi < (bi - ai) * (pk - ak) / (bk - ak) + ai:
+            inside = not inside
+        d0 = q[e + 3] - q[e]
+        d1 = q[e + 4] - q[e + 1]
+        d2 = q[e + 5] - q[e + 2]
+        square = d0 * d0 + d1 * d1 + d2 * d2
+        t = 0.0
+        if square > 0.0:
+            t = min(
+                1.0,
+                max(0.0, ((x - q[e]) * d0 + (y - q[e + 1]) * d1 + (z - q[e + 2]) * d2) / square),
+            )
+        u = q[e] + t * d0
+        v = q[e + 1] + t * d1
+        w = q[e + 2] + t * d2
+        gap = (x - u) ** 2 + (y - v) ** 2 + (z - w) ** 2
+        if gap < best:
+            best = gap
+            bx = u
+            by = v
+            bz = w
+    if inside and h * h < best:
+        return px, py, pz
+    return bx, by, bz
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _before(field, f, g):  # type: ignore[no-untyped-def]
+    """True where the polygon of rank f has a lower number than that of rank g, or g is none."""
+    return g < 0 or field.record[field.begin[f] + 8] < field.record[field.begin[g] + 8]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[no-untyped-def]
+    """Nearest polygon under a tree node: squared distance and rank, -1 where none is within
+    sqrt(limit).
+
+    hint: a rank to try first, or -1. Equal distances go to the lower polygon: neither the tree nor
+    the hint shows.
+    """
+    best = limit
+    found = np.int64(-1)
+    if hint >= 0:
+        gap = record_gap(x, y, z, field, hint, wider(best))
+        if gap <= best:
+            best = gap
+            found = hint
+    stack[0] = root
+    gaps[0] = 0.0
+    size = 1
+    point = point_lanes(x, y, z)
+    most = widest(wider(best))
+    while size > 0:
+        size -= 1
+        if gaps[size] > most:
+            continue
+        m = stack[size]
+        low = size
+        bits = near_boxes(point, field.box, m, field.many[m], wider(best), gaps)
+        if bits != 0:
+            bits &= near_heads(x, y, z, field.head, m, wider(best), gaps)
+        while bits != 0:
+            k = first_bit(bits)
+            bits &= bits - np.uint64(1)
+            near = gaps[DEEP + k]
+            if near > most:
+                continue
+            c = np.int64(field.child[m, k])
+            if c >= 0:
+                at = size
+                while at > low and gaps[at - 1] < near:  # the nearest child on top
+                    stack[at] = stack[at - 1]
+                    gaps[at] = gaps[at - 1]
+                    at -= 1
+                stack[at] = c
+                gaps[at] = near
+                size += 1
+                continue
+            f = -1 - c
+            if f == hint:
+                continue
+            gap = record_gap(x, y, z, field, f, wider(best))
+            if gap < best or (gap == best and gap < np.inf and _before(field, f, found)):
+                best = gap
+                found = f
+                most = widest(wider(gap))
+    return best, found
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def list_of(x, y, z, field, g):  # type: ignore[no-untyped-def]
+    """Where the list of the cell of a point stands in field.listed, or -1: ask the tree."""
+    if len(field.list_start) == 0:
+        return np.int64(-1)
+    per = field.grid[g, 4]
+    u = (x - field.grid[g, 0]) * per
+    v = (y - field.grid[g, 1]) * per
+    w = (z - field.grid[g, 2]) * per
+    nx = field.shape[g, 0]
+    ny = field.shape[g, 1]
+    nz = field.shape[g, 2]
+    if not (min(u, v, w) >= 0.0 and u < nx - 1.0 and v < ny - 1.0 and w < nz - 1.0):
+        return np.int64(-1)
+    return np.int64(field.list_start[field.shape[g, 3] + (int(u) * ny + int(v)) * nz + int(w)])
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def list_ways(x, y, z, field, g, at, gaps):  # type: ignore[no-untyped-def]
+    """Bounds from below and above of the distance of a point to a group, by the list at a place,
+    and what both leave open [m]: those of each triangle from below, not lessened by that, into
+    gaps."""
+    u = np.float32(x - field.grid[g, 0])
+    v = np.float32(y - field.grid[g, 1])
+    w = np.float32(z - field.grid[g, 2])
+    low = eight(np.float32(np.inf))
+    high = eight(np.float32(np.inf))
+    for e in range(np.int64(field.listed[at])):
+        way, top = triangle_ways(u, v, w, field.triangle, field.listed[at + 1 + e])
+        store(gaps, np.uint64(LANES * e), way)
+        low = smaller(low, way)
+        high = smaller(high, top)
+    spare = np.float32(field.grid[g, 7])
+    return least(low) - spare, least(high) + spare, spare
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def nearest_of(x, y, z, field, g, limit, stack, gaps):  # type: ignore[no-untyped-def]
+    """Nearest polygon of a group, as `nearest_in`: by the list of the point's cell, or by the
+    tree."""
+    at = list_of(x, y, z, field, g)
+    if at < 0:
+        return nearest_in(
+            x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps
+        )
+    best = limit
+    found = np.int64(-1)
+    _, high, spare = list_ways(x, y, z, field, g, at, gaps)
+    most = min(high, np.float32(math.sqrt(wider(best)) * (1.0 + 1e-6))) + spare
+    for e in range(np.int64(field.listed[at])):
+        bits = not_above(load(gaps, np.uint64(LANES * e)), eight(most))
+        while bits != np.uint64(0):
+            k = np.int64(first_bit(bits))
+            bits &= bits - np.uint64(1)
+            f = np.int64(field.patch[LANES * np.int64(field.listed[at + 1 + e]) + k])
+            if gaps[LANES * e + k] > most or f == found:
+                continue
+            gap = record_gap(x, y, z, field, f, wider(best))
+            if gap < best or (gap == best and gap < np.inf and _before(field, f, found)):
+                best = gap
+                found = f
+                most = min(most, np.float32(math.sqrt(wider(best)) * (1.0 + 1e-6)) + spare)
+    return best, found
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
+    """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is
+    less than r."""
+    limit = wider((r - allowed) * (r - allowed))
+    at = list_of(x, y, z, field, g)
+    if at >= 0:
+        low, high, spare = list_ways(x, y, z, field, g, at, gaps)
+        if r - np.float64(high) > allowed or r - np.float64(low) <= allowed:
+            return r - np.float64(high) > allowed
+        for i in range(LANES * np.int64(field.listed[at])):
+            if gaps[i] - spare <= r - allowed:
+                rank = np.int64(
+                    field.patch[LANES * np.int64(field.listed[at + 1 + i // LANES]) + i % LANES]
+                )
+                if r - math.sqrt(record_gap(x, y, z, field, rank, limit)) > allowed:
+                    return True
+        return False
+    if r - math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit)) > allowed:
+        return True
+    stack[0] = field.root[g]
+    size = 1
+    point = point_lanes(x, y, z)
+    while size > 0:
+        size -= 1
+        m = stack[size]
+        bits = near_boxes(point, field.box, m, field.many[m], limit, gaps)
+        if bits != 0:
+            bits &= near_heads(x, y, z, field.head, m, limit, gaps)
+        while bits != 0:
+            c = np.int64(field.child[m, first_bit(bits)])
+            bits &= bits - np.uint64(1)
+            if c >= 0:
+                stack[size] = c
+                size += 1
+            elif r - math.sqrt(record_gap(x, y, z, field, -1 - c, limit)) > allowed:
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-untyped-def]
+    """Depth of a point in the solids of a group and the nearest polygon (rank) of the one it is
+    deepest in, or -1."""
+    depth = -1.0
+    rank = -1
+    for s in range(field.solid_start[g], field.solid_start[g + 1]):
+        if _beyond(x, y, z, field.solid_span, s):
+            continue
+        if inside_part(x, y, z, faces, shells, field.solid_part[s], stack):
+            square, f = nearest_in(x, y, z, field, field.solid_root[s], -1, np.inf, stack, gaps)
+            if math.sqrt(square) > depth:
+                depth = math.sqrt(square)
+                rank = f
+    return depth, rank
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def]
+    """No less than the depth of a point in the solids of a group, `way` being the distance to the
+    polygon of a rank."""
+    for s in range(field.solid_start[g], field.solid_start[g + 1]):
+        mine = field.solid_rank[s, 0] <= rank < field.solid_rank[s, 1]
+        if not mine and not _beyond(x, y, z, field.solid_span, s):
+            return np.inf
+    return way * (1.0 + 1e-12)
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def fill_rows(faces, shells, field, square, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
+    """Fill the rows begin..end of grid g, of a group; a row is a line of nodes along z. Rows may
+    fill at once.
+
+    square: d^2 of each node, negative inside a solid, rounded down and less by how far polygons
+    leave their planes. stack (DEEP,), gaps (DEEP + EIGHT,): working space.
+    """
+    ny = field.shape[g, 1]
+    nz = field.shape[g, 2]
+    h = field.grid[g, 3]
+    solids = g == group and field.solid_start[g + 1] > field.solid_start[g]
+    for row in range(begin, end):
+        x = field.grid[g, 0] + (row // ny) * h
+        y = field.grid[g, 1] + (row % ny) * h
+        hint = -1
+        sunk = False
+        free = -1.0
+        for k in range(nz):
+            z = field.grid[g, 2] + k * h
+            gap, hint = nearest_in(x, y, z, field, field.root[group], hint, np.inf, stack, gaps)
+            # where no surface can lie between two nodes they are on the same side
+            if solids and free - field.grid[g, 6] <= h * (1.0 + 1e-6):
+                sunk = deepest(x, y, z, faces, shells, field, g, stack, gaps)[1] >= 0
+            free = math.sqrt(gap)
+            low = np.float32(max(free - field.grid[g, 6], 0.0) ** 2 * (1.0 - 2e-7))
+            at = field.shape[g, 3] + row * nz + k
+            square[at] = -low if sunk else low
+            field.near[at] = hint

@@ -1,0 +1,346 @@
+"""Batch loops of bodies against groups of parts: does anything collide, and the least clearance of
+each segment.
+
+Segments first, then clusters of spheres, spheres, polygons: the next only where the last cannot
+decide. A signed distance changes by no more than the way moved, so what holds at the middle of a
+cluster bounds all its spheres.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.compiled import njit
+from workbench.contact.kernels.field import (
+    deepest,
+    deepest_may_be,
+    near_polygon,
+    nearest_of,
+    reaches,
+    record_gap,
+    span_bound,
+    square_bound,
+)
+from workbench.geometry.polygon import point_polygon
+from workbench.geometry.tree import wider
+
+__all__ = [
+    "Crowd",
+    "carried",
+    "cluster_hub",
+    "group_clearance",
+    "group_collides",
+    "may_touch",
+    "witness_points",
+]
+
+
+class Crowd(NamedTuple):
+    """The spheres of a body in clusters: those of segment n are start[n]:start[n + 1].
+
+    radius (S,); cluster c holds the spheres member[first[c]:first[c + 1]], all of them within
+    reach[c] [m] of its hub at every twist: the point hub[c] of the segment's frame, or where
+    spheres twist the centre of sphere middle[c] (-1: the hub, which spares fetching the centres of
+    1,000 poses from memory). around (N, 3), big (N,): enclosing spheres in the segments' frames;
+    shown (N,).
+    """
+
+    radius: NDArray[np.float64]
+    start: NDArray[np.int64]
+    middle: NDArray[np.int64]
+    hub: NDArray[np.float64]
+    reach: NDArray[np.float64]
+    first: NDArray[np.int64]
+    member: NDArray[np.int64]
+    around: NDArray[np.float64]
+    big: NDArray[np.float64]
+    shown: NDArray[np.int64]
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def carried(world, p, n, a, b, c):  # type: ignore[no-untyped-def]
+    """A point of the frame of segment n in the world."""
+    x = world[p, n, 0, 0] * a + world[p, n, 0, 1] * b + world[p, n, 0, 2] * c + world[p, n, 0, 3]
+    y = world[p, n, 1, 0] * a + world[p, n, 1, 1] * b + world[p, n, 1, 2] * c + world[p, n, 1, 3]
+    z = world[p, n, 2, 0] * a + world[p, n, 2, 1] * b + world[p, n, 2, 2] * c + world[p, n, 2, 3]
+    return x, y, z
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def cluster_hub(centres, world, p, crowd, n, c):  # type: ignore[no-untyped-def]
+    """The hub of cluster c of segment n in the world, in pose p."""
+    m = crowd.middle[c]
+    if m >= 0:
+        return centres[p, m, 0], centres[p, m, 1], centres[p, m, 2]
+    return carried(world, p, n, crowd.hub[c, 0], crowd.hub[c, 1], crowd.hub[c, 2])
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _least(low, a, b):  # type: ignore[no-untyped-def]
+    """Where the least of low[a:b] stands."""
+    lead = a
+    for i in range(a + 1, b):
+        if low[i] < low[lead]:
+            lead = i
+    return lead
+
+
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  # type: ignore[no-untyped-def]
+    """Improve best = (signed distance, sphere, polygon) by sphere s, of radius r, which stands at
+    (x, y, z).
+
+    most: the least distance is no more than this.
+    """
+    signed, sphere, polygon = best
+    if not square_bound(x, y, z, field, g)[1]:
+        depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+        if f >= 0:
+            better = -depth - r < signed or (-depth - r == signed and s < sphere)
+            return (-depth - r, s, f) if better else best
+    reach = (
+        most + r + 1e-15 * (abs(most) + r)
+    )  # the sum's rounding counts where a centre lies on a surface
+    if reach < 0.0:
+        return best
+    limit = reach * reach * (1.0 + 1e-12)
+    square, f = nearest_of(x, y, z, field, g, limit, stack, gaps)
+    if f >= 0:
+        gap = math.sqrt(square) - r
+        if gap < signed or (gap == signed and s < sphere):
+            signed = gap
+            sphere = s
+            polygon = f
+    return signed, sphere, polygon
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-untyped-def]
+    """Bound the signed distances of the spheres of cluster c from below, into low; `most` lowered
+    by those from above.
+
+    What is above `most` is left infinite. A sphere that may be inside a solid is no deeper than the
+    way to any polygon of that solid.
+    """
+    for i in range(crowd.first[c], crowd.first[c + 1]):
+        s = crowd.member[i]
+        x = centres[p, s, 0]
+        y = centres[p, s, 1]
+        z = centres[p, s, 2]
+        r = crowd.radius[s]
+        if most < np.inf and span_bound(x, y, z, field, g) > max(most + r, 0.0) ** 2:
+            continue
+        square, sure = square_bound(x, y, z, field, g)
+        least = math.sqrt(square) - r
+        if sure and least > most:
+            continue
+        rank = near_polygon(x, y, z, field, g)
+        way = math.sqrt(record_gap(x, y, z, field, rank, np.inf))
+        low[i] = least if sure else -deepest_may_be(x, y, z, field, g, rank, way) - r
+        most = min(most, way - r)
+    return most
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _cluster_bound(x, y, z, reach, field, g):  # type: ignore[no-untyped-def]
+    """Lower bound of the signed distances of all spheres within reach of a hub; none where it may
+    be inside a solid."""
+    square, sure = square_bound(x, y, z, field, g)
+    return math.sqrt(square) - reach if sure else -np.inf
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps):  # type: ignore[no-untyped-def]
+    """Least signed distance of segment n to a group, with the sphere and the polygon."""
+    a = crowd.start[n]
+    b = crowd.start[n + 1]
+    for c in range(a, b):
+        x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+        square = span_bound(x, y, z, field, g)
+        lows[c] = math.sqrt(square) - crowd.reach[c]
+        if square == 0.0:
+            lows[c] = _cluster_bound(x, y, z, crowd.reach[c], field, g)
+    begin = crowd.first[a]
+    end = crowd.first[b]
+    for i in range(begin, end):
+        low[i] = np.inf
+    best = (np.inf, -1, -1)
+    most = np.inf
+    for _ in range(a, b):
+        c = _least(lows, a, b)
+        if lows[c] > most:
+            break
+        lows[c] = np.inf
+        x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+        if (
+            span_bound(x, y, z, field, g) > 0.0
+            and _cluster_bound(x, y, z, crowd.reach[c], field, g) > most
+        ):
+            continue
+        most = _cluster(centres, p, crowd, c, field, g, most, low)
+    while True:
+        i = _least(low, begin, end)
+        if low[i] > most or low[i] == np.inf:
+            break
+        low[i] = np.inf
+        s = crowd.member[i]
+        x = centres[p, s, 0]
+        y = centres[p, s, 1]
+        z = centres[p, s, 2]
+        best = _sphere(
+            x, y, z, crowd.radius[s], s, faces, shells, field, g, best, most, stack, gaps
+        )
+        most = min(most, best[0])
+    return best
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def group_clearance(centres, world, crowd, faces, shells, field, out, space, begin, end):  # type: ignore[no-untyped-def]
+    """Signed clearance of every segment to every group, for the poses begin..end.
+
+    centres (P, S, 3), world (P, N, 3, 4); out: distance (P, N, G), sphere, polygon (P, N, G),
+    filled where shown. space: stack (DEEP,), gaps (DEEP + EIGHT,), lows (clusters,), low (S,),
+    working space.
+    """
+    distance, sphere, polygon = out
+    stack, gaps, lows, low = space
+    for p in range(begin, end):
+        for n in range(len(crowd.shown)):
+            if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
+                continue
+            for g in range(len(field.root)):
+                if field.root[g] < 0:
+                    continue
+                d, s, f = _segment(
+                    centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps
+                )
+                distance[p, n, g] = d
+                sphere[p, n, g] = s
+                polygon[p, n, g] = int(field.record[field.begin[f] + 8])
+
+
+@njit(cache=True, nogil=True)
+def witness_points(centres, faces, sphere, polygon, point):  # type: ignore[no-untyped-def]
+    """Fill point (P, N, G, 3): of polygon (P, N, G) nearest to the centre of sphere (P, N, G)."""
+    for p in range(sphere.shape[0]):
+        for n in range(sphere.shape[1]):
+            for g in range(sphere.shape[2]):
+                s = sphere[p, n, g]
+                if s >= 0:
+                    x = centres[p, s, 0]
+                    y = centres[p, s, 1]
+                    z = centres[p, s, 2]
+                    _, u, v, w = point_polygon(x, y, z, faces, polygon[p, n, g], np.inf)
+                    point[p, n, g, 0] = u
+                    point[p, n, g, 1] = v
+                    point[p, n, g, 2] = w
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
+    """True where a sphere is deeper in a group than allowed."""
+    square, sure = square_bound(x, y, z, field, g)
+    if not sure:
+        depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+        if f >= 0:
+            return depth + r > allowed
+    if r <= allowed or square > wider((r - allowed) * (r - allowed)):
+        return False
+    return reaches(x, y, z, r, field, g, allowed, stack, gaps)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
+    """True where a sphere of segment n is deeper in a group than allowed."""
+    for c in range(crowd.start[n], crowd.start[n + 1]):
+        x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+        square, sure = square_bound(x, y, z, field, g)
+        limit = max(crowd.reach[c] - allowed, 0.0)
+        if sure and square >= limit * limit:
+            continue
+        for i in range(crowd.first[c], crowd.first[c + 1]):
+            s = crowd.member[i]
+            x = centres[p, s, 0]
+            y = centres[p, s, 1]
+            z = centres[p, s, 2]
+            if _sphere_hits(
+                x, y, z, crowd.radius[s], faces, shells, field, g, allowed, stack, gaps
+            ):
+                return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-untyped-def]
+    """Segments and groups that may collide in pose p, the most promising first; how many."""
+    used = 0
+    groups = len(field.root)
+    for n in range(len(crowd.shown)):
+        if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
+            continue
+        x, y, z = carried(world, p, n, crowd.around[n, 0], crowd.around[n, 1], crowd.around[n, 2])
+        for g in range(groups):
+            if field.root[g] < 0:
+                continue
+            square, sure = square_bound(x, y, z, field, g)
+            limit = max(crowd.big[n] - allowed[n, g], 0.0)
+            if sure and square >= limit * limit:
+                continue
+            rank = math.sqrt(square) - limit
+            at = used
+            while at > 0 and key[at - 1] > rank:
+                key[at] = key[at - 1]
+                pair[at] = pair[at - 1]
+                at -= 1
+            key[at] = rank
+            pair[at] = n * groups + g
+            used += 1
+    return used
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, space, begin, end):  # type: ignore[no-untyped-def]
+    """Fill hit (P,) for the poses begin..end: is any sphere deeper in a group than allowed (N, G)
+    [m], tolerance included, for its segment? centres (P, S, 3), world (P, N, 3, 4); space: stack
+    (DEEP,), gaps (DEEP + EIGHT,), key (N G,), pair (N G,), working space."""
+    groups = len(field.root)
+    stack, gaps, key, pair = space
+    for p in range(begin, end):
+        used = _candidates(world, p, crowd, field, allowed, key, pair)
+        found = False
+        for i in range(used):
+            n = pair[i] // groups
+            g = pair[i] % groups
+            if _segment_hits(
+                centres, world, p, crowd, n, faces, shells, field, g, allowed[n, g], stack, gaps
+            ):
+                found = True
+                break
+        hit[p] = found
+
+
+@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+def may_touch(centres, world, crowd, field, margin, near, begin, end):  # type: ignore[no-untyped-def]
+    """Fill near (P, S) for the poses begin..end: 1 where a sphere may come nearer than margin [m]
+    to the only group."""
+    for p in range(begin, end):
+        for n in range(len(crowd.shown)):
+            for c in range(
+                crowd.start[n], crowd.start[n + 1] if crowd.shown[n] else crowd.start[n]
+            ):
+                x, y, z = cluster_hub(centres, world, p, crowd, n, c)
+                square, sure = square_bound(x, y, z, field, 0)
+                reach = max(crowd.reach[c] + margin, 0.0)
+                if sure and square > wider(reach * reach):
+                    continue
+                for i in range(crowd.first[c], crowd.first[c + 1]):
+                    s = crowd.member[i]
+                    square, sure = square_bound(
+                        centres[p, s, 0], centres[p, s, 1], centres[p, s, 2], field, 0
+                    )
+                    reach = max(crowd.radius[s] + margin, 0.0)
+                    near[p, s] = 0 if sure and square > wider(reach * reach) else 1

@@ -1,0 +1,138 @@
+"""Trees of boxes with up to eight children a node, whose gaps to a point are worked out together.
+
+A search visits a seventh of the nodes that a tree of pairs has it visit, and each visit costs no
+more than one of those: the eight boxes lie coordinate after coordinate and are looked at by eight
+lanes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.compiled import njit
+from workbench.geometry.lanes import LANES, eight, larger, load, not_above, store
+
+__all__ = ["DEEP", "EIGHT", "near_boxes", "point_lanes", "widened", "widest"]
+
+EIGHT = LANES
+DEEP = 512
+"""Places on a search's stack: seven a level, on 70 levels of the tree of pairs that it was made
+from."""
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def widest(limit):  # type: ignore[no-untyped-def]
+    """More than any square in single precision of a gap within a squared distance: such are off by
+    less than 1e-6."""
+    return limit * (1.0 + 2e-6) + 1e-37
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _between(x):  # type: ignore[no-untyped-def]
+    """Numbers of single precision below and above one of double, eight times."""
+    spare = 1.2e-7 * abs(x) + 1e-30
+    return eight(np.float32(x - spare)), eight(np.float32(x + spare))
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def point_lanes(x, y, z):  # type: ignore[no-untyped-def]
+    """A point as `near_boxes` wants it."""
+    return _between(x), _between(y), _between(z)
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def near_boxes(point, box, m, many, limit, gaps):  # type: ignore[no-untyped-def]
+    """Bits of those of the `many` boxes of node m that lie within sqrt(limit) of a point; the
+    squared distances of all, in single precision and lessened by rounding at the most, into
+    gaps[DEEP:DEEP + EIGHT]."""
+    (x, x_up), (y, y_up), (z, z_up) = point
+    none = eight(np.float32(0.0))
+    at = np.uint64(m) * np.uint64(6 * EIGHT)
+    step = np.uint64(EIGHT)
+    far = at + step + step + step
+    u = larger(larger(load(box, at) - x_up, x - load(box, far)), none)
+    v = larger(larger(load(box, at + step) - y_up, y - load(box, far + step)), none)
+    w = larger(larger(load(box, at + step + step) - z_up, z - load(box, far + step + step)), none)
+    square = u * u + v * v + w * w
+    store(gaps, np.uint64(DEEP), square)
+    bits = not_above(square, eight(np.float32(widest(limit))))
+    return bits & ((np.uint64(1) << np.uint64(many)) - np.uint64(1))
+
+
+@njit(cache=True, error_model="numpy")
+def _collapsed(box, link, item, root):  # type: ignore[no-untyped-def]
+    room = box.shape[0]
+    wide = np.zeros((room, 6, EIGHT))
+    many = np.zeros(room, np.int64)
+    child = np.zeros((room, EIGHT), np.int32)
+    start = np.full(root.shape[0], -1, np.int64)
+    todo = np.empty(room, np.int64)
+    place = np.empty(room, np.int64)
+    some = np.empty(EIGHT, np.int64)
+    used = 0
+    for g in range(root.shape[0]):
+        if root[g] < 0:
+            continue
+        start[g] = used
+        todo[0] = root[g]
+        place[0] = used
+        waiting = 1
+        used += 1
+        while waiting > 0:
+            waiting -= 1
+            m = todo[waiting]
+            at = place[waiting]
+            count = 1
+            some[0] = m
+            while count < EIGHT:
+                largest = -1
+                best = -1.0
+                for k in range(count):
+                    c = some[k]
+                    u = box[c, 3] - box[c, 0]
+                    v = box[c, 4] - box[c, 1]
+                    w = box[c, 5] - box[c, 2]
+                    if link[c, 0] >= 0 and u * v + v * w + w * u > best:
+                        largest = k
+                        best = u * v + v * w + w * u
+                if largest < 0:
+                    break
+                some[count] = link[some[largest], 0] + 1
+                some[largest] = link[some[largest], 0]
+                count += 1
+            many[at] = count
+            for k in range(count):
+                c = some[k]
+                for i in range(6):
+                    wide[at, i, k] = box[c, i]
+                if link[c, 0] < 0:
+                    child[at, k] = -1 - item[link[c, 1]]
+                else:
+                    child[at, k] = used
+                    todo[waiting] = c
+                    place[waiting] = used
+                    waiting += 1
+                    used += 1
+    return wide[:used], child[:used], many[:used], start
+
+
+def widened(
+    box: NDArray[np.float64],
+    link: NDArray[np.int64],
+    item: NDArray[np.int64],
+    root: NDArray[np.int64],
+) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.int64], NDArray[np.int64]]:
+    """The trees of `split_tree`, whose leaves hold one item each, with up to eight children a node.
+
+    Returns box (M, 6, EIGHT) in single precision, rounded outward: low and high coordinates of each
+    child's box; child (M, EIGHT): a node, or -1 less the item of a leaf; many (M,) children; root,
+    -1 where empty.
+    """
+    exact, child, many, start = _collapsed(box, link, item, root)
+    wide = exact.astype(np.float32)
+    low = wide[:, :3]
+    high = wide[:, 3:]
+    wide[:, :3] = np.where(low > exact[:, :3], np.nextafter(low, np.float32(-np.inf)), low)
+    wide[:, 3:] = np.where(high < exact[:, 3:], np.nextafter(high, np.float32(np.inf)), high)
+    return wide, child, many, start

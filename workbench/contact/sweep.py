@@ -1,0 +1,149 @@
+"""Continuous contact: when a body first touches something on its way from one pose to another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from workbench.contact.advance import first_contacts, whole_way
+from workbench.contact.chases import Rule, body_chase, environment_chase, self_chase
+from workbench.contact.moving import frames_of, pack_motion
+from workbench.contact.nearby import candidates
+from workbench.errors import InputError, UsageError, one_of
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body
+from workbench.model.contacts import TANGENT_TOLERANCE
+from workbench.model.environment import Environment
+from workbench.model.moving import check_pairs
+from workbench.model.poses import Poses
+from workbench.threads import in_pieces
+
+__all__ = ["body_sweep", "self_sweep", "sweep"]
+
+Move = tuple[Body, Poses, Poses]
+PIECE = 128
+"""Pose pairs a thread takes at a time."""
+
+
+def sweep(
+    body: Body,
+    way: tuple[Poses, Poses],
+    environment: Environment,
+    *,
+    by: str = "segment",
+    window: Iterable[str] | None = None,
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+) -> Floats:
+    """Time of first contact on the way from one pose to another: the fraction 0 to 1 of it, NaN
+    where there is none.
+
+    way: P start and P end poses of the body; between them it moves as `between` says. A sphere is
+    in contact where it is deeper in a part than the part's allowance and `tolerance` [m]; hidden
+    parts take no part. by: "segment" gives (P, N), "part" (P, N, K), "sphere" (P, S), "sphere and
+    part" (P, S, K).
+
+    Times are exact to 1e-6 of the way. No contact that gets deeper than `tolerance` + 1e-9 m is
+    missed, however fast the motion and thin the part: a time interval is passed over only where a
+    bound proves it free (`kernels.contact.advance`, `kernels.contact.motion`). threads: all cores
+    where None; no answer depends on it. UsageError for another `by`, InputError where the poses do
+    not belong together.
+    """
+    start, end = way
+    check_pairs(start, end)
+    rows = _sphere_rows(body, by)
+    columns = _part_columns(environment, by)
+    frames, pairs = frames_of(start, end)
+    rule = environment_chase(
+        pack_motion(body, frames, pairs, window=window), environment, tolerance
+    )
+    first = _first(rule, (rows, columns), len(start), threads)
+    return first[:, :, 0] if by in ("segment", "sphere") else first
+
+
+def self_sweep(
+    body: Body,
+    way: tuple[Poses, Poses],
+    *,
+    by: str = "segment",
+    window: Iterable[str] | None = None,
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+) -> Floats:
+    """As `sweep`, for non-adjacent segments of one body against each other: (P, N, N), each pair
+    once, row < column.
+
+    by: "segment" or "sphere" (P, S, S). The body's allowance for soft flesh is no contact.
+    """
+    start, end = way
+    check_pairs(start, end)
+    rows = _sphere_rows(body, _pair_by(by))
+    frames, pairs = frames_of(start, end)
+    rule = self_chase(pack_motion(body, frames, pairs, window=window), tolerance)
+    return _first(rule, (rows, rows), len(start), threads)
+
+
+def body_sweep(
+    one: Move,
+    other: Move,
+    *,
+    by: str = "segment",
+    tolerance: float = TANGENT_TOLERANCE,
+    threads: int | None = None,
+) -> Floats:
+    """As `sweep`, for the segments of one body against those of another: (P, N, M); by "sphere":
+    (P, S, S')."""
+    movers = []
+    rows = []
+    for body, start, end in (one, other):
+        check_pairs(start, end)
+        movers.append(pack_motion(body, *frames_of(start, end)))
+        rows.append(_sphere_rows(body, _pair_by(by)))
+    if len(one[1]) != len(other[1]):
+        raise InputError(
+            f"both bodies need the same number of poses, got {len(one[1])} and {len(other[1])}"
+        )
+    rule = body_chase(movers[0], movers[1], tolerance)
+    return _first(rule, (rows[0], rows[1]), len(one[1]), threads)
+
+
+def _first(rule: Rule, index: tuple[Ints, Ints], pairs: int, threads: int | None) -> Floats:
+    """(P, R, C) first times, of rows that spheres (S,) go to and columns that parts or spheres go
+    to; NaN: none."""
+    chase, checked, allowed = rule
+    rows, columns = index
+    wide = int(columns.max(initial=-1)) + 1
+    first = np.full((pairs, int(rows.max(initial=-1)) + 1, wide), np.inf)
+
+    def work(begin: int, end: int) -> None:
+        who, level = candidates(chase, checked, allowed, begin, end)
+        spans = whole_way(chase, who, level)
+        row = rows[spans.who[:, 1]]
+        column = columns[spans.who[:, 2]]
+        key = ((spans.who[:, 0] - begin) * first.shape[1] + row) * wide + column
+        first_contacts(chase, spans, key, first[begin:end].reshape(-1))
+
+    in_pieces(work, pairs, PIECE, threads=threads)
+    first[np.isinf(first)] = np.nan
+    return first
+
+
+def _sphere_rows(body: Body, by: str) -> Ints:
+    """(S,) the row of the answer each sphere goes to."""
+    words = ("segment", "part", "sphere", "sphere and part")
+    if by not in words:
+        raise UsageError(f"by={by!r}: {one_of(by, words)}")
+    return np.arange(len(body.sphere_names)) if by.startswith("sphere") else body.sphere_segment
+
+
+def _pair_by(by: str) -> str:
+    if by not in ("segment", "sphere"):
+        raise UsageError(f"by={by!r}: {one_of(by, ('segment', 'sphere'))}")
+    return by
+
+
+def _part_columns(environment: Environment, by: str) -> Ints:
+    """(K,) the column of the answer each part goes to."""
+    parts = len(environment.parts)
+    return np.arange(parts) if by.endswith("part") else np.zeros(parts, dtype=np.int64)

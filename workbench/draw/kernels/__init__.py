@@ -1,0 +1,1 @@
+"""Compiled loops of pictures: rims, arcs, depth buffers, and what hides what."""

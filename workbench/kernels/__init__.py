@@ -1,2 +1,0 @@
-"""The compiled code: scalar inline functions, and one batch loop for each query. Nothing else knows
-the compiler."""

@@ -1,2 +1,0 @@
-"""Spheres against polygons and spheres: trees, grids of distances, and the loops that search
-them."""

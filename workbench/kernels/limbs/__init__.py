@@ -1,1 +1,0 @@
-"""Chains of joints: inverse kinematics, stops, and what limbs enter."""

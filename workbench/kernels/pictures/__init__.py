@@ -1,1 +1,0 @@
-"""Pictures: rims, arcs, depth buffers, and what hides what."""

@@ -1,1 +1,0 @@
-"""Unions of spheres as shapes: covers, spacing, volumes."""

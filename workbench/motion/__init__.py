@@ -1,0 +1,1 @@
+"""Motion: recorded movement on a body, Labanotation, signals."""

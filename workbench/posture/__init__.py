@@ -1,0 +1,1 @@
+"""Posture: joint stops, inverse kinematics, seating and driving."""

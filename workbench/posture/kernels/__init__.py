@@ -1,0 +1,1 @@
+"""Compiled loops over chains of joints: inverse kinematics, stops, and what limbs enter."""

@@ -1,0 +1,168 @@
+"""Reaches kept off obstacles.
+
+A row is in doubt where its posture enters something, or misses the target by little. It is solved
+anew from the comfort modes, by itself, and then led around what it enters (kernels.limbs.around):
+who is reached does not depend on who else is asked. A reach is what its posture shows: the tip on
+the target, the joints within their stops, nothing entered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.contact.collide import allowed_depth
+from workbench.contact.fields import field_of, packed_faces, packed_shells
+from workbench.contact.kernels.field import Field
+from workbench.contact.kernels.inside import Shells
+from workbench.geometry.polygon import Faces
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body, Topology
+from workbench.model.environment import Environment
+from workbench.posture.kernels.around import Trail, settle
+from workbench.posture.kernels.contacts import Limbs, Obstacles, overlaps
+from workbench.posture.reaching.chains import (
+    AGAIN,
+    PIECE,
+    Found,
+    Task,
+    cold,
+    rows_of,
+    seeds_of,
+    solved,
+)
+from workbench.posture.reaching.packing import packed_limbs
+from workbench.threads import in_pieces
+
+__all__ = ["Room", "cleared", "obstacles_of"]
+
+CLEAR = 2e-4
+"""Overlap [m] below which nothing is touched."""
+REACHED = 1e-4
+NEARLY = 2e-3
+"""Distances [m] within which a target is reached, and within which a search may still find that it
+is."""
+SMALL = 8
+"""Rows that a thread searches for at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """Obstacles: an environment, and which of its parts (K,) stand aside by shift (B, 3) [m] for
+    each body."""
+
+    environment: Environment
+    moving: Ints
+    shift: Floats
+    threads: int | None = None
+
+
+def cleared(task: Task, found: Found, room: Room, *, anew: bool = False) -> Found:
+    """The same reaches kept off obstacles. anew: whether the rows have followed one another, so
+    that one in doubt is to be solved again by itself."""
+    overlap = _overlap(task, found.angles, room)
+    miss = found.numbers[:, 0]
+    clear = overlap <= 0.0
+    doubt = np.flatnonzero(~clear | ((miss > REACHED) & (miss <= NEARLY)))
+    if not len(doubt):
+        return found
+    some = rows_of(task, doubt)
+    own = found.rows(doubt)
+    if anew:
+        nearly = np.flatnonzero(miss[doubt] <= NEARLY)
+        alone = rows_of(some, nearly)
+        start = cold(alone, own.angles[nearly])
+        own = own.changed(nearly, solved(alone, start, AGAIN, threads=room.threads))
+    return found.changed(doubt, _settled(some, own, room))
+
+
+def _settled(task: Task, found: Found, room: Room) -> Found:
+    """Rows kept off obstacles, each by itself."""
+    count = len(task)
+    trail = Trail(
+        np.array(found.angles),
+        np.array(found.numbers),
+        np.array(found.held),
+        np.zeros(count),
+        np.full(count, -1),
+    )
+    limbs, obstacles = _packed(task, room)
+    asked = (found.numbers[:, 0] <= NEARLY).astype(np.int64)
+    seeds = seeds_of(task.body, task.limb)
+
+    def work(begin: int, end: int) -> None:
+        settle(
+            task.link,
+            limbs,
+            task.who,
+            task.held,
+            (task.base, task.goal),
+            obstacles,
+            seeds,
+            asked,
+            trail,
+            begin,
+            end,
+        )
+
+    in_pieces(work, count, SMALL, threads=room.threads)
+    return Found(trail.angles, trail.numbers, trail.held, trail.overlap, trail.part)
+
+
+def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
+    around = obstacles_of(task.body, room.environment, room.moving, room.shift)
+    return packed_limbs(task.body, task.limb), around
+
+
+def obstacles_of(body: Body, environment: Environment, moving: Ints, shift: Floats) -> Obstacles:
+    """Obstacles packed for the kernels, for a body and those with the same segments; the parts
+    moving (K,) stand aside by shift (B, 3) [m] for each body."""
+    return _fixed(body.topology, environment, tuple(moving.tolist()))._replace(
+        shift=np.array(shift)
+    )
+
+
+@lru_cache(maxsize=8)
+def _fixed(topology: Topology, environment: Environment, moving: tuple[int, ...]) -> Obstacles:
+    """The obstacles for bodies of a topology, with the parts that move in a group of their own."""
+    shown = ~environment.hidden
+    moves = np.array(moving)
+    groups = [np.flatnonzero(shown & (moves == 0)), np.flatnonzero(shown & (moves > 0))]
+    chosen = tuple(tuple(group.tolist()) for group in groups if len(group) or group is groups[0])
+    allowed = allowed_depth(topology, environment)
+    least = np.stack(
+        [allowed[:, list(group)].min(axis=1, initial=np.inf) for group in chosen], axis=1
+    )
+    faces = Faces(*_plain(packed_faces(environment)))
+    shells = Shells(*_plain(packed_shells(environment)))
+    field = Field(*_plain(field_of(environment, chosen, lists=False)))
+    owner, allowed, moves, normal, least = _plain(
+        [environment.polygon_part, allowed, moves, environment.normal, least]
+    )
+    return Obstacles(faces, shells, field, owner, allowed, moves, normal, least, np.zeros((1, 3)))
+
+
+def _plain(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
+    """Arrays as read-only ones in memory, whether they were that, or maps of a file: for each kind
+    of array the kernels would be compiled again."""
+    views = [np.asarray(array).view() for array in arrays]
+    for view in views:
+        view.flags.writeable = False
+    return views
+
+
+def _overlap(task: Task, angles: Floats, room: Room) -> Floats:
+    """(P,) [m] how deep limbs at angles (P, K, 3) are in obstacles beyond what is allowed."""
+    found = np.zeros(len(angles))
+    limbs, obstacles = _packed(task, room)
+
+    def work(begin: int, end: int) -> None:
+        overlaps(limbs, task.who, task.held, task.base, angles, obstacles, CLEAR, found, begin, end)
+
+    in_pieces(work, len(angles), PIECE, threads=room.threads)
+    return found

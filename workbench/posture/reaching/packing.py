@@ -1,0 +1,119 @@
+"""Limbs of the rows of a body packed for the kernels: chains of joints, and spheres that go along."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.body.forward import packed_chain, packed_skin
+from workbench.body.kernels.forward import Skin
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.blend import blend_point
+from workbench.model.body import Body
+from workbench.model.kept import kept_with_body
+from workbench.model.window import logical_window
+from workbench.posture.kernels.contacts import Limbs
+from workbench.posture.kernels.linkage import Linkage
+from workbench.posture.reaching.limbs import Limb, landmarks, solids
+from workbench.posture.reaching.linkage import joints_between, linkage
+
+__all__ = ["packed_limbs", "packed_links"]
+
+
+@kept_with_body
+def packed_links(body: Body, limb: Limb) -> Linkage:
+    """The chain of a limb, with the lengths of all rows of the body."""
+    one = linkage(body, (limb.base, limb.end), limb.free, (limb.tip, limb.pointing))
+    if len(body) == 1:
+        return one
+    joints = joints_between(body, limb.base, limb.end)
+    tip, pointing = landmarks(body, limb)
+    parent = np.ascontiguousarray(body.joint_in_parent[:, joints])
+    child = np.ascontiguousarray(body.joint_in_child[:, joints])
+    return one._replace(at_parent=parent, at_child=child, tip=tip, pointing=pointing)
+
+
+@kept_with_body
+def packed_limbs(body: Body, limb: Limb) -> Limbs:
+    """The segments that go along with a limb and their spheres, of all rows of the body."""
+    shown = logical_window(body, [body.segments[n] for n in limb.moving], limb.base)
+    chain = packed_chain(body, limb.base, shown)
+    moving = np.isin(np.arange(len(body.segments)), limb.moving)
+    sphere = np.flatnonzero(moving[body.sphere_segment])
+    segment = body.sphere_segment[sphere]
+    joints = joints_between(body, limb.base, limb.end)
+    link, carrier = _carriers(body, limb, joints)
+    arm = body.centre[:, sphere] - body.twist_point[:, segment]
+    line = body.twist_axis[:, segment]
+    out = arm - np.einsum("bsi,bsi->bs", arm, line)[..., None] * line
+    up = chain.upward[:, None] == 1
+    below = body.joint_in_child[:, chain.joint]
+    above = body.joint_in_parent[:, chain.joint]
+    return Limbs(
+        skin=_skin(body, sphere, moving),
+        chain=chain,
+        centre=_columns(body.centre[:, sphere]),
+        out=_columns(out),
+        across=_columns(np.cross(line, out)),
+        radius=np.ascontiguousarray(body.radius[:, sphere]),
+        twist_axis=np.array(body.twist_axis),
+        twist_share=np.ascontiguousarray(body.twist_share[:, sphere]),
+        blend_share=np.ascontiguousarray(body.blend_share[:, sphere]),
+        blend_point=np.ascontiguousarray(blend_point(body)[:, sphere]),
+        at_came=np.ascontiguousarray(np.where(up, below, above)),
+        at_to=np.ascontiguousarray(np.where(up, above, below)),
+        solid=np.ascontiguousarray(solids(body, limb)[:, sphere].astype(np.int64)),
+        segment=segment,
+        link=link[segment],
+        carrier=carrier[segment],
+        joint=np.array(joints, dtype=np.int64),
+        free=np.isin(joints, limb.free).astype(np.int64),
+        axes=np.array(body.stops.axes),
+        base=limb.base,
+    )
+
+
+def _carriers(body: Body, limb: Limb, joints: Sequence[int]) -> tuple[Ints, Ints]:
+    """(N,) the link of the chain that each moving segment goes along with, and that link's segment:
+    what hangs on the chain without being in it (the head) goes with the last link before it."""
+    link = np.zeros(len(body.segments), dtype=np.int64)
+    carrier = np.full(len(body.segments), limb.base)
+    own = {joint + 1: k + 1 for k, joint in enumerate(joints)}
+    for n in range(len(body.segments)):
+        if n in own:
+            link[n] = own[n]
+            carrier[n] = n
+        elif body.parent[n] >= 0:
+            link[n] = link[body.parent[n]]
+            carrier[n] = carrier[body.parent[n]]
+    return link, carrier
+
+
+def _columns(values: Floats) -> Floats:
+    return np.ascontiguousarray(values.transpose(0, 2, 1))
+
+
+def _skin(body: Body, sphere: Ints, moving: Bools) -> Skin:
+    """The skin of one body with only these spheres in it, numbered anew."""
+    whole = packed_skin(body, moving)
+    place = np.full(len(body.sphere_names), -1)
+    place[sphere] = np.arange(len(sphere))
+    start = np.concatenate(
+        [[0], np.cumsum(np.bincount(body.sphere_segment[sphere], minlength=len(body.segments)))]
+    )
+    blended = whole.blended[place[whole.blended] >= 0]
+    counts = np.bincount(body.sphere_segment[blended], minlength=len(body.segments))
+    # copies, so that kernels see arrays of one kind, however the body was made: each other kind is
+    # compiled anew
+    return whole._replace(
+        twist_axis=np.array(whole.twist_axis),
+        twist_share=np.array(whole.twist_share),
+        blend_share=np.array(whole.blend_share),
+        twist_joint=np.array(whole.twist_joint),
+        start=start.astype(np.int64),
+        blend_joint=np.ascontiguousarray(whole.blend_joint[sphere]),
+        blended=place[blended],
+        blend_start=np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
+        distal=np.ascontiguousarray(whole.distal[sphere]),
+    )

@@ -1,0 +1,46 @@
+"""What a sitter's posture is asked for: pedals with the floor below them, places along a seat's
+travel, the eyes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.kept import kept_with_body
+from workbench.posture.reaching.limbs import Limb, limb
+
+__all__ = ["STEP", "Pedals", "pointed_foot", "positions"]
+
+STEP = 0.01
+"""Spacing [m] of the seat positions that are tried."""
+
+
+@dataclass(frozen=True)
+class Pedals:
+    """Where the balls of the feet go [m], by "left foot" and "right foot", and the height [m] of
+    the floor that the heels stand on, None where they stand on nothing."""
+
+    at: Mapping[str, tuple[float, float, float]]
+    floor: float | None = None
+
+
+def positions(travel: tuple[float, float]) -> Floats:
+    """Positions from the rear to the front of a travel, its ends and zero among them."""
+    low, high = travel
+    grid = np.arange(np.ceil(low / STEP), np.floor(high / STEP) + 1) * STEP
+    ends = [low, min(max(0.0, low), high), high]
+    positions: Floats = np.unique(np.round(np.concatenate([ends, grid]), 9))
+    return positions
+
+
+@kept_with_body
+def pointed_foot(body: Body, name: str) -> Limb:
+    """The foot that arrives by its ball, pointing from the heel to the ball."""
+    ball = limb(body, name, grip="ball")
+    heel = limb(body, name, grip="heel")
+    sole = ball.tip - heel.tip
+    return replace(ball, pointing=sole / np.linalg.norm(sole))

@@ -1,0 +1,168 @@
+"""What rests on a seat, of many bodies at once: heights that do not change with the legs, packed
+for the kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.body.forward import segment_frames
+from workbench.errors import InputError
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
+from workbench.model.environment import Rest, Seat
+from workbench.model.kept import kept_with_body
+from workbench.model.poses import Poses
+from workbench.posture.kernels.contacts import least_heights
+from workbench.posture.kernels.sitting import Sitting
+from workbench.posture.reaching.limbs import Limb
+from workbench.posture.reaching.packing import packed_limbs
+from workbench.posture.seating.seating import seat_attitude, seat_planes
+
+__all__ = ["Lap", "at_rest", "lap_of", "sitting_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Lap:
+    """The segment that the legs hang on, of B people who lean with the seat's back.
+
+    lean (B, 3, 4): its frame where the segment that poses are placed by is at the origin; attitude
+    (B, 3, 4): the same with itself at the origin; eyes (B, 3) [m]: from it to the middle of the
+    eyes; wanted (B,) [m]: its height that brings the eyes to theirs, NaN where none is asked for.
+    """
+
+    segment: int
+    lean: Floats
+    attitude: Floats
+    eyes: Floats
+    wanted: Floats
+
+
+def lap_of(body: Body, poses: Poses, seat: Seat, *, segment: int, eye: float | None) -> Lap:
+    """The laps of bodies in poses, a row each. InputError where eyes are asked for that a body does
+    not have."""
+    world = np.zeros((len(poses), 3, 4))
+    world[:, :, :3] = seat_attitude(seat)
+    lean = segment_frames(body, Poses(poses.rotations, poses.reference, world), segment)
+    attitude = lean.copy()
+    attitude[:, :, 3] = 0.0
+    names = ("left eye", "right eye")
+    eyes = np.full((len(poses), 3), np.nan)
+    if all(name in body.sphere_names for name in names):
+        sphere = [body.sphere_names.index(name) for name in names]
+        head = segment_frames(
+            body, Poses(poses.rotations, segment, attitude), int(body.sphere_segment[sphere[0]])
+        )
+        eyes = (
+            np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1))
+            + head[:, :, 3]
+        )
+    elif eye is not None:
+        raise InputError(f"body {body.name} has no spheres 'left eye' and 'right eye'")
+    return Lap(
+        segment,
+        lean,
+        attitude,
+        eyes,
+        np.full(len(poses), np.nan) if eye is None else eye - eyes[:, 2],
+    )
+
+
+def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
+    """How bodies sit on a seat. InputError where no segment with spheres rests there."""
+    segment = lap.segment
+    lean = lap.lean
+    cushion, back, centre = seat_planes(seat)
+    ways = np.stack([cushion, back])
+    counts = np.stack([_resting(body, rest) for rest in (seat.cushion, seat.back)])
+    moving = counts.any(axis=0) & _by_legs(body, segment)
+    still = counts.any(axis=0) & ~moving
+    fixed = np.full((len(body), 2), np.inf)
+    if still.any():
+        limbs = packed_limbs(body, _rests(body, segment, tuple(np.flatnonzero(still).tolist())))
+        who = np.arange(len(body))
+        turns = np.array(poses.rotations)
+        least_heights(limbs, who, turns, lap.attitude, (ways, counts), fixed, 0, len(body))
+    point = np.array(seat.srp)
+    depth = np.array([seat.cushion.depth, seat.back.depth])
+    level = np.concatenate(
+        [
+            np.repeat((ways @ point - depth)[None], len(body), axis=0),
+            (centre @ point + lean[:, :, 3] @ centre)[:, None],
+        ],
+        axis=1,
+    )
+    segments = tuple(np.flatnonzero(moving).tolist()) or (segment,)
+    return Sitting(
+        limbs=packed_limbs(body, _rests(body, segment, segments)),
+        counts=counts,
+        ways=ways,
+        fixed=fixed,
+        lap=lap.attitude,
+        level=level,
+        solve=np.linalg.inv(np.stack([cushion, back, centre])),
+        ahead=np.array([centre[1], -centre[0], 0.0]),
+        rise=np.array(seat.travel_up, dtype=np.float64),
+        eye=lap.wanted,
+    )
+
+
+def at_rest(sitting: Sitting, rotations: Floats) -> tuple[Floats, Floats]:
+    """Where the lap (B, 3) [m] comes to rest with the legs as they are, the seat not moved forward,
+    and the seat's travel up (B,) [m] that brings the eyes to their height."""
+    heights = np.zeros((len(rotations), 2))
+    who = np.arange(len(rotations))
+    least_heights(
+        sitting.limbs,
+        who,
+        np.array(rotations),
+        sitting.lap,
+        (sitting.ways, sitting.counts),
+        heights,
+        0,
+        len(who),
+    )
+    off = sitting.level.copy()
+    off[:, :2] -= np.minimum(heights, sitting.fixed)
+    at: Floats = off @ sitting.solve.T
+    low, high = sitting.rise
+    up = np.where(
+        np.isnan(sitting.eye), min(max(0.0, low), high), np.clip(sitting.eye - at[:, 2], low, high)
+    )
+    at[:, 2] += up
+    return at, up
+
+
+def _resting(body: Body, rest: Rest) -> Bools:
+    """(N,) the segments that rest there. InputError where none of them has spheres."""
+    names = body.segments if "all" in rest.segments else rest.segments
+    found: Bools = np.isin(body.segments, names) & (np.diff(body.start) > 0)
+    if not found.any():
+        raise InputError(
+            f"body {body.name} has no spheres in {list(rest.segments)}, which rest on {rest.part!r}"
+        )
+    return found
+
+
+def _by_legs(body: Body, lap: int) -> Bools:
+    """(N,) the segments whose spheres move with the joints of the legs: legs, and what is blended
+    with them."""
+    legs = np.zeros(len(body.segments), dtype=np.bool_)
+    for name in ("LUL", "RUL"):
+        if name in body.segments:
+            legs[body.segment(name)] = True
+    for n in range(1, len(body.segments)):
+        legs[n] |= legs[body.parent[n]]
+    joint = legs[1:]  # a joint is that of the segment beyond it
+    found = legs.copy()
+    blended = (body.blend_joint >= 0) & joint[np.maximum(body.blend_joint, 0)]
+    found[body.sphere_segment[blended]] = True
+    return found
+
+
+@kept_with_body
+def _rests(body: Body, base: int, segments: tuple[int, ...]) -> Limb:
+    """Some segments that rest on a seat, as a limb without joints."""
+    none = np.zeros(len(body.sphere_names), dtype=np.bool_)
+    return Limb("what rests", base, base, (), np.zeros(3), np.zeros(3), segments, none)

@@ -1,0 +1,141 @@
+"""The trunk in side view: a body's own landmarks for the published angles, and the tilts that come
+nearest to them.
+
+The waist joint stands for the sacrum's upper end (L5/S1), the solar plexus joint for T12/L1, the
+neck pivot for C7/T1; the ears and the eyes are the body's. Where a body has these joints a little
+elsewhere, its bones are so much longer or shorter than people's, and the angles cannot all be had
+together with the line from hip to eye.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from workbench.errors import InputError, one_of
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.driving import DrivingAngles
+from workbench.model.kept import kept_with_body
+from workbench.model.poses import Placed
+from workbench.model.posing import motion_of
+from workbench.posture.kernels.trunk import trunk_turns
+
+__all__ = ["SPINE", "Spine", "side_view", "spine_of", "spine_tilts"]
+
+SPINE = ("LT", "W", "SP", "NP", "HP")
+"""The lower torso, and the joints that tilt what is above."""
+TRUNK = (5, 4, 3, 2, 1)
+"""Pelvis, abdomen, thorax, neck, head in ANGLES."""
+JUST = 1e-6
+LEAN = (-1.0, 2.0)
+"""How far [rad] a lower torso may tilt aft."""
+
+
+@dataclass(frozen=True, eq=False)
+class Spine:
+    """A trunk in side view, upright as in the zero pose: hips (3,) [m] the middle of the hip joints
+    in the lower torso; links (6, 2) [m]: forward and up from the hips to the waist, to the solar
+    plexus, the neck pivot, the head pivot, the ear, and from the ear to the eye; flexion (4, 2)
+    [rad]: least and greatest flexion of the joints."""
+
+    hips: Floats
+    links: Floats
+    flexion: Floats
+
+
+@kept_with_body
+def spine_of(body: Body) -> Spine:
+    """The trunk of a body. InputError where it has no human trunk, or no eyes and ears."""
+    for name in ("LH", "RH", *SPINE[1:]):
+        body.joint(name)
+    hips = 0.5 * (
+        body.joint_in_parent[0, body.joint("LH")] + body.joint_in_parent[0, body.joint("RH")]
+    )
+    joints = [body.joint(name) for name in SPINE[1:]]
+    ear = _middle(body, "ear")
+    eye = _middle(body, "eye")
+    points = [body.joint_in_parent[0][joints[0]] - hips]
+    points += [body.joint_in_parent[0, b] - body.joint_in_child[0, a] for a, b in pairwise(joints)]
+    points += [ear - body.joint_in_child[0][joints[3]], eye - ear]
+    flexion = np.zeros((4, 2))
+    for k, joint in enumerate(joints):
+        axis, sign = motion_of(body, joint, "flexion")
+        first, second = body.stops.limits[joint, axis]
+        flexion[k] = (-second, first) if sign > 0 else (-first, second)
+    return Spine(hips, np.array(points)[:, [0, 2]], flexion)
+
+
+def _middle(body: Body, name: str) -> Floats:
+    """Midway between a left and a right sphere of the head (3,) [m]."""
+    rows = []
+    for side in ("left", "right"):
+        if f"{side} {name}" not in body.sphere_names:
+            known = [n for n in body.sphere_names if n]
+            raise InputError(
+                f"body {body.name} has no sphere '{side} {name}'; {one_of(f'{side} {name}', known)}"
+            )
+        rows.append(body.centre[0, body.sphere_names.index(f"{side} {name}")])
+    middle: Floats = 0.5 * (rows[0] + rows[1])
+    return middle
+
+
+def spine_tilts(spines: Sequence[Spine], angles: Sequence[DrivingAngles]) -> Floats:
+    """(P, 5) [rad] how far lower, central and upper torso, neck and head of P trunks tilt aft of
+    upright.
+
+    The line from hip to eye is held, as the cascade has it; within the joint stops the five angles
+    are as near to the given ones as they can be, by least squares in units of their scatter. Where
+    the stops do not let the line be had, it is come near to.
+    """
+    mean = np.array([one.mean for one in angles])
+    spread = np.array([one.spread for one in angles])
+    links = np.array([spine.links for spine in spines])
+    count = len(spines)
+    bounds = np.empty((count, 5, 2))
+    bounds[:, 0] = LEAN
+    bounds[:, 1:] = np.array([spine.flexion for spine in spines]) + np.array([JUST, -JUST])
+    turns = np.zeros((count, 5))
+    turns[:, 0] = mean[:, TRUNK[0]] - np.arctan2(-links[:, 0, 0], links[:, 0, 1])
+    turns = np.clip(turns, bounds[..., 0], bounds[..., 1])
+    wanted = np.ascontiguousarray(mean[:, [0, *TRUNK]])
+    trunk_turns(links, wanted, np.ascontiguousarray(spread[:, list(TRUNK)]), bounds, turns)
+    tilts: Floats = np.concatenate(
+        [turns[:, :1], turns[:, :1] - np.cumsum(turns[:, 1:], axis=1)], axis=1
+    )
+    return tilts
+
+
+def side_view(placed: Placed) -> Floats:
+    """(P, 8) [rad] the angles of ANGLES as placed bodies have them, facing along +x; thigh and knee
+    are the right leg's."""
+    body = placed.body
+    world = placed.world_from_segment
+
+    def joint(name: str) -> Floats:
+        j = body.joint(name)
+        frame = world[:, body.parent[j + 1]]
+        at: Floats = frame[:, :, :3] @ body.joint_in_parent[0, j] + frame[:, :, 3]
+        return at
+
+    hips = 0.5 * (joint("LH") + joint("RH"))
+    head = world[:, body.segment("H")]
+    ear, eye = (head[:, :, :3] @ _middle(body, name) + head[:, :, 3] for name in ("ear", "eye"))
+    waist = joint("W")
+    plexus = joint("SP")
+    neck = joint("NP")
+    hip = joint("RH")
+    knee = joint("RK")
+    ankle = joint("RA")
+    aft = [(hips, eye), (neck, ear), (plexus, neck), (waist, plexus), (hips, waist)]
+    rows = [np.arctan2(a[:, 0] - b[:, 0], b[:, 2] - a[:, 2]) for a, b in aft]
+    rows.insert(1, np.arctan2(eye[:, 2] - ear[:, 2], eye[:, 0] - ear[:, 0]))
+    rows.append(np.arctan2(knee[:, 2] - hip[:, 2], knee[:, 0] - hip[:, 0]))
+    one = hip - knee
+    two = ankle - knee
+    cosine = np.sum(one * two, axis=1) / (np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1))
+    rows.append(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    return np.stack(rows, axis=1)
