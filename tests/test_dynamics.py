@@ -143,7 +143,7 @@ def test_a_ball_has_the_inertia_of_a_ball_and_a_joint_carries_what_lies_beyond(b
     some = np.arange(len(bubbleman.sphere_names))[bubbleman.spheres(n)]
     one = replace_spheres(bubbleman, n, some[:1])
     tensor = segment_inertia(one, mass)[n]
-    radius = one.radius[one.spheres(n)][0]
+    radius = one.radius[0, one.spheres(n)][0]
     assert np.diag(tensor) == pytest.approx(0.4 * mass[n] * radius**2, rel=0.02)
     still = Poses(
         compose(bubbleman, np.zeros((1, len(bubbleman.joints), 3))), 0, np.eye(3, 4)[None]

@@ -296,7 +296,7 @@ def test_an_end_meets_another_chain_s_arc_only_along_its_angle() -> None:
 
 def test_more_spheres_than_anyone_can_draw_as_lines_are_refused():
     body = crowd()
-    many = Scene(tuple(body for _ in range(50_001 // len(body.placed.body.radius) + 1)))
+    many = Scene(tuple(body for _ in range(50_001 // len(body.placed.body.sphere_names) + 1)))
     with pytest.raises(
         UsageError, match=r"outline: .* spheres; 50000 at most, or draw them as disks"
     ):
