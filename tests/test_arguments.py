@@ -341,7 +341,6 @@ def human_cases(tmp_path):
 
 
 FILES = [
-    "load_accommodation",
     "load_body",
     "load_environment",
     "load_population_model",

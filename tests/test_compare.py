@@ -298,7 +298,7 @@ def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys
     out = tmp_path / "both"
     for one, two, told in [
         (str(folders / "before"), str(folders / "nowhere.json"), "no such file"),
-        (str(folders / "before"), "trainer_clearance", "is a clearance study"),
+        (str(folders / "before"), "trainer_clearance", "is no study of a population"),
         ("no_such_study", str(folders / "before"), "no_such_study"),
     ]:
         assert main(["compare", one, two, "--out", str(out)]) == 3
