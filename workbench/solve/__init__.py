@@ -1,2 +1,0 @@
-"""Questions answered on batches of arrays: where the segments are, what touches, how near the joint
-stops are."""
