@@ -71,7 +71,7 @@ class Topology:
         check_fields(self)
         n = len(self.segments)
         s = len(self.sphere_names)
-        if not len(self.blend_joint):
+        if not np.size(self.blend_joint):
             object.__setattr__(self, "blend_joint", np.full(s, -1))
         shapes: dict[str, tuple[type, tuple[int, ...]]] = {
             "parent": (np.int64, (n,)),
@@ -172,9 +172,9 @@ class Body:
         b = len(self.centre)
         n = len(self.segments)
         s = len(self.sphere_names)
-        if not self.blend_share.size:
+        if not np.size(self.blend_share):
             object.__setattr__(self, "blend_share", np.zeros((b, s)))
-        if not self.basis_at.size:
+        if not np.size(self.basis_at):
             object.__setattr__(self, "basis_at", np.zeros((b, 0)))
         shapes: dict[str, tuple[int, ...]] = {
             "joint_in_parent": (b, n - 1, 3),

@@ -117,7 +117,7 @@ class Placed:
         centres = frozen(self.centres, np.float64, (len(world), s, 3), "placed.centres")
         object.__setattr__(self, "centres", centres)
         object.__setattr__(self, "window", frozen(self.window, np.bool_, (n,), "placed.window"))
-        person = self.person if len(self.person) else _first_rows(len(world))
+        person = self.person if np.size(self.person) else _first_rows(len(world))
         person = _rows(person, len(world), "placed.person")
         if len(self.body) > 1 or person.any():
             _check_people(self.body, person, "placed.person")
