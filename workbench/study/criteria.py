@@ -241,7 +241,7 @@ def _excursion(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
         rows = [n for n, name in enumerate(body.segments) if name in criterion.segments]
         about = np.flatnonzero(np.isin(body.sphere_segment, rows))
         gap = person.placed.centres[:, about] - np.array(criterion.origin)
-        ahead = gap @ np.array(criterion.direction) + body.radius[about]
+        ahead = gap @ np.array(criterion.direction) + body.radius[0, about]
         for case, sphere in enumerate(ahead.argmax(axis=1).tolist()):
             segment = body.segment_names[int(body.sphere_segment[about[sphere]])]
             value = -float(ahead[case, sphere])
