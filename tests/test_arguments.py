@@ -127,6 +127,7 @@ def arm_cases(one_arm):
             "threads": 1,
         },
         "clearance": {"placed": placed, "environment": room, "device": "cpu"},
+        "stack_bodies": ([one_arm, one_arm],),
         "collides": {
             "placed": placed,
             "environment": room,

@@ -17,6 +17,7 @@ from workbench.posture.seating.seating import seat_planes
 from workbench.study.reaches import buried_controls
 
 FOLDER = ROOT / "environments" / "compact_car"
+SCRIPTS = ROOT / "tools" / "environments" / "compact_car"
 
 
 @pytest.fixture(scope="module")
@@ -53,11 +54,11 @@ def test_all_parts_are_closed_solids_and_no_control_is_inside_another_part(car):
 
 
 def test_the_points_are_those_of_the_dimensions(at):
-    sys.path.insert(0, str(FOLDER))
+    sys.path.insert(0, str(SCRIPTS))
     try:
         import dimensions as d
     finally:
-        sys.path.remove(str(FOLDER))
+        sys.path.remove(str(SCRIPTS))
     for name, place in (
         ("accelerator_heel", d.HEEL),
         ("ball_of_foot", d.BALL),

@@ -64,7 +64,7 @@ def planar_ends(body, first, second, rays=None):
         (1, 2),
         np.ones(3, dtype=bool),
     )
-    task = asked([arm], wb.pose(arm, {}), chain)
+    task = asked(arm, wb.pose(arm, {}), chain)
     if rays is None:
         rays = point_rays(np.zeros((1, 3)), *ray_grid(15))
     return rays, ray_ends(task, rays, drawn(task, 512))
@@ -110,8 +110,9 @@ def test_a_longer_arm_never_reaches_less(planar, first, second, more, angle):
     short, long = (
         planar_ends(planar, first, length, ray)[1].outer[0] for length in (second, second + more)
     )
-    assert short == pytest.approx(first + second, abs=5e-4)
     assert long >= short - 5e-4
+    if abs(angle - np.pi / 2) > np.radians(10):  # else the first link's stops are in the way
+        assert short == pytest.approx(first + second, abs=5e-4)
 
 
 def test_all_lengths_twice_as_long_reach_twice_as_far(planar):

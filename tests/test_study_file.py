@@ -294,7 +294,7 @@ def test_a_subpart_is_part_of_its_segment(sitter):
 def test_an_excursion_of_a_posture_is_that_of_its_farthest_sphere(sitter):
     placed = sitter.people[0].placed
     head = placed.body.spheres(placed.body.segment("H"))
-    ahead = (placed.centres[0, head, 0] + placed.body.radius[head]).max()
+    ahead = (placed.centres[0, head, 0] + placed.body.radius[0, head]).max()
     assert asked(sitter)["forward"][1] == pytest.approx(-ahead, abs=1e-12)
 
 

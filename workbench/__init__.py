@@ -11,21 +11,24 @@ a wrong one is a UsageError that names it.
 
 from __future__ import annotations
 
-import lazy_loader
-
 TYPE_CHECKING = False  # as in typing, which takes some milliseconds to import
 if TYPE_CHECKING:
     from typing import Any
 
 __version__ = "0.1.0"
 
-_import, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-__all__ += ["__version__"]
-
 
 def __getattr__(name: str) -> Any:
     """Import a public name; functions are wrapped so that they check their arguments."""
-    found = _import(name)
+    if "_import" not in globals():
+        # not before a name is wanted: until the command line has seen to Ctrl-C, little is imported
+        import lazy_loader
+
+        public, _, names = lazy_loader.attach_stub(__name__, __file__)
+        globals().update(_import=public, __all__=[*names, "__version__"])
+    if name == "__all__":
+        return globals()["__all__"]
+    found = globals()["_import"](name)
     if callable(found) and not isinstance(found, type):
         from workbench.model.arguments import checked
 
@@ -33,3 +36,8 @@ def __getattr__(name: str) -> Any:
         found.__module__ = __name__  # where pickle finds it
     globals()[name] = found
     return found
+
+
+def __dir__() -> list[str]:
+    names: list[str] = __getattr__("__all__")
+    return names
