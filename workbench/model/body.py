@@ -320,6 +320,12 @@ class Body:
         return self.topology.sphere_names
 
     @property
+    def subparts(self) -> tuple[str, ...]:
+        """The S spheres as studies name them, "RLL/knee cap"; "" where unnamed."""
+        pairs = zip(self.sphere_segment, self.sphere_names, strict=True)
+        return tuple(f"{self.segments[segment]}/{name}" if name else "" for segment, name in pairs)
+
+    @property
     def sphere_direction(self) -> Ints:
         """(S,) index into DIRECTIONS, or -1."""
         return self.topology.sphere_direction

@@ -17,8 +17,8 @@ from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.posture_study import Person, SeatFit
 from workbench.model.result import ControlReach, Finding, PersonResult, Verdict
-from workbench.study.accommodation.sitting_gaps import pair_of
 from workbench.study.accommodation.views import margin_of_view
+from workbench.study.pairs import pair_of
 
 __all__ = ["Measured", "verdict"]
 

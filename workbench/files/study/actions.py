@@ -48,10 +48,8 @@ from workbench.model.study import (
     SimulatedMotion,
 )
 
-__all__ = ["MOVING", "CaseActions", "aims_of", "case_actions", "load_actions", "with_postures"]
+__all__ = ["CaseActions", "aims_of", "case_actions", "load_actions", "with_postures"]
 
-MOVING = ("motion", "simulated")
-"""The actions that are motions."""
 CaseActions = dict[tuple[int, str], Action]
 """The actions that could be loaded, by the row of their case and the role."""
 

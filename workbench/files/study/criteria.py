@@ -12,16 +12,15 @@ from workbench.errors import InputError, one_of
 from workbench.files.catalogue import find
 from workbench.files.names import matches, matching
 from workbench.files.schema import validate
-from workbench.files.study.actions import MOVING
 from workbench.files.study.roles import LoadedRole
 from workbench.files.study.schema import ActionFile, CriterionFile, RoleFile, RulesFile
 from workbench.files.study.work import Key, Work
 from workbench.files.yaml_text import read_yaml
-from workbench.model.body import Body, segment_words
+from workbench.model.body import segment_words
 from workbench.model.criterion import Criterion, Limit
 from workbench.model.environment import Environment
 
-__all__ = ["Known", "criteria_of", "subparts_of", "unfit", "visible_parts"]
+__all__ = ["Known", "criteria_of", "unfit", "visible_parts"]
 
 Pair = tuple[str, str]
 """A role and a case, by their names."""
@@ -47,7 +46,7 @@ class Known:
     @property
     def subparts(self) -> list[str]:
         """The named spheres of all bodies, each once."""
-        names = (name for role in self.roles.values() for name in subparts_of(role.body))
+        names = (name for role in self.roles.values() for name in role.body.subparts if name)
         return list(dict.fromkeys(names))
 
     @property
@@ -59,12 +58,6 @@ class Known:
         return found
 
 
-def subparts_of(body: Body) -> list[str]:
-    """The named spheres of a body, as "RLL/knee cap"."""
-    pairs = zip(body.sphere_segment, body.sphere_names, strict=True)
-    return [f"{body.segments[segment]}/{name}" for segment, name in pairs if name]
-
-
 def visible_parts(room: Environment) -> tuple[str, ...]:
     """The parts that are checked: a hidden one is neither drawn nor measured."""
     pairs = zip(room.parts, room.hidden, strict=True)
@@ -73,7 +66,7 @@ def visible_parts(room: Environment) -> tuple[str, ...]:
 
 def unfit(check: str, role: RoleFile, action: ActionFile) -> str:
     """Why a check cannot be asked of a role's action, "" where it can."""
-    moving = action.kind in MOVING
+    moving = action.moves
     predicted = action.predicted or action.driver
     if check in ("reach", "pedals", "preferred_seat", "eye_height", "view_over") and moving:
         return "it cannot be asked of a motion"
@@ -117,9 +110,8 @@ def _twice(work: Work) -> None:
 def _asked_twice(work: Work, known: Known) -> None:
     """Report controls of a population that two criteria ask for by the same hand in the same zone:
     they would be counted twice."""
-    crowd = any(role is not None and role.population for role in work.parts.roles.values())
     asked: dict[tuple[str, str, int], str] = {}
-    for row, file in work.parts.criteria if crowd else ():
+    for row, file in work.parts.criteria if work.parts.crowd else ():
         if file.check != "reach" or known.room is None:
             continue
         for control in known.room.controls:
@@ -179,7 +171,7 @@ def _pairs(work: Work, entry: tuple[int, CriterionFile]) -> list[Pair]:
     if not work.parts.people_whole or row not in work.parts.criteria_whole:
         return []
     if file.check == "share":
-        if not any(role and role.population for role in work.parts.roles.values()):
+        if work.parts.crowd is None:
             what = "a share is of a population; give a role a 'population'"
             work.fault(("criteria", row, "check"), what)
         return []
@@ -260,7 +252,7 @@ def _criterion(
         at_least /= 100
     direction = np.array(file.direction or (1.0, 0.0, 0.0))
     x, y, z = (float(v) for v in direction / np.linalg.norm(direction))
-    most = {"pedals": 0.001}.get(file.check, 0.0)
+    most = 0.001 if file.check == "pedals" else 0.0
     return Criterion(
         name=file.name,
         check=file.check,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from workbench.files.study.actions import MOVING
 from workbench.files.study.schema import PositionFile, RoleFile
 from workbench.files.study.work import Work
 
@@ -20,15 +19,10 @@ def limit_faults(work: Work) -> None:
         if isinstance(role.position, PositionFile) and role.position.tilt:
             what = "a seat cannot be tilted yet; leave 'tilt' out, or turn the seat's mesh"
             work.fault((*key, "position", "tilt"), what)
-    crowd = next((name for name, role in roles.items() if role.population is not None), None)
-    moving = any(
-        action is not None and action.kind in MOVING
-        for _, case in work.parts.cases
-        for action in case.actions.values()
-    )
+    crowd = work.parts.crowd
     if crowd is not None:
-        _crowd_faults(work, crowd, roles, moving)
-    if moving:
+        _crowd_faults(work, crowd, roles)
+    if work.parts.moves:
         _motion_faults(work, roles)
     if crowd is None:
         for row, _ in enumerate(work.parts.maps):
@@ -36,7 +30,7 @@ def limit_faults(work: Work) -> None:
             work.fault(("reach_maps", row, "people"), what)
 
 
-def _crowd_faults(work: Work, name: str, roles: dict[str, RoleFile], moving: bool) -> None:
+def _crowd_faults(work: Work, name: str, roles: dict[str, RoleFile]) -> None:
     """A population takes one role alone, in one case, in a seat."""
     key = ("people", name, "population")
     if len(roles) > 1:
@@ -45,7 +39,7 @@ def _crowd_faults(work: Work, name: str, roles: dict[str, RoleFile], moving: boo
     if len(work.parts.cases) > 1:
         what = "a population has one case yet: leave the other cases out, or give a 'size'"
         work.fault(("cases", work.parts.cases[1][0]), what)
-    if moving:
+    if work.parts.moves:
         work.fault(key, "a population does not move yet: give one 'size' for a motion")
     elif roles[name].seat is None:
         work.fault(key, "a population sits yet: give the role a 'seat', or one 'size'")
@@ -68,7 +62,7 @@ def _motion_faults(work: Work, roles: dict[str, RoleFile]) -> None:
         work.fault(("cases", work.parts.cases[2][0]), what)
     for row, case in work.parts.cases:
         for name, action in case.actions.items():
-            if action is not None and action.kind not in MOVING:
+            if action is not None and not action.moves:
                 what = (
                     "a case is no motion, though another one is: postures go into a study of "
                     "their own yet"

@@ -71,6 +71,18 @@ class StudyParts:
     signals: SignalsFile | None = None
     forces: list[tuple[int, ContactFile]] = field(default_factory=list)
 
+    @property
+    def crowd(self) -> str | None:
+        """The role that a population takes, None where there is none."""
+        crowds = (name for name, role in self.roles.items() if role and role.population)
+        return next(crowds, None)
+
+    @property
+    def moves(self) -> bool:
+        """Whether any action is a motion."""
+        actions = (action for _, case in self.cases for action in case.actions.values())
+        return any(action is not None and action.moves for action in actions)
+
 
 def read_parts(document: Document) -> tuple[StudyParts, list[str]]:
     """The parts of a study file, and a line for each fault of its form. InputError where the file

@@ -12,7 +12,6 @@ from workbench.files.crash.restraints import contact_faults, law_in_si
 from workbench.files.environments import environment_files, load_environment
 from workbench.files.names import matches, matching
 from workbench.files.study.actions import (
-    MOVING,
     CaseActions,
     load_actions,
     with_postures,
@@ -21,7 +20,7 @@ from workbench.files.study.criteria import Known, criteria_of, visible_parts
 from workbench.files.study.limits import limit_faults
 from workbench.files.study.parts import read_parts
 from workbench.files.study.roles import LoadedRole, load_roles, place_faults
-from workbench.files.study.schema import ChangeFile, PositionFile, RoleFile, StudyFile
+from workbench.files.study.schema import ActionFile, ChangeFile, PositionFile, RoleFile, StudyFile
 from workbench.files.study.work import Work
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.accommodation import Change, IntervalRule, MapTask
@@ -227,32 +226,33 @@ def _change_faults(work: Work, entry: tuple[int, ChangeFile], room: Environment)
             work.fault(("changes", row, "parts", place), what)
 
 
-def _kinds(work: Work, name: str) -> list[str]:
-    """What kinds of actions a role does."""
+def _actions(work: Work, name: str) -> list[ActionFile]:
+    """What a role does, case by case."""
     found = (case.actions.get(name) for _, case in work.parts.cases)
-    return [action.kind for action in found if action is not None]
+    return [action for action in found if action is not None]
+
+
+def _is_free(role: RoleFile, actions: list[ActionFile]) -> bool:
+    """Whether the seat goes where the person wants it."""
+    if role.position is None:
+        return any(action.predicts for action in actions)
+    return role.position == "free"
 
 
 def _whole_faults(work: Work) -> None:
     """Report what the study as a whole lacks or has too much of."""
-    people = False
-    motion = False
     for name, role in work.parts.roles.items():
-        if role is None:
-            continue
-        kinds = _kinds(work, name)
-        people |= role.population is not None
-        motion |= any(kind in MOVING for kind in kinds)
-        _role_faults(work, (name, role), kinds)
+        if role is not None:
+            _role_faults(work, (name, role), _actions(work, name))
     document = work.document.value
+    crowd = work.parts.roles[work.parts.crowd] if work.parts.crowd is not None else None
     for key in ("shares", "changes"):
-        if document.get(key) and not people:
+        if document.get(key) and crowd is None:
             what = f"'{key}' are of a population; give a role a 'population', or leave them out"
             work.fault((key,), what)
     for key in ("signals", "contact_forces"):
-        if document.get(key) and not motion:
+        if document.get(key) and not work.parts.moves:
             work.fault((key,), f"'{key}' are of motions; give a case a 'motion', or leave them out")
-    crowd = next((r for r in work.parts.roles.values() if r and r.population), None)
     for row, change in work.parts.changes:
         if crowd is not None and change.seat is not None and change.seat != crowd.seat:
             what = f"the population sits in {crowd.seat!r}, so this changes nothing for it; "
@@ -265,21 +265,21 @@ def _whole_faults(work: Work) -> None:
         work.fault(("criteria",), what)
 
 
-def _role_faults(work: Work, entry: tuple[str, RoleFile], kinds: list[str]) -> None:
+def _role_faults(work: Work, entry: tuple[str, RoleFile], actions: list[ActionFile]) -> None:
     """Report a place that is missing, or that does not go with what the role does."""
     name, role = entry
     key = ("people", name)
-    still = [kind for kind in kinds if kind not in MOVING]
+    still = [action for action in actions if not action.moves]
     place = next((k for k in ("seat", "at", "stand") if getattr(role, k) is not None), None)
     if place is None and still:
         what = "'seat', 'at' or 'stand' must say where the role is; only motions say so themselves"
         work.fault(key, what)
-    if place is not None and kinds and not still:
+    if place is not None and actions and not still:
         what = f"a motion says itself where the role is: leave {place!r} out"
         work.fault((*key, place), what)
-    given = [kind for kind in kinds if kind == "posture"]
-    predicts = [kind for kind in kinds if kind in ("predicted", "driver")]
-    free = role.position == "free" or (role.position is None and bool(predicts))
+    given = [action for action in actions if action.posture is not None]
+    predicts = any(action.predicts for action in actions)
+    free = _is_free(role, actions)
     if role.seat is not None and free and given:
         what = (
             "the seat is free and a case gives the posture, so hands and feet would not follow; "
@@ -299,7 +299,7 @@ def _role_faults(work: Work, entry: tuple[str, RoleFile], kinds: list[str]) -> N
         if row != first:
             what = "one body makes all motions: 'scale: subject' belongs to the first case"
             work.fault(("cases", row, "people", name, "motion", "scale"), what)
-    simulated = "simulated" in kinds
+    simulated = any(action.simulated is not None for action in actions)
     if simulated and (role.size or role.clothes or role.detail):
         what = "the body of a simulated motion is that of the simulation; leave its changes out"
         work.fault((*key, "size" if role.size else "clothes" if role.clothes else "detail"), what)
@@ -315,7 +315,7 @@ def _compare_faults(work: Work) -> None:
         work.fault(("compare", 1), what)
     for place, name in enumerate(work.parts.compare):
         actions = rows[name][1].actions.values() if name in rows else ()
-        if any(action is not None and action.kind not in MOVING for action in actions):
+        if any(action is not None and not action.moves for action in actions):
             what = f"case {name!r} is no motion; two motions of one role are compared"
             work.fault(("compare", place), what)
 
@@ -367,7 +367,6 @@ def _study(
 def _role(work: Work, name: str, loaded: LoadedRole) -> Role:
     file = loaded.file
     place = file.position if isinstance(file.position, PositionFile) else None
-    predicts = any(kind in ("predicted", "driver") for kind in _kinds(work, name))
     return Role(
         name=name,
         body=loaded.body,
@@ -376,7 +375,7 @@ def _role(work: Work, name: str, loaded: LoadedRole) -> Role:
         size=loaded.size,
         population=loaded.population,
         seat=file.seat,
-        free=file.position == "free" or (file.position is None and predicts),
+        free=_is_free(file, _actions(work, name)),
         forward=place.forward if place else 0.0,
         up=place.up if place else 0.0,
         stand=file.stand.on if file.stand else None,

@@ -323,6 +323,16 @@ class ActionFile(FileModel):
         """Which of ACTIONS it is."""
         return next(key for key in ACTIONS if getattr(self, key) is not None)
 
+    @property
+    def moves(self) -> bool:
+        """Whether it is a motion."""
+        return self.motion is not None or self.simulated is not None
+
+    @property
+    def predicts(self) -> bool:
+        """Whether the posture is predicted, a driver's too."""
+        return self.predicted is not None or self.driver is not None
+
 
 class CaseFile(FileModel):
     """One case: what every role does."""

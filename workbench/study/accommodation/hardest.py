@@ -19,7 +19,7 @@ from workbench.posture.reaching.reach_people import reach_people
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat
-from workbench.study.accommodation.sitting_gaps import pair_of
+from workbench.study.pairs import pair_of
 
 __all__ = ["hardest_rows", "shown_people"]
 

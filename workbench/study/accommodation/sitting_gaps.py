@@ -1,34 +1,16 @@
-"""Clearances that an accommodation study asks for: which spheres of which parts, and who comes too
-near in words."""
+"""Who comes too near to what, in words, and which way a part would have to go."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from workbench.contact.clearance_pairs import ClearancePair, PairClearance
+from workbench.contact.clearance_pairs import PairClearance
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["gap_toward", "gap_words", "pair_of"]
-
-
-def pair_of(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
-    """The spheres and parts that a clearance or contact criterion is about."""
-    segment = body.sphere_segment
-    if criterion.subparts:
-        labels = [
-            f"{body.segments[n]}/{name}" for n, name in zip(segment, body.sphere_names, strict=True)
-        ]
-        spheres = np.isin(labels, criterion.subparts)
-    else:
-        spheres = np.isin(
-            segment, [n for n, name in enumerate(body.segments) if name in criterion.segments]
-        )
-    parts = np.isin(environment.parts, criterion.parts)
-    return ClearancePair(spheres, parts, criterion.check == "contact")
+__all__ = ["gap_toward", "gap_words"]
 
 
 def gap_words(body: Body, environment: Environment, pair: tuple[int, int]) -> str:

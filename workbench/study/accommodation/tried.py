@@ -34,8 +34,9 @@ from workbench.study.accommodation.sitters import (
     with_hands,
     without_seat,
 )
-from workbench.study.accommodation.sitting_gaps import gap_toward, gap_words, pair_of
+from workbench.study.accommodation.sitting_gaps import gap_toward, gap_words
 from workbench.study.accommodation.views import view_margin, view_words
+from workbench.study.pairs import pair_of
 
 __all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by", "sitting"]
 

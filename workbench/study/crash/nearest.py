@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.body.forward import place
-from workbench.contact.collide import allowed_depth, clearance
+from workbench.contact.clearance_pairs import clearance_of_pairs
 from workbench.model.body import Body
 from workbench.model.crash import CrashStudy
 from workbench.model.criterion import Criterion
@@ -17,6 +17,7 @@ from workbench.model.poses import Poses
 from workbench.model.spool import pieces
 from workbench.posture.stops import stops
 from workbench.study.crash.frames import BLOCK
+from workbench.study.pairs import pair_of
 
 __all__ = ["Approach", "NearStop", "nearest_approach", "nearest_stop"]
 
@@ -45,18 +46,22 @@ def nearest_approach(study: CrashStudy, criterion: Criterion) -> Approach | None
     """The nearest of the segments and parts of a criterion over all frames, pairs that may touch
     left out; None where there is no such pair."""
     body = study.body
-    allowed = allowed_depth(body, study.environment)
-    rows = np.isin(body.segments, criterion.segments)
-    keep = rows[:, None] & np.isin(study.environment.parts, criterion.parts) & (allowed == 0)
+    environment = study.environment
+    pair = pair_of(body, environment, criterion)
     best = None
     for some in pieces(len(study.motion), size=BLOCK):
-        distance = clearance(place(body, study.motion.rows(some)), study.environment)
-        distance = np.where(keep, distance, np.inf)
-        frame, n, k = np.unravel_index(int(np.argmin(distance)), distance.shape)
-        least = float(distance[frame, n, k])
+        placed = place(body, study.motion.rows(some))
+        found = clearance_of_pairs(placed, environment, pairs=[pair])
+        frame = int(np.argmin(found.distance[:, 0]))
+        least = float(found.distance[frame, 0])
         if np.isfinite(least) and (best is None or least < best.distance):
+            segment = body.sphere_segment[found.sphere[frame, 0]]
+            part = environment.polygon_part[found.polygon[frame, 0]]
             best = Approach(
-                least, some.start + int(frame), body.segment_names[n], study.environment.parts[k]
+                least,
+                some.start + frame,
+                body.segment_names[int(segment)],
+                environment.parts[int(part)],
             )
     return best
 
