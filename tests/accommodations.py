@@ -14,7 +14,6 @@ from workbench.body.people.draw import draw_people
 from workbench.body.people.share import share_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
-    Accommodation,
     AccommodationStudy,
     Gain,
     GroupShare,

@@ -25,7 +25,7 @@ from workbench.body.people.share import percent, percent_number
 from workbench.draw.contours import level_loops, spacing, spread
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
-from workbench.report.accommodation.charts import (
+from workbench.report.population.charts import (
     bar,
     margin_axis,
     margin_range,
@@ -33,8 +33,8 @@ from workbench.report.accommodation.charts import (
     share_axis,
     whisker,
 )
-from workbench.report.accommodation.page import accommodation_page
-from workbench.report.accommodation.words import (
+from workbench.report.population.section import accommodation_page
+from workbench.report.population.words import (
     accommodation_headline,
     gain_sentence,
     person_sentence,

@@ -16,6 +16,7 @@ from pathlib import Path
 import jsonschema
 import numpy as np
 import pytest
+from workbench.files.accommodation.results import load_accommodation_result
 
 import workbench as wb
 from tests.conftest import ROOT
@@ -25,13 +26,12 @@ from workbench.body.parts import moved
 from workbench.cli import main
 from workbench.contact import index_cache
 from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
-from workbench.files.accommodation.results import load_accommodation_result
 from workbench.files.kinds import json_schemas
 from workbench.files.study.reader import load_study
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.reach import reach
-from workbench.report.accommodation.data import accommodation_lines
 from workbench.report.folder import write_report
+from workbench.report.population.rows import accommodation_lines
 from workbench.study.accommodation import crew as crew_module
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.chunks import forget_chunks

@@ -17,8 +17,8 @@ from tests.accommodations import ACCOMMODATIONS, smaller_study
 from tests.conftest import REFERENCE, ROOT, real_input, tracked
 from workbench.files.kinds import check_file, json_schemas
 from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
-from workbench.report.data import result_file
 from workbench.report.folder import write_report
+from workbench.report.postures.rows import result_file
 
 YAML = tracked(
     "bodies/*.yaml",

@@ -20,8 +20,8 @@ from workbench.model.motion import SegmentTrack
 from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
 from workbench.motion.recorded.tracks import poses_from_track
-from workbench.report.movement import movement_sentences
-from workbench.report.turning import Turning
+from workbench.report.motions.movement import movement_sentences
+from workbench.report.motions.turning import Turning
 from workbench.study.crash.crash import crash_study
 from workbench.study.pipelines import motion_study
 

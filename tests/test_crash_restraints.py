@@ -17,7 +17,7 @@ from workbench.cli import main
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.study.reader import load_study
 from workbench.model.poses import Poses
-from workbench.report.crash.words import pulse_words
+from workbench.report.motions.words import pulse_words
 from workbench.study.crash.belts import with_belts
 from workbench.study.crash.crash import crash_study
 from workbench.study.pipelines import motion_study
@@ -196,7 +196,7 @@ def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surfac
 
 
 def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("workbench.report.crash.pictures._SECONDS", 0.5)
+    monkeypatch.setattr("workbench.report.motions.pictures._SECONDS", 0.5)
     path = fall(other="move: [0, 0, 35]")
     result = crash_study(motion_study(load_study(path)))
     assert [v.passed for v in result.verdicts] == [False]

@@ -9,7 +9,7 @@ import pytest
 
 from tests.rows import changed
 from tests.test_study import criterion, only, study
-from workbench.report.data import result_file
+from workbench.report.postures.rows import result_file
 from workbench.report.tables import csv_tables
 from workbench.report.words import verdict_sentence
 from workbench.study.clearance import clearance_study

@@ -22,8 +22,8 @@ from workbench.model import spool
 from workbench.model.arrays import frozen
 from workbench.model.posing import motion_of
 from workbench.report import movement
-from workbench.report.crash import data as crash_data
-from workbench.report.crash.data import crash_csv_tables, crash_result_file
+from workbench.report.motions import data as crash_data
+from workbench.report.motions.rows import crash_csv_tables, crash_result_file
 from workbench.study import motions
 from workbench.study.crash import crash, frames
 from workbench.study.crash.crash import crash_study

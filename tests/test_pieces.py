@@ -16,7 +16,7 @@ from workbench.body.people.share import TENTHS_FROM
 from workbench.body.pieces import body_pieces, piece_warnings
 from workbench.body.scaling.scale import morph_to
 from workbench.files.study.reader import load_study
-from workbench.report.accommodation.page import accommodation_page
+from workbench.report.population.section import accommodation_page
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.crew import templates
 from workbench.study.pipelines import population_study

@@ -12,9 +12,9 @@ import workbench as wb
 from tests.one_arm_cab import write_cab
 from tests.test_draw import SVG
 from workbench.draw.scene import Scene, SceneBody
-from workbench.report.data import result_file
 from workbench.report.page import page
-from workbench.report.pictures import clearance_drawing
+from workbench.report.postures.drawing import clearance_drawing
+from workbench.report.postures.rows import result_file
 from workbench.report.words import without_polygons
 
 

@@ -30,10 +30,8 @@ from workbench.errors import InputError, UsageError, WorkbenchError, one_of
 from workbench.files.inputs import noted_inputs
 
 if TYPE_CHECKING:
-    from workbench.files.accommodation.results import AccommodationResultFile
-    from workbench.files.crash.results import CrashResultFile
     from workbench.files.inspection import Inspection
-    from workbench.files.results import ResultFile
+    from workbench.files.results.result import ResultFile
 
 
 __all__ = ["app", "main"]
@@ -160,9 +158,9 @@ def run(
     """
     from workbench.files.output_folder import check_folder
     from workbench.files.study.reader import load_study
-    from workbench.report.folder import report_headline, report_lines, write_report
+    from workbench.report.folder import report_lines, write_report
     from workbench.study.accommodation.chunks import forget_chunks
-    from workbench.study.run import check_run, passed
+    from workbench.study.run import check_run
     from workbench.study.run import run as run_study
 
     kept: list[str] = []
@@ -176,8 +174,8 @@ def run(
         place = check_folder(folder, holds="result")  # again, now that all inputs are known
         say("measuring")
         keep = place.with_name(f".{place.name}.chunks")
-        result = run_study(loaded, keep=keep, say=say, cluster=cluster, film=film)
-        rows = write_report(result, folder, progress=say, tell=kept.append)
+        result = run_study(loaded, keep=keep, say=say, cluster=cluster)
+        rows = write_report(result, folder, film=film, progress=say, tell=kept.append)
         forget_chunks(keep)
     for warning in (*kept, *rows.warnings):
         tell(f"warning: {warning}")
@@ -186,9 +184,9 @@ def run(
     else:
         for line in report_lines(result, rows):
             emit(line)
-        emit(report_headline(result))
+        emit(rows.headline)
         emit(folder / "report.html")
-    return 0 if passed(result) else 1
+    return 0 if result.passed else 1
 
 
 @app.command
@@ -294,12 +292,7 @@ def json_text(data: Any) -> str:
 
 
 def _dumped(
-    data: ResultFile
-    | CrashResultFile
-    | AccommodationResultFile
-    | Inspection
-    | list[Any]
-    | dict[str, Any],
+    data: ResultFile | Inspection | list[Any] | dict[str, Any],
 ) -> str:
     from dataclasses import asdict, is_dataclass
 

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 from workbench.cli.progress import Progress, emit, tell
 
 if TYPE_CHECKING:
-    from workbench.files.accommodation.results import AccommodationResultFile
+    from workbench.files.results.result import ResultFile
     from workbench.model.comparison import Judged
     from workbench.model.study import Study
 
@@ -73,19 +73,23 @@ class _Side(NamedTuple):
     """One of the two designs: a result as it stands, or a study that is still to be run."""
 
     name: str
-    source: AccommodationResultFile | Study
+    source: ResultFile | Study
 
 
 def _side(source: str, say: Say) -> _Side:
     """Read a source. InputError where it has nothing to do with accommodation."""
     from workbench.errors import InputError
-    from workbench.files.accommodation.results import load_accommodation_result
+    from workbench.files.results.result import load_result
     from workbench.files.study.reader import load_study
 
     say(f"reading {source}")
     path = Path(source)
     if path.is_dir() or path.suffix == ".json":
-        rows = load_accommodation_result(path)
+        rows = load_result(path)
+        if rows.population is None:
+            raise InputError(
+                f"{source}: is no result of a population; two of these, or their studies, are compared"
+            )
         return _Side(rows.study, rows)
     loaded = load_study(source)
     if loaded.crowd is None:
@@ -98,14 +102,12 @@ def _side(source: str, say: Say) -> _Side:
 def _judged(side: _Side, say: Say) -> Given:
     """What a side says of its people, and the hashes of what it was made from; a study is run
     now."""
-    from workbench.files.accommodation.results import AccommodationResultFile
-    from workbench.model.accommodation import Accommodation
+    from workbench.files.results.result import ResultFile
     from workbench.study.accommodation.compare import judged, judged_file
     from workbench.study.run import run
 
-    if isinstance(side.source, AccommodationResultFile):
+    if isinstance(side.source, ResultFile):
         return judged_file(side.source), side.source.provenance.get("inputs", {})
     say(f"measuring {side.name}")
     result = run(side.source, say=say)
-    assert isinstance(result, Accommodation)
     return judged(result), dict(result.provenance.get("inputs", {}))

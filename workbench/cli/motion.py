@@ -59,7 +59,7 @@ def show(
     every
         keep every n-th frame
     """
-    from workbench.report.movement import movement_sentences
+    from workbench.report.motions.movement import movement_sentences
 
     who, poses, notes = _read(motion, body, ((up, unit, scale), (start, end, every)))
     time = poses.clock

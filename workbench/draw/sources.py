@@ -13,11 +13,11 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.body.bodies import load_body
 from workbench.files.catalogue import find, is_there, names
-from workbench.files.crash.results import CrashResultFile
 from workbench.files.environments import load_environment
 from workbench.files.kinds import kind_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
-from workbench.files.results import ResultFile, load_result
+from workbench.files.results.motions import MotionRows
+from workbench.files.results.result import ResultFile, load_result
 from workbench.files.study.reader import load_study
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
@@ -26,7 +26,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.model.study import Study
-from workbench.study.pipelines import motion_study, posture_study
+from workbench.study.pipelines import motion_cases, posture_study
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import prepared
 
@@ -155,27 +155,24 @@ def result_source(path: Path, case: str | None = None) -> Source:
             raise InputError(
                 f"{path}: {file} is not as it was when this result was made; run the study again"
             )
-    if isinstance(rows, CrashResultFile):
-        if not study.moves:
-            raise InputError(
-                f"{path}: the study {rows.study} is of another kind than this result; run it again"
-            )
-        source = study_source(study, case)
-        faults = [meeting for meeting in rows.contacts if meeting.depth_mm > meeting.allowed_mm]
-        marks = [
-            Mark(_metres(m.point_mm), str(n), "contact") for n, m in enumerate(faults, start=1)
-        ]
-        notes = tuple(
-            f"{number}: {meeting.sentence}" for number, meeting in enumerate(faults, start=1)
-        )
-        return replace(
-            source, scene=replace(source.scene, marks=tuple(marks)), notes=source.notes + notes
-        )
-    if study.moves or study.crowd is not None:
-        raise InputError(
-            f"{path}: the study {rows.study} is of another kind than this result; run it again"
-        )
-    return _findings(study_source(study, case or _worst_case(rows)), rows)
+    if rows.motions and study.moves:
+        name = _listed(case)[0] if case else rows.motions[0].name
+        motion = next(motion for motion in rows.motions if motion.name == name)
+        return _meetings(study_source(study, case), motion)
+    if rows.postures is not None and not study.moves and study.crowd is None:
+        return _findings(study_source(study, case or _worst_case(rows)), rows)
+    raise InputError(f"{path}: a result of a population has no pictures of its own; run the study")
+
+
+def _meetings(source: Source, motion: MotionRows) -> Source:
+    """What a motion met deeper than allowed, by number."""
+    faults = [meeting for meeting in motion.contacts if meeting.depth_mm > meeting.allowed_mm]
+    marks = tuple(
+        Mark(_metres(meeting.point_mm), str(number), "contact")
+        for number, meeting in enumerate(faults, start=1)
+    )
+    notes = tuple(f"{number}: {meeting.sentence}" for number, meeting in enumerate(faults, start=1))
+    return replace(source, scene=replace(source.scene, marks=marks), notes=source.notes + notes)
 
 
 def _worst_case(rows: ResultFile) -> str:
@@ -257,22 +254,20 @@ def _motion_source(study: Study, case: str | None) -> Source:
     UsageError for a case that is not there. InputError for a motion that cannot be read.
     """
     wanted = _cases(study.name, tuple(each.name for each in study.cases), case)
-    first = motion_study(study)
-    motions = [first] if first.held is None else [first, first.held]
-    motions = [motion for motion in motions if motion.motion_name in wanted]
-    shown = [Person(first.person, motions[0].body, motions[0].motion, ())]
+    motions = [motion for motion in motion_cases(study) if motion.name in wanted]
+    first = motions[0]
+    shown = [Person(first.person, first.body, first.motion, ())]
+    shown += [Person(motion.name, motion.body, motion.motion, ()) for motion in motions[1:]]
     key: tuple[tuple[str, str], ...] = ()
     if len(motions) > 1:
-        shown.append(Person(motions[1].motion_name, motions[1].body, motions[1].motion, ()))
         key = tuple(
-            (motion.motion_name, colour)
-            for motion, colour in zip(motions, PEOPLE_COLOURS, strict=False)
+            (motion.name, colour) for motion, colour in zip(motions, PEOPLE_COLOURS, strict=False)
         )
     bodies = tuple(
         SceneBody(place(person.body, _chosen(person.poses, [0])), 0, colour)
         for person, colour in zip(shown, PEOPLE_COLOURS, strict=False)
     )
-    scene = Scene(bodies[:1], motions[0].cabin, (), first.title, "", bodies[1:], key)
+    scene = Scene(bodies[:1], first.cabin, (), study.title, "", bodies[1:], key)
     persons = tuple(shown)
     return Source(scene, (), (first.person,), persons[:1], True, under=persons[1:])
 

@@ -8,12 +8,9 @@ from typing import Any
 from pydantic import BaseModel
 
 from workbench.errors import InputError
-from workbench.files.accommodation.results import AccommodationResultFile
 from workbench.files.body.bodies import load_body
 from workbench.files.body.encumbrances import EncumbranceFile, load_encumbrance
 from workbench.files.body.schema import BodyFile
-from workbench.files.comparison_results import ComparisonFile
-from workbench.files.crash.results import CrashResultFile
 from workbench.files.crash.simulation_schema import SimulationFile
 from workbench.files.crash.simulations import load_simulation
 from workbench.files.environment_schema import EnvironmentFile
@@ -21,7 +18,8 @@ from workbench.files.environments import load_environment
 from workbench.files.growth import GrowthFile, load_growth
 from workbench.files.populations import PopulationFile, load_population_model
 from workbench.files.postures import PosturesFile, load_postures, posture_path
-from workbench.files.results import ResultFile
+from workbench.files.results.comparison import ComparisonFile
+from workbench.files.results.result import ResultFile
 from workbench.files.schema import validate
 from workbench.files.study.reader import load_study
 from workbench.files.study.schema import RulesFile, StudyFile
@@ -51,9 +49,7 @@ _MODELS: dict[str, type[BaseModel]] = {
     "simulation": SimulationFile,
     "encumbrance": EncumbranceFile,
     "result": ResultFile,
-    "crash_result": CrashResultFile,
     "comparison": ComparisonFile,
-    "accommodation_result": AccommodationResultFile,
 }
 
 

@@ -22,16 +22,15 @@ from workbench.model.posture_study import Aims
 __all__ = [
     "MAP_POINTS",
     "MET",
-    "Accommodation",
     "AccommodationStudy",
     "Change",
     "Gain",
     "GroupShare",
     "IntervalRule",
     "MapTask",
+    "PopulationFound",
     "ReachMap",
     "Requirement",
-    "ShareVerdict",
     "Shown",
 ]
 
@@ -139,15 +138,6 @@ class GroupShare:
 
 
 @dataclass(frozen=True)
-class ShareVerdict:
-    """Whether the share of people who meet the criteria of a share criterion is large enough."""
-
-    criterion: Criterion
-    passed: bool
-    share: GroupShare
-
-
-@dataclass(frozen=True)
 class Gain:
     """What a change of the design would gain, found from the margins and confirmed by a run with
     the change made.
@@ -204,8 +194,8 @@ class Shown:
 
 
 @dataclass(frozen=True, eq=False)
-class Accommodation:
-    """The result: P people, R requirements.
+class PopulationFound:
+    """What was found of a population: P people, R requirements.
 
     margin (P, R) [m]: what is to spare, negative where the requirement is not met by so much; NaN
     where it does not apply; reason (P, R): index into `reasons` (what limits, in words), -1 where
@@ -233,15 +223,8 @@ class Accommodation:
     hardest: tuple[int, ...]
     gains: tuple[Gain, ...]
     maps: tuple[ReachMap, ...]
-    provenance: Mapping[str, Mapping[str, str]]
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
-    verdicts: tuple[ShareVerdict, ...] = ()
-
-    @property
-    def passed(self) -> bool:
-        """True where every share that is asked for is large enough."""
-        return all(verdict.passed for verdict in self.verdicts)
 
     @property
     def met(self) -> Bools:

@@ -1,5 +1,7 @@
-"""Result: verdicts, tables and provenance of a study; data first, pictures and words are views of
-it."""
+"""The result of a study: verdicts, what was found of people, motions and populations, provenance.
+
+It is data only; pictures, tables and words are made from it.
+"""
 
 from __future__ import annotations
 
@@ -7,26 +9,60 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from workbench.model.accommodation import GroupShare, PopulationFound
 from workbench.model.arrays import Floats
 from workbench.model.contacts import Clearance, Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
+from workbench.model.episodes import Episodes
+from workbench.model.motion_case import (
+    Agreement,
+    ForceCurve,
+    Meeting,
+    MotionCase,
+    Signal,
+    StopBreach,
+)
 from workbench.model.poses import Placed
 from workbench.model.posture_study import PostureStudy
+from workbench.model.study import Study
 
-__all__ = ["ControlReach", "Finding", "PersonResult", "Result", "Verdict"]
+__all__ = [
+    "ControlReach",
+    "Finding",
+    "MotionFound",
+    "PersonResult",
+    "PosturesFound",
+    "Result",
+    "Verdict",
+]
 
 
 @dataclass(frozen=True)
 class Finding:
     """One measured value of a criterion.
 
-    case: index; person, other_person: names ("" where there is none); subject, target: both sides
-    in words; value: [m] or [rad], to be compared with `limit`; point [m] in the world, None where
-    there is none. surface_known_to [m]: how far the true surface may lie outside the spheres where
-    the value is within its limit, inside them where it is beyond; of two bodies both together; NaN
-    where not known.
+    Parameters
+    ----------
+    case
+        Index of the case.
+    person, other_person
+        Names of the roles, "" where there is none.
+    subject, target
+        Both sides in words.
+    value, limit
+        In `unit`. The value must not be below the limit: of what must not exceed something, both
+        are negative.
+    point
+        (3,) [m] in the world, None where there is none.
+    surface_known_to
+        How far [m] the true surface may lie outside the spheres where the value is within its
+        limit, inside them where it is beyond; of two bodies both together; NaN where not known.
+    unit
+        "m", "rad", "g", "share" (0 to 1), or "" of a number without a unit.
+    time
+        When [s], NaN of a posture.
     """
 
     case: int
@@ -38,12 +74,19 @@ class Finding:
     limit: float
     point: tuple[float, float, float] | None = None
     surface_known_to: float = math.nan
+    unit: str = "m"
+    time: float = math.nan
+
+    @property
+    def margin(self) -> float:
+        """What is to spare, negative where the criterion is not met."""
+        return self.value - self.limit
 
     @property
     def doubt(self) -> float:
         """How far the body's surface, where it truly is, may lie beyond the limit [m]; negative
         where it cannot, NaN where it is not known."""
-        return self.surface_known_to - abs(self.value - self.limit)
+        return self.surface_known_to - abs(self.margin)
 
 
 @dataclass(frozen=True)
@@ -72,16 +115,33 @@ class ControlReach:
 
 @dataclass(frozen=True)
 class Verdict:
-    """How one criterion came out: `worst` is the finding nearest to failing (None where nothing
-    could be measured), `breaches` are all that fail, worst first. doubtful: a finding by which the
-    verdict could turn, the body's surface not being known any better; None where nothing is in
-    doubt."""
+    """How one criterion came out.
+
+    Parameters
+    ----------
+    worst
+        The finding nearest to failing, None where nothing could be measured.
+    breaches
+        All findings that fail, worst first.
+    doubtful
+        A finding by which the verdict could turn because the body's surface is not known any
+        better; None where nothing is in doubt.
+    motion
+        The case of a motion that it is about, None where it is about all its cases.
+    share
+        Of a population: the share of people, with its interval.
+    words
+        Why there is no finding, "" where the report has its own words.
+    """
 
     criterion: Criterion
     passed: bool
     worst: Finding | None
-    breaches: tuple[Finding, ...]
+    breaches: tuple[Finding, ...] = ()
     doubtful: Finding | None = None
+    motion: int | None = None
+    share: GroupShare | None = None
+    words: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,12 +162,19 @@ class PersonResult:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
-    """The result of a study.
+class PosturesFound:
+    """What was found of people in postures.
 
-    environment: as it was checked, seats adjusted. between: contacts of each pair of people, by
-    their names. provenance: the input files' hashes and the versions of what computed. reaches: how
-    people reach controls, of a reach study; envelopes: how far they reach all around.
+    Parameters
+    ----------
+    study
+        The people with their bodies at their size and their postures predicted.
+    environment
+        As it was checked, with the seats where the people have put them.
+    between
+        Contacts of each pair of people, by their names.
+    reaches, envelopes
+        How people reach controls, and how far all around.
     """
 
     study: PostureStudy
@@ -115,10 +182,68 @@ class Result:
     verdicts: tuple[Verdict, ...]
     people: tuple[PersonResult, ...]
     between: Mapping[tuple[str, str], Contacts]
-    provenance: Mapping[str, Mapping[str, str]]
     warnings: tuple[str, ...]
     reaches: tuple[ControlReach, ...] = ()
     envelopes: tuple[Envelope, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """True where every criterion holds."""
+        return all(verdict.passed for verdict in self.verdicts)
+
+
+@dataclass(frozen=True, eq=False)
+class MotionFound:
+    """What was found of one motion.
+
+    Parameters
+    ----------
+    clearance
+        (P, N) [m] of each segment from everything it may not touch, at each frame.
+    forces
+        Of the pairs that have a law and touch, and the tensions of belts.
+    """
+
+    study: MotionCase
+    episodes: Episodes
+    meetings: tuple[Meeting, ...]
+    breaches: tuple[StopBreach, ...]
+    signals: tuple[Signal, ...]
+    clearance: Floats
+    verdicts: tuple[Verdict, ...]
+    warnings: tuple[str, ...]
+    forces: tuple[ForceCurve, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """True where every criterion holds."""
+        return all(verdict.passed for verdict in self.verdicts)
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """The result of a study.
+
+    Parameters
+    ----------
+    verdicts
+        Of all criteria that pass or fail, those of a motion motion by motion.
+    provenance
+        Hashes of the input files and versions of what computed.
+    postures, motions, population
+        What was found of people in postures, of each motion, of a population: what the study has.
+    agreements
+        How near the second of two motions that are compared is to the first.
+    """
+
+    study: Study
+    verdicts: tuple[Verdict, ...]
+    warnings: tuple[str, ...]
+    provenance: Mapping[str, Mapping[str, str]]
+    postures: PosturesFound | None = None
+    motions: tuple[MotionFound, ...] = ()
+    agreements: tuple[Agreement, ...] = ()
+    population: PopulationFound | None = None
 
     @property
     def passed(self) -> bool:

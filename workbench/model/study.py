@@ -8,11 +8,11 @@ from pathlib import Path
 
 from workbench.model.accommodation import Change, IntervalRule, MapTask
 from workbench.model.body import Body
-from workbench.model.crash import SignalPoint
 from workbench.model.criterion import Criterion
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.force import ForceLaw
+from workbench.model.motion_case import SignalPoint
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
 from workbench.model.posture_study import Aims, ReachTask, Size

@@ -1,255 +1,86 @@
-"""report.html: one self-contained page with verdicts, pictures, sentences and tables."""
+"""report.html: one self-contained page of sections, each shown where its data is there."""
 
 from __future__ import annotations
 
-import base64
-import io
-import math
-from collections.abc import Callable
-from functools import cache
-from typing import Any
+from collections.abc import Callable, Sequence
 
-import jinja2
-import numpy as np
 from markupsafe import Markup
 
-from workbench.contact.collide import allowed_depth
-from workbench.draw.disks import disks
-from workbench.draw.envelopes.sections import LEGEND
-from workbench.draw.lines.circles import circles
-from workbench.draw.scene import Mark, Scene, SceneBody
-from workbench.draw.sources import PEOPLE_COLOURS
-from workbench.draw.views import four_views
-from workbench.files.results import ResultFile
-from workbench.model.result import Finding, PersonResult, Result
-from workbench.report.envelopes.pictures import envelope_pictures
-from workbench.report.pictures import clearance_drawing
-from workbench.report.words import finding_sentence, headline, part_count, without_polygons
+from workbench.files.results.result import ResultFile, VerdictRow
+from workbench.model.environment import Environment
+from workbench.model.result import Result
+from workbench.report.motions.section import motion_words, motions_section
+from workbench.report.population.section import population_section, population_words
+from workbench.report.postures.section import postures_section
+from workbench.report.templates import template
+from workbench.report.words import part_count
 
-__all__ = ["page", "part_count", "template"]
+__all__ = ["page"]
+
+Say = Callable[[str], None]
 
 
-NEAR = 0.12
-PICTURE = 520
-DRAWING = 720
-MOST_MARKS = 12
+def page(
+    result: Result,
+    rows: ResultFile,
+    *,
+    files: Sequence[str] = (),
+    film: str = "",
+    progress: Say | None = None,
+) -> str:
+    """The HTML text of a result's report; the same bytes for the same result.
 
-Progress = Callable[[str], None]
-
-
-def page(result: Result, rows: ResultFile, *, progress: Progress | None = None) -> str:
-    """The HTML text of a result's report; the same bytes for the same result."""
-    say = progress or (lambda _: None)
-    cases = []
-    for index, name in enumerate(result.study.cases):
-        say(f"pictures of {name}")
-        cases.append(_case(result, index))
+    Parameters
+    ----------
+    files
+        The files beside the page that it links to.
+    film
+        The name of the film among them, "" where there is none.
+    progress
+        Called with words on how far it is.
+    """
+    say = progress or (lambda words: None)
     return template("page.html.j2").render(
-        result=result,
         rows=rows,
-        headline=headline(result),
-        parts=part_count(result.environment),
-        cases=cases,
-        matrices=[
-            _matrix(result, person, case)
-            for person in result.people
-            for case in range(len(rows.cases))
-        ],
-        stops=[_stops(result, index) for index in range(len(result.people))],
-        reaches=_reaches(rows),
-        envelopes=[envelope_pictures(result, e) for e in result.envelopes],
-        legend=LEGEND,
+        description=result.study.description,
+        parts=part_count(_environment(result)),
+        people=_people(result, rows),
+        verdicts=_by_criterion(rows.verdicts),
+        sections=_sections(result, rows, film, say),
+        files=files,
     )
 
 
-def _reaches(rows: ResultFile) -> list[dict[str, Any]]:
-    """For each person a line for each control, with a cell for each zone."""
-    people = []
-    for name in dict.fromkeys(row.person for row in rows.reaches):
-        mine = [row for row in rows.reaches if row.person == name]
-        lines = []
-        for control in dict.fromkeys(row.control for row in mine):
-            cells = [
-                {
-                    "text": row.limb if row.reached else f"{row.miss_mm:.0f} mm short: {row.limit}",
-                    "kind": "far"
-                    if row.reached
-                    else "hit"
-                    if row.zone >= row.own_zone
-                    else "close",
-                }
-                for row in mine
-                if row.control == control
-            ]
-            own = next(row.own_zone for row in mine if row.control == control)
-            lines.append({"control": control, "zone": own, "cells": cells})
-        people.append({"person": name, "lines": lines})
-    return people
+def _environment(result: Result) -> Environment:
+    """The environment as it was checked: belts are parts of it."""
+    if result.motions:
+        return result.motions[0].study.environment
+    return result.study.environment
 
 
-@cache
-def template(name: str) -> jinja2.Template:
-    """A page of this room, by its file; everything put into it is escaped."""
-    environment = jinja2.Environment(
-        loader=jinja2.PackageLoader("workbench.report", "."),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["parts_only"] = without_polygons
-    environment.filters["plain"] = lambda name: name.replace("_", " ")
-    return environment.get_template(name)
-
-
-def _case(result: Result, case: int) -> dict[str, Any]:
-    """Pictures and numbered findings of one case."""
-    breaches = [
-        (v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case
-    ]
-    marked = [
-        (check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))
-    ]
-    shown = list(
-        {
-            (f.person, f.other_person, f.subject, f.target): (check, f)
-            for check, f in reversed(marked)
-        }.values()
-    )
-    shown = sorted(shown, key=lambda row: marked.index(row))[:MOST_MARKS]
-    rest = [(check, f) for check, f in breaches if (check, f) not in shown]
-    scene = _scene(result, case, [finding for _, finding in shown])
-    views = [
-        {
-            "name": name.replace("_", " "),
-            "png": _png(scene, camera),
-            "svg": Markup(circles(scene, camera)),
-        }
-        for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
-    ]
-    say = [
-        f"{finding_sentence(check, finding, result.study.cases)} {_place(finding)}"
-        for check, finding in shown
-    ]
-    return {
-        "name": result.study.cases[case],
-        "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
-        "views": views,
-        "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
-        "marked": say,
-        "unmarked": [
-            finding_sentence(check, finding, result.study.cases) for check, finding in rest
-        ],
-    }
-
-
-def _place(finding: Finding) -> str:
-    """ "(x 520, y -12, z 640 mm)" of a finding with a point."""
-    x, y, z = (round(1000 * c) + 0 for c in finding.point or (0.0, 0.0, 0.0))
-    return f"(x {x}, y {y}, z {z} mm)"
-
-
-def _scene(result: Result, case: int, findings: list[Finding]) -> Scene:
-    bodies = tuple(
-        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
-        for i, person in enumerate(result.people)
-    )
-    marks = _resting(result, case)
-    marks += tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
-    name = result.study.cases[case]
-    people = " and ".join(person.name for person in result.people)
-    return Scene(
-        bodies,
-        result.environment,
-        marks,
-        f"{people} in {result.environment.name}, {name}",
-        f"{len(findings)} numbered findings, {len(marks) - len(findings)} allowed contacts",
-    )
-
-
-def _resting(result: Result, case: int) -> tuple[Mark, ...]:
-    """A mark without a number for each contact that is allowed: the deepest of each segment and
-    part."""
-    marks = []
-    for person in result.people:
-        deepest = person.contacts.deepest()
-        for row in np.flatnonzero((deepest.pose == case) & (deepest.excess <= 0)):
-            x, y, z = deepest.point[row].tolist()
-            marks.append(Mark((x, y, z), "", "allowed"))
-    return tuple(marks)
-
-
-def _png(scene: Scene, camera: Any) -> str:
-    out = io.BytesIO()
-    disks(scene, camera).save(out, "PNG", optimize=True)
-    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
-
-
-def _matrix(result: Result, person: PersonResult, case: int) -> dict[str, Any]:
-    """Clearance of one person in one case: the parts that are near, nearest first; segments that
-    have spheres."""
-    body = person.placed.body
-    environment = result.environment
-    distance = person.clearance.distance[case]
-    allowed = allowed_depth(body, environment)
-    columns = [n for n in range(len(body.segments)) if body.start[n + 1] > body.start[n]]
-    least = np.where(np.isfinite(distance), distance, np.inf).min(axis=0)
-    parts = [int(k) for k in np.argsort(least, kind="stable") if least[k] < NEAR]
-    lines = [
-        {
-            "part": environment.parts[k],
-            "cells": [_cell(distance[n, k], allowed[n, k]) for n in columns],
-        }
-        for k in parts
-    ]
-    return {
-        "person": person.name,
-        "case": result.study.cases[case],
-        "columns": [(body.segments[n], body.segment_names[n]) for n in columns],
-        "lines": lines,
-        "left_out": int(np.sum(~environment.hidden)) - len(parts),
-    }
-
-
-def _cell(distance: float, allowed: float) -> dict[str, str]:
-    if not math.isfinite(distance):
-        return {"text": "", "kind": "none"}
-    kind = "far"
-    if distance < -allowed - 1e-9:
-        kind = "hit"
-    elif distance < 0:
-        kind = "rest"
-    elif distance < 0.025:
-        kind = "close"
-    elif distance < 0.1:
-        kind = "near"
-    return {
-        "text": f"{distance * 1000:.0f}".replace("-0", "0")
-        if abs(distance) < 5e-4
-        else f"{distance * 1000:.0f}",
-        "kind": kind,
-    }
-
-
-def _stops(result: Result, index: int) -> dict[str, Any]:
-    """Joint-stop margins of one person: joints down, cases across."""
-    person = result.people[index]
-    body = person.placed.body
+def _people(result: Result, rows: ResultFile) -> list[str]:
+    """A line for each role: who it is and where."""
     lines = []
-    for j, name in enumerate(body.joint_names):
-        if not np.isfinite(person.margin[:, j]).any():
-            continue
-        cells = [
-            {
-                "text": f"{math.degrees(person.margin[p, j]) + 0.0:.1f}",
-                "motion": person.margin_motion[p][j].replace("_", " "),
-                "kind": "hit"
-                if person.margin[p, j] < -1e-9
-                else "close"
-                if person.margin[p, j] < 0.0873
-                else "far",
-            }
-            for p in range(len(person.placed))
-        ]
-        lines.append({"joint": name, "cells": cells})
-    return {"person": person.name, "lines": lines}
+    if rows.postures is not None:
+        lines += [f"{person.name}: {person.description}" for person in rows.postures.people]
+    lines += list(dict.fromkeys(motion_words(motion) for motion in rows.motions))
+    if result.population is not None and rows.population is not None:
+        lines.append(population_words(result.population, rows.population.role))
+    return lines
+
+
+def _by_criterion(verdicts: Sequence[VerdictRow]) -> list[VerdictRow]:
+    """The verdicts in the order of the criteria, those of all motions on one criterion together."""
+    order = list(dict.fromkeys(verdict.name for verdict in verdicts))
+    return sorted(verdicts, key=lambda verdict: order.index(verdict.name))
+
+
+def _sections(result: Result, rows: ResultFile, film: str, say: Say) -> list[Markup]:
+    found = []
+    if result.postures is not None and rows.postures is not None:
+        found.append(postures_section(result.postures, rows.postures, say))
+    if result.motions:
+        found.append(motions_section(result, rows, film=film, say=say))
+    if result.population is not None:
+        found.append(population_section(result.population, say))
+    return found

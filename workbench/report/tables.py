@@ -6,134 +6,80 @@ import csv
 import io
 from collections.abc import Iterable, Iterator, Sequence
 
-from workbench.files.results import ResultFile
+from workbench.files.results.result import FindingRow, VerdictRow
+from workbench.files.results.row import Row
 
-__all__ = ["csv_parts", "csv_tables", "csv_text"]
+__all__ = ["csv_parts", "csv_text", "row_table", "verdict_tables"]
 
 _ROWS = 4096
+_FOR_READERS = ("sentence", "normal")
+"""Keys of rows that tables leave out."""
 
 
-def csv_tables(result: ResultFile) -> dict[str, str]:
-    """File name to CSV text: verdicts, breaches, contacts, clearance (long form), stops."""
+def verdict_tables(verdicts: Sequence[VerdictRow]) -> dict[str, str]:
+    """File name to CSV text: the verdicts with their worst findings, and all breaches."""
+    worst = ["worst_value", "limit", "margin", "unit", "time_ms", "surface_known_to"]
     return {
         "verdicts.csv": csv_text(
-            [
-                "criterion",
-                "check",
-                "passed",
-                "worst_value",
-                "limit",
-                "unit",
-                "surface_known_to",
-                "sentence",
-            ],
+            ["criterion", "check", "motion", "passed", *worst, "sentence"],
             (
-                [v.name, v.check, "yes" if v.passed else "no", *_numbers(v.worst), v.sentence]
-                for v in result.verdicts
+                [v.name, v.check, v.motion, _cell(v.passed), *_numbers(v.worst), v.sentence]
+                for v in verdicts
             ),
         ),
-        "breaches.csv": csv_text(
-            [
-                "criterion",
-                "case",
-                "person",
-                "other_person",
-                "subject",
-                "target",
-                "value",
-                "limit",
-                "unit",
-                "surface_known_to",
-            ],
-            (
-                [
-                    v.name,
-                    b.case,
-                    b.person,
-                    b.other_person,
-                    b.subject,
-                    b.target,
-                    b.value,
-                    b.limit,
-                    b.unit,
-                    b.surface_known_to,
-                ]
-                for v in result.verdicts
-                for b in v.breaches
-            ),
-        ),
-        "contacts.csv": csv_text(
-            [
-                "case",
-                "person",
-                "other_person",
-                "kind",
-                "segment",
-                "sphere",
-                "subpart",
-                "direction",
-                "part",
-                "polygon",
-                "other_segment",
-                "other_sphere",
-                "distance_mm",
-                "allowed_mm",
-                "excess_mm",
-                "x_mm",
-                "y_mm",
-                "z_mm",
-            ],
-            (
-                [
-                    c.case,
-                    c.person,
-                    c.other_person,
-                    c.kind,
-                    c.segment,
-                    c.sphere,
-                    c.subpart,
-                    c.direction,
-                    c.part,
-                    c.polygon,
-                    c.other_segment,
-                    c.other_sphere,
-                    c.distance_mm,
-                    c.allowed_mm,
-                    c.excess_mm,
-                    *c.point_mm,
-                ]
-                for c in result.contacts
-            ),
-        ),
-        "clearance.csv": csv_text(
-            ["case", "person", "segment", "part", "clearance_mm"],
-            (
-                [case, person.name, segment, part, value]
-                for person in result.people
-                for case, rows in zip(result.cases, person.clearance_mm, strict=True)
-                for segment, row in zip(person.segments, rows, strict=True)
-                for part, value in zip(result.parts, row, strict=True)
-                if value is not None
-            ),
-        ),
-        "stops.csv": csv_text(
-            ["case", "person", "joint", "margin_deg", "motion"],
-            (
-                [s.case, p.name, s.joint, s.margin_deg, s.motion]
-                for p in result.people
-                for s in p.stops
-            ),
+        "breaches.csv": row_table(
+            FindingRow,
+            (([v.name], row) for v in verdicts for row in v.breaches),
+            lead=["criterion"],
         ),
     }
 
 
-def _numbers(worst: object) -> list[object]:
+def _numbers(worst: FindingRow | None) -> list[object]:
+    if worst is None:
+        return [None] * 6
     return [
-        getattr(worst, "value", ""),
-        getattr(worst, "limit", ""),
-        getattr(worst, "unit", ""),
-        getattr(worst, "surface_known_to", ""),
+        worst.value,
+        worst.limit,
+        worst.margin,
+        worst.unit,
+        worst.time_ms,
+        worst.surface_known_to,
     ]
+
+
+def row_table(
+    kind: type[Row], rows: Iterable[tuple[Sequence[object], Row]], *, lead: Sequence[str] = ()
+) -> str:
+    """Rows of one kind as CSV text: a column for each of their keys, three for a point.
+
+    Parameters
+    ----------
+    rows
+        What comes before each row, and the row.
+    lead
+        The names of what comes before.
+    """
+    keys = [key for key in kind.model_fields if key not in _FOR_READERS]
+    names: list[str] = []
+    for key in keys:
+        names += ["x_mm", "y_mm", "z_mm"] if key == "point_mm" else [key]
+    return csv_text([*lead, *names], ([*before, *_cells(row, keys)] for before, row in rows))
+
+
+def _cells(row: Row, keys: Sequence[str]) -> Iterator[object]:
+    for key in keys:
+        value = getattr(row, key)
+        if key == "point_mm":
+            yield from value or (None, None, None)
+        else:
+            yield _cell(value)
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return value
 
 
 def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

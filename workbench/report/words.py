@@ -6,17 +6,22 @@ import math
 import re
 from collections.abc import Callable
 
+from workbench.body.people.share import percent, percent_number
+from workbench.model.accommodation import GroupShare
 from workbench.model.contacts import Contacts
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.posture_study import Person, Size
-from workbench.model.result import Finding, Result, Verdict
+from workbench.model.result import Finding, Verdict
 
 __all__ = [
     "contact_sentence",
     "finding_sentence",
-    "headline",
     "millimetres",
+    "milliseconds",
+    "part_count",
     "person_words",
+    "share_sentence",
     "verdict_sentence",
     "without_polygons",
 ]
@@ -38,48 +43,82 @@ def _tenths(value: float) -> str:
 
 
 def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> str:
-    """One finding in words, its case and person first: "cruise, pilot: right lower leg, knee cap
-    (front) is ..."."""
-    lead = f"{cases[finding.case]}, {finding.person}: "
-    if check == "stops":
-        motion = finding.target.replace("_", " ")
-        if finding.value < 0:
-            return (
-                f"{lead}{finding.subject} is {degrees(-finding.value)} past its stop in {motion}."
-            )
-        return f"{lead}{finding.subject} is {degrees(finding.value)} from its stop in {motion}."
-    if check == "seated":
-        where = _apart(finding.value)
-        return f"{lead}{finding.subject} is {where} {finding.target}, {millimetres(-finding.limit)} into it was stated."
-    if check == "reach":
-        if finding.value >= 0:
-            return f"{lead}{finding.subject} reaches {finding.target}."
-        return f"{lead}{finding.subject} stays {millimetres(-finding.value)} from {finding.target}."
-    if check in _PLAIN:
-        return lead + _PLAIN[check](finding)
-    target = (
-        f"{finding.other_person}'s {finding.target}" if finding.other_person else finding.target
+    """One finding in words.
+
+    Of a posture its case and person come first: "cruise, pilot: right lower leg, knee cap (front)
+    is ...". Of a motion the time comes last: "..., at 83.4 ms.".
+    """
+    words = _FINDING_WORDS[check](finding)
+    if math.isfinite(finding.time):
+        return f"{words}, at {milliseconds(finding.time)}."
+    return f"{cases[finding.case]}, {finding.person}: {words}."
+
+
+def milliseconds(seconds: float) -> str:
+    """ "83.4 ms" of a time in seconds."""
+    return f"{_tenths(1000 * seconds)} ms"
+
+
+def _stop_words(finding: Finding) -> str:
+    motion = finding.target.replace("_", " ")
+    if finding.value < 0:
+        return f"{finding.subject} is {degrees(-finding.value)} past its stop in {motion}"
+    return f"{finding.subject} is {degrees(finding.value)} from its stop in {motion}"
+
+
+def _seated_words(finding: Finding) -> str:
+    where = _apart(finding.value)
+    return (
+        f"{finding.subject} is {where} {finding.target}, "
+        f"{millimetres(-finding.limit)} into it was stated"
     )
-    need = ""
-    if check in ("contact", "self_contact"):
-        if finding.limit < 0:
-            need = f" ({millimetres(-finding.limit)} allowed)"
-    elif finding.value < finding.limit:
-        need = f", {millimetres(finding.limit - finding.value)} less than the {millimetres(finding.limit)} asked for"
-    return f"{lead}{finding.subject} is {_apart(finding.value)} {target}{need}."
+
+
+def _reach_words(finding: Finding) -> str:
+    if finding.value >= 0:
+        return f"{finding.subject} reaches {finding.target}"
+    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}"
+
+
+def _contact_words(finding: Finding) -> str:
+    allowed = f" ({millimetres(-finding.limit)} allowed)" if finding.limit < 0 else ""
+    return f"{_distance_words(finding)}{allowed}"
+
+
+def _clearance_words(finding: Finding) -> str:
+    if finding.value >= finding.limit:
+        return _distance_words(finding)
+    lack = millimetres(finding.limit - finding.value)
+    asked = millimetres(finding.limit)
+    return f"{_distance_words(finding)}, {lack} less than the {asked} asked for"
+
+
+def _distance_words(finding: Finding) -> str:
+    other = finding.other_person
+    target = f"{other}'s {finding.target}" if other else finding.target
+    return f"{finding.subject} is {_apart(finding.value)} {target}"
+
+
+def _injury_words(finding: Finding) -> str:
+    """Of a figure against the limit of a rule; the target is its source."""
+    unit = f" {finding.unit}" if finding.unit else ""
+    return (
+        f"{finding.subject}: {-finding.value:.0f}{unit} "
+        f"({finding.target} allows {-finding.limit:g}{unit})"
+    )
 
 
 def _pedal_words(finding: Finding) -> str:
     if finding.value >= finding.limit:
-        return f"{finding.subject} is on {finding.target}."
-    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}."
+        return f"{finding.subject} is on {finding.target}"
+    return f"{finding.subject} stays {millimetres(-finding.value)} from {finding.target}"
 
 
 def _seat_words(finding: Finding) -> str:
     if finding.value < 0:
-        return f"{finding.subject} is wanted {millimetres(-finding.value)} beyond its travel."
+        return f"{finding.subject} is wanted {millimetres(-finding.value)} beyond its travel"
     return (
-        f"{finding.subject} has {millimetres(finding.value)} of its travel left where it is wanted."
+        f"{finding.subject} has {millimetres(finding.value)} of its travel left where it is wanted"
     )
 
 
@@ -87,17 +126,25 @@ def _view_words(finding: Finding) -> str:
     """Of the height of the eyes, against what is asked for."""
     if finding.value < 0:
         return (
-            f"{finding.subject} lack {millimetres(-finding.value)} of height for {finding.target}."
+            f"{finding.subject} lack {millimetres(-finding.value)} of height for {finding.target}"
         )
-    return f"{finding.subject} have {millimetres(finding.value)} of height to spare for {finding.target}."
+    return f"{finding.subject} have {millimetres(finding.value)} of height to spare for {finding.target}"
 
 
 def _excursion_words(finding: Finding) -> str:
     allowed = millimetres(-finding.limit)
-    return f"{finding.subject} is {millimetres(-finding.value)} from {finding.target} ({allowed} allowed)."
+    return f"{finding.subject} is {millimetres(-finding.value)} from {finding.target} ({allowed} allowed)"
 
 
-_PLAIN: dict[str, Callable[[Finding], str]] = {
+_FINDING_WORDS: dict[str, Callable[[Finding], str]] = {
+    "contact": _contact_words,
+    "clearance": _clearance_words,
+    "self_contact": _contact_words,
+    "between_people": _clearance_words,
+    "stops": _stop_words,
+    "seated": _seated_words,
+    "reach": _reach_words,
+    "injury": _injury_words,
     "pedals": _pedal_words,
     "preferred_seat": _seat_words,
     "eye_height": _view_words,
@@ -128,14 +175,31 @@ def contact_sentence(contacts: Contacts, row: int) -> str:
 
 def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
     """A criterion's outcome in one or two sentences."""
+    if verdict.share is not None:
+        return share_sentence(verdict.criterion, verdict.share)
+    if verdict.worst is None and verdict.words:
+        return f"{verdict.words[:1].upper()}{verdict.words[1:]}."
     if verdict.worst is None:
-        return "Nothing was there to be measured: what it asks about is hidden, allowed to touch, or not in this study."
-    told = finding_sentence(verdict.criterion.check, verdict.worst, cases)
+        return (
+            "Nothing was there to be measured: what it asks about is hidden, allowed to touch, or "
+            "not in this study."
+        )
+    words = finding_sentence(verdict.criterion.check, verdict.worst, cases)
     doubt = _doubt(verdict, cases)
     if verdict.passed:
-        return f"Nearest to failing: {told}{doubt}"
+        return f"Nearest to failing: {words}{doubt}"
     more = len(verdict.breaches) - 1
-    return told + (f" {more} more breach{'es' if more > 1 else ''}." if more else "") + doubt
+    return words + (f" {more} more breach{'es' if more > 1 else ''}." if more else "") + doubt
+
+
+def share_sentence(criterion: Criterion, group: GroupShare) -> str:
+    """A share that is asked for in words: "81 % of the people meet all criteria (75 to 86 %), 80 %
+    are asked for."."""
+    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
+    wanted = f"{100 * criterion.at_least:g} %"
+    what = "these criteria" if criterion.of else "all criteria"
+    share = percent(group.share, group.count)
+    return f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
 
 
 def _doubt(verdict: Verdict, cases: tuple[str, ...]) -> str:
@@ -190,30 +254,6 @@ def _kind(size: Size) -> str:
     return f"{'girl' if size.sex == 'female' else 'boy'} of {size.age:g} years"
 
 
-def headline(result: Result) -> str:
-    """The whole result in one sentence."""
-    failed = [verdict for verdict in result.verdicts if not verdict.passed]
-    people = len(result.people)
-    cases = len(result.study.cases)
-    scope = (
-        f"{people} {'people' if people > 1 else 'person'} in {cases} case{'s' if cases > 1 else ''}"
-    )
-    count = len(result.verdicts)
-    criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
-    if not failed:
-        hold = {1: "the criterion holds", 2: "both criteria hold"}.get(
-            count, f"all {criteria} hold"
-        )
-        return f"{scope}: {hold}{_warned(result)}."
-    names = ", ".join(verdict.criterion.name for verdict in failed)
-    return f"{scope}: {len(failed)} of {criteria} failed: {names}{_warned(result)}."
-
-
 def part_count(environment: Environment) -> str:
     """ "31 parts, 402 polygons"."""
     return f"{len(environment.parts)} parts, {len(environment.normal)} polygons"
-
-
-def _warned(result: Result) -> str:
-    count = len(result.warnings)
-    return f", with {count} warning{'s' if count > 1 else ''}" if count else ""

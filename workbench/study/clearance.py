@@ -16,20 +16,19 @@ from workbench.contact.collide import (
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.posture_study import Person, PostureStudy
-from workbench.model.result import PersonResult, Result
+from workbench.model.result import PersonResult, PosturesFound
 from workbench.posture.stops import stops
 from workbench.study.criteria import Measured, verdict
 from workbench.study.envelope.envelope import envelopes
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import prepared
-from workbench.study.provenance import hashes, versions
 from workbench.study.reaches import buried_controls, control_reaches
 from workbench.study.warnings import result_warnings, seat_verdicts
 
 __all__ = ["clearance_study"]
 
 
-def clearance_study(study: PostureStudy) -> Result:
+def clearance_study(study: PostureStudy) -> PosturesFound:
     """Seat people who are present at once, measure them in all cases, and judge the criteria."""
     study, told = prepared(study)
     environment = adjusted_environment(study)
@@ -48,7 +47,7 @@ def clearance_study(study: PostureStudy) -> Result:
         between={(a, b): body_clearance(placed[a], placed[b]) for a, b in pairs},
         reaches=reaches,
     )
-    return Result(
+    return PosturesFound(
         study=study,
         environment=environment,
         verdicts=(
@@ -57,7 +56,6 @@ def clearance_study(study: PostureStudy) -> Result:
         ),
         people=tuple(people.values()),
         between={(a, b): body_contacts(placed[a], placed[b]) for a, b in pairs},
-        provenance={"inputs": hashes(study.inputs), "versions": versions()},
         warnings=(
             *told,
             *piece_warnings((person.name, person.body) for person in study.people),

@@ -20,8 +20,8 @@ from workbench.files.crash.simulations import load_simulation, with_airbags
 from workbench.files.motions.lines import Pick
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
-from workbench.model.crash import CrashStudy, SignalPoint
 from workbench.model.environment import Environment
+from workbench.model.motion_case import MotionCase, SignalPoint
 from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
 from workbench.model.posing import join_poses
@@ -44,7 +44,7 @@ from workbench.study.placement import seat_point
 from workbench.study.simulation import bearing, run_simulation
 from workbench.study.subject import subject_body
 
-__all__ = ["motion_study", "population_study", "posture_study"]
+__all__ = ["motion_cases", "population_study", "posture_study"]
 
 
 def posture_study(study: Study) -> PostureStudy:
@@ -158,13 +158,8 @@ def _fixed(environment: Environment, role: Role) -> Environment:
     return replace(environment, seats=seats)
 
 
-def motion_study(study: Study, *, film: bool = False) -> CrashStudy:
-    """The motion of a study, read or simulated, with its restraints; a second one is beside it.
-
-    Parameters
-    ----------
-    film
-        Whether the report has a film.
+def motion_cases(study: Study) -> tuple[MotionCase, ...]:
+    """The motions of a study, read or simulated, with their restraints, in the order of the cases.
 
     Raises
     ------
@@ -175,32 +170,19 @@ def motion_study(study: Study, *, film: bool = False) -> CrashStudy:
     """
     if not study.moves:
         raise UsageError(f"study {study.name} has no motion")
-    first, *others = study.compare or range(len(study.cases))
     role = study.roles[0]
     body, notes = sized_body(role.body, role.size, role.detail)
     body = wear(body, role.clothes)
     notes = tuple(f"{role.name}: {note}" for note in notes)
     subject = study.cases[0].actions[0]
     if isinstance(subject, RecordedMotion) and subject.subject:
-        body, told = subject_body(body, subject.file, options=_options(subject))
-        notes += told
-    one = _motion(study, body, first)
-    one = replace(one, film=film, warnings=(*notes, *one.warnings, *study.warnings))
-    if not others:
-        return one
-    two = _motion(study, body, others[0])
-    known = tuple(note for note in two.warnings if note not in one.warnings)
-    return replace(
-        one,
-        against=two.motion,
-        against_name=two.motion_name,
-        held=two,
-        compared=study.compare is not None,
-        warnings=(*one.warnings, *known),
-    )
+        body, lengths = subject_body(body, subject.file, options=_options(subject))
+        notes += lengths
+    first, *others = (_motion_case(study, body, case) for case in range(len(study.cases)))
+    return (replace(first, warnings=(*notes, *first.warnings)), *others)
 
 
-def _motion(study: Study, body: Body, row: int) -> CrashStudy:
+def _motion_case(study: Study, body: Body, row: int) -> MotionCase:
     """One motion of a study by itself."""
     case = study.cases[row]
     action = case.actions[0]
@@ -211,36 +193,25 @@ def _motion(study: Study, body: Body, row: int) -> CrashStudy:
             raise InputError(f"{action.file}: one frame is a posture; a motion needs two or more")
     else:
         motion, notes = _simulated(action)
-    criteria = tuple(criterion for criterion in study.criteria if criterion.asks(case.name))
-    limits = tuple(
-        dict.fromkeys(limit for criterion in study.criteria for limit in criterion.limits)
-    )
     restraints = action.restraints
     cabin = _cabin(study.environment, restraints, (body, motion))
     first = place(body, poses_at(motion, motion.clock[:1]))
     environment = with_belts(cabin, restraints.belts, first)
-    return CrashStudy(
-        name=study.name,
-        title=study.title,
-        description=study.description,
-        environment=environment,
-        cabin=cabin,
+    return MotionCase(
+        case=row,
+        name=case.name,
         person=study.roles[0].name,
         body=body,
         motion=motion,
-        against=None,
-        against_name="",
+        environment=environment,
+        cabin=cabin,
         points=_points(study, body),
-        cfc=study.signals.filter_class,
-        rules=", ".join(dict.fromkeys(c.rules for c in study.criteria if c.rules)),
-        limits=limits,
-        criteria=criteria,
-        inputs=study.inputs,
+        filter_class=study.signals.filter_class,
+        criteria=tuple(criterion for criterion in study.criteria if criterion.asks(case.name)),
         belts=restraints.belts,
         pulse=restraints.pulse,
         forces=_forces(study, body, environment, len(cabin.parts)),
         bears=bearing(environment, restraints.names),
-        motion_name=case.name,
         warnings=notes,
     )
 

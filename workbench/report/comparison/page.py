@@ -11,22 +11,22 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.body.people.share import percent
-from workbench.files.comparison_results import MARK, ChangedPersonRow, ComparisonFile, PairRow
 from workbench.files.output_file import Content
 from workbench.files.output_folder import write_folder
-from workbench.files.results import dump_json
+from workbench.files.results.comparison import MARK, ChangedPersonRow, ComparisonFile, PairRow
+from workbench.files.results.result import dump_json
 from workbench.model.comparison import Comparison, PairedShare
 from workbench.model.population import SEXES
-from workbench.report.accommodation.charts import change_whisker, changes_axis
-from workbench.report.accommodation.words import plain
 from workbench.report.comparison.words import (
     chance_words,
     change_sentence,
     comparison_headline,
     difference_words,
 )
-from workbench.report.page import template
+from workbench.report.population.charts import change_whisker, changes_axis
+from workbench.report.population.words import plain
 from workbench.report.tables import csv_text
+from workbench.report.templates import template
 
 __all__ = ["comparison_file", "comparison_page", "comparison_tables", "write_comparison"]
 

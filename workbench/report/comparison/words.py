@@ -7,7 +7,7 @@ import numpy as np
 from workbench.body.people.share import percent, percent_number
 from workbench.model.accommodation import MET
 from workbench.model.comparison import Comparison, Judged, PairedShare
-from workbench.report.accommodation.words import millimetres_short, person_name, plain
+from workbench.report.population.words import millimetres_short, person_name, plain
 
 __all__ = ["chance_words", "change_sentence", "comparison_headline", "difference_words"]
 

@@ -14,9 +14,9 @@ from workbench.body.pieces import piece_warnings
 from workbench.errors import InputError
 from workbench.model.accommodation import (
     MET,
-    Accommodation,
     AccommodationStudy,
     GroupShare,
+    PopulationFound,
 )
 from workbench.model.arrays import Bools
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
@@ -35,7 +35,6 @@ from workbench.study.accommodation.shares import (
     spread_of,
 )
 from workbench.study.accommodation.sitters import seated
-from workbench.study.provenance import hashes, people_hash, versions
 from workbench.study.reaches import buried_controls
 from workbench.study.warnings import enclosure_warnings
 
@@ -53,7 +52,7 @@ def accommodation_study(
     keep: Path | None = None,
     say: Say = lambda text: None,
     workers: Cluster | None = None,
-) -> Accommodation:
+) -> PopulationFound:
     """Put a population into its seat and ask everything of everybody.
 
     keep: a folder in which chunks of people are kept until it is done, so that a run that is cut
@@ -71,7 +70,7 @@ def accommodation_study(
     met: Bools = np.asarray(np.isnan(found.margin) | (found.margin >= -MET))
     weight = study.people.weight
     hardest = hardest_rows(found.margin)
-    return Accommodation(
+    return PopulationFound(
         study=study,
         requirements=tuple(one.requirement for one in asked),
         margin=found.margin,
@@ -87,11 +86,6 @@ def accommodation_study(
         hardest=hardest,
         gains=tuple(gains_of(study, asked, crew, found, keep=keep, say=say, workers=workers)),
         maps=tuple(people_maps(study, crew, say=say)),
-        provenance={
-            "inputs": hashes(study.inputs),
-            "people": {"measures": people_hash(study.people)},
-            "versions": versions(),
-        },
         warnings=(
             *_warnings(study, asked, crew, met),
             *_around(study, crew, hardest),

@@ -9,11 +9,11 @@ import numpy as np
 
 from workbench.body.people.paired import paired_share
 from workbench.errors import InputError
-from workbench.files.accommodation.results import AccommodationResultFile
-from workbench.model.accommodation import Accommodation
+from workbench.files.results.result import ResultFile
 from workbench.model.arrays import Bools
 from workbench.model.comparison import Comparison, Judged, PairedShare
 from workbench.model.population import SEXES, sex_index
+from workbench.model.result import Result
 from workbench.study.provenance import people_hash
 
 __all__ = ["compare", "judged", "judged_file"]
@@ -21,49 +21,55 @@ __all__ = ["compare", "judged", "judged_file"]
 _GROUPS = {"male": "men", "female": "women"}
 
 
-def judged(result: Accommodation) -> Judged:
-    """An accommodation as it is compared."""
-    people = result.study.people
+def judged(result: Result) -> Judged:
+    """The population of a result as it is compared. InputError where there is none."""
+    found = result.population
+    if found is None:
+        raise InputError(f"{result.study.name} has no population to compare")
+    people = found.study.people
     tall = people.column("stature") if "stature" in people.names else np.full(len(people), np.nan)
     return Judged(
         name=result.study.name,
         title=result.study.title,
-        requirements=tuple(r.name for r in result.requirements),
+        requirements=tuple(r.name for r in found.requirements),
         labels=people.labels or tuple(str(row + 1) for row in range(len(people))),
         sex=people.sex,
         weight=people.weight,
         stature=tall,
-        margin=result.margin,
+        margin=found.margin,
         who=people_hash(people),
-        confidence=result.study.confidence,
+        confidence=found.study.confidence,
     )
 
 
-def judged_file(rows: AccommodationResultFile) -> Judged:
-    """An accommodation as it is compared, from its result.json."""
-    people = rows.people
+def judged_file(rows: ResultFile) -> Judged:
+    """The population of a result.json as it is compared. InputError where there is none."""
+    found = rows.population
+    if found is None:
+        raise InputError(f"the result of {rows.study} has no population to compare")
+    people = found.people
     count = len(people.label)
     unknown = [math.nan] * count
     margin = [[math.nan if v is None else v / 1000 for v in row] for row in people.margin_mm]
     return Judged(
         name=rows.study,
         title=rows.title,
-        requirements=tuple(r.name for r in rows.requirements),
+        requirements=tuple(r.name for r in found.requirements),
         labels=tuple(people.label),
         sex=np.array([sex_index(sex) for sex in people.sex]),
         weight=np.array(people.weight),
         stature=np.array(unknown if people.stature_mm is None else people.stature_mm) / 1000,
-        margin=np.array(margin).reshape(count, len(rows.requirements)),
-        who=rows.people_hash,
-        confidence=rows.confidence,
+        margin=np.array(margin).reshape(count, len(found.requirements)),
+        who=found.people_hash,
+        confidence=found.confidence,
     )
 
 
-def compare(before: Judged | Accommodation, after: Judged | Accommodation) -> Comparison:
+def compare(before: Judged | Result, after: Judged | Result) -> Comparison:
     """What the second design changes for the people of the first. InputError where they are not the
     same people, or the two have no requirement in common."""
-    one = judged(before) if isinstance(before, Accommodation) else before
-    two = judged(after) if isinstance(after, Accommodation) else after
+    one = judged(before) if isinstance(before, Result) else before
+    two = judged(after) if isinstance(after, Result) else after
     _check_people(one, two)
     shared = [name for name in one.requirements if name in two.requirements]
     if not shared:

@@ -3,42 +3,55 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from workbench.model.accommodation import Accommodation, ShareVerdict
+from workbench.model.accommodation import PopulationFound
 from workbench.model.criterion import Criterion
+from workbench.model.result import Finding, Verdict
 from workbench.study.accommodation.shares import group_shares
 
-__all__ = ["with_share_verdicts"]
+__all__ = ["share_verdicts"]
 
 _TOLERANCE = 1e-9
 """A share this much below the one asked for counts as it: less than one person in any sample."""
 
 
-def with_share_verdicts(result: Accommodation, criteria: Sequence[Criterion]) -> Accommodation:
-    """The result with a verdict for each criterion that asks for a share.
+def share_verdicts(
+    found: PopulationFound, criteria: Sequence[Criterion], role: str
+) -> tuple[Verdict, ...]:
+    """Judge each criterion that asks for a share of the population, which takes a role.
 
     The estimate decides; its interval stands beside it.
     """
-    study = result.study
-    verdicts = []
-    for criterion in criteria:
-        if criterion.check != "share":
-            continue
-        asked = [
-            not criterion.of or requirement.criterion in criterion.of
-            for requirement in result.requirements
-        ]
-        served = np.asarray(result.met[:, asked].all(axis=1), dtype=np.bool_)
-        everybody = next(
-            iter(
-                group_shares(
-                    served, study.people, {}, confidence=study.confidence, interval=study.interval
-                )
-            )
-        )
-        passed = bool(everybody.share >= criterion.at_least - _TOLERANCE)
-        verdicts.append(ShareVerdict(criterion, passed, everybody))
-    return replace(result, verdicts=tuple(verdicts))
+    return tuple(
+        _share_verdict(found, criterion, role)
+        for criterion in criteria
+        if criterion.check == "share"
+    )
+
+
+def _share_verdict(found: PopulationFound, criterion: Criterion, role: str) -> Verdict:
+    study = found.study
+    asked = [
+        not criterion.of or requirement.criterion in criterion.of
+        for requirement in found.requirements
+    ]
+    served = np.asarray(found.met[:, asked].all(axis=1), dtype=np.bool_)
+    groups = group_shares(
+        served, study.people, {}, confidence=study.confidence, interval=study.interval
+    )
+    everybody = next(iter(groups))
+    finding = Finding(
+        case=0,
+        person=role,
+        other_person="",
+        subject=everybody.group,
+        target="",
+        value=everybody.share,
+        limit=criterion.at_least,
+        unit="share",
+    )
+    passed = bool(finding.margin >= -_TOLERANCE)
+    breaches = () if passed else (finding,)
+    return Verdict(criterion, passed, finding, breaches, share=everybody)

@@ -13,10 +13,10 @@ from workbench.files.meshes.assembly import built
 from workbench.files.meshes.parts import RawPart
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.crash import CrashStudy, ForceCurve
 from workbench.model.environment import Allowance, Environment
 from workbench.model.force import tension_history
 from workbench.model.joined import joined
+from workbench.model.motion_case import ForceCurve, MotionCase
 from workbench.model.poses import Placed
 from workbench.model.simulation import Belt, BeltPoint
 from workbench.model.spool import pieces
@@ -44,7 +44,7 @@ def with_belts(
     return joined(environment, replace(ribbons, allowances=allowed, warnings=()))
 
 
-def belt_tensions(study: CrashStudy) -> tuple[ForceCurve, ...]:
+def belt_tensions(study: MotionCase) -> tuple[ForceCurve, ...]:
     """The tension of each belt over the frames by its law: how much longer its way is than at the
     first frame, beyond the slack."""
     if not study.belts:

@@ -13,35 +13,27 @@ from workbench.contact.episodes import episodes, self_episodes
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.crash import Agreement, CrashResult, CrashStudy
+from workbench.model.motion_case import Agreement, MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
+from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
 from workbench.study.crash.belts import belt_tensions
 from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces
 from workbench.study.crash.frames import BLOCK, frames_of, stop_breaches
 from workbench.study.crash.meetings import environment_meetings, own_meetings
 from workbench.study.crash.signals import signal_of
-from workbench.study.crash.verdicts import crash_verdict
-from workbench.study.provenance import hashes, versions
+from workbench.study.crash.verdicts import motion_verdict
 from workbench.study.warnings import enclosure_warnings
 
-__all__ = ["crash_study"]
+__all__ = ["motion_found", "motions_agree"]
 
 _LOOKS = 16
 """Frames in which the surroundings are searched for open parts that enclose the person."""
 
 
-def crash_study(study: CrashStudy) -> CrashResult:
-    """Find what meets what in a motion. InputError for motions to be compared that have no time in
-    common."""
-    found = _found(study)
-    other = _found(study.held) if study.held is not None else None
-    return replace(found, agreements=_agreements(study), other=other)
-
-
-def _found(study: CrashStudy) -> CrashResult:
-    """What is found of the study's own motion."""
+def motion_found(study: MotionCase) -> MotionFound:
+    """Find what meets what in a motion, when, how fast and how deep, and judge its criteria."""
     body = study.body
     motion = study.motion
     environment = study.environment
@@ -54,16 +46,14 @@ def _found(study: CrashStudy) -> CrashResult:
         for path, point in zip(frames.paths, study.points, strict=True)
     )
     meetings = (*with_forces(study, environment_meetings(study, found)), *own_meetings(study, own))
-    result = CrashResult(
+    result = MotionFound(
         study=study,
         episodes=found,
         meetings=tuple(sorted(meetings, key=lambda m: m.enter)),
         breaches=stop_breaches(body, motion),
         signals=signals,
         clearance=frames.clearance,
-        agreements=(),
         verdicts=(),
-        provenance={"inputs": hashes(study.inputs), "versions": versions()},
         warnings=(
             *frames.coarse,
             *piece_warnings([(study.person, body)]),
@@ -73,11 +63,11 @@ def _found(study: CrashStudy) -> CrashResult:
         forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),
     )
     return replace(
-        result, verdicts=tuple(crash_verdict(c, result, frames.excursions) for c in study.criteria)
+        result, verdicts=tuple(motion_verdict(c, result, frames.excursions) for c in study.criteria)
     )
 
 
-def _enclosed(study: CrashStudy) -> tuple[str, ...]:
+def _enclosed(study: MotionCase) -> tuple[str, ...]:
     """Open parts that enclose the person in any of a few frames, spread over the motion."""
     if not study.environment.undecided:
         return ()
@@ -86,35 +76,33 @@ def _enclosed(study: CrashStudy) -> tuple[str, ...]:
     return tuple(enclosure_warnings(study.person, placed, study.environment))
 
 
-def _agreements(study: CrashStudy) -> tuple[Agreement, ...]:
-    """Each joint and segment of the motion against the other's, at the motion's frames within the
-    time of both."""
-    if study.against is None or not study.compared:
-        return ()
-    time = study.motion.clock
-    other = study.against.clock
+def motions_agree(one: MotionCase, two: MotionCase) -> tuple[Agreement, ...]:
+    """Compare each joint and segment of a motion with the other's, at the motion's frames within
+    the time of both. InputError for motions that have no time in common."""
+    time = one.motion.clock
+    other = two.motion.clock
     both = (time >= other[0]) & (time <= other[-1])
     if not both.any():
         raise InputError(
             f"the motions have no time in common: {time[0]:g} to {time[-1]:g} s and {other[0]:g} to "
             f"{other[-1]:g} s"
         )
-    body = study.body
+    body = one.body
     shared = time[both]
     names = (*body.segment_names, *(f"{name} joint" for name in body.joint_names))
     squares = np.zeros(len(names))
     peak = np.full(len(names), -1.0)
     at = np.zeros(len(names))
     for rows in pieces(len(shared), size=BLOCK):
-        one, two = (
-            _points(body, poses_at(poses, shared[rows])) for poses in (study.motion, study.against)
+        here, there = (
+            _points(body, poses_at(poses, shared[rows])) for poses in (one.motion, two.motion)
         )
-        apart = np.linalg.norm(one - two, axis=2)
+        apart = np.linalg.norm(here - there, axis=2)
         squares += (apart**2).sum(axis=0)
         worst = np.argmax(apart, axis=0)
-        here = np.take_along_axis(apart, worst[None], axis=0)[0]
-        more = here > peak
-        peak[more] = here[more]
+        most = np.take_along_axis(apart, worst[None], axis=0)[0]
+        more = most > peak
+        peak[more] = most[more]
         at[more] = shared[rows][worst[more]]
     rms = np.sqrt(squares / len(shared))
     return tuple(

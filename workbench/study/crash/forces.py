@@ -9,14 +9,14 @@ import numpy as np
 
 from workbench.contact.collide import allowed_depth
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.crash import CrashStudy, ForceCurve, Meeting
 from workbench.model.force import force_at, force_history
+from workbench.model.motion_case import ForceCurve, Meeting, MotionCase
 from workbench.model.simulation import depth_offset, ruled
 
 __all__ = ["force_curves", "ruled_pairs", "with_forces"]
 
 
-def ruled_pairs(study: CrashStudy) -> Ints:
+def ruled_pairs(study: MotionCase) -> Ints:
     """(Q, 2) the segments and parts that have a law."""
     some: Bools = np.zeros((len(study.body.segments), len(study.environment.parts)), dtype=np.bool_)
     for rule in study.forces:
@@ -24,7 +24,7 @@ def ruled_pairs(study: CrashStudy) -> Ints:
     return np.argwhere(some)
 
 
-def force_curves(study: CrashStudy, pairs: Ints, gap: Floats) -> tuple[ForceCurve, ...]:
+def force_curves(study: MotionCase, pairs: Ints, gap: Floats) -> tuple[ForceCurve, ...]:
     """The forces of pairs (Q, 2) over signed distances (P, Q) [m] at the frames, of those that are
     ever pushed.
 
@@ -44,7 +44,7 @@ def force_curves(study: CrashStudy, pairs: Ints, gap: Floats) -> tuple[ForceCurv
     return tuple(curves)
 
 
-def with_forces(study: CrashStudy, meetings: Iterable[Meeting]) -> list[Meeting]:
+def with_forces(study: MotionCase, meetings: Iterable[Meeting]) -> list[Meeting]:
     """Meetings with the force at their deepest, where a law gives it."""
     if not study.forces:
         return list(meetings)
@@ -52,7 +52,7 @@ def with_forces(study: CrashStudy, meetings: Iterable[Meeting]) -> list[Meeting]
     return [_with_force(study, meeting, offset) for meeting in meetings]
 
 
-def _with_force(study: CrashStudy, meeting: Meeting, offset: Floats) -> Meeting:
+def _with_force(study: MotionCase, meeting: Meeting, offset: Floats) -> Meeting:
     if meeting.own:
         return meeting
     n = study.body.segment(meeting.segment)

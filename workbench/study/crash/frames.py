@@ -17,9 +17,9 @@ from workbench.contact.collide import (
 )
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.crash import CrashStudy, StopBreach
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
+from workbench.model.motion_case import MotionCase, StopBreach
 from workbench.model.poses import Placed, Poses
 from workbench.model.simulation import depth_offset
 from workbench.model.spool import Spool, pieces
@@ -61,7 +61,7 @@ class Frames:
     coarse: tuple[str, ...]
 
 
-def frames_of(study: CrashStudy) -> Frames:
+def frames_of(study: MotionCase) -> Frames:
     """One pass over the frames of a study's motion, BLOCK of them placed at a time."""
     body = study.body
     motion = study.motion
@@ -112,7 +112,7 @@ class _Laws:
     group: Ints
 
     @classmethod
-    def of(cls, study: CrashStudy, groups: Groups) -> _Laws:
+    def of(cls, study: MotionCase, groups: Groups) -> _Laws:
         """The pairs of a study, its shown parts being in groups."""
         group = np.full(len(study.environment.parts), -1)
         for g, parts in enumerate(groups):

@@ -10,8 +10,8 @@ from workbench.body.forward import place
 from workbench.contact.collide import nearest, self_clearance
 from workbench.model.arrays import Floats, Ints
 from workbench.model.contacts import Clearance
-from workbench.model.crash import CrashStudy, Meeting
 from workbench.model.episodes import Episodes
+from workbench.model.motion_case import Meeting, MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed, Poses
 
@@ -22,7 +22,7 @@ _STEP = 1e-4
 """Speeds are differences over this share of the time between two frames."""
 
 
-def environment_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting]:
+def environment_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting]:
     """A meeting for each episode with the environment."""
     for rows in _blocks(len(found)):
         some = found.rows(rows)
@@ -36,7 +36,7 @@ def environment_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting
             yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=None))
 
 
-def own_meetings(study: CrashStudy, found: Episodes) -> Iterator[Meeting]:
+def own_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting]:
     """A meeting for each episode of two segments of the body."""
     for rows in _blocks(len(found)):
         some = found.rows(rows)
@@ -60,7 +60,7 @@ class _Moments:
     """The body at the beginning and at the deepest moment of each episode, and just before and
     after the beginning."""
 
-    def __init__(self, study: CrashStudy, some: Episodes) -> None:
+    def __init__(self, study: MotionCase, some: Episodes) -> None:
         self.study = study
         motion = study.motion
         time = motion.clock
@@ -101,7 +101,7 @@ class _Moments:
 
 
 def _meeting(
-    study: CrashStudy,
+    study: MotionCase,
     some: Episodes,
     k: int,
     found: tuple[Clearance, Clearance, tuple[int, int, int]],

@@ -11,8 +11,8 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.contact.clearance_pairs import clearance_of_pairs
 from workbench.model.body import Body
-from workbench.model.crash import CrashStudy
 from workbench.model.criterion import Criterion
+from workbench.model.motion_case import MotionCase
 from workbench.model.poses import Poses
 from workbench.model.spool import pieces
 from workbench.posture.stops import stops
@@ -42,7 +42,7 @@ class NearStop:
     motion: str
 
 
-def nearest_approach(study: CrashStudy, criterion: Criterion) -> Approach | None:
+def nearest_approach(study: MotionCase, criterion: Criterion) -> Approach | None:
     """The nearest of the segments and parts of a criterion over all frames, pairs that may touch
     left out; None where there is no such pair."""
     body = study.body

@@ -6,8 +6,8 @@ import numpy as np
 
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
-from workbench.model.crash import CrashStudy, Signal, SignalPoint
 from workbench.model.criterion import Limit
+from workbench.model.motion_case import MotionCase, Signal, SignalPoint
 from workbench.model.pulse import gained, level_at
 from workbench.motion.signals import (
     GRAVITY,
@@ -27,7 +27,7 @@ LONGEST_HIC = 0.2
 """[s] Windows of a HIC without a stated one are searched up to here."""
 
 
-def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: CrashStudy) -> Signal:
+def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: MotionCase) -> Signal:
     """The signal of a point that is on a path (P, 3) [m] at times (P,) [s], with its figures.
     UsageError where the frames are too few for the filter."""
     time, position = evenly(clock, path)
@@ -39,12 +39,12 @@ def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: CrashStudy
         toward = np.array(study.pulse.toward)
         second = second - level_at(study.pulse, time)[:, None] * toward
         moved = moved - gained(study.pulse, time)[:, None] * toward
-    if study.cfc is not None:
+    if study.filter_class is not None:
         try:
-            second = cfc_filter(time, second, cfc=study.cfc)
+            second = cfc_filter(time, second, cfc=study.filter_class)
         except UsageError as error:
             raise UsageError(f"filter_class of {point.name}: {error}") from None
-    bare = Signal(point, time, position, moved, second, study.cfc, {})
+    bare = Signal(point, time, position, moved, second, study.filter_class, {})
     level = np.linalg.norm(second, axis=1)
     most = int(np.argmax(level))
     figures = {"peak": (float(level[most]) / GRAVITY, float(time[most]), float(time[most]))}
@@ -52,7 +52,7 @@ def signal_of(clock: Floats, path: Floats, point: SignalPoint, study: CrashStudy
     for (figure, span), name in _USUAL.items():
         if time[-1] - time[0] >= span >= time[1] - time[0]:
             figures[name] = figure_of(bare, Limit(figure, "", span, 0.0, ""))
-    return Signal(point, time, position, bare.velocity, second, study.cfc, figures)
+    return Signal(point, time, position, bare.velocity, second, study.filter_class, figures)
 
 
 def figure_of(signal: Signal, limit: Limit) -> tuple[float, float, float]:

@@ -1,177 +1,225 @@
-"""The criteria of a crash study, judged."""
+"""Judge the criteria of a motion: each check finds what comes nearest to failing, and when."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
 from workbench.errors import UsageError
-from workbench.model.crash import CrashResult, CrashVerdict
-from workbench.model.criterion import Criterion
+from workbench.model.criterion import Criterion, Limit
+from workbench.model.motion_case import Meeting, Signal
+from workbench.model.result import Finding, MotionFound, Verdict
 from workbench.study.crash.frames import Excursion
 from workbench.study.crash.nearest import nearest_approach, nearest_stop
 from workbench.study.crash.signals import figure_of
 
-__all__ = ["crash_verdict"]
+__all__ = ["motion_verdict"]
+
+LENGTH_TOLERANCE = 1e-9
+"""[m]"""
 
 
-def crash_verdict(
-    criterion: Criterion, result: CrashResult, excursions: Mapping[str, Excursion]
-) -> CrashVerdict:
-    """How a criterion comes out; UsageError for a check that is not known."""
+def motion_verdict(
+    criterion: Criterion, found: MotionFound, excursions: Mapping[str, Excursion]
+) -> Verdict:
+    """Judge one criterion of a motion.
+
+    Parameters
+    ----------
+    found
+        What was found of the motion, without its verdicts.
+    excursions
+        The largest excursion, by the name of the criterion that asks for it.
+
+    Raises
+    ------
+    UsageError
+        For a check that cannot be asked of a motion.
+    """
+    if criterion.check == "excursion":
+        return _judged(criterion, found, [_excursion(criterion, found, excursions[criterion.name])])
     judge = _JUDGES.get(criterion.check)
     if judge is None:
-        raise UsageError(f"no check {criterion.check!r}")
-    return judge(criterion, result, excursions)
+        raise UsageError(f"no check {criterion.check!r} of a motion")
+    return judge(criterion, found)
 
 
-def _contact(
-    criterion: Criterion, result: CrashResult, excursions: Mapping[str, Excursion]
-) -> CrashVerdict:
-    about = [
-        m
-        for m in result.meetings
-        if not m.own and m.segment in criterion.segments and m.other in criterion.parts
-    ]
-    limit = 1000 * criterion.at_most
-    if not about:
-        return CrashVerdict(criterion, True, 0.0, limit, "mm", float("nan"), "no contact")
-    worst = max(about, key=lambda m: m.depth - m.allowed)
-    depth = 1000 * (worst.depth - worst.allowed)
-    told = f"{worst.who}: {depth:.1f} mm into {worst.other}" + (
-        " beyond what is allowed" if worst.allowed else ""
-    )
-    return CrashVerdict(criterion, depth <= limit + 1e-6, depth, limit, "mm", worst.deepest, told)
-
-
-def _excursion(
-    criterion: Criterion, result: CrashResult, excursions: Mapping[str, Excursion]
-) -> CrashVerdict:
-    body = result.study.body
-    found = excursions[criterion.name]
-    name = (
-        body.sphere_names[found.sphere]
-        or body.segment_names[int(body.sphere_segment[found.sphere])]
-    )
-    value = 1000 * found.value
-    limit = 1000 * criterion.at_most
-    return CrashVerdict(
+def _judged(
+    criterion: Criterion, found: MotionFound, findings: Iterable[Finding], nothing: str = ""
+) -> Verdict:
+    """The verdict of some findings; where there are none, passed if there are words for that."""
+    ordered = sorted(findings, key=lambda finding: finding.margin)
+    tolerance = LENGTH_TOLERANCE if ordered and ordered[0].unit in ("m", "rad") else 0.0
+    breaches = tuple(finding for finding in ordered if finding.margin < -tolerance)
+    return Verdict(
         criterion,
-        value <= limit,
-        value,
-        limit,
-        "mm",
-        float(result.study.motion.clock[found.frame]),
-        f"{name} goes {value:.1f} mm",
+        not breaches and bool(ordered or nothing),
+        ordered[0] if ordered else None,
+        breaches,
+        motion=found.study.case,
+        words="" if ordered else nothing,
     )
 
 
-def _clearance(
-    criterion: Criterion, result: CrashResult, excursions: Mapping[str, Excursion]
-) -> CrashVerdict:
-    """The nearest that segments come to parts, allowed contacts left out."""
-    study = result.study
-    limit = 1000 * criterion.at_least
-    found = nearest_approach(study, criterion)
-    if found is None:
-        told = "nothing is there to be measured"
-        return CrashVerdict(criterion, False, float("nan"), limit, "mm", float("nan"), told)
-    value = 1000 * found.distance
-    told = f"{found.segment} comes to {value:.1f} mm from {found.part}"
-    at = float(study.motion.clock[found.frame])
-    return CrashVerdict(criterion, value >= limit - 1e-6, value, limit, "mm", at, told)
+def _contact(criterion: Criterion, found: MotionFound) -> Verdict:
+    about = (
+        meeting
+        for meeting in found.meetings
+        if not meeting.own
+        and meeting.segment in criterion.segments
+        and meeting.other in criterion.parts
+    )
+    findings = [_meeting(found, meeting, criterion.at_most) for meeting in about]
+    return _judged(criterion, found, findings, "nothing of it is touched")
 
 
-def _self_contact(
-    criterion: Criterion, result: CrashResult, excursions: Mapping[str, Excursion]
-) -> CrashVerdict:
+def _self_contact(criterion: Criterion, found: MotionFound) -> Verdict:
     wanted = criterion.segments
-    about = [m for m in result.meetings if m.own and (m.segment in wanted or m.other in wanted)]
-    if not about:
-        told = "no segment overlaps another"
-        return CrashVerdict(criterion, True, 0.0, 0.0, "mm", float("nan"), told)
-    worst = max(about, key=lambda m: m.depth - m.allowed)
-    depth = 1000 * (worst.depth - worst.allowed)
-    told = f"{worst.who}: {depth:.1f} mm into {worst.other} beyond what flesh allows"
-    return CrashVerdict(criterion, depth <= 1e-6, depth, 0.0, "mm", worst.deepest, told)
+    findings = [
+        _meeting(found, meeting, 0.0)
+        for meeting in found.meetings
+        if meeting.own and (meeting.segment in wanted or meeting.other in wanted)
+    ]
+    return _judged(criterion, found, findings, "no segment overlaps another")
 
 
-def _stops(
-    criterion: Criterion, result: CrashResult, excursions: Mapping[str, Excursion]
-) -> CrashVerdict:
-    """How far joints are past their stops; -`at_least` is what they may be."""
-    body = result.study.body
-    limit = 0.0 - float(np.degrees(criterion.at_least))
+def _meeting(found: MotionFound, meeting: Meeting, at_most: float) -> Finding:
+    """The deepest moment of a contact, against what is allowed and `at_most` [m] more."""
+    return Finding(
+        case=found.study.case,
+        person=found.study.person,
+        other_person="",
+        subject=meeting.who,
+        target=meeting.other,
+        value=-meeting.depth,
+        limit=-(meeting.allowed + at_most),
+        point=meeting.point,
+        time=meeting.deepest,
+    )
+
+
+def _excursion(criterion: Criterion, found: MotionFound, farthest: Excursion) -> Finding:
+    body = found.study.body
+    sphere = farthest.sphere
+    segment = body.segment_names[int(body.sphere_segment[sphere])]
+    return Finding(
+        case=found.study.case,
+        person=found.study.person,
+        other_person="",
+        subject=body.sphere_names[sphere] or segment,
+        target="the origin",
+        value=-farthest.value,
+        limit=-criterion.at_most,
+        time=float(found.study.motion.clock[farthest.frame]),
+    )
+
+
+def _clearance(criterion: Criterion, found: MotionFound) -> Verdict:
+    """The nearest that segments come to parts, allowed contacts left out."""
+    nearest = nearest_approach(found.study, criterion)
+    if nearest is None:
+        return _judged(criterion, found, ())
+    finding = Finding(
+        case=found.study.case,
+        person=found.study.person,
+        other_person="",
+        subject=nearest.segment,
+        target=nearest.part,
+        value=nearest.distance,
+        limit=criterion.at_least,
+        time=float(found.study.motion.clock[nearest.frame]),
+    )
+    return _judged(criterion, found, [finding])
+
+
+def _stops(criterion: Criterion, found: MotionFound) -> Verdict:
+    """The joints past their stops, or the one nearest to its stop where none is."""
+    study = found.study
+    body = study.body
     asked = {
         joint
         for joint, segment in zip(body.joints, body.segments[1:], strict=True)
         if segment in criterion.segments
     }
-    breaches = [breach for breach in result.breaches if breach.joint in asked]
-    if not breaches and limit >= 0:
-        told = "no joint is past its stop"
-        return CrashVerdict(criterion, True, 0.0, limit, "degrees", float("nan"), told)
-    if not breaches:
-        return _inside_stops(criterion, result, asked)
-    worst = max(breaches, key=lambda b: b.worst)
-    name = body.joint_names[body.joint(worst.joint)]
-    value = float(np.degrees(worst.worst))
-    told = f"{name} is {value:.1f} degrees past its stop in {worst.motion.replace('_', ' ')}"
-    return CrashVerdict(criterion, value <= limit, value, limit, "degrees", worst.at, told)
+    findings = [
+        _stop(found, criterion, body.joint(breach.joint), breach.motion, -breach.worst, breach.at)
+        for breach in found.breaches
+        if breach.joint in asked
+    ]
+    if not findings:
+        near = nearest_stop(body, study.motion, asked)
+        if near is not None:
+            time = float(study.motion.clock[near.frame])
+            findings = [_stop(found, criterion, near.joint, near.motion, near.margin, time)]
+    return _judged(criterion, found, findings, "no joint that is asked about has a stop")
 
 
-def _inside_stops(criterion: Criterion, result: CrashResult, asked: set[str]) -> CrashVerdict:
-    """The joint that comes nearest to its stop, of those that stay inside."""
-    study = result.study
-    limit = 0.0 - float(np.degrees(criterion.at_least))
-    found = nearest_stop(study.body, study.motion, asked)
-    if found is None:
-        told = "no joint that is asked about has a stop"
-        return CrashVerdict(criterion, True, float("nan"), limit, "degrees", float("nan"), told)
-    value = -float(np.degrees(found.margin))
-    name = study.body.joint_names[found.joint]
-    told = f"{name} stays {-value:.1f} degrees inside its stop in {found.motion.replace('_', ' ')}"
-    at = float(study.motion.clock[found.frame])
-    return CrashVerdict(criterion, value <= limit + 1e-9, value, limit, "degrees", at, told)
-
-
-def _rules(
-    criterion: Criterion, result: CrashResult, excursions: Mapping[str, Excursion]
-) -> CrashVerdict:
-    """The limit that is most used up, of all limits of the rule set."""
-    found = []
-    for limit in criterion.limits:
-        segment = result.study.body.segment(limit.segment)
-        for signal in result.signals:
-            step = float(signal.time[1] - signal.time[0])
-            if signal.point.segment == segment and step > 0.5 * limit.span:
-                told = (
-                    f"{signal.point.name}: samples {1000 * step:.3g} ms apart cannot tell a figure over "
-                    f"{1000 * limit.span:g} ms"
-                )
-                return CrashVerdict(
-                    criterion, False, float("nan"), limit.value, "", float("nan"), told
-                )
-            if signal.point.segment == segment:
-                value, begin, end = figure_of(signal, limit)
-                found.append((value / limit.value, value, begin, end, limit, signal.point.name))
-    _, value, begin, end, limit, name = max(found, key=lambda row: row[0])
-    window = "" if np.isinf(limit.span) else f"{1000 * limit.span:g}"
-    what = f"HIC{window}" if limit.figure == "hic" else f"level held for {window} ms"
-    unit = "" if limit.figure == "hic" else "g"
-    when = f" from {1000 * begin:.1f} to {1000 * end:.1f} ms" if limit.figure == "hic" else ""
-    told = f"{name}: {what} {value:.0f}{' ' + unit if unit else ''}{when} ({limit.source} allows {limit.value:g})"
-    return CrashVerdict(
-        criterion, all(row[0] <= 1.0 for row in found), value, limit.value, unit, begin, told
+def _stop(
+    found: MotionFound, criterion: Criterion, joint: int, motion: str, margin: float, time: float
+) -> Finding:
+    return Finding(
+        case=found.study.case,
+        person=found.study.person,
+        other_person="",
+        subject=found.study.body.joint_names[joint],
+        target=motion,
+        value=margin,
+        limit=criterion.at_least,
+        unit="rad",
+        time=time,
     )
 
 
-_JUDGES = {
+def _injury(criterion: Criterion, found: MotionFound) -> Verdict:
+    """The limits of the rule set; the worst is the one that is most used up."""
+    findings = []
+    for limit in criterion.limits:
+        segment = found.study.body.segment(limit.segment)
+        for signal in found.signals:
+            if signal.point.segment != segment:
+                continue
+            step = float(signal.time[1] - signal.time[0])
+            if step > 0.5 * limit.span:
+                words = (
+                    f"samples of {signal.point.name} are {1000 * step:.3g} ms apart; a figure over "
+                    f"{1000 * limit.span:g} ms needs denser ones"
+                )
+                return Verdict(criterion, False, None, motion=found.study.case, words=words)
+            findings.append(_figure(found, limit, signal))
+    findings.sort(key=lambda finding: -finding.value / finding.limit)
+    breaches = tuple(finding for finding in findings if finding.margin < 0)
+    worst = findings[0] if findings else None
+    return Verdict(
+        criterion, bool(findings) and not breaches, worst, breaches, motion=found.study.case
+    )
+
+
+def _figure(found: MotionFound, limit: Limit, signal: Signal) -> Finding:
+    """A limit of a rule set and its figure of a signal."""
+    value, begin, end = figure_of(signal, limit)
+    window = "" if np.isinf(limit.span) else f"{1000 * limit.span:g}"
+    if limit.figure == "hic":
+        figure = f"HIC{window} from {1000 * begin:.1f} to {1000 * end:.1f} ms"
+    else:
+        figure = f"acceleration held for {window} ms"
+    return Finding(
+        case=found.study.case,
+        person=found.study.person,
+        other_person="",
+        subject=f"{signal.point.name}, {figure}",
+        target=limit.source,
+        value=-value,
+        limit=-limit.value,
+        unit="" if limit.figure == "hic" else "g",
+        time=begin,
+    )
+
+
+_JUDGES: dict[str, Callable[[Criterion, MotionFound], Verdict]] = {
     "contact": _contact,
     "clearance": _clearance,
     "self_contact": _self_contact,
-    "excursion": _excursion,
     "stops": _stops,
-    "injury": _rules,
+    "injury": _injury,
 }

@@ -14,7 +14,7 @@ from workbench.model.laban import nearest_sign, sign_words
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
 from workbench.model.spool import pieces
-from workbench.report.turning import Turning, Unwrapped
+from workbench.report.motions.turning import Turning, Unwrapped
 
 __all__ = ["movement_sentences"]
 

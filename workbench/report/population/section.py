@@ -1,12 +1,11 @@
-"""report.html of an accommodation study: who fits, who does not, by what and by how much; for a
-design review."""
+"""The part of the page about a population: who fits, who does not, by what and by how much."""
 
 from __future__ import annotations
 
 import base64
 import io
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -19,10 +18,10 @@ from workbench.draw.disks import disks
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
-from workbench.model.accommodation import Accommodation, ReachMap, Shown
+from workbench.model.accommodation import PopulationFound, ReachMap, Shown
 from workbench.model.arrays import Bools, Floats
 from workbench.model.measures import MASS
-from workbench.report.accommodation.charts import (
+from workbench.report.population.charts import (
     bar,
     margin_axis,
     margin_range,
@@ -30,8 +29,7 @@ from workbench.report.accommodation.charts import (
     share_axis,
     whisker,
 )
-from workbench.report.accommodation.words import (
-    accommodation_headline,
+from workbench.report.population.words import (
     gain_sentence,
     millimetres_short,
     no_gain_words,
@@ -39,11 +37,10 @@ from workbench.report.accommodation.words import (
     plain,
     reason_words,
     requirement_sentence,
-    share_verdict_sentence,
 )
-from workbench.report.page import part_count, template
+from workbench.report.templates import template
 
-__all__ = ["accommodation_page"]
+__all__ = ["population_section", "population_words"]
 
 _PICTURE = 520
 _MOST_MEASURES = 12
@@ -56,60 +53,55 @@ _FROM = {
 _NUMBERS = ("no", "one", "two", "three", "four", "five")
 
 
-def accommodation_page(
-    result: Accommodation,
-    *,
-    downloads: Sequence[str] = ("result.json", "people.csv"),
-    progress: Callable[[str], None] | None = None,
-) -> str:
-    """The HTML text of an accommodation study's report; the same bytes for the same result.
+def population_section(result: PopulationFound, say: Callable[[str], None]) -> Markup:
+    """The part of the page about a population: who fits, who does not, by what and by how much.
 
-    downloads: the files beside the page that it links to.
+    say: called with words on how far it is.
     """
-    say = progress or (lambda _: None)
     say("pictures of the hardest people")
     ends = margin_range(result.spread)
-    everybody = result.shares[0]
     least = max(0.0, np.floor(20 * (min(g.low for g in result.shares) - 0.02)) / 20)
-    return template("accommodation/page.html.j2").render(
+    people = result.study.people
+    hardest = len(result.hardest)
+    html = template("population/section.html.j2").render(
         result=result,
         study=result.study,
-        title=result.study.title or plain(result.study.name),
-        headline=accommodation_headline(result),
-        fits=percent(everybody.share, len(result.served)),
-        people=len(result.served),
-        parts=part_count(result.study.environment),
-        spheres=f"{len(result.study.body.sphere_names):,}",
         groups=[_group(result, index, least) for index in range(len(result.shares))],
         group_axis=Markup(share_axis(least)),
         confidence=f"{100 * result.study.confidence:g}",
-        verdicts=[
-            {
-                "name": verdict.criterion.name,
-                "passed": verdict.passed,
-                "sentence": share_verdict_sentence(verdict),
-            }
-            for verdict in result.verdicts
-        ],
         worst=requirement_sentence(result),
         criteria=_criteria(result),
         requirements=_requirements(result, ends),
         margin_axis=Markup(margin_axis(ends)),
-        women=bool((result.study.people.sex == 1).any() and (result.study.people.sex == 0).any()),
+        women=bool((people.sex == 1).any() and (people.sex == 0).any()),
         measures=_measures(result),
         gains=[_gain(result, index) for index in range(len(result.gains))],
         no_gain=no_gain_words(result),
-        cases=_NUMBERS[len(result.hardest)]
-        if len(result.hardest) < len(_NUMBERS)
-        else str(len(result.hardest)),
-        hardest=[_person(result, index) for index in range(len(result.hardest))],
+        cases=_NUMBERS[hardest] if hardest < len(_NUMBERS) else str(hardest),
+        hardest=[_person(result, index) for index in range(hardest)],
         maps=[_map(result, found) for found in result.maps],
         key=_key(),
-        downloads=list(downloads),
+    )
+    return Markup(html)
+
+
+def population_words(result: PopulationFound, role: str) -> str:
+    """Who the people of a role are, where they sit, and what their bodies are made from."""
+    study = result.study
+    people = len(study.people)
+    asked = len(result.requirements)
+    family = "of the family of " if study.body.basis else ""
+    detail = f" (level of detail {study.body.detail})" if study.body.detail else ""
+    worn = f", wearing {', '.join(item.name for item in study.wears)}" if study.wears else ""
+    return (
+        f"{role}: {people:,} people ({study.people.source}) in the seat “{plain(study.seat)}”, "
+        f"{asked} requirement{'s' if asked > 1 else ''}. A person fits who meets them all. Each "
+        f"body is {family}{study.body.name}, scaled to that person’s measures: "
+        f"{len(study.body.sphere_names):,} spheres{detail}{worn}."
     )
 
 
-def _group(result: Accommodation, index: int, least: float) -> dict[str, Any]:
+def _group(result: PopulationFound, index: int, least: float) -> dict[str, Any]:
     group = result.shares[index]
     share = percent(group.share, group.count)
     low, high = (percent_number(value, group.count) for value in (group.low, group.high))
@@ -125,13 +117,13 @@ def _group(result: Accommodation, index: int, least: float) -> dict[str, Any]:
     }
 
 
-def _weights(result: Accommodation) -> Floats:
+def _weights(result: PopulationFound) -> Floats:
     weight = result.study.people.weight
     share: Floats = weight / weight.sum()
     return share
 
 
-def _criteria(result: Accommodation) -> list[dict[str, Any]]:
+def _criteria(result: PopulationFound) -> list[dict[str, Any]]:
     """For each criterion the share that fails any of its requirements, and nothing of the others;
     worst first."""
     weight = _weights(result)
@@ -165,7 +157,7 @@ def _criteria(result: Accommodation) -> list[dict[str, Any]]:
     return rows
 
 
-def _requirements(result: Accommodation, ends: tuple[float, float]) -> list[dict[str, Any]]:
+def _requirements(result: PopulationFound, ends: tuple[float, float]) -> list[dict[str, Any]]:
     """A row for each requirement, worst first: shares, charts, margins in millimetres, what limits
     most often."""
     weight = _weights(result)
@@ -215,7 +207,7 @@ def _share_of_some(weight: Floats, some: Bools, met: Bools) -> str:
     return percent(float(weight[some] @ met[some]) / float(weight[some].sum()), int(some.sum()))
 
 
-def _reason(result: Accommodation, index: int) -> str:
+def _reason(result: PopulationFound, index: int) -> str:
     """What limits most often those who do not meet a requirement, and for how many of them."""
     found = Counter(int(code) for code in result.reason[~result.met[:, index], index] if code >= 0)
     if not found:
@@ -226,7 +218,7 @@ def _reason(result: Accommodation, index: int) -> str:
     return words if count == total else f"{words} ({count} of {total})"
 
 
-def _measures(result: Accommodation) -> list[dict[str, Any]]:
+def _measures(result: PopulationFound) -> list[dict[str, Any]]:
     """For each limiting measure the people it limits, most first, and how they compare with all."""
     people = result.study.people
     weight = result.study.people.weight
@@ -263,7 +255,7 @@ def _range(low: float, high: float) -> str:
     return f"{low:,.0f} to {high:,.0f}" if f"{low:.0f}" != f"{high:.0f}" else f"{low:,.0f}"
 
 
-def _gain(result: Accommodation, index: int) -> dict[str, Any]:
+def _gain(result: PopulationFound, index: int) -> dict[str, Any]:
     """One change as a sentence, with what a millimetre of it gives at first where that says
     something."""
     gain = result.gains[index]
@@ -278,7 +270,7 @@ def _gain(result: Accommodation, index: int) -> dict[str, Any]:
     return {"sentence": gain_sentence(gain, count), "rate": " and ".join(told), "helps": helps}
 
 
-def _person(result: Accommodation, index: int) -> dict[str, Any]:
+def _person(result: PopulationFound, index: int) -> dict[str, Any]:
     """One of the hardest: a sentence and, where the body is at hand, its picture."""
     row = result.hardest[index]
     found = next((s for s in result.shown if s.row == row), None)
@@ -286,7 +278,7 @@ def _person(result: Accommodation, index: int) -> dict[str, Any]:
     return {"sentence": person_sentence(result, row), **picture}
 
 
-def _picture(result: Accommodation, found: Shown) -> dict[str, str]:
+def _picture(result: PopulationFound, found: Shown) -> dict[str, str]:
     """The body in the cockpit as found, from where the line from tip to target shows longest."""
     lack = f"{millimetres_short(-float(result.margin[found.row, found.requirement]))} mm"
     name = plain(result.requirements[found.requirement].name)
@@ -326,7 +318,7 @@ def _length(camera: Camera, found: Shown) -> float:
     return round(float(np.linalg.norm(ends[1] - ends[0])), 3)
 
 
-def _map(result: Accommodation, found: ReachMap) -> dict[str, Any]:
+def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     """A reach map's picture, its caption, and the shares at the controls near it."""
     task = found.task
     environment = result.study.environment

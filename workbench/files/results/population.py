@@ -1,33 +1,21 @@
-"""The published shape of an accommodation study's result.json, and reading it back."""
+"""The part of result.json about a population."""
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from pydantic import BaseModel, ConfigDict, ValidationError
-
-from workbench.errors import InputError
-from workbench.files.opening import read_whole
-from workbench.files.results import MARK
+from workbench.files.results.row import Row
 
 __all__ = [
-    "AccommodationResultFile",
     "GainRow",
     "GroupRow",
     "HardRow",
     "MapRow",
     "PeopleRow",
+    "PopulationRows",
     "RequirementRow",
-    "ShareVerdictRow",
-    "load_accommodation_result",
 ]
 
 
-class _Row(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class GroupRow(_Row):
+class GroupRow(Row):
     """The share, 0 to 1, of a group that is served, and its interval; count: people in it."""
 
     group: str
@@ -37,21 +25,7 @@ class GroupRow(_Row):
     count: int
 
 
-class ShareVerdictRow(_Row):
-    """A share that is asked for: of those who meet the criteria `of` (all where there is none),
-    with its interval, all 0 to 1."""
-
-    name: str
-    passed: bool
-    of: list[str]
-    at_least: float
-    share: float
-    low: float
-    high: float
-    sentence: str
-
-
-class RequirementRow(_Row):
+class RequirementRow(Row):
     """One requirement: share: of those who meet it; without: who would be served if it were
     dropped; alone: who are left out by nothing else; spread_mm: margins at 1, 5, 50, 95 and 99 % of
     the people, null where it applies to nobody."""
@@ -67,7 +41,7 @@ class RequirementRow(_Row):
     spread_mm: list[float | None]
 
 
-class PeopleRow(_Row):
+class PeopleRow(Row):
     """Everybody, one entry a person in every list, and one a requirement in every list of margins
     and reasons.
 
@@ -87,7 +61,7 @@ class PeopleRow(_Row):
     reason: list[list[int]]
 
 
-class HardRow(_Row):
+class HardRow(Row):
     """One of the people hardest to serve, at the requirement that is missed by most."""
 
     person: str
@@ -98,7 +72,7 @@ class HardRow(_Row):
     limiting: str
 
 
-class GainRow(_Row):
+class GainRow(Row):
     """What a change of the design gains, shares 0 to 1; rate_per_mm: the share of this requirement
     by a millimetre; margin_rate: millimetres of margin by a millimetre, mean of those who do not
     meet it, null where not known."""
@@ -114,7 +88,7 @@ class GainRow(_Row):
     joint_after: float
 
 
-class MapRow(_Row):
+class MapRow(Row):
     """A population reach map: for each point its place and the share of people who reach it."""
 
     part: str
@@ -126,20 +100,19 @@ class MapRow(_Row):
     share: list[float]
 
 
-class AccommodationResultFile(_Row):
-    """result.json of an accommodation study."""
+class PopulationRows(Row):
+    """A population in a role: shares, requirements, who is hardest to serve, and everybody.
 
-    format: str = "bubbleman-workbench accommodation 1"
-    study: str
-    title: str
-    environment: str
+    people_hash: SHA-256 of who the people are; seed: of those who are drawn, null of others.
+    """
+
+    role: str
     seat: str
     body: str
     population: str
     people_hash: str
     seed: int | None
     confidence: float
-    headline: str
     shares: list[GroupRow]
     requirements: list[RequirementRow]
     hardest: list[HardRow]
@@ -147,21 +120,3 @@ class AccommodationResultFile(_Row):
     maps: list[MapRow]
     reasons: list[str]
     people: PeopleRow
-    warnings: list[str]
-    provenance: dict[str, dict[str, str]]
-    verdicts: list[ShareVerdictRow] = []
-
-
-def load_accommodation_result(path: Path) -> AccommodationResultFile:
-    """Read the result.json of an accommodation study, or the one in its folder. InputError where it
-    is none."""
-    file = path / MARK if path.is_dir() else path
-    try:
-        return AccommodationResultFile.model_validate_json(read_whole(file, "a result"))
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(str(key) for key in first["loc"])
-        said = f"{where}: {first['msg']}" if where else first["msg"]
-        raise InputError(
-            f"{file}: is no result of an accommodation study of this version ({said})"
-        ) from None

@@ -11,7 +11,7 @@ from workbench.draw.envelopes.sections import envelope_sections
 from workbench.draw.envelopes.solid import VIEWS, envelope_view
 from workbench.draw.scene import Scene, SceneBody
 from workbench.model.envelope import Envelope
-from workbench.model.result import Result
+from workbench.model.result import PosturesFound
 
 __all__ = ["envelope_pictures"]
 
@@ -19,7 +19,7 @@ _PARTS = 5
 """How many obstacles are named."""
 
 
-def envelope_pictures(result: Result, envelope: Envelope) -> dict[str, Any]:
+def envelope_pictures(result: PosturesFound, envelope: Envelope) -> dict[str, Any]:
     """Views and sections as names and SVG, and what the obstacles take that take most: part and
     litres."""
     person = next(person for person in result.people if person.name == envelope.person)

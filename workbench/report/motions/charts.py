@@ -8,8 +8,9 @@ from html import escape
 import numpy as np
 
 from workbench.model.arrays import Floats
-from workbench.model.crash import CrashResult, Meeting
-from workbench.report.crash.words import milliseconds
+from workbench.model.motion_case import Meeting
+from workbench.model.result import MotionFound
+from workbench.report.words import milliseconds
 
 __all__ = ["clearance_curves", "curves", "timeline"]
 
@@ -23,7 +24,7 @@ _SOFT = f'font-size="12" fill="#5c6b7a" {_FONT}'
 _MOST_ROWS = 24
 
 
-def timeline(result: CrashResult) -> str:
+def timeline(result: MotionFound) -> str:
     """A row for each pair that meets, a bar for each contact from first touch to parting, the
     deepest moment marked."""
     rows: dict[tuple[str, str], list[Meeting]] = {}
@@ -59,7 +60,7 @@ def timeline(result: CrashResult) -> str:
     return "\n".join([*parts, "</svg>"])
 
 
-def clearance_curves(result: CrashResult, *, most: int = 6) -> str:
+def clearance_curves(result: MotionFound, *, most: int = 6) -> str:
     """Clearance over time of the segments that come nearest to what they may not touch [mm]."""
     near = result.clearance.min(axis=0)
     order = [n for n in np.argsort(near, kind="stable")[:most] if np.isfinite(near[n])]

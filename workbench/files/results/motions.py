@@ -1,38 +1,13 @@
-"""The published shape of a crash study's result.json."""
+"""The part of result.json about motions."""
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from workbench.files.results.row import Row
 
-__all__ = [
-    "AgreementRow",
-    "BreachRow",
-    "CrashResultFile",
-    "CrashVerdictRow",
-    "FigureRow",
-    "MeetingRow",
-    "SignalRow",
-]
+__all__ = ["AgreementRow", "BreachRow", "FigureRow", "MeetingRow", "MotionRows", "SignalRow"]
 
 
-class _Row(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class CrashVerdictRow(_Row):
-    """One criterion: value and limit in `unit`, at a time; null where nothing happened."""
-
-    name: str
-    check: str
-    passed: bool
-    value: float | None
-    limit: float
-    unit: str
-    time_ms: float | None
-    sentence: str
-
-
-class MeetingRow(_Row):
+class MeetingRow(Row):
     """One contact in continuous time. parted_ms is null where it lasts to the end, met_ms where it
     was there before; force_n: at the deepest, null where the study states no law for the pair."""
 
@@ -53,7 +28,7 @@ class MeetingRow(_Row):
     sentence: str
 
 
-class BreachRow(_Row):
+class BreachRow(Row):
     """A joint past its stop."""
 
     joint: str
@@ -65,7 +40,7 @@ class BreachRow(_Row):
     sentence: str
 
 
-class FigureRow(_Row):
+class FigureRow(Row):
     """A figure of a signal, and from when to when it is."""
 
     name: str
@@ -75,7 +50,7 @@ class FigureRow(_Row):
     end_ms: float
 
 
-class SignalRow(_Row):
+class SignalRow(Row):
     """A point: its filter class and figures."""
 
     name: str
@@ -85,7 +60,7 @@ class SignalRow(_Row):
     figures: list[FigureRow]
 
 
-class AgreementRow(_Row):
+class AgreementRow(Row):
     """How near a joint or segment is to the other motion's."""
 
     name: str
@@ -94,29 +69,19 @@ class AgreementRow(_Row):
     peak_ms: float
 
 
-class CrashResultFile(_Row):
-    """result.json of a crash study."""
+class MotionRows(Row):
+    """One motion: whose, how long, contacts, joints past their stops, signals, movement in words.
 
-    format: str = "bubbleman-workbench crash 1"
-    study: str
-    title: str
-    passed: bool
-    headline: str
-    environment: str
+    pulse: the vehicle's own motion in words, null where the study states none.
+    """
+
+    name: str
     person: str
     body: str
     frames: int
     span_ms: tuple[float, float]
-    verdicts: list[CrashVerdictRow]
     contacts: list[MeetingRow]
     stops: list[BreachRow]
     signals: list[SignalRow]
-    motion: str = ""
-    against: str | None
-    agreement: list[AgreementRow]
-    against_verdicts: list[CrashVerdictRow] = []
-    against_signals: list[SignalRow] = []
-    pulse: str | None = None
+    pulse: str | None
     movement: list[str]
-    warnings: list[str]
-    provenance: dict[str, dict[str, str]]

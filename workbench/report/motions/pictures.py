@@ -1,9 +1,9 @@
-"""Pictures of a crash: strips of positions with the belts where they run, and a film."""
+"""Pictures of motions: strips of positions with the belts where they run, and a film."""
 
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,14 +20,14 @@ from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody
 from workbench.errors import MissingPartError
 from workbench.model.arrays import Floats
-from workbench.model.crash import CrashStudy
 from workbench.model.environment import Environment
+from workbench.model.motion_case import MotionCase
 from workbench.model.moving import poses_at
 from workbench.model.poses import Placed
-from workbench.report.crash.words import milliseconds
+from workbench.report.words import milliseconds
 from workbench.study.crash.belts import with_belts
 
-__all__ = ["FILM_CAPTION", "crash_film", "crash_strips"]
+__all__ = ["FILM_CAPTION", "motion_film", "motion_strips"]
 
 FILM_CAPTION = "The motion in slow time."
 _SIZE = 420
@@ -37,50 +37,57 @@ _SECONDS = 5.0
 _COLOURS = ("warm", "blue")
 
 
-def crash_strips(study: CrashStudy, times: Floats) -> list[tuple[str, str]]:
-    """SVG and caption of a row of positions at times (F,) [s] for each motion of the study, seen
-    from the side that shows most of the way."""
-    shown = _shown(study, times)
+def motion_strips(motions: Sequence[MotionCase], times: Floats) -> list[tuple[str, str]]:
+    """SVG and caption of a row of positions for each motion, seen from the side that shows most of
+    the way.
+
+    Parameters
+    ----------
+    times
+        (F,) [s].
+    """
+    shown = _shown(motions, times)
     camera = _camera(shown, (_SIZE, _SIZE))
+    told = [milliseconds(t) for t in times.tolist()]
     made = []
     for row, (who, placed) in enumerate(shown):
         near = _opened(who.cabin, placed, camera)
+        colour = _COLOURS[row % len(_COLOURS)]
         pictures = [
-            outline(_scene(who, placed, k, (near, _COLOURS[row])), camera)
-            for k in range(len(times))
+            outline(_scene(who, placed, k, (near, colour)), camera) for k in range(len(times))
         ]
-        told = [milliseconds(t) for t in times.tolist()]
-        name = (study.motion_name, study.against_name)[row]
-        caption = f"{study.person}{f' with {name}' if name else ''} from the {camera.name} at {', '.join(told)}"
+        name = f", {who.name}," if len(motions) > 1 else ""
+        caption = f"{who.person}{name} from the {camera.name} at {', '.join(told)}"
         made.append((strip_svg(pictures, told, title=caption), caption))
     return made
 
 
-def crash_film(
-    study: CrashStudy, *, progress: Callable[[str], None] | None = None
+def motion_film(
+    motions: Sequence[MotionCase], *, progress: Callable[[str], None] | None = None
 ) -> tuple[str, bytes]:
-    """Name and bytes of a film of all motions of the study side by side: MP4 where its encoder is
-    there, else GIF."""
-    start = study.motion.clock[0]
-    end = study.motion.clock[-1]
+    """Name and bytes of a film of motions side by side: MP4 where its encoder is there, else
+    GIF."""
+    clock = motions[0].motion.clock
+    start = clock[0]
+    end = clock[-1]
     times = frame_times(start, end, fps=_FPS, speed=max(float(end - start), 1e-3) / _SECONDS)
-    shown = _shown(study, times)
+    shown = _shown(motions, times)
     camera = _camera(shown, _FILM)
     near = [_opened(who.cabin, placed, camera) for who, placed in shown]
 
     def frames() -> Iterator[Any]:
-        names = [name or study.person for name in (study.motion_name, study.against_name)]
+        names = [who.name for who in motions]
         for k, time in enumerate(times.tolist()):
             panels = [
-                disks(_scene(who, placed, k, (near[n], _COLOURS[n])), camera)
+                disks(_scene(who, placed, k, (near[n], _COLOURS[n % len(_COLOURS)])), camera)
                 for n, (who, placed) in enumerate(shown)
             ]
-            yield stamped(strip_image(panels, names[: len(panels)]), milliseconds(time))
+            yield stamped(strip_image(panels, names), milliseconds(time))
             if progress is not None:
                 progress(f"frame {k + 1} of {len(times)} of the film")
 
     with tempfile.TemporaryDirectory() as folder:
-        for name in ("crash.mp4", "crash.gif"):
+        for name in ("motion.mp4", "motion.gif"):
             path = Path(folder) / name
             try:
                 write_film(path, frames(), len(times), fps=_FPS)
@@ -90,16 +97,15 @@ def crash_film(
         return path.name, path.read_bytes()
 
 
-def _shown(study: CrashStudy, times: Floats) -> list[tuple[CrashStudy, Placed]]:
-    """Each motion's study and the body at times (F,), held at its ends beyond them."""
-    both = [study] if study.held is None else [study, study.held]
+def _shown(motions: Sequence[MotionCase], times: Floats) -> list[tuple[MotionCase, Placed]]:
+    """Each motion and its body at times (F,), held at its ends beyond them."""
     return [
         (who, place(who.body, poses_at(who.motion, np.clip(times, *who.motion.clock[[0, -1]]))))
-        for who in both
+        for who in motions
     ]
 
 
-def _camera(shown: list[tuple[CrashStudy, Placed]], size: tuple[int, int]) -> Camera:
+def _camera(shown: list[tuple[MotionCase, Placed]], size: tuple[int, int]) -> Camera:
     """What holds all bodies and the anchors of their belts."""
     ends = [(p.centres - p.body.radius[0, :, None]).min(axis=(0, 1)) for _, p in shown]
     ends += [(p.centres + p.body.radius[0, :, None]).max(axis=(0, 1)) for _, p in shown]
@@ -125,11 +131,11 @@ def _opened(cabin: Environment, placed: Placed, camera: Camera) -> Environment:
     return cut_away(cabin, middle, axis) if reach.min() < middle @ axis < reach.max() else cabin
 
 
-def _scene(study: CrashStudy, placed: Placed, pose: int, shown: tuple[Environment, str]) -> Scene:
+def _scene(study: MotionCase, placed: Placed, pose: int, shown: tuple[Environment, str]) -> Scene:
     """The body in one pose with its belts."""
     near, colour = shown
     return Scene(
         (SceneBody(placed, pose, colour),),
         with_belts(near, study.belts, placed, pose=pose),
-        title=f"{study.person} {study.motion_name}".strip(),
+        title=f"{study.person} {study.name}".strip(),
     )

@@ -1,4 +1,4 @@
-"""An accommodation result as the rows of result.json and of the CSV tables, rounded for reading."""
+"""A population as the rows of result.json and of the CSV tables, rounded for reading."""
 
 from __future__ import annotations
 
@@ -9,32 +9,29 @@ from typing import Any
 import numpy as np
 
 from workbench.body.people.share import percent, percent_number
-from workbench.files.accommodation.results import (
-    AccommodationResultFile,
+from workbench.files.results.population import (
     GainRow,
     GroupRow,
     HardRow,
     MapRow,
     PeopleRow,
+    PopulationRows,
     RequirementRow,
-    ShareVerdictRow,
 )
-from workbench.model.accommodation import Accommodation
+from workbench.model.accommodation import PopulationFound
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
-from workbench.report.accommodation.words import (
-    accommodation_headline,
+from workbench.report.population.words import (
     gain_sentence,
     no_gain_words,
-    share_verdict_sentence,
 )
 from workbench.report.tables import csv_text
 
-__all__ = ["accommodation_file", "accommodation_lines", "accommodation_tables", "people_table"]
+__all__ = ["people_table", "population_lines", "population_rows", "population_tables"]
 
 
-def accommodation_lines(result: Accommodation) -> list[str]:
+def population_lines(result: PopulationFound) -> list[str]:
     """What the command line says: requirements that leave anybody out, worst first, gains, then
     groups."""
     order = [r for r in np.argsort(result.single, kind="stable") if result.single[r] < 1.0]
@@ -48,28 +45,20 @@ def accommodation_lines(result: Accommodation) -> list[str]:
     for row in result.shares:
         low, high = (percent_number(value, row.count) for value in (row.low, row.high))
         lines.append(f"{percent(row.share, row.count):>7}  {row.group} ({low} to {high} %)")
-    lines += [
-        f"{'passed' if verdict.passed else 'FAILED'}  {verdict.criterion.name}: "
-        f"{share_verdict_sentence(verdict)}"
-        for verdict in result.verdicts
-    ]
     return lines
 
 
-def accommodation_file(result: Accommodation) -> AccommodationResultFile:
-    """The rows of result.json: lengths in mm, shares 0 to 1."""
-    study = result.study
-    return AccommodationResultFile(
-        study=study.name,
-        title=study.title,
-        environment=study.environment.name,
-        seat=study.seat,
-        body=study.body.name,
-        population=study.people.source,
-        people_hash=result.provenance.get("people", {}).get("measures", ""),
-        seed=study.seed,
-        confidence=study.confidence,
-        headline=accommodation_headline(result),
+def population_rows(result: PopulationFound, role: str, people_hash: str) -> PopulationRows:
+    """Convert what was found of a population in a role: lengths in mm, shares 0 to 1."""
+    asked = result.study
+    return PopulationRows(
+        role=role,
+        seat=asked.seat,
+        body=asked.body.name,
+        population=asked.people.source,
+        people_hash=people_hash,
+        seed=asked.seed,
+        confidence=asked.confidence,
         shares=[
             GroupRow(
                 group=s.group,
@@ -110,25 +99,10 @@ def accommodation_file(result: Accommodation) -> AccommodationResultFile:
         ],
         reasons=list(result.reasons),
         people=_people(result),
-        warnings=list(result.warnings),
-        provenance={key: dict(rows) for key, rows in result.provenance.items()},
-        verdicts=[
-            ShareVerdictRow(
-                name=verdict.criterion.name,
-                passed=verdict.passed,
-                of=list(verdict.criterion.of),
-                at_least=verdict.criterion.at_least,
-                share=_share(verdict.share.share),
-                low=_share(verdict.share.low),
-                high=_share(verdict.share.high),
-                sentence=share_verdict_sentence(verdict),
-            )
-            for verdict in result.verdicts
-        ],
     )
 
 
-def _requirement(result: Accommodation, r: int) -> RequirementRow:
+def _requirement(result: PopulationFound, r: int) -> RequirementRow:
     row = result.requirements[r]
     return RequirementRow(
         name=row.name,
@@ -143,7 +117,7 @@ def _requirement(result: Accommodation, r: int) -> RequirementRow:
     )
 
 
-def _people(result: Accommodation) -> PeopleRow:
+def _people(result: PopulationFound) -> PeopleRow:
     people = result.study.people
     return PeopleRow(
         label=_labels(result),
@@ -160,7 +134,7 @@ def _people(result: Accommodation) -> PeopleRow:
     )
 
 
-def _hard(result: Accommodation, row: int) -> HardRow:
+def _hard(result: PopulationFound, row: int) -> HardRow:
     r = int(np.nanargmin(result.margin[row]))
     reason = int(result.reason[row, r])
     return HardRow(
@@ -173,7 +147,7 @@ def _hard(result: Accommodation, row: int) -> HardRow:
     )
 
 
-def accommodation_tables(result: Accommodation, rows: AccommodationResultFile) -> dict[str, str]:
+def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str, str]:
     """File name to CSV text: shares, requirements, gains, and everybody with measures, margins and
     what limits."""
     header, body = people_table(result)
@@ -247,7 +221,7 @@ def accommodation_tables(result: Accommodation, rows: AccommodationResultFile) -
     }
 
 
-def people_table(result: Accommodation) -> tuple[list[str], Iterable[list[object]]]:
+def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[object]]]:
     """Header and rows of everybody: who, seat, verdict, a margin and what limits for each
     requirement, measures."""
     people = result.study.people
@@ -291,7 +265,7 @@ def people_table(result: Accommodation) -> tuple[list[str], Iterable[list[object
     return header, rows()
 
 
-def _labels(result: Accommodation) -> list[str]:
+def _labels(result: PopulationFound) -> list[str]:
     people = result.study.people
     return list(people.labels) or [str(row + 1) for row in range(len(people))]
 

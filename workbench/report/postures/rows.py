@@ -1,95 +1,75 @@
-"""A Result as plain rows: what result.json, the CSV tables and the page are made of."""
+"""People in postures as the rows of result.json."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from workbench.files.results import (
+from workbench.files.results.postures import (
     ContactRow,
-    FindingRow,
     PersonRow,
-    ResultFile,
+    PosturesRows,
+    ReachRow,
     StopRow,
-    VerdictRow,
 )
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
-from workbench.model.result import Finding, PersonResult, Result, Verdict
+from workbench.model.result import PersonResult, PosturesFound
 from workbench.model.vocabulary import DIRECTIONS
-from workbench.report.envelopes.rows import envelope_rows
-from workbench.report.reach_rows import reach_rows
-from workbench.report.words import (
-    contact_sentence,
-    finding_sentence,
-    person_words,
-    verdict_sentence,
-)
+from workbench.report.postures.envelopes.rows import envelope_rows, envelope_tables
+from workbench.report.postures.reach_rows import reach_rows
+from workbench.report.tables import csv_text, row_table
+from workbench.report.words import contact_sentence, person_words
 
-__all__ = ["result_file"]
+__all__ = ["postures_rows", "postures_tables"]
 
 Point = tuple[float, float, float]
 
 
-def result_file(result: Result) -> ResultFile:
-    """The result in millimetres, degrees and words."""
-    study = result.study
-    contacts = [row for person in result.people for row in _contact_rows(result, person)]
-    for (one, other), rows in result.between.items():
-        contacts += _rows(result, rows, (one, other, "between_people"))
-    return ResultFile(
-        study=study.name,
-        title=study.title,
-        passed=result.passed,
-        environment=study.environment.name,
-        cases=list(study.cases),
-        parts=list(study.environment.parts),
-        verdicts=[_verdict_row(verdict, study.cases) for verdict in result.verdicts],
-        people=[_person_row(result, index) for index in range(len(result.people))],
+def postures_rows(found: PosturesFound) -> PosturesRows:
+    """Convert what was found of people in postures to millimetres, degrees and words."""
+    contacts = [row for person in found.people for row in _contact_rows(found, person)]
+    for (one, other), rows in found.between.items():
+        contacts += _rows(found, rows, (one, other, "between_people"))
+    return PosturesRows(
+        parts=list(found.study.environment.parts),
+        people=[_person_row(found, index) for index in range(len(found.people))],
         contacts=contacts,
-        warnings=list(result.warnings),
-        provenance={kind: dict(rows) for kind, rows in result.provenance.items()},
-        reaches=reach_rows(result),
-        envelopes=envelope_rows(result),
+        reaches=reach_rows(found),
+        envelopes=envelope_rows(found),
     )
 
 
-def _verdict_row(verdict: Verdict, cases: tuple[str, ...]) -> VerdictRow:
-    check = verdict.criterion.check
-    return VerdictRow(
-        name=verdict.criterion.name,
-        check=check,
-        passed=verdict.passed,
-        doubtful=verdict.doubtful is not None,
-        sentence=verdict_sentence(verdict, cases),
-        worst=_finding_row(check, verdict.worst, cases) if verdict.worst else None,
-        breaches=[_finding_row(check, finding, cases) for finding in verdict.breaches],
-    )
+def postures_tables(rows: PosturesRows, cases: Sequence[str]) -> dict[str, str]:
+    """File name to CSV text: contacts, clearance (long form), stops, reaches and envelopes."""
+    tables = {
+        "contacts.csv": row_table(ContactRow, (([], row) for row in rows.contacts)),
+        "clearance.csv": csv_text(
+            ["case", "person", "segment", "part", "clearance_mm"], _clearances(rows, cases)
+        ),
+        "stops.csv": row_table(
+            StopRow,
+            (([person.name], row) for person in rows.people for row in person.stops),
+            lead=["person"],
+        ),
+    }
+    if rows.reaches:
+        tables["reaches.csv"] = row_table(ReachRow, (([], row) for row in rows.reaches))
+    return tables | envelope_tables(rows)
 
 
-def _finding_row(check: str, finding: Finding, cases: tuple[str, ...]) -> FindingRow:
-    angle = check == "stops"
-    return FindingRow(
-        case=cases[finding.case],
-        person=finding.person,
-        other_person=finding.other_person or None,
-        subject=finding.subject,
-        target=finding.target,
-        value=_micro(math.degrees(finding.value) if angle else finding.value * 1000),
-        limit=_micro(math.degrees(finding.limit) if angle else finding.limit * 1000),
-        unit="deg" if angle else "mm",
-        point_mm=_point(finding.point)
-        if finding.point and all(map(math.isfinite, finding.point))
-        else None,
-        surface_known_to=_micro(1000 * finding.surface_known_to)
-        if math.isfinite(finding.surface_known_to)
-        else None,
-        sentence=finding_sentence(check, finding, cases),
-    )
+def _clearances(rows: PosturesRows, cases: Sequence[str]) -> Iterator[list[object]]:
+    for person in rows.people:
+        for case, table in zip(cases, person.clearance_mm, strict=True):
+            for segment, line in zip(person.segments, table, strict=True):
+                for part, value in zip(rows.parts, line, strict=True):
+                    if value is not None:
+                        yield [case, person.name, segment, part, value]
 
 
-def _person_row(result: Result, index: int) -> PersonRow:
+def _person_row(result: PosturesFound, index: int) -> PersonRow:
     found = result.people[index]
     person = result.study.people[index]
     body = person.body
@@ -125,20 +105,22 @@ def _person_row(result: Result, index: int) -> PersonRow:
     )
 
 
-def _contact_rows(result: Result, person: PersonResult) -> list[ContactRow]:
+def _contact_rows(result: PosturesFound, person: PersonResult) -> list[ContactRow]:
     return _rows(result, person.contacts, (person.name, "", "environment")) + _rows(
         result, person.self_contacts, (person.name, "", "self")
     )
 
 
-def _rows(result: Result, contacts: Contacts, who: tuple[str, str, str]) -> list[ContactRow]:
+def _rows(result: PosturesFound, contacts: Contacts, who: tuple[str, str, str]) -> list[ContactRow]:
     """The deepest contact of each case and pair, greatest excess first."""
     deepest = contacts.deepest()
     order = np.lexsort((deepest.sphere, -deepest.excess, deepest.pose))
     return [_contact_row(result, deepest.rows(order), (row, *who)) for row in range(len(order))]
 
 
-def _contact_row(result: Result, contacts: Contacts, at: tuple[int, str, str, str]) -> ContactRow:
+def _contact_row(
+    result: PosturesFound, contacts: Contacts, at: tuple[int, str, str, str]
+) -> ContactRow:
     row, person, other_person, kind = at
     polygons = isinstance(contacts.other, Environment)
     sphere = int(contacts.sphere[row])

@@ -9,10 +9,10 @@ import numpy as np
 
 from workbench.files.exports.solids import stl_bytes
 from workbench.files.output_file import Content
-from workbench.files.results import EnvelopeRayRow, EnvelopeRow, ResultFile
+from workbench.files.results.postures import EnvelopeRayRow, EnvelopeRow, PosturesRows
 from workbench.model.envelope import Envelope
 from workbench.model.ray_reach import RayReach
-from workbench.model.result import Result
+from workbench.model.result import PosturesFound
 from workbench.report.tables import csv_text
 
 __all__ = ["envelope_rows", "envelope_solids", "envelope_tables"]
@@ -29,7 +29,7 @@ _LENGTHS = (
 )
 
 
-def envelope_rows(result: Result) -> list[EnvelopeRow]:
+def envelope_rows(result: PosturesFound) -> list[EnvelopeRow]:
     """The envelopes of a result in millimetres, litres and degrees."""
     return [
         EnvelopeRow(
@@ -82,7 +82,7 @@ def _millimetres(value: float) -> float | None:
     return round(1000 * float(value), 1) + 0.0 if math.isfinite(value) else None
 
 
-def envelope_tables(result: ResultFile) -> dict[str, str]:
+def envelope_tables(result: PosturesRows) -> dict[str, str]:
     """envelopes.csv (a row a ray about the point) and envelope_levels.csv (a row a ray of a level
     section)."""
     tables = {}
@@ -113,7 +113,7 @@ def envelope_tables(result: ResultFile) -> dict[str, str]:
     return tables
 
 
-def envelope_solids(result: Result) -> dict[str, Content]:
+def envelope_solids(result: PosturesFound) -> dict[str, Content]:
     """The envelopes as closed surfaces (STL), obstacles aside and, where these are heeded, clear of
     them."""
     files: dict[str, Content] = {}

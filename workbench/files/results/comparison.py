@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from workbench.files.results.row import Row
 
 __all__ = ["MARK", "ChangedPersonRow", "ComparisonFile", "PairRow"]
 
 MARK = "comparison.json"
 
 
-class _Row(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class PairRow(_Row):
+class PairRow(Row):
     """Two shares of the same people, 0 to 1: of a group that meets everything, or of all who meet
     one requirement.
 
@@ -34,7 +30,7 @@ class PairRow(_Row):
     chance: float
 
 
-class ChangedPersonRow(_Row):
+class ChangedPersonRow(Row):
     """Somebody who fits only in one of the designs: what decides it there and here, in mm, and in
     words."""
 
@@ -44,7 +40,7 @@ class ChangedPersonRow(_Row):
     sentence: str
 
 
-class ComparisonFile(_Row):
+class ComparisonFile(Row):
     """comparison.json."""
 
     format: str = "bubbleman-workbench comparison 1"

@@ -4,26 +4,22 @@ every time."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.model.crash import Agreement, CrashResult, Meeting, StopBreach
+from workbench.model.motion_case import Agreement, Meeting, StopBreach
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, gained
+from workbench.model.result import MotionFound
+from workbench.report.words import milliseconds
 
 __all__ = [
     "agreement_sentence",
     "breach_sentence",
-    "crash_headline",
     "meeting_sentence",
-    "milliseconds",
+    "motions_headline",
     "pulse_words",
 ]
-
-
-def milliseconds(seconds: float) -> str:
-    """ "83.4 ms" of a time in seconds."""
-    text = f"{1000 * seconds:.1f}"
-    return f"{'0.0' if text == '-0.0' else text} ms"
 
 
 def meeting_sentence(meeting: Meeting) -> str:
@@ -81,27 +77,34 @@ def agreement_sentence(rows: tuple[Agreement, ...], other: str) -> str:
     )
 
 
-def crash_headline(result: CrashResult) -> str:
-    """The whole result in one or two sentences."""
-    time = result.episodes.span
-    real = [m for m in result.meetings if not m.own and m.depth > m.allowed]
-    scope = f"{milliseconds(time[1] - time[0])} of {result.study.person}'s motion"
-    contacts = (
-        "nothing is touched"
-        if not real
-        else f"{len(real)} contact{'s' if len(real) > 1 else ''} with {len({m.other for m in real})} part"
-        f"{'s' if len({m.other for m in real}) > 1 else ''}"
-    )
-    said = f"{scope}: {contacts}; {_judged(result)}."
-    if result.other is not None:
-        said += f" Of {result.study.against_name}, {_judged(result.other)}."
-    return said
+def motions_headline(motions: Sequence[MotionFound]) -> str:
+    """Each motion in a sentence."""
+    several = len(motions) > 1
+    return " ".join(_motion_words(motion, named=several) for motion in motions)
 
 
-def _judged(result: CrashResult) -> str:
+def _motion_words(motion: MotionFound, *, named: bool) -> str:
+    start, end = motion.episodes.span
+    whose = f"{milliseconds(end - start)} of {motion.study.person}'s motion"
+    name = motion.study.name
+    scope = f"{name[:1].upper()}{name[1:]}, {whose}" if named else whose
+    return f"{scope}: {_touched(motion)}; {_judged(motion)}."
+
+
+def _touched(motion: MotionFound) -> str:
+    """How many contacts are deeper than allowed, and with how many parts."""
+    real = [m for m in motion.meetings if not m.own and m.depth > m.allowed]
+    if not real:
+        return "nothing is touched"
+    parts = len({m.other for m in real})
+    contacts = f"{len(real)} contact{'s' if len(real) > 1 else ''}"
+    return f"{contacts} with {parts} part{'s' if parts > 1 else ''}"
+
+
+def _judged(motion: MotionFound) -> str:
     """How many criteria of one motion failed, and which."""
-    failed = [v for v in result.verdicts if not v.passed]
-    count = len(result.verdicts)
+    failed = [v for v in motion.verdicts if not v.passed]
+    count = len(motion.verdicts)
     if failed:
         return f"{len(failed)} of {count} criteri{'a' if count > 1 else 'on'} failed: " + ", ".join(
             v.criterion.name for v in failed

@@ -1,61 +1,21 @@
-"""Result files: their published shape."""
+"""The part of result.json about people in postures."""
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
+from workbench.files.results.row import Row
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-
-from workbench.errors import InputError
-from workbench.files.crash.results import CrashResultFile
-from workbench.files.opening import read_whole
-
-__all__ = ["FindingRow", "PersonRow", "ResultFile", "VerdictRow", "dump_json", "load_result"]
-
-MARK = "result.json"
-
-
-class _Row(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+__all__ = [
+    "ContactRow",
+    "EnvelopeRayRow",
+    "EnvelopeRow",
+    "PersonRow",
+    "PosturesRows",
+    "ReachRow",
+    "StopRow",
+]
 
 
-class FindingRow(_Row):
-    """One measured value: lengths in mm, angles in degrees; `sentence` says it in words.
-
-    surface_known_to: how far the true surface may lie from the spheres toward turning the outcome,
-    in mm; null where the body does not say.
-    """
-
-    case: str
-    person: str
-    other_person: str | None
-    subject: str
-    target: str
-    value: float
-    limit: float
-    unit: str
-    point_mm: tuple[float, float, float] | None
-    surface_known_to: float | None
-    sentence: str
-
-
-class VerdictRow(_Row):
-    """One criterion: passed or not, the finding nearest to failing, all breaches.
-
-    doubtful: true where the verdict could turn, the body's surface being known no better.
-    """
-
-    name: str
-    check: str
-    passed: bool
-    doubtful: bool
-    sentence: str
-    worst: FindingRow | None
-    breaches: list[FindingRow]
-
-
-class ContactRow(_Row):
+class ContactRow(Row):
     """One contact: the deepest of a case, a segment and a part (or other segment)."""
 
     case: str
@@ -78,7 +38,7 @@ class ContactRow(_Row):
     sentence: str
 
 
-class StopRow(_Row):
+class StopRow(Row):
     """Margin of one joint in one case; null where the joint is free."""
 
     case: str
@@ -87,7 +47,7 @@ class StopRow(_Row):
     motion: str | None
 
 
-class PersonRow(_Row):
+class PersonRow(Row):
     """One person: body, size (measures in mm, mass in kg), place, postures by case.
 
     clearance_mm[case][segment][part]: null where nothing is there.
@@ -104,7 +64,7 @@ class PersonRow(_Row):
     stops: list[StopRow]
 
 
-class ReachRow(_Row):
+class ReachRow(Row):
     """How one person reaches one control in one harness zone; miss_mm is 0 where it is reached."""
 
     person: str
@@ -120,7 +80,7 @@ class ReachRow(_Row):
     sentence: str
 
 
-class EnvelopeRayRow(_Row):
+class EnvelopeRayRow(Row):
     """One ray of an envelope: its azimuth, and its elevation about the seat reference point or its
     height above it.
 
@@ -143,7 +103,7 @@ class EnvelopeRayRow(_Row):
     lost: list[tuple[float, float, str]]
 
 
-class EnvelopeRow(_Row):
+class EnvelopeRow(Row):
     """One reach envelope: rays about the seat reference point, and level rays about the upright
     axis through it.
 
@@ -164,45 +124,14 @@ class EnvelopeRow(_Row):
     levels: list[EnvelopeRayRow]
 
 
-class ResultFile(_Row):
-    """result.json."""
+class PosturesRows(Row):
+    """People in postures: who they are, their contacts, reaches and envelopes.
 
-    format: str = "bubbleman-workbench result 1"
-    study: str
-    title: str
-    passed: bool
-    environment: str
-    cases: list[str]
+    parts: the columns of the persons' clearances.
+    """
+
     parts: list[str]
-    verdicts: list[VerdictRow]
     people: list[PersonRow]
     contacts: list[ContactRow]
-    warnings: list[str]
-    provenance: dict[str, dict[str, str]]
     reaches: list[ReachRow] = []
     envelopes: list[EnvelopeRow] = []
-
-
-def dump_json(result: BaseModel) -> str:
-    """The text of result.json: the same bytes for the same result."""
-    return (
-        json.dumps(result.model_dump(mode="json"), indent=1, ensure_ascii=False, allow_nan=False)
-        + "\n"
-    )
-
-
-def load_result(path: Path) -> ResultFile | CrashResultFile:
-    """Read a result.json, or the one in a result's folder. InputError where it is none of this
-    version."""
-    file = path / MARK if path.is_dir() else path
-    try:
-        text = read_whole(file, "a result")
-        crash = b'"format": "bubbleman-workbench crash' in text[:1000]
-        return (CrashResultFile if crash else ResultFile).model_validate_json(text)
-    except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(str(key) for key in first["loc"])
-        said = f"{where}: {first['msg']}" if where else first["msg"]
-        raise InputError(
-            f"{file}: is no result of this version of the workbench ({said})"
-        ) from None

@@ -1,29 +1,25 @@
-"""Crash: a motion of a body in an environment, what is asked about it, and what was found."""
+"""A motion of a body in an environment: what is asked of it, and what happens in it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
-from workbench.model.criterion import Criterion, Limit
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.episodes import Episodes
 from workbench.model.poses import Poses
 from workbench.model.pulse import Pulse
 from workbench.model.simulation import Belt, ContactRule
 
 __all__ = [
     "Agreement",
-    "CrashResult",
-    "CrashStudy",
-    "CrashVerdict",
     "ForceCurve",
     "Meeting",
+    "MotionCase",
     "Signal",
     "SignalPoint",
     "StopBreach",
@@ -41,40 +37,45 @@ class SignalPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class CrashStudy:
-    """A crash study ready to run. `against`: a second motion to compare with, None where there is
-    none.
+class MotionCase:
+    """The motion of one person in one case, in its surroundings.
 
-    compared: whether the difference of the two motions is asked for. cabin: the environment without belts, which move; belts: those of the motion. pulse: the
-    vehicle's own, None where it is not stated. forces: laws of contact; bears (K,): parts whose
-    depth counts from their surface. held: the same of `against`: its environment, cabin, belts and
-    pulse are those of that study.
+    Parameters
+    ----------
+    case, name
+        The case of the study, by index and by name.
+    person, body, motion
+        The role, its body (B = 1) and P poses with times [s].
+    environment, cabin
+        The surroundings with the belts where they run at the first frame, and without them.
+    points, filter_class
+        Whose signals are found, and the class of the filter, None for no filter.
+    criteria
+        The criteria that are asked of this case.
+    belts, pulse
+        The belts that are worn and the vehicle's own motion, None where it is not stated.
+    forces
+        Laws of contact.
+    bears
+        (K,) parts whose depth counts from their surface.
+    warnings
+        What a reader must know of how the motion was read.
     """
 
+    case: int
     name: str
-    title: str
-    description: str
-    environment: Environment
     person: str
     body: Body
     motion: Poses
-    against: Poses | None
-    against_name: str
-    points: tuple[SignalPoint, ...]
-    cfc: int | None
-    rules: str
-    limits: tuple[Limit, ...]
-    criteria: tuple[Criterion, ...]
-    inputs: Mapping[str, Path]
+    environment: Environment
     cabin: Environment
+    points: tuple[SignalPoint, ...] = ()
+    filter_class: int | None = None
+    criteria: tuple[Criterion, ...] = ()
     belts: tuple[Belt, ...] = ()
     pulse: Pulse | None = None
     forces: tuple[ContactRule, ...] = ()
     bears: Bools = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    held: CrashStudy | None = None
-    motion_name: str = ""
-    compared: bool = True
-    film: bool = False
     warnings: tuple[str, ...] = ()
 
 
@@ -146,20 +147,6 @@ class Agreement:
 
 
 @dataclass(frozen=True, eq=False)
-class CrashVerdict:
-    """How one criterion came out: value against limit in `unit` (mm, degrees, g or 1), at a time
-    [s], in words."""
-
-    criterion: Criterion
-    passed: bool
-    value: float
-    limit: float
-    unit: str
-    at: float
-    told: str
-
-
-@dataclass(frozen=True, eq=False)
 class ForceCurve:
     """The force of a part on a segment at each frame, by its law: force (P,) [N]. segment "": the
     tension of a belt."""
@@ -167,28 +154,3 @@ class ForceCurve:
     segment: str
     part: str
     force: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class CrashResult:
-    """What was found. clearance (P, N) [m]: of each segment from everything it may not touch, at
-    each frame. forces: of the pairs that have a law and touch; other: what was found of the motion
-    it is compared with."""
-
-    study: CrashStudy
-    episodes: Episodes
-    meetings: tuple[Meeting, ...]
-    breaches: tuple[StopBreach, ...]
-    signals: tuple[Signal, ...]
-    clearance: Floats
-    agreements: tuple[Agreement, ...]
-    verdicts: tuple[CrashVerdict, ...]
-    provenance: Mapping[str, Mapping[str, str]]
-    warnings: tuple[str, ...]
-    forces: tuple[ForceCurve, ...] = ()
-    other: CrashResult | None = None
-
-    @property
-    def passed(self) -> bool:
-        """True where every criterion holds."""
-        return all(verdict.passed for verdict in self.verdicts)

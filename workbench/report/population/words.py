@@ -6,12 +6,11 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number
-from workbench.model.accommodation import MET, Accommodation, Gain, GroupShare, ShareVerdict
+from workbench.model.accommodation import MET, Gain, GroupShare, PopulationFound
 from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
 
 __all__ = [
-    "accommodation_headline",
     "gain_sentence",
     "interval_words",
     "limiting_words",
@@ -20,9 +19,9 @@ __all__ = [
     "person_name",
     "person_sentence",
     "plain",
+    "population_headline",
     "reason_words",
     "requirement_sentence",
-    "share_verdict_sentence",
 ]
 
 _NOUNS = {"female": ("woman", "her", "women"), "male": ("man", "his", "men")}
@@ -40,8 +39,8 @@ def interval_words(group: GroupShare, confidence: float) -> str:
     return f"{100 * confidence:g} % interval {low} to {high} %"
 
 
-def accommodation_headline(result: Accommodation) -> str:
-    """The whole result in two sentences: the share that fits with its interval, and what leaves out
+def population_headline(result: PopulationFound) -> str:
+    """A population in two sentences: the share that fits with its interval, and what leaves out
     most."""
     everybody = result.shares[0]
     count = len(result.served)
@@ -56,7 +55,7 @@ def accommodation_headline(result: Accommodation) -> str:
     return f"{percent(everybody.share, count)} of the population fits ({people})." + _worst(result)
 
 
-def _worst(result: Accommodation) -> str:
+def _worst(result: PopulationFound) -> str:
     out = 1 - np.asarray(result.single)
     if result.served.all():
         return ""
@@ -70,7 +69,7 @@ def _worst(result: Accommodation) -> str:
     return f" Most are left out by “{plain(name)}”: {percent(float(out[worst]), count)} of the people, {only}."
 
 
-def requirement_sentence(result: Accommodation) -> str:
+def requirement_sentence(result: PopulationFound) -> str:
     """Which requirement is met least by itself, and which would gain most if it were dropped."""
     if result.served.all():
         return "Everybody meets every requirement."
@@ -106,18 +105,7 @@ def gain_sentence(gain: Gain, count: int) -> str:
     return f"{_capital(plain(gain.words))} {own} and {joint}."
 
 
-def share_verdict_sentence(verdict: ShareVerdict) -> str:
-    """A share that is asked for in words: "81 % of the people meet it (75 to 86 %), 80 % are asked
-    for."."""
-    group = verdict.share
-    low, high = (percent_number(value, group.count) for value in (group.low, group.high))
-    wanted = f"{100 * verdict.criterion.at_least:g} %"
-    what = "these criteria" if verdict.criterion.of else "all criteria"
-    share = percent(group.share, group.count)
-    return f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
-
-
-def no_gain_words(result: Accommodation) -> list[str]:
+def no_gain_words(result: PopulationFound) -> list[str]:
     """That no proposal gains anything, where people are left out and no changes were asked for;
     else nothing."""
     if result.gains or result.served.all() or result.study.changes:
@@ -128,7 +116,7 @@ def no_gain_words(result: Accommodation) -> list[str]:
     ]
 
 
-def person_sentence(result: Accommodation, row: int) -> str:
+def person_sentence(result: PopulationFound, row: int) -> str:
     """Who it is and what is farthest from being met: "A woman of 1,512 mm (female 31): her right
     hand stays 41 mm short of flaps in zone 2, limited by the length of the arm. Her popliteal
     height is 352 mm; 97 % of the women here have more. 2 more requirements are not met."."""
@@ -155,7 +143,7 @@ def person_name(label: str) -> str:
     return f"person {label}" if label.isdecimal() else label
 
 
-def _lacks(result: Accommodation, row: int, index: int, whose: str) -> str:
+def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
     """What one requirement lacks of one person, with what limits it."""
     requirement = result.requirements[index]
     lack = f"{millimetres_short(-result.margin[row, index])} mm"
@@ -204,7 +192,7 @@ def reason_words(reason: str, limb: str = "") -> str:
     return words if not words or words.startswith(("the ", "a ", "eyes ")) else f"the {words}"
 
 
-def limiting_words(result: Accommodation, row: int) -> str:
+def limiting_words(result: PopulationFound, row: int) -> str:
     """ " Her popliteal height is 352 mm; 97 % of the women here have more.", "" where no measure is
     named."""
     name = result.limiting[row]

@@ -1,1 +1,0 @@
-"""Accommodation studies and their results."""

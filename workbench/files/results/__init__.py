@@ -1,0 +1,1 @@
+"""The published shape of result.json and comparison.json."""

@@ -1,0 +1,40 @@
+"""The whole result in a sentence or two."""
+
+from __future__ import annotations
+
+from workbench.model.result import PosturesFound, Result
+from workbench.report.motions.words import motions_headline
+from workbench.report.population.words import population_headline
+
+__all__ = ["headline"]
+
+
+def headline(result: Result) -> str:
+    """The whole result in one or two sentences."""
+    if result.population is not None:
+        return population_headline(result.population)
+    if result.motions:
+        return motions_headline(result.motions)
+    assert result.postures is not None
+    return _postures_headline(result.postures)
+
+
+def _postures_headline(found: PosturesFound) -> str:
+    failed = [verdict.criterion.name for verdict in found.verdicts if not verdict.passed]
+    people = len(found.people)
+    cases = len(found.study.cases)
+    who = f"{people} {'people' if people > 1 else 'person'}"
+    scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
+    count = len(found.verdicts)
+    criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
+    if failed:
+        words = f"{len(failed)} of {criteria} failed: {', '.join(failed)}"
+    else:
+        few = {1: "the criterion holds", 2: "both criteria hold"}
+        words = few.get(count, f"all {criteria} hold")
+    return f"{scope}: {words}{_warned(found)}."
+
+
+def _warned(found: PosturesFound) -> str:
+    count = len(found.warnings)
+    return f", with {count} warning{'s' if count > 1 else ''}" if count else ""

@@ -1,0 +1,186 @@
+"""Motions as the rows of result.json and of the CSV tables, rounded for reading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from workbench.files.output_file import Content
+from workbench.files.results.motions import (
+    AgreementRow,
+    BreachRow,
+    FigureRow,
+    MeetingRow,
+    MotionRows,
+    SignalRow,
+)
+from workbench.files.results.result import ResultFile
+from workbench.model.motion_case import ForceCurve, Meeting, Signal
+from workbench.model.result import MotionFound
+from workbench.model.spool import pieces
+from workbench.report.motions.movement import movement_sentences
+from workbench.report.motions.words import breach_sentence, meeting_sentence, pulse_words
+from workbench.report.tables import csv_parts, csv_text, row_table
+
+__all__ = ["motion_rows", "motion_tables"]
+
+_UNITS = {"peak": "g", "3 ms": "g", "delta-v": "m/s"}
+_AXES = tuple(
+    f"{what}_{axis}"
+    for what in ("position_m", "velocity_m_s", "acceleration_m_s2")
+    for axis in "xyz"
+)
+
+
+def motion_rows(found: MotionFound) -> MotionRows:
+    """Convert what was found of a motion: times in ms, lengths in mm, angles in degrees, speeds in
+    m/s."""
+    study = found.study
+    names = dict(zip(study.body.joints, study.body.joint_names, strict=True))
+    start, end = found.episodes.span
+    return MotionRows(
+        name=study.name,
+        person=study.person,
+        body=study.body.name,
+        frames=len(study.motion),
+        span_ms=(_ms(start), _ms(end)),
+        contacts=[_meeting(m) for m in found.meetings],
+        stops=[
+            BreachRow(
+                joint=b.joint,
+                motion=b.motion,
+                begin_ms=_ms(b.begin),
+                end_ms=_ms(b.end),
+                worst_ms=_ms(b.at),
+                degrees=round(math.degrees(b.worst), 2),
+                sentence=breach_sentence(b, names),
+            )
+            for b in found.breaches
+        ],
+        signals=[_signal(s, study.body.segments[s.point.segment]) for s in found.signals],
+        pulse=pulse_words(study.pulse) if study.pulse else None,
+        movement=movement_sentences(study.body, study.motion),
+    )
+
+
+def motion_tables(motions: Sequence[MotionFound], rows: ResultFile) -> dict[str, Content]:
+    """File name to CSV text: contacts, stops, figures, clearance and signals over time, forces,
+    agreement; the motion of each row comes first."""
+    body = motions[0].study.body
+    figures = [
+        [m.name, s.name, s.segment, s.filter_class, f.name, f.value, f.unit, f.begin_ms, f.end_ms]
+        for m in rows.motions
+        for s in m.signals
+        for f in s.figures
+    ]
+    head = ["motion", "point", "segment", "filter_class", "figure", "value", "unit"]
+    tables: dict[str, Content] = {
+        "contacts.csv": row_table(
+            MeetingRow,
+            (([m.name], row) for m in rows.motions for row in m.contacts),
+            lead=["motion"],
+        ),
+        "stops.csv": row_table(
+            BreachRow, (([m.name], row) for m in rows.motions for row in m.stops), lead=["motion"]
+        ),
+        "figures.csv": csv_text([*head, "begin_ms", "end_ms"], figures),
+        "clearance.csv": csv_parts(["motion", "time_ms", *body.segments], _clearances(motions)),
+        "signals.csv": csv_parts(["motion", "point", "time_ms", *_AXES], _signals(motions)),
+    }
+    pairs = list(dict.fromkeys(_pair(force) for motion in motions for force in motion.forces))
+    if pairs:
+        names = [f"{segment or 'tension'} {part} [N]" for segment, part in pairs]
+        tables["forces.csv"] = csv_parts(["motion", "time_ms", *names], _forces(motions, pairs))
+    if rows.agreement:
+        tables["agreement.csv"] = row_table(AgreementRow, (([], row) for row in rows.agreement))
+    return tables
+
+
+def _clearances(motions: Sequence[MotionFound]) -> Iterator[list[object]]:
+    for motion in motions:
+        clock = motion.study.motion.clock
+        for rows in pieces(len(clock)):
+            metres = motion.clearance[rows].tolist()
+            for time, row in zip(clock[rows].tolist(), metres, strict=True):
+                cells = (_mm(v) if math.isfinite(v) else None for v in row)
+                yield [motion.study.name, _ms(time), *cells]
+
+
+def _signals(motions: Sequence[MotionFound]) -> Iterator[list[object]]:
+    for motion in motions:
+        for signal in motion.signals:
+            for rows in pieces(len(signal.time)):
+                columns = (signal.position, signal.velocity, signal.acceleration)
+                table = np.concatenate([column[rows] for column in columns], axis=1)
+                for time, row in zip(signal.time[rows].tolist(), table.tolist(), strict=True):
+                    values = (round(v, 6) for v in row)
+                    yield [motion.study.name, signal.point.name, _ms(time), *values]
+
+
+def _forces(
+    motions: Sequence[MotionFound], pairs: Sequence[tuple[str, str]]
+) -> Iterator[list[object]]:
+    """Frame by frame the forces of pairs of a segment and a part, None where there is none."""
+    for motion in motions:
+        known = {_pair(force): force.force for force in motion.forces}
+        for frame, time in enumerate(motion.study.motion.clock.tolist()):
+            cells = (
+                round(float(known[pair][frame]), 1) if pair in known else None for pair in pairs
+            )
+            yield [motion.study.name, _ms(time), *cells]
+
+
+def _pair(force: ForceCurve) -> tuple[str, str]:
+    return force.segment, force.part
+
+
+def _ms(seconds: float) -> float:
+    return round(1000 * seconds, 4) + 0.0
+
+
+def _mm(metres: float) -> float:
+    return round(1000 * metres, 3) + 0.0
+
+
+def _meeting(m: Meeting) -> MeetingRow:
+    x, y, z = (_mm(v) for v in m.point)
+    return MeetingRow(
+        kind="self" if m.own else "environment",
+        segment=m.segment,
+        subject=m.who,
+        target=m.other,
+        met_ms=None if m.began else _ms(m.enter),
+        deepest_ms=_ms(m.deepest),
+        parted_ms=None if m.lasts else _ms(m.leave),
+        depth_mm=_mm(m.depth),
+        allowed_mm=_mm(m.allowed),
+        speed_m_s=round(m.speed, 3),
+        normal_m_s=round(m.normal, 3) + 0.0,
+        tangential_m_s=round(m.tangential, 3),
+        point_mm=(x, y, z),
+        force_n=None if m.force is None else round(m.force, 1),
+        sentence=meeting_sentence(m),
+    )
+
+
+def _signal(signal: Signal, segment: str) -> SignalRow:
+    rate = (len(signal.time) - 1) / (signal.time[-1] - signal.time[0])
+    figures = [
+        FigureRow(
+            name=name,
+            value=round(value, 2),
+            unit=_UNITS.get(name, ""),
+            begin_ms=_ms(begin),
+            end_ms=_ms(end),
+        )
+        for name, (value, begin, end) in signal.figures.items()
+    ]
+    return SignalRow(
+        name=signal.point.name,
+        segment=segment,
+        filter_class=signal.cfc,
+        samples_per_second=round(float(rate), 3),
+        figures=figures,
+    )

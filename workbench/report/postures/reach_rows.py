@@ -1,0 +1,39 @@
+"""Reaches of a result: rows for result.json, tables, sentences."""
+
+from __future__ import annotations
+
+from workbench.files.results.postures import ReachRow
+from workbench.model.result import ControlReach, PosturesFound
+from workbench.report.words import millimetres
+
+__all__ = ["reach_rows"]
+
+
+def reach_rows(result: PosturesFound) -> list[ReachRow]:
+    """The reaches of a result in millimetres and words."""
+    return [
+        ReachRow(
+            person=row.person,
+            control=row.control,
+            zone=row.zone,
+            own_zone=row.own_zone,
+            limb=row.limb,
+            reached=row.reached,
+            miss_mm=0.0 if row.reached else round(1000 * row.miss, 3),
+            overlap_mm=round(1000 * row.overlap, 3),
+            limit=row.limit,
+            discomfort=round(row.discomfort, 4),
+            sentence=_sentence(row),
+        )
+        for row in result.reaches
+    ]
+
+
+def _sentence(row: ControlReach) -> str:
+    lead = f"{row.person}, zone {row.zone}: the {row.limb}"
+    if row.reached:
+        return f"{lead} reaches {row.control}."
+    entered = f", {millimetres(row.overlap)} into it" if row.overlap > 0 else ""
+    return (
+        f"{lead} stays {millimetres(row.miss)} from {row.control}, limited by {row.limit}{entered}."
+    )

@@ -1,0 +1,239 @@
+"""The part of the page about people in postures: pictures, reaches, clearances, joint stops."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.contact.collide import allowed_depth
+from workbench.draw.disks import disks
+from workbench.draw.envelopes.sections import LEGEND
+from workbench.draw.lines.circles import circles
+from workbench.draw.scene import Mark, Scene, SceneBody
+from workbench.draw.sources import PEOPLE_COLOURS
+from workbench.draw.views import four_views
+from workbench.files.results.postures import PosturesRows
+from workbench.model.result import Finding, PersonResult, PosturesFound
+from workbench.report.postures.drawing import clearance_drawing
+from workbench.report.postures.envelopes.pictures import envelope_pictures
+from workbench.report.templates import template
+from workbench.report.words import finding_sentence
+
+__all__ = ["postures_section"]
+
+NEAR = 0.12
+PICTURE = 520
+DRAWING = 720
+MOST_MARKS = 12
+
+
+def postures_section(
+    result: PosturesFound, rows: PosturesRows, say: Callable[[str], None]
+) -> Markup:
+    """The part of the page about people in postures.
+
+    say: called with words on how far it is.
+    """
+    cases = []
+    for index, name in enumerate(result.study.cases):
+        say(f"pictures of {name}")
+        cases.append(_case(result, index))
+    html = template("postures/section.html.j2").render(
+        rows=rows,
+        cases=cases,
+        names=result.study.cases,
+        matrices=[
+            _matrix(result, person, case)
+            for person in result.people
+            for case in range(len(result.study.cases))
+        ],
+        stops=[_stops(result, index) for index in range(len(result.people))],
+        reaches=_reaches(rows),
+        envelopes=[envelope_pictures(result, e) for e in result.envelopes],
+        legend=LEGEND,
+    )
+    return Markup(html)
+
+
+def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
+    """For each person a line for each control, with a cell for each zone."""
+    people = []
+    for name in dict.fromkeys(row.person for row in rows.reaches):
+        mine = [row for row in rows.reaches if row.person == name]
+        lines = []
+        for control in dict.fromkeys(row.control for row in mine):
+            cells = [
+                {
+                    "text": row.limb if row.reached else f"{row.miss_mm:.0f} mm short: {row.limit}",
+                    "kind": "far"
+                    if row.reached
+                    else "hit"
+                    if row.zone >= row.own_zone
+                    else "close",
+                }
+                for row in mine
+                if row.control == control
+            ]
+            own = next(row.own_zone for row in mine if row.control == control)
+            lines.append({"control": control, "zone": own, "cells": cells})
+        people.append({"person": name, "lines": lines})
+    return people
+
+
+def _case(result: PosturesFound, case: int) -> dict[str, Any]:
+    """Pictures and numbered findings of one case."""
+    breaches = [
+        (v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case
+    ]
+    marked = [
+        (check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))
+    ]
+    shown = list(
+        {
+            (f.person, f.other_person, f.subject, f.target): (check, f)
+            for check, f in reversed(marked)
+        }.values()
+    )
+    shown = sorted(shown, key=lambda row: marked.index(row))[:MOST_MARKS]
+    rest = [(check, f) for check, f in breaches if (check, f) not in shown]
+    scene = _scene(result, case, [finding for _, finding in shown])
+    views = [
+        {
+            "name": name.replace("_", " "),
+            "png": _png(scene, camera),
+            "svg": Markup(circles(scene, camera)),
+        }
+        for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
+    ]
+    say = [
+        f"{finding_sentence(check, finding, result.study.cases)} {_place(finding)}"
+        for check, finding in shown
+    ]
+    return {
+        "name": result.study.cases[case],
+        "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
+        "views": views,
+        "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
+        "marked": say,
+        "unmarked": [
+            finding_sentence(check, finding, result.study.cases) for check, finding in rest
+        ],
+    }
+
+
+def _place(finding: Finding) -> str:
+    """ "(x 520, y -12, z 640 mm)" of a finding with a point."""
+    x, y, z = (round(1000 * c) + 0 for c in finding.point or (0.0, 0.0, 0.0))
+    return f"(x {x}, y {y}, z {z} mm)"
+
+
+def _scene(result: PosturesFound, case: int, findings: list[Finding]) -> Scene:
+    bodies = tuple(
+        SceneBody(person.placed, case, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
+        for i, person in enumerate(result.people)
+    )
+    marks = _resting(result, case)
+    marks += tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
+    name = result.study.cases[case]
+    people = " and ".join(person.name for person in result.people)
+    return Scene(
+        bodies,
+        result.environment,
+        marks,
+        f"{people} in {result.environment.name}, {name}",
+        f"{len(findings)} numbered findings, {len(marks) - len(findings)} allowed contacts",
+    )
+
+
+def _resting(result: PosturesFound, case: int) -> tuple[Mark, ...]:
+    """A mark without a number for each contact that is allowed: the deepest of each segment and
+    part."""
+    marks = []
+    for person in result.people:
+        deepest = person.contacts.deepest()
+        for row in np.flatnonzero((deepest.pose == case) & (deepest.excess <= 0)):
+            x, y, z = deepest.point[row].tolist()
+            marks.append(Mark((x, y, z), "", "allowed"))
+    return tuple(marks)
+
+
+def _png(scene: Scene, camera: Any) -> str:
+    out = io.BytesIO()
+    disks(scene, camera).save(out, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
+
+
+def _matrix(result: PosturesFound, person: PersonResult, case: int) -> dict[str, Any]:
+    """Clearance of one person in one case: the parts that are near, nearest first; segments that
+    have spheres."""
+    body = person.placed.body
+    environment = result.environment
+    distance = person.clearance.distance[case]
+    allowed = allowed_depth(body, environment)
+    columns = [n for n in range(len(body.segments)) if body.start[n + 1] > body.start[n]]
+    least = np.where(np.isfinite(distance), distance, np.inf).min(axis=0)
+    parts = [int(k) for k in np.argsort(least, kind="stable") if least[k] < NEAR]
+    lines = [
+        {
+            "part": environment.parts[k],
+            "cells": [_cell(distance[n, k], allowed[n, k]) for n in columns],
+        }
+        for k in parts
+    ]
+    return {
+        "person": person.name,
+        "case": result.study.cases[case],
+        "columns": [(body.segments[n], body.segment_names[n]) for n in columns],
+        "lines": lines,
+        "left_out": int(np.sum(~environment.hidden)) - len(parts),
+    }
+
+
+def _cell(distance: float, allowed: float) -> dict[str, str]:
+    if not math.isfinite(distance):
+        return {"text": "", "kind": "none"}
+    kind = "far"
+    if distance < -allowed - 1e-9:
+        kind = "hit"
+    elif distance < 0:
+        kind = "rest"
+    elif distance < 0.025:
+        kind = "close"
+    elif distance < 0.1:
+        kind = "near"
+    return {
+        "text": f"{distance * 1000:.0f}".replace("-0", "0")
+        if abs(distance) < 5e-4
+        else f"{distance * 1000:.0f}",
+        "kind": kind,
+    }
+
+
+def _stops(result: PosturesFound, index: int) -> dict[str, Any]:
+    """Joint-stop margins of one person: joints down, cases across."""
+    person = result.people[index]
+    body = person.placed.body
+    lines = []
+    for j, name in enumerate(body.joint_names):
+        if not np.isfinite(person.margin[:, j]).any():
+            continue
+        cells = [
+            {
+                "text": f"{math.degrees(person.margin[p, j]) + 0.0:.1f}",
+                "motion": person.margin_motion[p][j].replace("_", " "),
+                "kind": "hit"
+                if person.margin[p, j] < -1e-9
+                else "close"
+                if person.margin[p, j] < 0.0873
+                else "far",
+            }
+            for p in range(len(person.placed))
+        ]
+        lines.append({"joint": name, "cells": cells})
+    return {"person": person.name, "lines": lines}

@@ -1,0 +1,112 @@
+"""A result as the rows of result.json: millimetres, degrees, milliseconds and words."""
+
+from __future__ import annotations
+
+import math
+
+from workbench.files.results.motions import AgreementRow
+from workbench.files.results.result import FindingRow, ResultFile, VerdictRow
+from workbench.model.result import Finding, Result, Verdict
+from workbench.report.headline import headline
+from workbench.report.motions.rows import motion_rows
+from workbench.report.population.rows import population_rows
+from workbench.report.postures.rows import postures_rows
+from workbench.report.words import finding_sentence, share_sentence, verdict_sentence
+
+__all__ = ["result_file", "verdict_row"]
+
+_UNITS = {
+    "m": ("mm", 1000.0),
+    "rad": ("deg", math.degrees(1.0)),
+    "share": ("percent", 100.0),
+    "g": ("g", 1.0),
+    "": ("", 1.0),
+}
+"""The unit of a file, and what one SI unit is in it."""
+_AT_MOST = ("excursion", "injury", "pedals")
+"""Checks of what must not exceed a limit: value and limit stand without their signs."""
+
+
+def result_file(result: Result) -> ResultFile:
+    """Convert a result to the rows of result.json."""
+    study = result.study
+    cases = tuple(case.name for case in study.cases)
+    people = result.provenance.get("people", {}).get("measures", "")
+    role = study.crowd.name if study.crowd is not None else ""
+    return ResultFile(
+        study=study.name,
+        title=study.title,
+        headline=headline(result),
+        passed=result.passed,
+        environment=study.environment.name,
+        cases=list(cases),
+        verdicts=[verdict_row(verdict, cases) for verdict in result.verdicts],
+        postures=postures_rows(result.postures) if result.postures else None,
+        motions=[motion_rows(motion) for motion in result.motions],
+        agreement=[
+            AgreementRow(
+                name=row.name,
+                rms_mm=_micro(1000 * row.rms),
+                peak_mm=_micro(1000 * row.peak),
+                peak_ms=_micro(1000 * row.at),
+            )
+            for row in result.agreements
+        ],
+        population=population_rows(result.population, role, people) if result.population else None,
+        warnings=list(result.warnings),
+        provenance={kind: dict(rows) for kind, rows in result.provenance.items()},
+    )
+
+
+def verdict_row(verdict: Verdict, cases: tuple[str, ...]) -> VerdictRow:
+    """Convert a verdict to a row; cases: the names of the study's cases."""
+    share = verdict.share
+    return VerdictRow(
+        name=verdict.criterion.name,
+        check=verdict.criterion.check,
+        motion=None if verdict.motion is None else cases[verdict.motion],
+        passed=verdict.passed,
+        doubtful=verdict.doubtful is not None,
+        sentence=verdict_sentence(verdict, cases),
+        worst=_finding_row(verdict, verdict.worst, cases) if verdict.worst else None,
+        breaches=[_finding_row(verdict, finding, cases) for finding in verdict.breaches],
+        interval=(_micro(100 * share.low), _micro(100 * share.high)) if share else None,
+    )
+
+
+def _finding_row(verdict: Verdict, finding: Finding, cases: tuple[str, ...]) -> FindingRow:
+    criterion = verdict.criterion
+    unit, factor = _UNITS[finding.unit]
+    sign = -1.0 if criterion.check in _AT_MOST else 1.0
+    seen = finding.point is not None and all(map(math.isfinite, finding.point))
+    known = math.isfinite(finding.surface_known_to)
+    if verdict.share is not None:
+        sentence = share_sentence(criterion, verdict.share)
+    else:
+        sentence = finding_sentence(criterion.check, finding, cases)
+    return FindingRow(
+        case=cases[finding.case],
+        person=finding.person,
+        other_person=finding.other_person or None,
+        subject=finding.subject,
+        target=finding.target,
+        value=_micro(sign * factor * finding.value),
+        limit=_micro(sign * factor * finding.limit),
+        margin=_micro(factor * finding.margin),
+        unit=unit,
+        time_ms=_micro(1000 * finding.time) if math.isfinite(finding.time) else None,
+        point_mm=_point(finding.point) if seen and finding.point is not None else None,
+        surface_known_to=_micro(1000 * finding.surface_known_to) if known else None,
+        sentence=sentence,
+    )
+
+
+def _point(point: tuple[float, float, float]) -> tuple[float, float, float]:
+    x, y, z = (_micro(1000 * value) for value in point)
+    return x, y, z
+
+
+def _micro(value: float) -> float:
+    """Six decimals: a nanometre or a microdegree, so that the last bits of a machine do not
+    show."""
+    return round(float(value), 6) + 0.0

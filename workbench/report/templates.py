@@ -1,0 +1,35 @@
+"""The templates of the page."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import jinja2
+
+from workbench.files.results.result import FindingRow
+from workbench.report.words import without_polygons
+
+__all__ = ["template"]
+
+
+@cache
+def template(name: str) -> jinja2.Template:
+    """A template of this room, by its file; everything put into it is escaped."""
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("workbench.report", "."),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["parts_only"] = without_polygons
+    environment.filters["plain"] = lambda name: name.replace("_", " ")
+    environment.filters["percents"] = lambda text: text.replace(" %", "\u00a0%")
+    environment.filters["figure"] = _figure
+    return environment.get_template(name)
+
+
+def _figure(finding: FindingRow, key: str) -> str:
+    """ "12.4 mm" of the value or the limit of a finding."""
+    unit = {"deg": "°", "percent": "\u00a0%"}.get(finding.unit, f" {finding.unit}")
+    return f"{getattr(finding, key) + 0.0:.1f}{unit}".rstrip()
