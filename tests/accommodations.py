@@ -157,7 +157,7 @@ def made(
             spread[r] = np.percentile(known, LEVELS)
     measures = ("thumb_tip_reach", "popliteal_height", "eye_height_sitting", "buttock_knee_length")
     worst = np.argmin(np.where(np.isnan(margin), np.inf, margin), axis=1)
-    return Accommodation(
+    return PopulationFound(
         study,
         tuple(requirements),
         margin,

@@ -22,7 +22,7 @@ def template(name: str) -> jinja2.Template:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["parts_only"] = without_polygons
+    environment.filters["for_reading"] = lambda text: without_polygons(text).replace("_", " ")
     environment.filters["plain"] = lambda name: name.replace("_", " ")
     environment.filters["percents"] = lambda text: text.replace(" %", "\u00a0%")
     environment.filters["figure"] = _figure

@@ -50,7 +50,9 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
     """
     words = _FINDING_WORDS[check](finding)
     if math.isfinite(finding.time):
-        return f"{words}, at {milliseconds(finding.time)}."
+        words = f"{words[:1].upper()}{words[1:]}"
+        figure = check == "injury" and not finding.unit  # its window says when
+        return f"{words}." if figure else f"{words}, at {milliseconds(finding.time)}."
     return f"{cases[finding.case]}, {finding.person}: {words}."
 
 

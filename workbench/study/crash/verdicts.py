@@ -71,7 +71,7 @@ def _contact(criterion: Criterion, found: MotionFound) -> Verdict:
         and meeting.other in criterion.parts
     )
     findings = [_meeting(found, meeting, criterion.at_most) for meeting in about]
-    return _judged(criterion, found, findings, "nothing of it is touched")
+    return _judged(criterion, found, findings, "no contact")
 
 
 def _self_contact(criterion: Criterion, found: MotionFound) -> Verdict:
