@@ -26,7 +26,7 @@ from workbench.model.poses import Placed, Poses
 from workbench.model.posing import join_poses
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.model.study import Study
-from workbench.study.pipelines import motion_cases, posture_study
+from workbench.study.pipelines import by_size, motion_cases, posture_study
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import prepared
 
@@ -155,13 +155,20 @@ def result_source(path: Path, case: str | None = None) -> Source:
             raise InputError(
                 f"{path}: {file} is not as it was when this result was made; run the study again"
             )
-    if rows.motions and study.moves:
-        name = _listed(case)[0] if case else rows.motions[0].name
-        motion = next(motion for motion in rows.motions if motion.name == name)
-        return _meetings(study_source(study, case), motion)
-    if rows.postures is not None and not study.moves and study.crowd is None:
+    motion = _shown_motion(rows, case)
+    if motion is not None:
+        return _meetings(study_source(study, motion.case if case is None else case), motion)
+    if rows.postures:
         return _findings(study_source(study, case or _worst_case(rows)), rows)
     raise InputError(f"{path}: a result of a population has no pictures of its own; run the study")
+
+
+def _shown_motion(rows: ResultFile, case: str | None) -> MotionRows | None:
+    """The first motion of the cases that are named; of a result of motions alone the first."""
+    if case is None:
+        return rows.motions[0] if rows.motions and not rows.postures else None
+    names = _listed(case)
+    return next((motion for motion in rows.motions if motion.case in names), None)
 
 
 def _meetings(source: Source, motion: MotionRows) -> Source:
@@ -212,10 +219,16 @@ def _metres(point: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def study_source(study: Study, case: str | None = None) -> Source:
-    """The cases of a study, by name with commas between, as a run measures them; see source_of."""
-    if study.moves:
-        return _motion_source(study, case)
-    return _posture_source(posture_study(study), case)
+    """The cases of a study, by name with commas between, as a run measures them; see source_of.
+
+    Of several sizes the first is shown; where there are postures and motions, the postures.
+    """
+    _, shown = by_size(study)[0]
+    names = {each.name for each in study.motions}
+    moving = case is not None and bool(names & set(_listed(case)))
+    if moving or not study.postures:
+        return _motion_source(shown, case)
+    return _posture_source(posture_study(shown), case)
 
 
 def _posture_source(study: PostureStudy, case: str | None) -> Source:
@@ -253,8 +266,8 @@ def _motion_source(study: Study, case: str | None) -> Source:
 
     UsageError for a case that is not there. InputError for a motion that cannot be read.
     """
-    wanted = _cases(study.name, tuple(each.name for each in study.cases), case)
-    motions = [motion for motion in motion_cases(study) if motion.name in wanted]
+    wanted = _cases(study.name, tuple(each.name for each in study.motions), case)
+    motions = [motion for motion in motion_cases(study) if motion.case in wanted]
     first = motions[0]
     shown = [Person(first.person, first.body, first.motion, ())]
     shown += [Person(motion.name, motion.body, motion.motion, ()) for motion in motions[1:]]

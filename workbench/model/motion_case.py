@@ -43,7 +43,8 @@ class MotionCase:
     Parameters
     ----------
     case, name
-        The case of the study, by index and by name.
+        The case of the study, and what the motion is called: with the role and the size of the
+        person where there are several.
     person, body, motion
         The role, its body (B = 1) and P poses with times [s].
     environment, cabin
@@ -62,7 +63,7 @@ class MotionCase:
         What a reader must know of how the motion was read.
     """
 
-    case: int
+    case: str
     name: str
     person: str
     body: Body

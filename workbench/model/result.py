@@ -46,7 +46,7 @@ class Finding:
     Parameters
     ----------
     case
-        Index of the case.
+        The name of the case.
     person, other_person
         Names of the roles, "" where there is none.
     subject, target
@@ -65,7 +65,7 @@ class Finding:
         When [s], NaN of a posture.
     """
 
-    case: int
+    case: str
     person: str
     other_person: str
     subject: str
@@ -127,7 +127,9 @@ class Verdict:
         A finding by which the verdict could turn because the body's surface is not known any
         better; None where nothing is in doubt.
     motion
-        The case of a motion that it is about, None where it is about all its cases.
+        The motion that it is about, by its case, "" where it is about all its cases.
+    row
+        The size of the person who takes a role that several sizes take one at a time, else "".
     share
         Of a population: the share of people, with its interval.
     words
@@ -139,7 +141,8 @@ class Verdict:
     worst: Finding | None
     breaches: tuple[Finding, ...] = ()
     doubtful: Finding | None = None
-    motion: int | None = None
+    motion: str = ""
+    row: str = ""
     share: GroupShare | None = None
     words: str = ""
 
@@ -175,6 +178,8 @@ class PosturesFound:
         Contacts of each pair of people, by their names.
     reaches, envelopes
         How people reach controls, and how far all around.
+    row
+        The size of the person who takes a role that several sizes take one at a time, else "".
     """
 
     study: PostureStudy
@@ -185,6 +190,7 @@ class PosturesFound:
     warnings: tuple[str, ...]
     reaches: tuple[ControlReach, ...] = ()
     envelopes: tuple[Envelope, ...] = ()
+    row: str = ""
 
     @property
     def passed(self) -> bool:
@@ -194,7 +200,7 @@ class PosturesFound:
 
 @dataclass(frozen=True, eq=False)
 class MotionFound:
-    """What was found of one motion.
+    """What was found of the motion of one person in one case.
 
     Parameters
     ----------
@@ -231,7 +237,8 @@ class Result:
     provenance
         Hashes of the input files and versions of what computed.
     postures, motions, population
-        What was found of people in postures, of each motion, of a population: what the study has.
+        What was found of people in postures (for each of several sizes), of each motion, of a
+        population: what the study has.
     agreements
         How near the second of two motions that are compared is to the first.
     """
@@ -240,7 +247,7 @@ class Result:
     verdicts: tuple[Verdict, ...]
     warnings: tuple[str, ...]
     provenance: Mapping[str, Mapping[str, str]]
-    postures: PosturesFound | None = None
+    postures: tuple[PosturesFound, ...] = ()
     motions: tuple[MotionFound, ...] = ()
     agreements: tuple[Agreement, ...] = ()
     population: PopulationFound | None = None

@@ -50,8 +50,8 @@ class Role:
     """Somebody who takes part in every case.
 
     body: as its file has it; detail: the level of it that is used, its own where None. size: the
-    measures the body is scaled to; population: many people who take the role one at a time; neither
-    for the body as it is. seat: whose position [m] is `forward` and `up`, or found where `free`.
+    measures the body is scaled to; sizes: several of them by name, or population: many people, who
+    take the role one at a time; none of these for the body as it is. seat: whose position [m] is `forward` and `up`, or found where `free`.
     stand: the point (3,) [m] that the lowest sphere stands on. Where neither is given, poses say
     where the body is.
     """
@@ -61,6 +61,7 @@ class Role:
     detail: str | None = None
     clothes: tuple[Encumbrance, ...] = ()
     size: Size | None = None
+    sizes: Mapping[str, Size] = field(default_factory=dict)
     population: Population | PeopleDrawn | None = None
     seat: str | None = None
     free: bool = False
@@ -133,6 +134,11 @@ class Case:
     name: str
     actions: tuple[Action, ...]
 
+    @property
+    def moves(self) -> bool:
+        """Whether it is a motion."""
+        return isinstance(self.actions[0], (RecordedMotion, SimulatedMotion))
+
 
 @dataclass(frozen=True)
 class Shares:
@@ -192,6 +198,11 @@ class Study:
         return next((role for role in self.roles if role.population is not None), None)
 
     @property
-    def moves(self) -> bool:
-        """Whether the cases are motions."""
-        return isinstance(self.cases[0].actions[0], (RecordedMotion, SimulatedMotion))
+    def motions(self) -> tuple[Case, ...]:
+        """The cases that are motions."""
+        return tuple(case for case in self.cases if case.moves)
+
+    @property
+    def postures(self) -> tuple[Case, ...]:
+        """The cases that are postures."""
+        return tuple(case for case in self.cases if not case.moves)

@@ -71,8 +71,8 @@ def write_report(
 def _tables(result: Result, rows: ResultFile) -> dict[str, Content]:
     """Tables and other files beside result.json, of what the result has."""
     files: dict[str, Content] = dict(verdict_tables(rows.verdicts)) if rows.verdicts else {}
-    if result.postures is not None and rows.postures is not None:
-        files |= postures_tables(rows.postures, rows.cases)
+    if result.postures:
+        files |= postures_tables(rows.postures)
         files |= envelope_solids(result.postures)
     if result.motions:
         files |= motion_tables(result.motions, rows)
@@ -90,6 +90,7 @@ def report_lines(result: Result, rows: ResultFile) -> list[str]:
     lines = population_lines(result.population) if result.population is not None else []
     several = len(rows.motions) > 1
     for verdict in rows.verdicts:
-        name = f"{verdict.name}, {verdict.motion}" if several else verdict.name
+        about = (verdict.name, verdict.row, verdict.motion if several else None)
+        name = ", ".join(word for word in about if word)
         lines.append(f"{'passed' if verdict.passed else 'FAILED'}  {name}: {verdict.sentence}")
     return lines

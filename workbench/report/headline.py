@@ -10,13 +10,13 @@ __all__ = ["headline"]
 
 
 def headline(result: Result) -> str:
-    """The whole result in one or two sentences."""
+    """The whole result in a sentence for each section."""
     if result.population is not None:
         return population_headline(result.population)
+    words = [_postures_headline(found) for found in result.postures]
     if result.motions:
-        return motions_headline(result.motions)
-    assert result.postures is not None
-    return _postures_headline(result.postures)
+        words.append(motions_headline(result.motions))
+    return " ".join(words)
 
 
 def _postures_headline(found: PosturesFound) -> str:
@@ -25,6 +25,8 @@ def _postures_headline(found: PosturesFound) -> str:
     cases = len(found.study.cases)
     who = f"{people} {'people' if people > 1 else 'person'}"
     scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
+    if found.row:
+        scope = f"{found.row[:1].upper()}{found.row[1:]}, {scope}"
     count = len(found.verdicts)
     criteria = f"{count} criteri{'a' if count > 1 else 'on'}"
     if failed:

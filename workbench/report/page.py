@@ -46,6 +46,7 @@ def page(
         parts=part_count(_environment(result)),
         people=_people(result, rows),
         verdicts=_by_criterion(rows.verdicts),
+        about=len({(verdict.row, verdict.motion) for verdict in rows.verdicts}) > 1,
         sections=_sections(result, rows, film, say),
         files=files,
     )
@@ -61,8 +62,9 @@ def _environment(result: Result) -> Environment:
 def _people(result: Result, rows: ResultFile) -> list[str]:
     """A line for each role: who it is and where."""
     lines = []
-    if rows.postures is not None:
-        lines += [f"{person.name}: {person.description}" for person in rows.postures.people]
+    for found in rows.postures:
+        lead = f"{found.row}, " if found.row else ""
+        lines += [f"{lead}{person.name}: {person.description}" for person in found.people]
     lines += list(dict.fromkeys(motion_words(motion) for motion in rows.motions))
     if result.population is not None and rows.population is not None:
         lines.append(population_words(result.population, rows.population.role))
@@ -77,8 +79,8 @@ def _by_criterion(verdicts: Sequence[VerdictRow]) -> list[VerdictRow]:
 
 def _sections(result: Result, rows: ResultFile, film: str, say: Say) -> list[Markup]:
     found = []
-    if result.postures is not None and rows.postures is not None:
-        found.append(postures_section(result.postures, rows.postures, say))
+    for postures, some in zip(result.postures, rows.postures, strict=True):
+        found.append(postures_section(postures, some, say))
     if result.motions:
         found.append(motions_section(result, rows, film=film, say=say))
     if result.population is not None:

@@ -30,7 +30,6 @@ _AT_MOST = ("excursion", "injury", "pedals")
 def result_file(result: Result) -> ResultFile:
     """Convert a result to the rows of result.json."""
     study = result.study
-    cases = tuple(case.name for case in study.cases)
     people = result.provenance.get("people", {}).get("measures", "")
     role = study.crowd.name if study.crowd is not None else ""
     return ResultFile(
@@ -39,9 +38,9 @@ def result_file(result: Result) -> ResultFile:
         headline=headline(result),
         passed=result.passed,
         environment=study.environment.name,
-        cases=list(cases),
-        verdicts=[verdict_row(verdict, cases) for verdict in result.verdicts],
-        postures=postures_rows(result.postures) if result.postures else None,
+        cases=[case.name for case in study.cases],
+        verdicts=[verdict_row(verdict) for verdict in result.verdicts],
+        postures=[postures_rows(found) for found in result.postures],
         motions=[motion_rows(motion) for motion in result.motions],
         agreement=[
             AgreementRow(
@@ -58,23 +57,24 @@ def result_file(result: Result) -> ResultFile:
     )
 
 
-def verdict_row(verdict: Verdict, cases: tuple[str, ...]) -> VerdictRow:
-    """Convert a verdict to a row; cases: the names of the study's cases."""
+def verdict_row(verdict: Verdict) -> VerdictRow:
+    """Convert a verdict to a row."""
     share = verdict.share
     return VerdictRow(
         name=verdict.criterion.name,
         check=verdict.criterion.check,
-        motion=None if verdict.motion is None else cases[verdict.motion],
+        motion=verdict.motion or None,
+        row=verdict.row or None,
         passed=verdict.passed,
         doubtful=verdict.doubtful is not None,
-        sentence=verdict_sentence(verdict, cases),
-        worst=_finding_row(verdict, verdict.worst, cases) if verdict.worst else None,
-        breaches=[_finding_row(verdict, finding, cases) for finding in verdict.breaches],
+        sentence=verdict_sentence(verdict),
+        worst=_finding_row(verdict, verdict.worst) if verdict.worst else None,
+        breaches=[_finding_row(verdict, finding) for finding in verdict.breaches],
         interval=(_micro(100 * share.low), _micro(100 * share.high)) if share else None,
     )
 
 
-def _finding_row(verdict: Verdict, finding: Finding, cases: tuple[str, ...]) -> FindingRow:
+def _finding_row(verdict: Verdict, finding: Finding) -> FindingRow:
     criterion = verdict.criterion
     unit, factor = _UNITS[finding.unit]
     sign = -1.0 if criterion.check in _AT_MOST else 1.0
@@ -83,9 +83,9 @@ def _finding_row(verdict: Verdict, finding: Finding, cases: tuple[str, ...]) -> 
     if verdict.share is not None:
         sentence = share_sentence(criterion, verdict.share)
     else:
-        sentence = finding_sentence(criterion.check, finding, cases)
+        sentence = finding_sentence(criterion.check, finding)
     return FindingRow(
-        case=cases[finding.case],
+        case=finding.case,
         person=finding.person,
         other_person=finding.other_person or None,
         subject=finding.subject,

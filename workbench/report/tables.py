@@ -21,9 +21,17 @@ def verdict_tables(verdicts: Sequence[VerdictRow]) -> dict[str, str]:
     worst = ["worst_value", "limit", "margin", "unit", "time_ms", "surface_known_to"]
     return {
         "verdicts.csv": csv_text(
-            ["criterion", "check", "motion", "passed", *worst, "sentence"],
+            ["criterion", "check", "size", "motion", "passed", *worst, "sentence"],
             (
-                [v.name, v.check, v.motion, _cell(v.passed), *_numbers(v.worst), v.sentence]
+                [
+                    v.name,
+                    v.check,
+                    v.row,
+                    v.motion,
+                    _cell(v.passed),
+                    *_numbers(v.worst),
+                    v.sentence,
+                ]
                 for v in verdicts
             ),
         ),

@@ -42,7 +42,7 @@ def _tenths(value: float) -> str:
     return text[1:] if text in ("-0.0",) else text
 
 
-def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> str:
+def finding_sentence(check: str, finding: Finding) -> str:
     """One finding in words.
 
     Of a posture its case and person come first: "cruise, pilot: right lower leg, knee cap (front)
@@ -53,7 +53,7 @@ def finding_sentence(check: str, finding: Finding, cases: tuple[str, ...]) -> st
         words = f"{words[:1].upper()}{words[1:]}"
         figure = check == "injury" and not finding.unit  # its window says when
         return f"{words}." if figure else f"{words}, at {milliseconds(finding.time)}."
-    return f"{cases[finding.case]}, {finding.person}: {words}."
+    return f"{finding.case}, {finding.person}: {words}."
 
 
 def milliseconds(seconds: float) -> str:
@@ -175,7 +175,7 @@ def contact_sentence(contacts: Contacts, row: int) -> str:
     return f"{text} ({millimetres(allowed)} allowed)" if allowed > 0 else text
 
 
-def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
+def verdict_sentence(verdict: Verdict) -> str:
     """A criterion's outcome in one or two sentences."""
     if verdict.share is not None:
         return share_sentence(verdict.criterion, verdict.share)
@@ -186,8 +186,8 @@ def verdict_sentence(verdict: Verdict, cases: tuple[str, ...]) -> str:
             "Nothing was there to be measured: what it asks about is hidden, allowed to touch, or "
             "not in this study."
         )
-    words = finding_sentence(verdict.criterion.check, verdict.worst, cases)
-    doubt = _doubt(verdict, cases)
+    words = finding_sentence(verdict.criterion.check, verdict.worst)
+    doubt = _doubt(verdict)
     if verdict.passed:
         return f"Nearest to failing: {words}{doubt}"
     more = len(verdict.breaches) - 1
@@ -204,7 +204,7 @@ def share_sentence(criterion: Criterion, group: GroupShare) -> str:
     return f"{share} of the people meet {what} ({low} to {high} %), {wanted} are asked for."
 
 
-def _doubt(verdict: Verdict, cases: tuple[str, ...]) -> str:
+def _doubt(verdict: Verdict) -> str:
     """ " It clears by 2.1 mm; the body's surface is known to 3.2 mm, so it may not." where the
     verdict could turn."""
     found = verdict.doubtful
@@ -213,7 +213,7 @@ def _doubt(verdict: Verdict, cases: tuple[str, ...]) -> str:
     who = (
         "It"
         if found == verdict.worst
-        else f"{found.subject[:1].upper()}{found.subject[1:]} ({cases[found.case]})"
+        else f"{found.subject[:1].upper()}{found.subject[1:]} ({found.case})"
     )
     whose = "the bodies' surfaces are" if found.other_person else "the body's surface is"
     by = millimetres(abs(found.value - found.limit))

@@ -44,14 +44,10 @@ def verdict(criterion: Criterion, measured: Measured) -> Verdict:
     """How one criterion came out."""
     tolerance = ANGLE_TOLERANCE if criterion.check == "stops" else LENGTH_TOLERANCE
     findings = sorted(
-        (
-            f
-            for f in CHECKS[criterion.check](criterion, measured)
-            if _is_asked(criterion, measured, f)
-        ),
-        key=lambda f: (f.value - f.limit, f.case, f.person),
+        (f for f in CHECKS[criterion.check](criterion, measured) if criterion.asks(f.case)),
+        key=lambda f: (f.margin, measured.cases.index(f.case), f.person),
     )
-    breaches = tuple(f for f in findings if f.value < f.limit - tolerance)
+    breaches = tuple(f for f in findings if f.margin < -tolerance)
     # a criterion that looked at nothing has shown nothing
     passed = bool(findings) and not breaches
     return Verdict(
@@ -61,10 +57,6 @@ def verdict(criterion: Criterion, measured: Measured) -> Verdict:
         breaches,
         _doubtful(findings, breaches),
     )
-
-
-def _is_asked(criterion: Criterion, measured: Measured, finding: Finding) -> bool:
-    return criterion.asks(measured.cases[finding.case])
 
 
 def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:
@@ -84,9 +76,8 @@ def _contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     for person in _wanted(criterion, measured):
         allowed = allowed_depth(person.placed.body, measured.environment) + criterion.at_most
         keep = _keep(criterion, person, measured.environment)
-        yield from _pairs(
-            person.clearance, (person.clearance.distance, -allowed, keep), (person.name, "")
-        )
+        asked = _Pairs(person.clearance, -allowed, keep, person.name)
+        yield from _pair_findings(asked, measured.cases)
 
 
 def _clearance(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -98,9 +89,8 @@ def _clearance(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
         allowed = allowed_depth(person.placed.body, measured.environment)
         keep = _keep(criterion, person, measured.environment) & (allowed == 0)
         limit = np.full(allowed.shape, criterion.at_least)
-        yield from _pairs(
-            person.clearance, (person.clearance.distance, limit, keep), (person.name, "")
-        )
+        asked = _Pairs(person.clearance, limit, keep, person.name)
+        yield from _pair_findings(asked, measured.cases)
 
 
 def _self_contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -109,7 +99,8 @@ def _self_contact(criterion: Criterion, measured: Measured) -> Iterator[Finding]
         own = measured.own[person.name]
         wanted = np.isin(own.body.segments, criterion.segments)
         keep = wanted[:, None] | wanted[None, :]
-        yield from _pairs(own, (own.distance, -own.body.allowance[0], keep), (person.name, ""))
+        asked = _Pairs(own, -own.body.allowance[0], keep, person.name)
+        yield from _pair_findings(asked, measured.cases)
 
 
 def _between_people(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -121,7 +112,7 @@ def _between_people(criterion: Criterion, measured: Measured) -> Iterator[Findin
             )
             keep = rows[:, None] & columns[None, :]
             limit = np.full(keep.shape, criterion.at_least)
-            yield from _pairs(near, (near.distance, limit, keep), (one, other))
+            yield from _pair_findings(_Pairs(near, limit, keep, one, other), measured.cases)
 
 
 def _stops(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -131,13 +122,14 @@ def _stops(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
         for case, joint in np.argwhere(np.isfinite(person.margin)):
             if body.segments[joint + 1] in criterion.segments:
                 yield Finding(
-                    case=int(case),
+                    case=measured.cases[case],
                     person=person.name,
                     other_person="",
                     subject=body.joint_names[joint],
                     target=person.margin_motion[case][joint],
                     value=float(person.margin[case, joint]),
                     limit=criterion.at_least,
+                    unit="rad",
                 )
 
 
@@ -157,7 +149,7 @@ def _reach(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
             target = f"{row.control} in zone {row.zone}" + (
                 f", limited by {row.limit}" if row.limit else ""
             )
-            yield Finding(row.case, row.person, "", words, target, -short, 0.0)
+            yield Finding(measured.cases[row.case], row.person, "", words, target, -short, 0.0)
 
 
 def _subparts(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -174,7 +166,7 @@ def _subparts(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
             polygon = int(found.polygon[case, 0])
             segment = body.segment_names[int(body.sphere_segment[sphere])]
             yield Finding(
-                case=case,
+                case=measured.cases[case],
                 person=person.name,
                 other_person="",
                 subject=f"{segment} ({body.sphere_names[sphere]})",
@@ -201,14 +193,18 @@ def _pedals(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
         if fit.foot and aims is not None:
             target = aims.controls[fit.foot] + (f", limited by {fit.limit}" if fit.limit else "")
             words = f"the {fit.foot}"
-            yield Finding(case, person.name, "", words, target, -fit.miss, -criterion.at_most)
+            yield Finding(
+                measured.cases[case], person.name, "", words, target, -fit.miss, -criterion.at_most
+            )
 
 
 def _preferred_seat(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
     """Travel left at the position of the seat that is wanted, to its nearer end."""
     for case, person, fit in _seats(criterion, measured):
         seat = f"seat {person.seat}"
-        yield Finding(case, person.name, "", seat, "the travel", fit.spare, criterion.at_least)
+        yield Finding(
+            measured.cases[case], person.name, "", seat, "the travel", fit.spare, criterion.at_least
+        )
 
 
 def _view(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -231,7 +227,15 @@ def _view(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
             )[0]
             target = point if criterion.check == "eye_height" else ", ".join(criterion.parts)
             if np.isfinite(margin):
-                yield Finding(case, person.name, "", "the eyes", str(target), float(margin), 0.0)
+                yield Finding(
+                    measured.cases[case],
+                    person.name,
+                    "",
+                    "the eyes",
+                    str(target),
+                    float(margin),
+                    0.0,
+                )
 
 
 def _excursion(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
@@ -245,7 +249,15 @@ def _excursion(criterion: Criterion, measured: Measured) -> Iterator[Finding]:
         for case, sphere in enumerate(ahead.argmax(axis=1).tolist()):
             segment = body.segment_names[int(body.sphere_segment[about[sphere]])]
             value = -float(ahead[case, sphere])
-            yield Finding(case, person.name, "", segment, "the origin", value, -criterion.at_most)
+            yield Finding(
+                measured.cases[case],
+                person.name,
+                "",
+                segment,
+                "the origin",
+                value,
+                -criterion.at_most,
+            )
 
 
 EYES = ("left eye", "right eye")
@@ -275,30 +287,44 @@ def _keep(criterion: Criterion, person: PersonResult, environment: Environment) 
     return rows[:, None] & np.isin(environment.parts, criterion.parts)[None, :]
 
 
-def _pairs(
-    near: Clearance, rule: tuple[Floats, Floats, Bools], people: tuple[str, str]
-) -> Iterator[Finding]:
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """Clearances of pairs of segments and parts (or segments), and what is asked of them.
+
+    limit (N, K) [m]: the distance may not be below it; keep (N, K): the pairs that are asked about.
+    """
+
+    near: Clearance
+    limit: Floats
+    keep: Bools
+    person: str
+    other_person: str = ""
+
+
+def _pair_findings(asked: _Pairs, cases: tuple[str, ...]) -> Iterator[Finding]:
     """The worst finding of each case, and every breach."""
-    distance, limit, keep = rule
-    room = np.where(keep & np.isfinite(distance), distance - limit, np.inf)
+    near = asked.near
+    distance = near.distance
+    wanted = asked.keep & np.isfinite(distance)
+    margin = np.where(wanted, distance - asked.limit, np.inf)
     known = _surface(near)
-    for case in range(len(room)):
-        if not np.isfinite(room[case]).any():
+    for case in range(len(margin)):
+        if not np.isfinite(margin[case]).any():
             continue
-        tightest = {np.argmin(room[case]), np.argmin(room[case] - np.nan_to_num(known[0]))}
-        pairs = {tuple(map(int, np.unravel_index(at, keep.shape))) for at in tightest}
-        for row, column in pairs | set(map(tuple, np.argwhere(room[case] < 0).tolist())):
+        tightest = {np.argmin(margin[case]), np.argmin(margin[case] - np.nan_to_num(known[0]))}
+        pairs = {tuple(map(int, np.unravel_index(at, asked.keep.shape))) for at in tightest}
+        for row, column in pairs | set(map(tuple, np.argwhere(margin[case] < 0).tolist())):
             where = (case, row, column)
             yield Finding(
-                case=case,
-                person=people[0],
-                other_person=people[1],
+                case=cases[case],
+                person=asked.person,
+                other_person=asked.other_person,
                 subject=near.name(where),
                 target=near.other_name(where),
                 value=float(distance[where]),
-                limit=float(limit[row, column]),
+                limit=float(asked.limit[row, column]),
                 point=tuple(near.point[where].tolist()),
-                surface_known_to=float(known[0 if room[where] >= 0 else 1, row, column]),
+                surface_known_to=float(known[0 if margin[where] >= 0 else 1, row, column]),
             )
 
 

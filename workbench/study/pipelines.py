@@ -6,6 +6,7 @@ when the file is read.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from workbench.files.crash.simulations import load_simulation, with_airbags
 from workbench.files.motions.lines import Pick
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
+from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.motion_case import MotionCase, SignalPoint
 from workbench.model.moving import poses_at
@@ -29,6 +31,7 @@ from workbench.model.posture_study import Aims, Person, PostureStudy
 from workbench.model.simulation import ContactRule, Restraints
 from workbench.model.study import (
     Action,
+    Case,
     GivenPosture,
     PeopleDrawn,
     PredictedPosture,
@@ -44,7 +47,21 @@ from workbench.study.placement import seat_point
 from workbench.study.simulation import bearing, run_simulation
 from workbench.study.subject import subject_body
 
-__all__ = ["motion_cases", "population_study", "posture_study"]
+__all__ = ["by_size", "motion_cases", "population_study", "posture_study"]
+
+
+def by_size(study: Study) -> list[tuple[str, Study]]:
+    """A study for each of the sizes that take a role one at a time, by their names; the study
+    itself where there are none."""
+    several = next((row for row, role in enumerate(study.roles) if role.sizes), None)
+    if several is None:
+        return [("", study)]
+    found = []
+    for name, size in study.roles[several].sizes.items():
+        roles = list(study.roles)
+        roles[several] = replace(roles[several], size=size, sizes={})
+        found.append((name, replace(study, roles=tuple(roles))))
+    return found
 
 
 def posture_study(study: Study) -> PostureStudy:
@@ -53,26 +70,34 @@ def posture_study(study: Study) -> PostureStudy:
     Raises
     ------
     UsageError
-        For a study of a population or of motions.
+        For a study of a population, of several sizes, or without postures.
     """
-    if study.crowd is not None or study.moves:
+    cases = study.postures
+    if study.crowd is not None or any(role.sizes for role in study.roles) or not cases:
         raise UsageError(f"study {study.name} is not of single people in postures")
+    names = [case.name for case in study.cases]
+    rows = {names.index(case.name): row for row, case in enumerate(cases)}
     return PostureStudy(
         name=study.name,
         title=study.title,
         description=study.description,
         environment=study.environment,
-        people=tuple(_person(study, row, role) for row, role in enumerate(study.roles)),
-        cases=tuple(case.name for case in study.cases),
-        criteria=study.criteria,
+        people=tuple(_person(cases, row, role) for row, role in enumerate(study.roles)),
+        cases=tuple(case.name for case in cases),
+        criteria=tuple(
+            criterion
+            for criterion in study.criteria
+            if criterion.check not in ("share", "injury")
+            and any(criterion.asks(case.name) for case in cases)
+        ),
         inputs=study.inputs,
         warnings=study.warnings,
-        envelopes=study.reach_envelopes,
+        envelopes=tuple(replace(task, case=rows[task.case]) for task in study.reach_envelopes),
     )
 
 
-def _person(study: Study, row: int, role: Role) -> Person:
-    actions = [case.actions[row] for case in study.cases]
+def _person(cases: Sequence[Case], row: int, role: Role) -> Person:
+    actions = [case.actions[row] for case in cases]
     return Person(
         name=role.name,
         body=role.body,
@@ -159,7 +184,8 @@ def _fixed(environment: Environment, role: Role) -> Environment:
 
 
 def motion_cases(study: Study) -> tuple[MotionCase, ...]:
-    """The motions of a study, read or simulated, with their restraints, in the order of the cases.
+    """The motions of a study, read or simulated, with their restraints: role by role, each in the
+    order of the cases.
 
     Raises
     ------
@@ -168,24 +194,38 @@ def motion_cases(study: Study) -> tuple[MotionCase, ...]:
     UsageError
         For a study without motions.
     """
-    if not study.moves:
+    if not study.motions:
         raise UsageError(f"study {study.name} has no motion")
-    role = study.roles[0]
+    found: list[MotionCase] = []
+    for size, single in by_size(study):
+        for row in range(len(study.roles)):
+            found += _role_motions(single, row, size)
+    return tuple(found)
+
+
+def _role_motions(study: Study, row: int, size: str) -> list[MotionCase]:
+    """The motions of one role of a study, which is of this size where there are several."""
+    role = study.roles[row]
     body, notes = sized_body(role.body, role.size, role.detail)
     body = wear(body, role.clothes)
     notes = tuple(f"{role.name}: {note}" for note in notes)
-    subject = study.cases[0].actions[0]
+    subject = study.motions[0].actions[row]
     if isinstance(subject, RecordedMotion) and subject.subject:
         body, lengths = subject_body(body, subject.file, options=_options(subject))
         notes += lengths
-    first, *others = (_motion_case(study, body, case) for case in range(len(study.cases)))
-    return (replace(first, warnings=(*notes, *first.warnings)), *others)
+    found = []
+    for case in study.motions:
+        several = (role.name if len(study.roles) > 1 else "", size)
+        name = ", ".join([case.name, *filter(None, several)])
+        found.append(_motion_case(study, case, (row, body), name))
+    return [replace(found[0], warnings=(*notes, *found[0].warnings)), *found[1:]]
 
 
-def _motion_case(study: Study, body: Body, row: int) -> MotionCase:
-    """One motion of a study by itself."""
-    case = study.cases[row]
-    action = case.actions[0]
+def _motion_case(study: Study, case: Case, who: tuple[int, Body], name: str) -> MotionCase:
+    """The motion of one role in one case by itself, with a name of its own."""
+    row, body = who
+    role = study.roles[row]
+    action = case.actions[row]
     assert isinstance(action, (RecordedMotion, SimulatedMotion))
     if isinstance(action, RecordedMotion):
         motion, notes = load_motion(body, action.file, options=_options(action))
@@ -198,21 +238,32 @@ def _motion_case(study: Study, body: Body, row: int) -> MotionCase:
     first = place(body, poses_at(motion, motion.clock[:1]))
     environment = with_belts(cabin, restraints.belts, first)
     return MotionCase(
-        case=row,
-        name=case.name,
-        person=study.roles[0].name,
+        case=case.name,
+        name=name,
+        person=role.name,
         body=body,
         motion=motion,
         environment=environment,
         cabin=cabin,
         points=_points(study, body),
         filter_class=study.signals.filter_class,
-        criteria=tuple(criterion for criterion in study.criteria if criterion.asks(case.name)),
+        criteria=_motion_criteria(study, case, role),
         belts=restraints.belts,
         pulse=restraints.pulse,
         forces=_forces(study, body, environment, len(cabin.parts)),
         bears=bearing(environment, restraints.names),
         warnings=notes,
+    )
+
+
+def _motion_criteria(study: Study, case: Case, role: Role) -> tuple[Criterion, ...]:
+    """The criteria that are asked of a role in a case, those between people aside."""
+    return tuple(
+        criterion
+        for criterion in study.criteria
+        if criterion.check != "between_people"
+        and criterion.asks(case.name)
+        and role.name in criterion.people
     )
 
 

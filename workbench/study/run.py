@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from workbench.errors import UsageError
 from workbench.model.accommodation import PopulationFound
 from workbench.model.motion_case import Agreement
-from workbench.model.result import MotionFound, Result
+from workbench.model.result import MotionFound, PosturesFound, Result
 from workbench.model.study import Study
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.accommodation.share_verdicts import share_verdicts
 from workbench.study.clearance import clearance_study
+from workbench.study.crash.between import between_verdicts
 from workbench.study.crash.crash import motion_found, motions_agree
-from workbench.study.pipelines import motion_cases, population_study, posture_study
+from workbench.study.pipelines import by_size, motion_cases, population_study, posture_study
 from workbench.study.provenance import hashes, people_hash, versions
 
 __all__ = ["check_run", "run"]
@@ -62,38 +64,58 @@ def run(
     check_run(study, cluster=cluster)
     if study.crowd is not None:
         return _population(study, keep, say, cluster)
-    if study.moves:
-        return _motions(study)
-    return _postures(study)
+    return _people(study)
 
 
-def _postures(study: Study) -> Result:
-    """People in postures, together."""
-    found = clearance_study(posture_study(study))
+def _people(study: Study) -> Result:
+    """Single people in postures and motions, those of several sizes one at a time."""
+    postures: list[PosturesFound] = []
+    for size, single in by_size(study) if study.postures else ():
+        postures.append(_of_size(clearance_study(posture_study(single)), size))
+    motions = tuple(motion_found(case) for case in motion_cases(study)) if study.motions else ()
+    verdicts = [verdict for posture in postures for verdict in posture.verdicts]
+    verdicts += [verdict for motion in motions for verdict in motion.verdicts]
+    verdicts += between_verdicts(study, [motion.study for motion in motions])
+    sections = [(found.row, found.warnings) for found in postures]
+    sections += [(found.study.name, found.warnings) for found in motions]
     return Result(
         study=study,
-        verdicts=found.verdicts,
-        warnings=found.warnings,
+        verdicts=tuple(verdicts),
+        warnings=tuple(dict.fromkeys((*_warnings(sections), *study.warnings))),
         provenance=_provenance(study),
-        postures=found,
+        postures=tuple(postures),
+        motions=motions,
+        agreements=_agreements(study, motions),
     )
 
 
-def _motions(study: Study) -> Result:
-    """Each motion, and how near the second of two that are compared is to the first."""
-    found = tuple(motion_found(case) for case in motion_cases(study))
-    agreements: tuple[Agreement, ...] = ()
-    if study.compare is not None:
-        one, two = (found[case].study for case in study.compare)
-        agreements = motions_agree(one, two)
-    return Result(
-        study=study,
-        verdicts=tuple(verdict for motion in found for verdict in motion.verdicts),
-        warnings=(*_motion_warnings(found), *study.warnings),
-        provenance=_provenance(study),
-        motions=found,
-        agreements=agreements,
+def _of_size(found: PosturesFound, size: str) -> PosturesFound:
+    """What was found of one of several sizes, by its name."""
+    verdicts = tuple(replace(verdict, row=size) for verdict in found.verdicts)
+    return replace(found, verdicts=verdicts, row=size)
+
+
+def _agreements(study: Study, motions: Sequence[MotionFound]) -> tuple[Agreement, ...]:
+    """How near the second of two motions that are compared is to the first, of the first role."""
+    if study.compare is None:
+        return ()
+    role = study.roles[0].name
+    one, two = (
+        next(m.study for m in motions if (m.study.case, m.study.person) == (name, role))
+        for name in (study.cases[case].name for case in study.compare)
     )
+    return motions_agree(one, two)
+
+
+def _warnings(sections: Sequence[tuple[str, tuple[str, ...]]]) -> list[str]:
+    """The warnings of all sections: what each of several says stands once, the rest with the
+    section's name."""
+    found = []
+    for name, warnings in sections:
+        for warning in warnings:
+            general = all(warning in others for _, others in sections)
+            found.append(warning if general or not name else f"{name}: {warning}")
+    return found
 
 
 def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) -> Result:
@@ -127,20 +149,9 @@ def _provenance(
     return found | {"versions": versions()}
 
 
-def _motion_warnings(found: Sequence[MotionFound]) -> tuple[str, ...]:
-    """The warnings of all motions: what is said of each of several stands once, the rest with the
-    motion's name."""
-    told = []
-    for motion in found:
-        for warning in motion.warnings:
-            general = all(warning in other.warnings for other in found)
-            told.append(warning if general else f"{motion.study.name}: {warning}")
-    return tuple(dict.fromkeys(told))
-
-
 def check_run(study: Study, *, cluster: str | None = None, film: bool = False) -> None:
     """Raise UsageError for what a run of this study cannot be asked for."""
     if cluster is not None and study.crowd is None:
         raise UsageError(f"--cluster is for studies of a population; {study.name} has none")
-    if film and not study.moves:
+    if film and not study.motions:
         raise UsageError(f"--film is for studies of a motion; {study.name} has none")

@@ -118,13 +118,21 @@ def seat_verdicts(
         for case, gap in enumerate(_gaps(environment, person, rest)):
             if abs(gap + rest.depth) > SEAT_LOST:
                 lost.append(
-                    Finding(case, person.name, "", "the sitter", rest.part, float(gap), -rest.depth)
+                    Finding(
+                        case=study.cases[case],
+                        person=person.name,
+                        other_person="",
+                        subject="the sitter",
+                        target=rest.part,
+                        value=float(gap),
+                        limit=-rest.depth,
+                    )
                 )
     if not lost:
         return []
     everyone = tuple(person.name for person in people)
     criterion = Criterion("everybody is on his seat", "seated", everyone, (), (), 0.0)
-    lost.sort(key=lambda finding: -abs(finding.value - finding.limit))
+    lost.sort(key=lambda finding: -abs(finding.margin))
     return [Verdict(criterion, False, lost[0], tuple(lost))]
 
 

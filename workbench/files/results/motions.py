@@ -72,10 +72,12 @@ class AgreementRow(Row):
 class MotionRows(Row):
     """One motion: whose, how long, contacts, joints past their stops, signals, movement in words.
 
-    pulse: the vehicle's own motion in words, null where the study states none.
+    name: the case, with the role and the size of the person where there are several. pulse: the
+    vehicle's own motion in words, null where the study states none.
     """
 
     name: str
+    case: str
     person: str
     body: str
     frames: int

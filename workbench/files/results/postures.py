@@ -127,9 +127,12 @@ class EnvelopeRow(Row):
 class PosturesRows(Row):
     """People in postures: who they are, their contacts, reaches and envelopes.
 
-    parts: the columns of the persons' clearances.
+    parts: the columns of the persons' clearances; row: the size of the person where several sizes
+    take a role one at a time, else null.
     """
 
+    row: str | None
+    cases: list[str]
     parts: list[str]
     people: list[PersonRow]
     contacts: list[ContactRow]

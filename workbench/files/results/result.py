@@ -46,13 +46,15 @@ class FindingRow(Row):
 class VerdictRow(Row):
     """One criterion: passed or not, the finding nearest to failing, all breaches.
 
-    motion: the case that it is about where cases are motions, else null. doubtful: true where the
+    motion: the case that it is about where cases are motions, row: the size of the person where
+    several sizes take a role, else null. doubtful: true where the
     verdict could turn, the body's surface being known no better. interval: of a share, in percent.
     """
 
     name: str
     check: str
     motion: str | None
+    row: str | None
     passed: bool
     doubtful: bool
     sentence: str
@@ -75,7 +77,7 @@ class ResultFile(Row):
     environment: str
     cases: list[str]
     verdicts: list[VerdictRow]
-    postures: PosturesRows | None
+    postures: list[PosturesRows]
     motions: list[MotionRows]
     agreement: list[AgreementRow]
     population: PopulationRows | None

@@ -13,9 +13,6 @@ def limit_faults(work: Work) -> None:
     roles = {name: role for name, role in work.parts.roles.items() if role is not None}
     for name, role in roles.items():
         key = ("people", name)
-        if role.sizes is not None:
-            what = "several sizes are not run together yet; give one 'size', in a study for each"
-            work.fault((*key, "sizes"), what)
         if isinstance(role.position, PositionFile) and role.position.tilt:
             what = "a seat cannot be tilted yet; leave 'tilt' out, or turn the seat's mesh"
             work.fault((*key, "position", "tilt"), what)
@@ -23,7 +20,7 @@ def limit_faults(work: Work) -> None:
     if crowd is not None:
         _crowd_faults(work, crowd, roles)
     if work.parts.moves:
-        _motion_faults(work, roles)
+        _motion_faults(work)
     if crowd is None:
         for row, _ in enumerate(work.parts.maps):
             what = "a reach map is of a population; ask for 'reach_envelopes' of one person"
@@ -52,23 +49,14 @@ def _crowd_faults(work: Work, name: str, roles: dict[str, RoleFile]) -> None:
             work.fault(("criteria", row, "check"), what)
 
 
-def _motion_faults(work: Work, roles: dict[str, RoleFile]) -> None:
-    """A motion is of one role, and there are two at most."""
-    if len(roles) > 1:
-        what = "a motion is of one role yet: leave the other roles out"
-        work.fault(("people", list(roles)[1]), what)
-    if len(work.parts.cases) > 2:
-        what = "two motions are possible in a study yet: put the others into another one"
-        work.fault(("cases", work.parts.cases[2][0]), what)
+def _motion_faults(work: Work) -> None:
+    """In one case all roles move, or none does."""
     for row, case in work.parts.cases:
+        moving = {name for name, action in case.actions.items() if action and action.moves}
         for name, action in case.actions.items():
-            if action is not None and not action.moves:
+            if moving and action is not None and not action.moves:
                 what = (
-                    "a case is no motion, though another one is: postures go into a study of "
-                    "their own yet"
+                    f"{sorted(moving)[0]!r} moves in this case, so this role needs a motion too; "
+                    "postures stand in cases of their own"
                 )
                 work.fault(("cases", row, "people", name), what)
-    for row, criterion in work.parts.criteria:
-        if criterion.subparts is not None:
-            what = "subparts of a motion cannot be asked about yet; give 'segments'"
-            work.fault(("criteria", row, "subparts"), what)

@@ -38,10 +38,15 @@ Row = tuple[int, Model]
 
 @dataclass(frozen=True)
 class CaseParts:
-    """A case: its name, the actions that can be read, and the names of the roles it is about."""
+    """A case: its name, and the actions that can be read by role."""
 
     name: str
     actions: dict[str, ActionFile | None]
+
+    @property
+    def moves(self) -> bool:
+        """Whether any action is a motion."""
+        return any(action is not None and action.moves for action in self.actions.values())
 
 
 @dataclass
@@ -80,8 +85,7 @@ class StudyParts:
     @property
     def moves(self) -> bool:
         """Whether any action is a motion."""
-        actions = (action for _, case in self.cases for action in case.actions.values())
-        return any(action is not None and action.moves for action in actions)
+        return any(case.moves for _, case in self.cases)
 
 
 def read_parts(document: Document) -> tuple[StudyParts, list[str]]:

@@ -156,6 +156,8 @@ def _case_faults(work: Work) -> None:
 def _other_faults(work: Work, known: Known) -> None:
     """Report names of nothing in what the study asks for beside its criteria."""
     cases = [case.name for _, case in work.parts.cases]
+    postures: list[str | None] = [None] if any(not case.moves for _, case in work.parts.cases) else []
+    postures += [case.name for _, case in work.parts.cases if not case.moves]
     for key, rows in (("reach_maps", work.parts.maps), ("reach_envelopes", work.parts.envelopes)):
         for row, task in rows:
             if task.people not in work.parts.roles:
@@ -169,6 +171,10 @@ def _other_faults(work: Work, known: Known) -> None:
             if task.case is not None and task.case not in cases:
                 what = f"no case is called {task.case!r}; {one_of(task.case, cases)}"
                 work.fault((key, row, "case"), what)
+            elif task.case not in postures:
+                what = "reaches begin at a posture: "
+                what += f"{task.case!r} is a motion" if task.case else "all cases are motions"
+                work.fault((key, row, "case") if task.case else (key, row), what)
     for place, name in enumerate(work.parts.compare or ()):
         if name not in cases:
             what = f"no case is called {name!r}; {one_of(name, cases)}"
@@ -300,9 +306,10 @@ def _role_faults(work: Work, entry: tuple[str, RoleFile], actions: list[ActionFi
             what = "one body makes all motions: 'scale: subject' belongs to the first case"
             work.fault(("cases", row, "people", name, "motion", "scale"), what)
     simulated = any(action.simulated is not None for action in actions)
-    if simulated and (role.size or role.clothes or role.detail):
+    if simulated and (role.size or role.sizes or role.clothes or role.detail):
         what = "the body of a simulated motion is that of the simulation; leave its changes out"
-        work.fault((*key, "size" if role.size else "clothes" if role.clothes else "detail"), what)
+        given_keys = (k for k in ("size", "sizes", "clothes", "detail") if getattr(role, k))
+        work.fault((*key, next(given_keys)), what)
 
 
 def _compare_faults(work: Work) -> None:
@@ -352,7 +359,7 @@ def _study(
                 row.grip,
                 row.zone,
                 row.obstacles,
-                case_names.index(row.case) if row.case else 0,
+                _posture_case(work, row.case),
             )
             for row in file.reach_envelopes
         ),
@@ -361,6 +368,14 @@ def _study(
         signals=_signals(file, known),
         contact_forces=_forces(file, known),
         warnings=room.warnings,
+    )
+
+
+def _posture_case(work: Work, name: str | None) -> int:
+    """The index of a case by its name, of the first posture where it has none."""
+    cases = [case for _, case in work.parts.cases]
+    return next(
+        row for row, case in enumerate(cases) if not case.moves and name in (None, case.name)
     )
 
 
@@ -373,6 +388,7 @@ def _role(work: Work, name: str, loaded: LoadedRole) -> Role:
         detail=file.detail,
         clothes=loaded.clothes,
         size=loaded.size,
+        sizes=loaded.sizes,
         population=loaded.population,
         seat=file.seat,
         free=_is_free(file, _actions(work, name)),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from workbench.errors import InputError, one_of
 from workbench.files.body.bodies import body_path, load_body
@@ -35,6 +36,7 @@ class LoadedRole:
     postures: PosturesFile | None
     clothes: tuple[Encumbrance, ...] = ()
     size: Size | None = None
+    sizes: Mapping[str, Size] = field(default_factory=dict)
     population: Population | PeopleDrawn | None = None
 
 
@@ -55,8 +57,10 @@ def _load_role(work: Work, name: str, file: RoleFile) -> LoadedRole | None:
             work.fault((*clothes_key, row), f"{item!r} is worn already; name it once")
     size = _size(work, name, file.size) if file.size is not None else None
     population = _population(work, name, file.population) if file.population is not None else None
-    for label, each in (file.sizes or {}).items():
-        _size(work, name, each, ("sizes", label))
+    sizes = {
+        label: _size(work, name, each, ("sizes", label))
+        for label, each in (file.sizes or {}).items()
+    }
     body = _body(work, name, file)
     if body is None:
         return None
@@ -65,7 +69,15 @@ def _load_role(work: Work, name: str, file: RoleFile) -> LoadedRole | None:
         levels = ", ".join(body.basis.details) if body.basis else "none"
         what = f"body {body.name} has no level of detail {file.detail!r}; valid: {levels}"
         work.fault(("people", name, "detail"), what)
-    return LoadedRole(file, body, postures, _clothes(work, name, body), size, population)
+    return LoadedRole(
+        file=file,
+        body=body,
+        postures=postures,
+        clothes=_clothes(work, name, body),
+        size=size,
+        sizes={label: each for label, each in sizes.items() if each is not None},
+        population=population,
+    )
 
 
 def _body(work: Work, name: str, file: RoleFile) -> Body | None:

@@ -42,6 +42,7 @@ def motion_rows(found: MotionFound) -> MotionRows:
     start, end = found.episodes.span
     return MotionRows(
         name=study.name,
+        case=study.case,
         person=study.person,
         body=study.body.name,
         frames=len(study.motion),

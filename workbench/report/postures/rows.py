@@ -34,6 +34,8 @@ def postures_rows(found: PosturesFound) -> PosturesRows:
     for (one, other), rows in found.between.items():
         contacts += _rows(found, rows, (one, other, "between_people"))
     return PosturesRows(
+        row=found.row or None,
+        cases=list(found.study.cases),
         parts=list(found.study.environment.parts),
         people=[_person_row(found, index) for index in range(len(found.people))],
         contacts=contacts,
@@ -42,31 +44,46 @@ def postures_rows(found: PosturesFound) -> PosturesRows:
     )
 
 
-def postures_tables(rows: PosturesRows, cases: Sequence[str]) -> dict[str, str]:
-    """File name to CSV text: contacts, clearance (long form), stops, reaches and envelopes."""
+def postures_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
+    """File name to CSV text: contacts, clearance (long form), stops, reaches and envelopes; with
+    the size first where several sizes take a role one at a time."""
+    lead = ["size"] if any(rows.row for rows in found) else []
     tables = {
-        "contacts.csv": row_table(ContactRow, (([], row) for row in rows.contacts)),
+        "contacts.csv": row_table(
+            ContactRow, ((_lead(rows), row) for rows in found for row in rows.contacts), lead=lead
+        ),
         "clearance.csv": csv_text(
-            ["case", "person", "segment", "part", "clearance_mm"], _clearances(rows, cases)
+            [*lead, "case", "person", "segment", "part", "clearance_mm"],
+            (line for rows in found for line in _clearances(rows)),
         ),
         "stops.csv": row_table(
             StopRow,
-            (([person.name], row) for person in rows.people for row in person.stops),
-            lead=["person"],
+            (
+                ([*_lead(rows), person.name], row)
+                for rows in found
+                for person in rows.people
+                for row in person.stops
+            ),
+            lead=[*lead, "person"],
         ),
     }
-    if rows.reaches:
-        tables["reaches.csv"] = row_table(ReachRow, (([], row) for row in rows.reaches))
-    return tables | envelope_tables(rows)
+    if any(rows.reaches for rows in found):
+        reaches = ((_lead(rows), row) for rows in found for row in rows.reaches)
+        tables["reaches.csv"] = row_table(ReachRow, reaches, lead=lead)
+    return tables | envelope_tables(found)
 
 
-def _clearances(rows: PosturesRows, cases: Sequence[str]) -> Iterator[list[object]]:
+def _lead(rows: PosturesRows) -> list[str]:
+    return [rows.row] if rows.row else []
+
+
+def _clearances(rows: PosturesRows) -> Iterator[list[object]]:
     for person in rows.people:
-        for case, table in zip(cases, person.clearance_mm, strict=True):
+        for case, table in zip(rows.cases, person.clearance_mm, strict=True):
             for segment, line in zip(person.segments, table, strict=True):
                 for part, value in zip(rows.parts, line, strict=True):
                     if value is not None:
-                        yield [case, person.name, segment, part, value]
+                        yield [*_lead(rows), case, person.name, segment, part, value]
 
 
 def _person_row(result: PosturesFound, index: int) -> PersonRow:

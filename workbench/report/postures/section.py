@@ -89,7 +89,10 @@ def _reaches(rows: PosturesRows) -> list[dict[str, Any]]:
 def _case(result: PosturesFound, case: int) -> dict[str, Any]:
     """Pictures and numbered findings of one case."""
     breaches = [
-        (v.criterion.check, f) for v in result.verdicts for f in v.breaches if f.case == case
+        (v.criterion.check, f)
+        for v in result.verdicts
+        for f in v.breaches
+        if f.case == result.study.cases[case]
     ]
     marked = [
         (check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))
@@ -111,19 +114,14 @@ def _case(result: PosturesFound, case: int) -> dict[str, Any]:
         }
         for name, camera in four_views(scene, width=PICTURE, height=PICTURE)
     ]
-    say = [
-        f"{finding_sentence(check, finding, result.study.cases)} {_place(finding)}"
-        for check, finding in shown
-    ]
+    say = [f"{finding_sentence(check, finding)} {_place(finding)}" for check, finding in shown]
     return {
         "name": result.study.cases[case],
         "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
         "views": views,
         "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
         "marked": say,
-        "unmarked": [
-            finding_sentence(check, finding, result.study.cases) for check, finding in rest
-        ],
+        "unmarked": [finding_sentence(check, finding) for check, finding in rest],
     }
 
 

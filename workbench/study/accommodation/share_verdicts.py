@@ -43,7 +43,7 @@ def _share_verdict(found: PopulationFound, criterion: Criterion, role: str) -> V
     )
     everybody = next(iter(groups))
     finding = Finding(
-        case=0,
+        case="",
         person=role,
         other_person="",
         subject=everybody.group,

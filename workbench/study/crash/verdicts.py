@@ -57,12 +57,15 @@ def _judged(
         not breaches and bool(ordered or nothing),
         ordered[0] if ordered else None,
         breaches,
-        motion=found.study.case,
+        motion=found.study.name,
         words="" if ordered else nothing,
     )
 
 
 def _contact(criterion: Criterion, found: MotionFound) -> Verdict:
+    """The contacts in continuous time; of named spheres the nearest at the frames."""
+    if criterion.subparts:
+        return _clearance(criterion, found)
     about = (
         meeting
         for meeting in found.meetings
@@ -116,7 +119,7 @@ def _excursion(criterion: Criterion, found: MotionFound, farthest: Excursion) ->
 
 
 def _clearance(criterion: Criterion, found: MotionFound) -> Verdict:
-    """The nearest that segments come to parts, allowed contacts left out."""
+    """The nearest that segments or named spheres come to parts, allowed contacts left out."""
     nearest = nearest_approach(found.study, criterion)
     if nearest is None:
         return _judged(criterion, found, ())
@@ -127,7 +130,7 @@ def _clearance(criterion: Criterion, found: MotionFound) -> Verdict:
         subject=nearest.segment,
         target=nearest.part,
         value=nearest.distance,
-        limit=criterion.at_least,
+        limit=-criterion.at_most if criterion.check == "contact" else criterion.at_least,
         time=float(found.study.motion.clock[nearest.frame]),
     )
     return _judged(criterion, found, [finding])
@@ -185,13 +188,13 @@ def _injury(criterion: Criterion, found: MotionFound) -> Verdict:
                     f"samples of {signal.point.name} are {1000 * step:.3g} ms apart; a figure over "
                     f"{1000 * limit.span:g} ms needs denser ones"
                 )
-                return Verdict(criterion, False, None, motion=found.study.case, words=words)
+                return Verdict(criterion, False, None, motion=found.study.name, words=words)
             findings.append(_figure(found, limit, signal))
     findings.sort(key=lambda finding: -finding.value / finding.limit)
     breaches = tuple(finding for finding in findings if finding.margin < 0)
     worst = findings[0] if findings else None
     return Verdict(
-        criterion, bool(findings) and not breaches, worst, breaches, motion=found.study.case
+        criterion, bool(findings) and not breaches, worst, breaches, motion=found.study.name
     )
 
 

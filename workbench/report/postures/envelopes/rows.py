@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -82,9 +83,10 @@ def _millimetres(value: float) -> float | None:
     return round(1000 * float(value), 1) + 0.0 if math.isfinite(value) else None
 
 
-def envelope_tables(result: PosturesRows) -> dict[str, str]:
+def envelope_tables(found: Sequence[PosturesRows]) -> dict[str, str]:
     """envelopes.csv (a row a ray about the point) and envelope_levels.csv (a row a ray of a level
-    section)."""
+    section), with the size first where several sizes take a role one at a time."""
+    lead = ["size"] if any(rows.row for rows in found) else []
     tables = {}
     for name, field, place in (
         ("envelopes.csv", "rays", "elevation_deg"),
@@ -92,6 +94,7 @@ def envelope_tables(result: PosturesRows) -> dict[str, str]:
     ):
         lines = [
             [
+                *([rows.row] if rows.row else []),
                 e.person,
                 e.limb,
                 e.zone,
@@ -104,23 +107,24 @@ def envelope_tables(result: PosturesRows) -> dict[str, str]:
                 round(sum(end - begin for begin, end, _ in ray.lost), 1),
                 " ".join(dict.fromkeys(part for _, _, part in ray.lost if part)),
             ]
-            for e in result.envelopes
+            for rows in found
+            for e in rows.envelopes
             for ray in getattr(e, field)
         ]
         if lines:
             head = ["person", "limb", "zone", place, "azimuth_deg", *_LENGTHS, "lost_mm", "lost_to"]
-            tables[name] = csv_text(head, lines)
+            tables[name] = csv_text([*lead, *head], lines)
     return tables
 
 
-def envelope_solids(result: PosturesFound) -> dict[str, Content]:
+def envelope_solids(found: Sequence[PosturesFound]) -> dict[str, Content]:
     """The envelopes as closed surfaces (STL), obstacles aside and, where these are heeded, clear of
     them."""
     files: dict[str, Content] = {}
-    for number, e in enumerate(result.envelopes, start=1):
-        name = re.sub(
-            r"[^a-z0-9]+", "_", f"envelope_{number}_{e.person}_{e.limb}_zone_{e.zone}".lower()
-        ).strip("_")
+    envelopes = [(rows.row, e) for rows in found for e in rows.envelopes]
+    for number, (size, e) in enumerate(envelopes, start=1):
+        words = f"envelope_{number}_{size}_{e.person}_{e.limb}_zone_{e.zone}"
+        name = re.sub(r"[^a-z0-9]+", "_", words.lower()).strip("_")
         files[f"{name}.stl"] = stl_bytes({name: e.surface()})
         if e.obstacles:
             files[f"{name}_clear.stl"] = stl_bytes({f"{name}_clear": e.surface(clear=True)})
