@@ -18,6 +18,7 @@ from workbench.model.accommodation import (
     Gain,
     GroupShare,
     MapTask,
+    PopulationFound,
     ReachMap,
     Requirement,
     Shown,
@@ -25,12 +26,15 @@ from workbench.model.accommodation import (
 from workbench.model.criterion import Criterion
 from workbench.model.poses import Poses
 from workbench.model.posture_study import Aims, Person
+from workbench.model.result import Result
 from workbench.study.placement import place_person
+from workbench.study.provenance import people_hash
 
 __all__ = [
     "ACCOMMODATIONS",
     "made",
     "panel_map",
+    "result_of",
     "smaller_study",
     "trainer_accommodation",
     "trainer_people",
@@ -173,11 +177,6 @@ def made(
         hardest,
         tuple(gains),
         tuple(maps),
-        {
-            "inputs": {"study": "0" * 64},
-            "versions": {"workbench": "0.1.0"},
-            "seed": {"people": "7"},
-        },
         tuple(warnings),
         tuple(shown_of(study, p, int(worst[p]), requirements) for p in hardest) if shown else (),
     )
@@ -298,6 +297,24 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
         warnings=["The population is one of soldiers."],
         shown=shown,
     )
+
+
+def result_of(found):
+    """The result of a study of a population, made up of what was found of it."""
+    asked = found.study
+    study = replace(
+        wb.load_study("trainer_accommodation"),
+        name=asked.name,
+        title=asked.title,
+        description=asked.description,
+        environment=asked.environment,
+    )
+    provenance = {
+        "inputs": {"study": "0" * 64},
+        "people": {"measures": people_hash(asked.people)},
+        "versions": {"workbench": "0.1.0"},
+    }
+    return Result(study, (), found.warnings, provenance, population=found)
 
 
 def few(result, rows):

@@ -17,6 +17,7 @@ from tests.accommodations import (
     few,
     made,
     panel_map,
+    result_of,
     trainer,
     trainer_accommodation,
     trainer_people,
@@ -25,6 +26,7 @@ from workbench.body.people.share import percent, percent_number
 from workbench.draw.contours import level_loops, spacing, spread
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
+from workbench.report.page import page
 from workbench.report.population.charts import (
     bar,
     margin_axis,
@@ -33,14 +35,14 @@ from workbench.report.population.charts import (
     share_axis,
     whisker,
 )
-from workbench.report.population.section import accommodation_page
 from workbench.report.population.words import (
-    accommodation_headline,
     gain_sentence,
     person_sentence,
+    population_headline,
     reason_words,
     requirement_sentence,
 )
+from workbench.report.result_rows import result_file
 
 FLAPS = Requirement("reach flaps", "engine and cabin", "reach", "flaps", 2)
 KNEE = Requirement("right knee clear of the panel", "room", "clearance", "instrument_panel")
@@ -71,16 +73,22 @@ class Balanced(HTMLParser):
 
 
 def parsed(html):
-    page = Balanced()
-    page.feed(html)
-    assert page.open == []
-    assert len(page.ids) == len(set(page.ids))
-    assert all(link.startswith("data:image/png;base64,") or "/" not in link for link in page.links)
-    return page
+    read = Balanced()
+    read.feed(html)
+    assert read.open == []
+    assert len(read.ids) == len(set(read.ids))
+    assert all(link.startswith("data:image/png;base64,") or "/" not in link for link in read.links)
+    return read
 
 
 def text_of(html):
     return re.sub(r"\s+", " ", re.sub(r"<style>.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL))
+
+
+def page_of(found, *, files=()):
+    """The page of a population that was made up."""
+    result = result_of(found)
+    return page(result, result_file(result), files=files)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +108,7 @@ def ten():
 
 
 def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
-    said = accommodation_headline(ten)
+    said = population_headline(ten)
     assert said == (
         "40 % of the population fits (95 % interval 17 to 69 %, 10 people). Most are left out by "
         "“reach flaps”: 40 % of the people, 30 % by this alone."
@@ -128,7 +136,7 @@ def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
 
 
 def test_the_five_hardest_stand_worst_first_and_each_has_a_picture(ten):
-    html = accommodation_page(ten)
+    html = page_of(ten)
     assert ten.hardest == (0, 1, 5, 2, 4)
     assert html.count('src="data:image/png') == 5
     assert "The five hardest cases" in html
@@ -255,7 +263,7 @@ def test_each_kind_of_requirement_is_told_in_its_own_words(requirement, reason, 
 
 
 def test_the_page_is_whole_closed_and_the_same_each_time(usual):
-    html = accommodation_page(usual)
+    html = page_of(usual, files=["people.csv"])
     parsed(html)
     said = text_of(html)
     for part in (
@@ -272,12 +280,12 @@ def test_the_page_is_whole_closed_and_the_same_each_time(usual):
     ):
         assert part in said
     assert '<a href="people.csv" download>' in html
-    assert accommodation_page(usual) == html
+    assert page_of(usual, files=["people.csv"]) == html
     assert not re.search(r"\b(nan|None|inf)\b", said)
 
 
 def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
-    html = accommodation_page(replace(ten, shown=()))
+    html = page_of(replace(ten, shown=()))
     assert "engine and cabin: 40 % left out, 30 % by it alone" in html
     assert "room: 30 % left out, 20 % by it alone" in html
 
@@ -291,7 +299,7 @@ def test_criteria_are_shares_of_people_who_meet_all_their_requirements(ten):
 )
 def test_everybody_and_nobody(margin, said):
     result = made(trainer_people(30), [FLAPS], np.full((30, 1), margin))
-    html = accommodation_page(result)
+    html = page_of(result)
     parsed(html)
     assert said in text_of(html)
     assert ("hardest case" in html) == (margin < 0)
@@ -299,21 +307,19 @@ def test_everybody_and_nobody(margin, said):
 
 def test_one_person_one_requirement_no_map_no_picture():
     result = made(trainer_people(1), [KNEE], [[-0.03]])
-    html = accommodation_page(result)
+    html = page_of(result)
     parsed(html)
     assert "The one person does not fit. Right knee clear of the panel is not met." in text_of(html)
     assert "The hardest case" in html
     assert "Who reaches" not in html
-    assert "The one person fits." in text_of(
-        accommodation_page(made(trainer_people(1), [KNEE], [[0.0]]))
-    )
+    assert "The one person fits." in text_of(page_of(made(trainer_people(1), [KNEE], [[0.0]])))
 
 
 def test_margins_that_do_not_apply_are_no_misses():
     margin = np.full((8, 2), 0.02)
     margin[:, 1] = np.nan
     margin[0] = [-0.01, np.nan]
-    html = accommodation_page(made(trainer_people(8), [FLAPS, KNEE], margin))
+    html = page_of(made(trainer_people(8), [FLAPS, KNEE], margin))
     parsed(html)
     assert "applies to nobody" in html
     assert "88 % of the population fits" in text_of(html)
@@ -327,7 +333,7 @@ def test_names_are_text_and_never_markup():
         reasons=("<u>why",) * 4,
         study=replace(result.study, title="<h1>t", description="a<b"),
     )
-    html = accommodation_page(strange, downloads=["a&b.csv"])
+    html = page_of(strange, files=["a&b.csv"])
     parsed(html)
     for raw in ("<script>", 'onload="y', "<b>&", "<u>why", "<h1>t", "<i>w"):
         assert raw not in html
@@ -343,7 +349,7 @@ def test_forty_requirements_and_a_name_of_two_hundred_letters():
         )
         for n in range(40)
     ]
-    html = accommodation_page(made(people, requirements, rng.normal(0.05, 0.04, (25, 40))))
+    html = page_of(made(people, requirements, rng.normal(0.05, 0.04, (25, 40))))
     parsed(html)
     assert html.count("margins at 1, 5, 50, 95 and 99 %") == 40
 
@@ -351,11 +357,11 @@ def test_forty_requirements_and_a_name_of_two_hundred_letters():
 def test_weights_count_in_every_share(ten):
     people = replace(ten.study.people, weight=np.array([7, 1, 1, 1, 1, 1, 1, 1, 1, 1.0]))
     result = made(people, ten.requirements, ten.margin)
-    assert "room: 56 % left out, 12 % by it alone" in accommodation_page(result)  # (7 + 1 + 1) / 16
+    assert "room: 56 % left out, 12 % by it alone" in page_of(result)  # (7 + 1 + 1) / 16
 
 
 def test_a_part_of_the_people_gives_a_page_too(usual):
-    parsed(accommodation_page(few(usual, [0, 3, 4])))
+    parsed(page_of(few(usual, [0, 3, 4])))
 
 
 @given(st.lists(st.floats(-2, 2), min_size=5, max_size=5).map(sorted))

@@ -9,21 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import workbench as wb
 from tests.conftest import tracked
 from workbench.body.forward import place
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.body.bodies import load_body
 from workbench.files.motions.tables import angle_table_text
-from workbench.files.study.reader import load_study
 from workbench.model.motion import SegmentTrack
 from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
 from workbench.motion.recorded.tracks import poses_from_track
 from workbench.report.motions.movement import movement_sentences
 from workbench.report.motions.turning import Turning
-from workbench.study.crash.crash import crash_study
-from workbench.study.pipelines import motion_study
 
 BODY = load_body("bubbleman")
 PLATE = (
@@ -82,7 +80,7 @@ def drop(tmp_path):
 
 
 def test_a_man_who_falls_on_a_plate_meets_it_when_and_as_fast_and_deep_as_by_hand(drop):
-    result = crash_study(motion_study(load_study(drop)))
+    result = wb.run(wb.load_study(drop)).motions[0]
     feet = [m for m in result.meetings if m.segment in ("LF", "RF")]
     first = min(feet, key=lambda m: m.enter)
     assert first.enter == pytest.approx(0.05, abs=1e-5)
@@ -95,28 +93,37 @@ def test_a_man_who_falls_on_a_plate_meets_it_when_and_as_fast_and_deep_as_by_han
 
 
 def test_criteria_of_a_crash_are_judged_with_their_worst_moment(drop):
-    verdicts = {v.criterion.name: v for v in crash_study(motion_study(load_study(drop))).verdicts}
-    assert not verdicts["nothing is hit"].passed
-    assert verdicts["nothing is hit"].value == pytest.approx(40.0, abs=0.02)
-    assert verdicts["head stays low"].passed
-    assert verdicts["head stays low"].value == pytest.approx(1755 + 200, abs=1.0)
+    result = wb.run(wb.load_study(drop))
+    verdicts = {v.criterion.name: v for v in result.verdicts}
+    assert result.verdicts == result.motions[0].verdicts
+    hit = verdicts["nothing is hit"]
+    assert not hit.passed and hit.worst == hit.breaches[0]
+    assert hit.worst.value == pytest.approx(-0.040, abs=2e-5)
+    assert (hit.worst.limit, hit.worst.unit, hit.motion) == (-0.010, "m", 0)
+    assert hit.worst.time == pytest.approx(0.07, abs=1e-4)
+    head = verdicts["head stays low"]
+    assert head.passed and not head.breaches
+    assert head.worst.value == pytest.approx(-(1.755 + 0.200), abs=1e-3)
+    assert head.worst.time == 0.2
     assert verdicts["stops"].passed
+    near = verdicts["stops"].worst
+    assert (near.subject, near.value, near.unit) == ("left elbow", 0.0, "rad")  # it is straight
 
 
 def test_a_crash_study_leaves_its_whole_report_and_says_what_happened(drop, capsys, tmp_path):
     assert main(["run", str(drop), "--out", str(tmp_path / "out")]) == 1
     said = capsys.readouterr().out
-    assert "FAILED  nothing is hit" in said
+    assert "FAILED  nothing is hit: Left foot" in said
     assert "1 of 3 criteria failed: nothing is hit" in said
     rows = json.loads((tmp_path / "out/result.json").read_text())
-    sentence = next(c["sentence"] for c in rows["contacts"] if c["segment"] == "LF")
+    sentence = next(c["sentence"] for c in rows["motions"][0]["contacts"] if c["segment"] == "LF")
     assert (
         "meets the plate at 2.0 m/s (2.0 m/s toward it) and is 40.0 mm deep at 70.0 ms; they part at 90.0 ms."
         in sentence
     )
     tables = {
         f"{name}.csv"
-        for name in ("verdicts", "contacts", "stops", "figures", "clearance", "signals")
+        for name in ("verdicts", "breaches", "contacts", "stops", "figures", "clearance", "signals")
     }
     assert {p.name for p in (tmp_path / "out").iterdir()} == {
         "manifest.json",
@@ -138,14 +145,14 @@ def test_a_motion_compared_with_itself_moved_is_as_far_as_it_was_moved(drop):
     actual = f"  - {{name: actual, people: {{occupant: {moved}}}}}\n"
     text = STUDY.replace("signals:", actual + "signals:") + "compare: [the fall, actual]\n"
     drop.write_text(text)
-    result = crash_study(motion_study(load_study(drop)))
+    result = wb.run(wb.load_study(drop))
     assert [round(1000 * a.rms, 3) for a in result.agreements] == [50.0] * (
         len(BODY.segments) + len(BODY.joints)
     )
 
 
 def test_a_coarse_motion_is_told(drop):
-    assert "the motion is coarse" in crash_study(motion_study(load_study(drop))).warnings[0]
+    assert "the motion is coarse" in wb.run(wb.load_study(drop)).motions[0].warnings[0]
 
 
 @pytest.mark.parametrize(
@@ -204,9 +211,11 @@ def test_rule_sets_that_come_along_are_read_and_a_limit_that_cannot_be_told_fail
     for path in tracked("studies/rules/*.yaml"):
         assert main(["check", str(path)]) == 0
     drop.write_text(STUDY.replace("check: stops", "check: injury, rules: fmvss_208"))
-    verdict = crash_study(motion_study(load_study(drop))).verdicts[2]
-    assert not verdict.passed
-    assert "samples 35 ms apart cannot tell a figure over 15 ms" in verdict.told
+    verdict = wb.run(wb.load_study(drop)).verdicts[2]
+    assert not verdict.passed and verdict.worst is None
+    assert verdict.words == (
+        "samples of head are 35 ms apart; a figure over 15 ms needs denser ones"
+    )
 
 
 def test_segments_told_one_by_one_give_the_pose_back():

@@ -19,7 +19,7 @@ from workbench.model.moving import poses_at
 from workbench.study.crash.forces import force_curves, ruled_pairs
 from workbench.study.crash.frames import frames_of
 from workbench.study.crash.meetings import environment_meetings
-from workbench.study.pipelines import motion_study
+from workbench.study.pipelines import motion_cases
 
 PIT = """environment: pit
 length: mm
@@ -80,7 +80,7 @@ def study(tmp_path, request):
     (tmp_path / "studies/drop.csv").write_text("".join(angle_table_text(BODY, moving)))
     path = tmp_path / "studies/drop.yaml"
     path.write_text(STUDY.replace("criteria:\n", FORCES))
-    ready = motion_study(load_study(path))
+    ready = motion_cases(load_study(path))[0]
     return replace(ready, bears=np.array([part == "step" for part in ready.environment.parts]))
 
 

@@ -19,8 +19,8 @@ from workbench.files.study.reader import load_study
 from workbench.model.poses import Poses
 from workbench.report.motions.words import pulse_words
 from workbench.study.crash.belts import with_belts
-from workbench.study.crash.crash import crash_study
-from workbench.study.pipelines import motion_study
+from workbench.study.crash.crash import motion_found
+from workbench.study.pipelines import motion_cases
 
 STUDY = """study: fall
 length: mm
@@ -80,9 +80,9 @@ def fall(tmp_path):
 
 
 def test_a_law_gives_the_force_of_the_depth_and_without_one_there_is_none(fall, tmp_path):
-    bare = crash_study(motion_study(load_study(fall())))
+    bare = wb.run(wb.load_study(fall())).motions[0]
     assert bare.forces == () and all(m.force is None for m in bare.meetings)
-    ruled = crash_study(motion_study(load_study(fall(FORCES))))
+    ruled = wb.run(wb.load_study(fall(FORCES))).motions[0]
     feet = [m for m in ruled.meetings if m.segment in ("LF", "RF")]
     assert feet and all(m.force == pytest.approx(1e5 * m.depth) for m in feet)
     curve = next(f for f in ruled.forces if f.segment == "LF")
@@ -92,7 +92,7 @@ def test_a_law_gives_the_force_of_the_depth_and_without_one_there_is_none(fall, 
 def test_forces_come_into_words_tables_and_the_page(fall, tmp_path, capsys):
     assert main(["run", str(fall(FORCES)), "--out", str(tmp_path / "out")]) == 1
     rows = json.loads((tmp_path / "out/result.json").read_text())
-    foot = next(c for c in rows["contacts"] if c["segment"] == "LF")
+    foot = next(c for c in rows["motions"][0]["contacts"] if c["segment"] == "LF")
     assert foot["force_n"] == pytest.approx(4000, abs=1)
     assert (
         "is 40.0 mm deep at 70.0 ms, pushed back with 4.0 kN; they part at 90.0 ms."
@@ -114,17 +114,17 @@ def test_the_vehicles_pulse_is_added_to_what_is_measured_in_it(tmp_path, fall):
     still = Poses(still.rotations, 0, world, time)
     study = fall(restraints="pulse: {shape: half_sine, peak: 16, duration: 90, start: 20}\n")
     (tmp_path / "studies/fall.csv").write_text("".join(angle_table_text(BODY, still)))
-    result = crash_study(motion_study(load_study(study)))
+    result = wb.run(wb.load_study(study)).motions[0]
     figures = result.signals[0].figures
     assert figures["peak"][0] == pytest.approx(16.0, rel=1e-3)
     assert figures["peak"][1] == pytest.approx(0.065, abs=1e-3)
     assert figures["delta-v"][0] == pytest.approx(2 * 16 * 9.80665 * 0.09 / np.pi, rel=1e-6)
     assert pulse_words(result.study.pulse) == "half-sine of 16.0 g over 90 ms, 9.0 m/s in all"
-    assert crash_study(motion_study(load_study(fall()))).signals[0].figures["peak"][0] < 1e-6
+    assert wb.run(wb.load_study(fall())).motions[0].signals[0].figures["peak"][0] < 1e-6
 
 
 def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
-    study = motion_study(load_study(fall(restraints=BELTS)))
+    study = motion_cases(load_study(fall(restraints=BELTS)))[0]
     assert study.environment.parts == ("floor", "wall", "strap") and study.cabin.parts == (
         "floor",
         "wall",
@@ -150,7 +150,7 @@ def test_a_belt_is_a_part_over_the_body_with_its_width_and_allowance(fall):
 
 
 def test_a_belt_goes_along_with_the_body(fall):
-    study = motion_study(load_study(fall(restraints=BELTS)))
+    study = motion_cases(load_study(fall(restraints=BELTS)))[0]
     placed = place(BODY, study.motion)
     ends = [
         with_belts(study.cabin, study.belts, placed, pose=k).vertices[-14:].reshape(2, 7, 3)
@@ -162,11 +162,9 @@ def test_a_belt_goes_along_with_the_body(fall):
 
 
 def test_a_belts_tension_is_that_of_its_way_and_its_law(fall):
-    result = crash_study(
-        motion_study(
-            load_study(fall("contact_forces: [{parts: ['*'], stiffness: 100}]\n", restraints=BELTS))
-        )
-    )
+    result = wb.run(
+        wb.load_study(fall("contact_forces: [{parts: ['*'], stiffness: 100}]\n", restraints=BELTS))
+    ).motions[0]
     assert {f.part for f in result.forces} == {
         "strap",
         "floor",
@@ -188,8 +186,8 @@ def test_a_belts_tension_is_that_of_its_way_and_its_law(fall):
 def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surface(fall):
     bag = "airbags: [{name: bag, centre: [0, 0, 0], half_axes: [400, 400, 20], allow: 30}]\n"
     law = "contact_forces: [{parts: [bag], stiffness: 10}]\n"
-    study = motion_study(load_study(fall(law, restraints=bag)))
-    result = crash_study(study)
+    study = motion_cases(load_study(fall(law, restraints=bag)))[0]
+    result = motion_found(study)
     met = [m for m in result.meetings if m.other == "bag" and m.segment == "LF"]
     assert met and all(m.allowed == pytest.approx(0.03) for m in met)
     assert met[0].force == pytest.approx(1e4 * met[0].depth)
@@ -198,16 +196,20 @@ def test_an_airbag_is_a_part_that_may_be_entered_and_pushes_back_from_its_surfac
 def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("workbench.report.motions.pictures._SECONDS", 0.5)
     path = fall(other="move: [0, 0, 35]")
-    result = crash_study(motion_study(load_study(path)))
-    assert [v.passed for v in result.verdicts] == [False]
-    assert [v.passed for v in result.other.verdicts] == [True]
-    assert result.other.verdicts[0].value == pytest.approx(5.0, abs=0.05)
+    result = wb.run(wb.load_study(path))
+    assert [(v.motion, v.passed) for v in result.verdicts] == [(0, False), (1, True)]
+    assert [[v.passed for v in motion.verdicts] for motion in result.motions] == [[False], [True]]
+    assert result.motions[1].verdicts[0].worst.value == pytest.approx(-0.005, abs=5e-5)
     main(["run", str(path), "--out", str(tmp_path / "out"), "--film"])
     rows = json.loads((tmp_path / "out/result.json").read_text())
-    assert [v["passed"] for v in rows["against_verdicts"]] == [True]
+    assert [(v["motion"], v["passed"]) for v in rows["verdicts"]] == [
+        ("the one", False),
+        ("the other", True),
+    ]
     page = (tmp_path / "out/report.html").read_text()
-    assert "What was found: the one" in page and "with the other from the" in page
-    film = next(p.name for p in (tmp_path / "out").glob("crash.*"))
+    for name in ("the one", "the other"):
+        assert f"What happens: {name}" in page and f"occupant, {name}, from the" in page
+    film = next(p.name for p in (tmp_path / "out").glob("motion.*"))
     assert f'src="{film}"' in page and (tmp_path / "out" / film).stat().st_size > 10_000
     capsys.readouterr()
 
@@ -225,10 +227,11 @@ def test_a_motion_brings_the_belts_and_the_pulse_of_its_simulation(fall, tmp_pat
         SIMULATION + BELTS + "airbags: [{name: bag, centre: [0, 0, 5000], half_axes: [9, 9, 9]}]\n"
     )
     (tmp_path / "studies/simulations/pit_crash.yaml").write_text(belted)
-    study = motion_study(load_study(simulated(fall)))
+    asked = load_study(simulated(fall))
+    study = motion_cases(asked)[0]
     assert study.environment.parts == ("floor", "wall", "bag", "strap")
     assert study.pulse.peak == pytest.approx(20 * 9.80665)
-    assert {"simulation: pit_crash"} <= study.inputs.keys()
+    assert {"simulation: pit_crash"} <= asked.inputs.keys()
 
 
 @pytest.mark.parametrize(
@@ -288,11 +291,11 @@ def test_a_motion_is_simulated_when_the_study_runs(fall, tmp_path):
     end = text.index("signals:")
     action = "        simulated: {start: standing, simulation: pit_crash}\n"
     path.write_text(text[:start] + action + text[end:])
-    study = motion_study(load_study(path))
+    study = motion_cases(load_study(path))[0]
     placed = place(BODY, study.motion).world_from_segment[:, BODY.segment("LT"), :, 3]
     assert placed[0] == pytest.approx([0, 0, 3.0], abs=1e-3)
     assert study.pulse.peak == pytest.approx(20 * 9.80665)
-    assert placed[-1, 0] > 0.3 and study.motion_name == "the one"
+    assert placed[-1, 0] > 0.3 and study.name == "the one"
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -9,8 +11,8 @@ import pytest
 
 from tests.rows import changed
 from tests.test_study import criterion, only, study
-from workbench.report.postures.rows import result_file
-from workbench.report.tables import csv_tables
+from workbench.report.result_rows import verdict_row
+from workbench.report.tables import verdict_tables
 from workbench.report.words import verdict_sentence
 from workbench.study.clearance import clearance_study
 
@@ -86,9 +88,9 @@ def test_a_margin_of_a_joint_stop_has_no_surface(one_arm):
 
 
 def test_the_doubt_stands_in_the_rows_and_tables(one_arm):
-    data = result_file(outcome(one_arm, 0.454, outside=0.0032, inside=0.001))
-    assert data.verdicts[0].doubtful
-    assert data.verdicts[0].worst.surface_known_to == pytest.approx(3.2)
-    header, row = csv_tables(data)["verdicts.csv"].splitlines()[:2]
-    assert header.split(",")[6] == "surface_known_to"
-    assert row.split(",")[6] == "3.2"
+    row = verdict_row(only(outcome(one_arm, 0.454, outside=0.0032, inside=0.001)), ("hanging",))
+    assert row.doubtful
+    assert row.worst.surface_known_to == pytest.approx(3.2)
+    assert row.worst.margin == pytest.approx(1.0)
+    (cells,) = csv.DictReader(io.StringIO(verdict_tables([row])["verdicts.csv"]))
+    assert (cells["surface_known_to"], cells["margin"], cells["passed"]) == ("3.2", "1.0", "yes")

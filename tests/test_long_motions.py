@@ -16,23 +16,21 @@ from workbench.contact import episodes as solve_episodes
 from workbench.files.motions import bvh, opensim, tables
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.tables import angle_table_text
-from workbench.files.study.reader import load_study
 from workbench.model import poses as model_poses
 from workbench.model import spool
 from workbench.model.arrays import frozen
 from workbench.model.posing import motion_of
-from workbench.report import movement
-from workbench.report.motions import data as crash_data
-from workbench.report.motions.rows import crash_csv_tables, crash_result_file
+from workbench.report.motions import movement
+from workbench.report.motions import rows as motion_rows
+from workbench.report.motions.rows import motion_tables
+from workbench.report.result_rows import result_file
 from workbench.study import motions
 from workbench.study.crash import crash, frames
-from workbench.study.crash.crash import crash_study
 from workbench.study.motions import load_motion
-from workbench.study.pipelines import motion_study
 
 __all__ = ["drop"]
 
-CUT = [bvh, opensim, tables, model_poses, movement, crash, crash_data, frames, motions]
+CUT = [bvh, opensim, tables, model_poses, movement, crash, motion_rows, frames, motions]
 
 
 def bouncing(frames=700):
@@ -65,9 +63,9 @@ def small_pieces(monkeypatch):
 
 
 def text_of(result):
-    rows = crash_result_file(result)
+    rows = result_file(result)
     return rows.model_dump_json() + "".join(
-        "".join(parts) for parts in crash_csv_tables(result, rows).values()
+        "".join(parts) for parts in motion_tables(result.motions, rows).values()
     )
 
 
@@ -75,16 +73,18 @@ def test_a_crash_study_in_pieces_is_the_whole_one_bit_for_bit(drop, small_pieces
     """Frames, contacts, stops, signals and words; contacts and spells that go on across pieces
     too."""
     (drop.parent / "drop.csv").write_text("".join(angle_table_text(BODY, bouncing())))
-    whole = crash_study(motion_study(load_study(drop)))
-    text = text_of(whole)
+    result = wb.run(wb.load_study(drop))
+    whole = result.motions[0]
+    text = text_of(result)
     assert len(whole.meetings) > 4 and len(whole.breaches) > 1
     held = [m for m in whole.meetings if int(m.enter * 200) // 128 != int(m.leave * 200) // 128]
     assert held
     small_pieces(37)
-    pieced = crash_study(motion_study(load_study(drop)))
+    again = wb.run(wb.load_study(drop))
+    pieced = again.motions[0]
     assert np.array_equal(pieced.clearance, whole.clearance)
     assert pieced.meetings == whole.meetings and pieced.breaches == whole.breaches
-    assert text_of(pieced) == text
+    assert text_of(again) == text
 
 
 @pytest.mark.parametrize("ending", ["csv", "bvh"])

@@ -16,8 +16,8 @@ from workbench.body.people.share import TENTHS_FROM
 from workbench.body.pieces import body_pieces, piece_warnings
 from workbench.body.scaling.scale import morph_to
 from workbench.files.study.reader import load_study
-from workbench.report.population.section import accommodation_page
-from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.report.page import page
+from workbench.report.result_rows import result_file
 from workbench.study.accommodation.crew import templates
 from workbench.study.pipelines import population_study
 
@@ -65,10 +65,9 @@ def test_a_warning_names_the_level_the_gap_and_where_the_body_is_whole(man):
 
 
 def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_spheres(tmp_path):
-    page = accommodation_page(
-        accommodation_study(population_study(load_study(write_toy(tmp_path, people=1))))
-    )
-    text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", page, flags=re.DOTALL)
+    result = wb.run(load_study(write_toy(tmp_path, people=1)))
+    html = page(result, result_file(result))
+    text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL)
     assert "adult_male: the body at level of detail coarse is in 23 pieces" in text
     told = "Each body is of the family of adult_male, scaled to that person’s measures: 152 spheres"
     assert f"{told} (level of detail coarse)." in text

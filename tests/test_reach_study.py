@@ -101,9 +101,11 @@ def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
 
     result = wb.run(load_study(written(STUDY)))
     rows = write_report(result, tmp_path / "out")
-    reached = {(r.control, r.zone): r.reached for r in result.reaches}
+    reached = {(r.control, r.zone): r.reached for r in result.postures.reaches}
     assert reached["left_stick", 1] and reached["throttle", 1] and not reached["grab_handle", 1]
-    sentence = next(r.sentence for r in rows.reaches if r.control == "grab_handle" and r.zone == 1)
+    sentence = next(
+        r.sentence for r in rows.postures.reaches if r.control == "grab_handle" and r.zone == 1
+    )
     assert re.fullmatch(
         r"pilot, zone 1: the right hand stays \d+\.\d mm from grab_handle, limited by .+\.",
         sentence,
@@ -114,7 +116,7 @@ def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
 
 def test_a_picture_shows_the_posture_of_the_run_to_the_last_bit(written):
     path = written(STUDY)
-    measured = wb.run(load_study(path))
+    measured = wb.run(load_study(path)).postures
     drawn = source_of(str(path)).scene
     assert len(drawn.bodies) == len(measured.people) == 1
     for shown, person in zip(drawn.bodies, measured.people, strict=True):

@@ -14,7 +14,7 @@ from tests.test_draw import SVG
 from workbench.draw.scene import Scene, SceneBody
 from workbench.report.page import page
 from workbench.report.postures.drawing import clearance_drawing
-from workbench.report.postures.rows import result_file
+from workbench.report.result_rows import result_file
 from workbench.report.words import without_polygons
 
 
@@ -25,9 +25,10 @@ def result(tmp_path_factory):
 
 
 def test_the_drawing_states_the_least_clearance_of_the_case(result):
-    person = result.people[0]
-    scene = Scene((SceneBody(person.placed, 0),), result.environment)
-    drawing = clearance_drawing(scene, result.people, 0, within=9.0, size=200)
+    found = result.postures
+    person = found.people[0]
+    scene = Scene((SceneBody(person.placed, 0),), found.environment)
+    drawing = clearance_drawing(scene, found.people, 0, within=9.0, size=200)
     texts = [item.text for item in ElementTree.fromstring(drawing["svg"]).iter(SVG + "text")]
     measured = {f"{1000 * value:.1f} mm" for value in person.clearance.distance[0].ravel().tolist()}
     assert len(set(texts) & measured) >= 2
@@ -35,13 +36,14 @@ def test_the_drawing_states_the_least_clearance_of_the_case(result):
 
 
 def test_there_is_no_drawing_where_nothing_is_near(result):
-    scene = Scene((SceneBody(result.people[0].placed, 0),), result.environment)
+    found = result.postures
+    scene = Scene((SceneBody(found.people[0].placed, 0),), found.environment)
     assert clearance_drawing(scene, (), 0, within=9.0, size=200) is None
-    assert clearance_drawing(scene, result.people, 0, within=1e-9, size=200) is None
+    assert clearance_drawing(scene, found.people, 0, within=1e-9, size=200) is None
 
 
 def test_sentences_of_the_page_name_parts_and_not_polygons_by_number(result, monkeypatch):
-    monkeypatch.setattr("workbench.report.page.NEAR", 9.0)
+    monkeypatch.setattr("workbench.report.postures.section.NEAR", 9.0)
     text = page(result, result_file(result))
     assert 'class="drawing"' in text
     assert not re.search(r"polygon \d", text)

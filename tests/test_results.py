@@ -20,7 +20,7 @@ import pytest
 import workbench as wb
 from tests.one_arm_cab import ENVIRONMENT, STUDY, changed, write_cab
 from workbench.files.kinds import json_schemas
-from workbench.files.results import ResultFile, dump_json
+from workbench.files.results.result import ResultFile, dump_json
 from workbench.report.folder import write_report
 from workbench.report.tables import csv_text
 from workbench.report.words import without_polygons
@@ -134,7 +134,7 @@ def test_result_json_is_valid_and_comes_back_as_it_was(folder, data):
 
 
 def test_the_schema_refuses_what_is_not_a_result(data):
-    for change in ({"extra": 1}, {"passed": "yes"}, {"people": None}):
+    for change in ({"extra": 1}, {"passed": "yes"}, {"motions": None}):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(data | change, json_schemas()["result"])
 
@@ -163,21 +163,20 @@ def test_the_wall_of_50_mm_holds_half_of_bert(data):
 
 
 def test_clearance_matrices_have_a_row_a_segment_and_a_column_a_part(data):
-    for person in data["people"]:
+    parts = data["postures"]["parts"]
+    for person in data["postures"]["people"]:
         shape = np.array(person["clearance_mm"], dtype=object).shape
-        assert shape == (len(data["cases"]), len(person["segments"]), len(data["parts"]))
+        assert shape == (len(data["cases"]), len(person["segments"]), len(parts))
         assert all(
-            row[data["parts"].index("secret")] is None
-            for case in person["clearance_mm"]
-            for row in case
+            row[parts.index("secret")] is None for case in person["clearance_mm"] for row in case
         )
 
 
 def test_contacts_are_the_deepest_of_their_pair_with_unit_normals(data):
     fields = ("case", "person", "other_person", "kind", "segment", "part", "other_segment")
-    keys = [tuple(contact[field] for field in fields) for contact in data["contacts"]]
+    keys = [tuple(contact[field] for field in fields) for contact in data["postures"]["contacts"]]
     assert len(set(keys)) == len(keys) > 0
-    for contact in data["contacts"]:
+    for contact in data["postures"]["contacts"]:
         assert np.linalg.norm(contact["normal"]) == pytest.approx(1, abs=1e-5)
         assert contact["excess_mm"] == pytest.approx(
             -contact["distance_mm"] - contact["allowed_mm"], abs=2e-6
@@ -215,10 +214,12 @@ def test_breaches_csv_is_the_breaches_of_the_json(folder, data):
 
 
 def test_the_other_tables_are_the_json_too(folder, data):
-    people = data["people"]
+    people = data["postures"]["people"]
     wanted = {
         ("verdicts.csv", "sentence"): [verdict["sentence"] for verdict in data["verdicts"]],
-        ("contacts.csv", "distance_mm"): [contact["distance_mm"] for contact in data["contacts"]],
+        ("contacts.csv", "distance_mm"): [
+            contact["distance_mm"] for contact in data["postures"]["contacts"]
+        ],
         ("stops.csv", "margin_deg"): [
             stop["margin_deg"] for person in people for stop in person["stops"]
         ],
@@ -335,6 +336,6 @@ def test_lengths_in_another_unit_give_the_same_numbers(tmp_path):
             )
         )
     )
-    for a, b in zip(one.people, other.people, strict=True):
+    for a, b in zip(one.postures.people, other.postures.people, strict=True):
         assert a.clearance.distance == pytest.approx(b.clearance.distance, abs=1e-12)
     assert [v.passed for v in one.verdicts] == [v.passed for v in other.verdicts]

@@ -261,7 +261,7 @@ def test_a_tall_pilot_in_a_study_is_out_of_head_room_and_told_by_how_much(tmp_pa
     head = next(v for v in result.verdicts if v.criterion.name == "head to canopy")
     assert not head.passed
     assert 0 < head.worst.value < 0.05
-    assert measure(result.people[0].placed.body, ["stature"])["stature"] == pytest.approx(
+    assert measure(result.postures.people[0].placed.body, ["stature"])["stature"] == pytest.approx(
         1.9, abs=1e-5
     )
 

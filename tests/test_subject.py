@@ -23,7 +23,7 @@ from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.retarget import body_lengths
 from workbench.motion.recorded.subject import factors_from_markers, factors_from_track
 from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.pipelines import motion_study
+from workbench.study.pipelines import motion_cases
 from workbench.study.subject import subject_body
 
 __all__ = ["drop"]
@@ -140,7 +140,7 @@ def test_a_crash_study_and_the_command_line_scale_to_the_subject(drop, capsys):
     names = "{" + ", ".join(f"{s}: {s}" for s in BODY.segments[1:]) + "}"
     source = f"{{file: tall.bvh, unit: 1 cm, scale: subject, map: {names}}}"
     drop.write_text(drop.read_text().replace("{file: drop.csv}", source))
-    study = motion_study(load_study(drop))
+    study = motion_cases(load_study(drop))[0]
     assert body_lengths(study.body)["LUL"] == pytest.approx(body_lengths(TALL)["LUL"], rel=1e-3)
     assert "scaled to the subject" in study.warnings[0]
     assert main(["motion", "show", str(drop.parent / "drop.csv"), "--scale", "subject"]) == 3
@@ -148,4 +148,4 @@ def test_a_crash_study_and_the_command_line_scale_to_the_subject(drop, capsys):
     again = "  - {name: again, people: {occupant: {motion: {file: tall.bvh, scale: subject}}}}\n"
     drop.write_text(drop.read_text().replace("signals:", again + "signals:"))
     with pytest.raises(InputError, match="'scale: subject' belongs to the first case"):
-        motion_study(load_study(drop))
+        motion_cases(load_study(drop))

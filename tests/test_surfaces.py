@@ -37,8 +37,7 @@ from workbench.model.criterion import Criterion
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.clearance import clearance_study
-from workbench.study.crash.crash import crash_study
-from workbench.study.pipelines import motion_study, population_study
+from workbench.study.pipelines import population_study
 
 LOW = [-1.5, -1.5, -0.5]
 HIGH = [1.5, 1.5, 2.5]
@@ -441,7 +440,7 @@ def test_a_crash_study_reports_an_open_part_around_the_person(tmp_path):
     )
     path = tmp_path / "drop.yaml"
     path.write_text(CRASH.replace("environment: pit", "environment: environment.yaml"))
-    said = crash_study(motion_study(load_study(path))).warnings
+    said = wb.run(wb.load_study(path)).motions[0].warnings
     assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 
