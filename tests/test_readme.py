@@ -69,10 +69,8 @@ def test_the_quoted_sentence_is_what_the_study_says():
     from workbench.report.words import verdict_sentence
 
     result = wb.run(wb.load_study("trainer_clearance"))
-    said = [
-        f"passed  {v.criterion.name}: {verdict_sentence(v, result.study.cases)}"
-        for v in result.verdicts
-    ]
+    cases = tuple(case.name for case in result.study.cases)
+    said = [f"passed  {v.criterion.name}: {verdict_sentence(v, cases)}" for v in result.verdicts]
     quoted = re.search(r"```text\n(.*?)\n```", TEXT, re.S)[1]
     assert quoted in said
 

@@ -148,6 +148,7 @@ def test_three_criteria_fail_and_the_rest_hold(data):
 def test_a_breach_is_a_value_below_its_limit_and_the_worst_comes_first(data):
     for verdict in data["verdicts"]:
         gaps = [breach["value"] - breach["limit"] for breach in verdict["breaches"]]
+        assert gaps == pytest.approx([breach["margin"] for breach in verdict["breaches"]], abs=2e-6)
         assert all(gap < 0 for gap in gaps)
         assert gaps == sorted(gaps)
         if gaps:
@@ -201,11 +202,17 @@ def test_breaches_csv_is_the_breaches_of_the_json(folder, data):
         "target",
         "value",
         "limit",
+        "margin",
         "unit",
-        "surface_known_to",
+        "time_ms",
     ]
     wanted = [
-        [cell(v["name"]), *(cell(b[f]) for f in fields)]
+        [
+            cell(v["name"]),
+            *(cell(b[f]) for f in fields),
+            *(cell(c) for c in b["point_mm"] or [None] * 3),
+            cell(b["surface_known_to"]),
+        ]
         for v in data["verdicts"]
         for b in v["breaches"]
     ]
@@ -260,12 +267,15 @@ def test_the_page_is_balanced_html_with_one_title(page):
     assert len(set(identities)) == len(identities)
 
 
-def test_the_page_needs_nothing_from_outside(page):
+def test_the_page_needs_nothing_from_outside(page, folder):
     bare = re.sub(r'xmlns(:\w+)?="[^"]*"|data:image/png;base64,[\w+/=]+', "", page)
     assert not re.findall(r"https?://|(?<![:\w])//\w|@import|url\((?!#)", bare)
     for tag, attrs in Page(page).tags:
         assert tag not in ("script", "link", "iframe", "object", "embed", "base")
         assert not [name for name in attrs if name.startswith("on")]
+        if tag == "a" and "download" in attrs:  # the files that lie beside it
+            assert (folder / attrs["href"]).is_file()
+            continue
         for name in ("src", "href", "xlink:href", "srcset", "action", "poster"):
             assert attrs.get(name, "#").startswith(("#", "data:image/png;base64,"))
 

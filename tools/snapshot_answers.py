@@ -48,6 +48,7 @@ from workbench.files.motions.lines import Pick
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
 from workbench.model.posture_study import Person
+from workbench.model.result import MotionFound, PosturesFound, Verdict
 from workbench.model.study import PeopleDrawn
 from workbench.motion.recorded.marker_names import marker_site
 from workbench.motion.recorded.marker_places import marker_places
@@ -612,11 +613,13 @@ def reach_study() -> Named:
         )
 
 
-def _ran(name: str) -> Any:
-    return run(wb.load_study(name))
+def _ran(name: str) -> PosturesFound:
+    found = run(wb.load_study(name)).postures
+    assert found is not None
+    return found
 
 
-def _present(result: Any) -> Named:
+def _present(result: PosturesFound) -> Named:
     """Verdicts, and by criterion, role and case the margin, of a study about people who are present
     at once."""
     study = result.study
@@ -682,7 +685,8 @@ def _population(name: str, role: str) -> Named:
     (who,) = study.roles
     assert isinstance(who.population, PeopleDrawn)
     drawn = replace(who.population, people=PEOPLE)
-    result: Any = run(replace(study, roles=(replace(who, population=drawn),)))
+    result = run(replace(study, roles=(replace(who, population=drawn),))).population
+    assert result is not None
     here = f"{name}/{role}"
     for r, one in enumerate(result.requirements):
         name = f"{one.criterion}/{one.target}" if one.check == "reach" else one.criterion
@@ -742,22 +746,13 @@ def _population(name: str, role: str) -> Named:
 def crash_study() -> Named:
     """What the crash in the trainer does, with each set of belts: contacts, injury figures,
     excursions, forces."""
-    result = _ran("trainer_crash")
-    for one in (result, result.other):
-        study = one.study
-        case = study.motion_name if one is result else result.study.against_name
+    result = run(wb.load_study("trainer_crash"))
+    for one in result.motions:
+        case = one.study.name
         yield f"study/trainer_crash/{case}", {"passed": one.passed, "warnings": len(one.warnings)}
         for verdict in one.verdicts:
-            yield (
-                f"verdict/trainer_crash/{verdict.criterion.name}/{case}",
-                {
-                    "passed": verdict.passed,
-                    "value": verdict.value,
-                    "margin": verdict.limit - verdict.value,
-                    "at_s": verdict.at,
-                },
-            )
-        yield from _crash(f"{case}", one)
+            yield f"verdict/trainer_crash/{verdict.criterion.name}/{case}", _crash_verdict(verdict)
+        yield from _crash(case, one)
     for row in result.agreements:
         yield (
             f"crash/difference/{row.name}",
@@ -765,7 +760,27 @@ def crash_study() -> Named:
         )
 
 
-def _crash(case: str, result: Any) -> Named:
+def _crash_verdict(verdict: Verdict) -> Answers:
+    """How a criterion of a motion came out: how much of what it limits there is, positive, and when,
+    in mm, degrees, g or a number."""
+    worst = verdict.worst
+    if worst is None:
+        return {"passed": verdict.passed, "value": 0.0, "margin": 0.0, "at_s": math.nan}
+    factor = {"m": 1000.0, "rad": math.degrees(1.0)}.get(worst.unit, 1.0)
+    value = -factor * worst.value
+    limit = -factor * worst.limit
+    if verdict.criterion.check == "contact":  # beyond what the part allows
+        value -= limit - 1000 * verdict.criterion.at_most
+        limit = 1000 * verdict.criterion.at_most
+    return {
+        "passed": verdict.passed,
+        "value": value,
+        "margin": limit - value,
+        "at_s": worst.time,
+    }
+
+
+def _crash(case: str, result: MotionFound) -> Named:
     """What one motion of a crash does."""
     study = result.study
     met: dict[str, int] = {}
