@@ -12,8 +12,8 @@ from workbench.cli.progress import Progress, emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
-    from workbench.draw.looks import Look
-    from workbench.draw.sources import Source
+    from workbench.draw.display_options import DisplayOptions
+    from workbench.draw.scene_builder import Source
 
 __all__ = ["Movement", "Picture", "render"]
 
@@ -122,7 +122,7 @@ def render(
 
     look = _look(out, picture, movement)
     check_file(out)
-    from workbench.draw.marks.asked import marked
+    from workbench.draw.marks.requested_marks import with_marks
     from workbench.draw.render import render as write
 
     with Progress() as say:
@@ -130,7 +130,7 @@ def render(
         found = _found(source, (pose, case), movement)
         check_file(out)  # again, now that all inputs are known
         if picture.marks is not None:
-            found = marked(found, tuple(name.strip() for name in picture.marks.split(",")))
+            found = with_marks(found, tuple(name.strip() for name in picture.marks.split(",")))
         write(found, look, out, progress=lambda done, count: say(f"frame {done} of {count}"))
     for note in found.notes:
         tell(note)
@@ -138,10 +138,10 @@ def render(
     return 0
 
 
-def _look(out: Path, picture: Picture, movement: Movement) -> Look:
-    from workbench.draw.looks import check_ghosts, look_for
+def _look(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
+    from workbench.draw.display_options import check_ghosts, parse_display_options
 
-    look = look_for(
+    look = parse_display_options(
         out,
         display=picture.display,
         style=picture.style,
@@ -161,29 +161,29 @@ def _look(out: Path, picture: Picture, movement: Movement) -> Look:
 
 def _found(source: str, chosen: tuple[str | None, str | None], movement: Movement) -> Source:
     """What is to be drawn, in motion where that is asked for, and over what lies under it."""
-    from workbench.draw.films.recorded import Take, in_motion, is_motion, laid_over
-    from workbench.draw.sources import source_of
+    from workbench.draw.films.motion_clips import MotionClip, is_motion, overlay, with_motion
+    from workbench.draw.scene_builder import build_source
 
     (pose, case), motion, over = chosen, movement.motion, movement.over
-    take = Take(movement.start, movement.end, movement.up)
-    if take != Take() and motion is None and not (over and is_motion(over)):
+    take = MotionClip(movement.start, movement.end, movement.up)
+    if take != MotionClip() and motion is None and not (over and is_motion(over)):
         raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
     if motion is not None and pose is not None:
         raise UsageError(
             "a body stands in a posture or makes a motion: leave out --pose or --motion"
         )
     if motion is None:
-        found = source_of(source, poses=pose, case=case)
+        found = build_source(source, poses=pose, case=case)
     else:
-        found = in_motion(source, motion, take=take, case=case)
+        found = with_motion(source, motion, take=take, case=case)
     if over is None:
         return found
     under = (
-        in_motion(source, over, take=take, case=case)
+        with_motion(source, over, take=take, case=case)
         if is_motion(over)
-        else source_of(over, poses=pose, case=case)
+        else build_source(over, poses=pose, case=case)
     )
-    return laid_over(found, under, _names(motion or source, over))
+    return overlay(found, under, _names(motion or source, over))
 
 
 def _names(first: str, second: str) -> tuple[str, str]:

@@ -23,15 +23,15 @@ __all__ = [
     "VIEWS",
     "Camera",
     "facing",
-    "fitted",
-    "in_view",
+    "fit_to_spheres",
     "look_at",
-    "metric",
+    "metric_depth",
+    "orbit",
     "project",
-    "projective",
+    "projective_depth",
     "standard_view",
-    "to_picture",
-    "turned",
+    "to_view",
+    "view_to_pixels",
 ]
 
 # name -> (from the scene to the viewer, the picture's up); x forward, y left, z up
@@ -160,7 +160,7 @@ def standard_view(
     corners = np.array(
         [[box[i, 0], box[j, 1], box[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
     )
-    return fitted(camera, corners, np.zeros(8), margin=margin)
+    return fit_to_spheres(camera, corners, np.zeros(8), margin=margin)
 
 
 def look_at(
@@ -206,7 +206,9 @@ def look_at(
     )
 
 
-def fitted(camera: Camera, centre: ArrayLike, radius: ArrayLike, *, margin: float = 0.06) -> Camera:
+def fit_to_spheres(
+    camera: Camera, centre: ArrayLike, radius: ArrayLike, *, margin: float = 0.06
+) -> Camera:
     """The camera moved, not turned, so that spheres `centre` (S, 3), `radius` (S,) [m] just fill
     its picture.
 
@@ -216,7 +218,7 @@ def fitted(camera: Camera, centre: ArrayLike, radius: ArrayLike, *, margin: floa
     and so do bottom and top; the farther one holds. Depth 0 becomes the middle of the spheres'.
     UsageError without spheres.
     """
-    seen = in_view(camera, centre)
+    seen = to_view(camera, centre)
     reach = np.asarray(radius, dtype=np.float64)
     if not len(reach) or not np.all(np.isfinite(seen)):
         raise UsageError(f"camera {camera.name}: finite spheres are needed to fit the view to")
@@ -246,7 +248,7 @@ def _moved(camera: Camera, seen: Floats) -> Floats:
     return point
 
 
-def turned(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Camera:
+def orbit(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Camera:
     """The camera carried round its centre by `angle` [rad] about `axis` (3,), anticlockwise seen
     from its tip.
 
@@ -261,7 +263,7 @@ def turned(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) -
     return replace(camera, right=right, up=up, toward=toward)
 
 
-def in_view(camera: Camera, points: ArrayLike) -> Floats:
+def to_view(camera: Camera, points: ArrayLike) -> Floats:
     """View coordinates (..., 3) [m] to the right, up and toward the viewer of points (..., 3)
     [m]."""
     given = np.asarray(points, dtype=np.float64)
@@ -270,7 +272,7 @@ def in_view(camera: Camera, points: ArrayLike) -> Floats:
     return seen.reshape(given.shape)
 
 
-def to_picture(camera: Camera, seen: Floats) -> Floats:
+def view_to_pixels(camera: Camera, seen: Floats) -> Floats:
     """Pixels x (right) and y (down) and depth [m] of view coordinates (..., 3) [m].
 
     x and y are NaN for points nearer than `camera.closest`: cut lines and surfaces there first (see
@@ -290,10 +292,10 @@ def project(camera: Camera, points: ArrayLike) -> Floats:
     Pixel (column, row) covers [column, column + 1) x [row, row + 1); the camera's centre has depth
     0. x and y are NaN for points nearer than `camera.closest`.
     """
-    return to_picture(camera, in_view(camera, points))
+    return view_to_pixels(camera, to_view(camera, points))
 
 
-def projective(camera: Camera, depth: Floats) -> Floats:
+def projective_depth(camera: Camera, depth: Floats) -> Floats:
     """The measure of `depth` (...,) [m] that changes linearly along straight lines in the picture:
     z / (1 - z / D).
 
@@ -303,7 +305,7 @@ def projective(camera: Camera, depth: Floats) -> Floats:
     return np.asarray(depth, dtype=np.float64) / (1.0 - np.asarray(depth) * camera.bend)
 
 
-def metric(camera: Camera, depth: Floats) -> Floats:
+def metric_depth(camera: Camera, depth: Floats) -> Floats:
     """Depth [m] of a projective depth (...,); the inverse of `projective`. -inf stays -inf."""
     given = np.asarray(depth, dtype=np.float64)
     with np.errstate(invalid="ignore"):

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["chained", "clip_segments", "clip_triangles", "cut_lines"]
+__all__ = ["chain_segments", "clip_segments", "clip_triangles", "plane_intersections"]
 
 _WELD = 1e-5  # [m] ends of lines nearer than about this are one
 
@@ -89,7 +89,7 @@ def _crossings(
     return apex, others[0], others[1], crossed[0], crossed[1]
 
 
-def cut_lines(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
+def plane_intersections(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, Ints]:
     """Where the plane normal . x = offset crosses triangles (T, 3, 3): segments (K, 2, 3), and the
     triangle of each."""
     above = _heights(corners, normal) - offset
@@ -100,7 +100,7 @@ def cut_lines(corners: Floats, normal: Floats, offset: float) -> tuple[Floats, I
     return np.stack([first, second], axis=1).reshape(-1, 2, 3), crossed
 
 
-def chained(lines: Floats) -> list[Floats]:
+def chain_segments(lines: Floats) -> list[Floats]:
     """Lines (M, 2, 3) run together end to end, whichever way they point, into loops (K, 3)."""
     keys = np.round(lines / _WELD).astype(np.int64)
     names = [(tuple(a), tuple(b)) for a, b in keys.tolist()]

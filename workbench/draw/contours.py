@@ -13,12 +13,12 @@ from contourpy import FillType, contour_generator
 
 from workbench.model.arrays import Floats
 
-__all__ = ["level_loops", "spacing", "spread"]
+__all__ = ["kernel_regression", "level_loops", "median_spacing"]
 
 _CHUNK = 2_000_000  # distances held at once
 
 
-def spread(points: Floats, values: Floats, places: Floats, *, width: float) -> Floats:
+def kernel_regression(points: Floats, values: Floats, places: Floats, *, width: float) -> Floats:
     """Values (Q,) at places (Q, 2) from those (M,) known at points (M, 2): means weighted by
     exp(-d^2 / 2 width^2).
 
@@ -35,7 +35,7 @@ def spread(points: Floats, values: Floats, places: Floats, *, width: float) -> F
     return out
 
 
-def spacing(points: Floats) -> float:
+def median_spacing(points: Floats) -> float:
     """The median distance from a point to its nearest neighbour; points (M, 2), two or more."""
     nearest = np.empty(len(points))
     step = max(1, _CHUNK // len(points))

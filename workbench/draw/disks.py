@@ -13,19 +13,19 @@ from PIL import Image
 
 from workbench.draw.camera import Camera, facing
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
-from workbench.draw.films.frames import Surfaces, shaded
-from workbench.draw.ghosts import paint_ghosts
-from workbench.draw.kernels.compose import compose_solids, compose_veils, darken_rims
+from workbench.draw.ghosts import paint_overlays
+from workbench.draw.kernels.compositing import blend_overlays, compose_solids, darken_rims
 from workbench.draw.kernels.edge_lines import paint_lines
 from workbench.draw.lines.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
 from workbench.draw.scene import Scene
+from workbench.draw.sphere_raster import Surfaces, shade_surfaces
 from workbench.draw.visibility import (
-    Layers,
+    DepthBuffers,
     depth_share,
     projected_disks,
+    render_buffers,
     triangle_polygons,
-    visible_layers,
 )
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Floats
@@ -74,7 +74,7 @@ def disks(
     if mode in ("depth", "id"):
         return _measured(scene, camera, mode)
     fine = camera.enlarged(supersample)
-    layers = visible_layers(
+    layers = render_buffers(
         scene, fine, spheres="surfaces" if mode == "shaded" else "exact" if exact else "painted"
     )
     body = _lit(scene, fine, layers) if mode == "shaded" else _flat(scene, fine, layers)
@@ -90,7 +90,7 @@ def disks(
         )
     darken_rims(body, layers.body_depth, supersample, _JUMP, _RIM)
     compose_solids(wall, body, seen, fade, veil, picture)
-    paint_ghosts(picture, scene, fine, layers, supersample)
+    paint_overlays(picture, scene, fine, layers, supersample)
     image = _finished(picture, scene, layers, supersample, 0.1 if polygons == "shaded" else 0.0)
     paint_mark_shapes(image, scene, camera, supersample)
     if supersample > 1:
@@ -101,7 +101,7 @@ def disks(
 
 def _measured(scene: Scene, camera: Camera, mode: str) -> Image.Image:
     """The pictures that are data: depth or numbers of spheres."""
-    layers = visible_layers(scene, camera, spheres="surfaces")
+    layers = render_buffers(scene, camera, spheres="surfaces")
     if mode == "id":
         number = layers.sphere + 1
         return Image.fromarray(
@@ -115,7 +115,7 @@ def _measured(scene: Scene, camera: Camera, mode: str) -> Image.Image:
 
 
 def _walls(
-    environment: Environment | None, camera: Camera, layers: Layers
+    environment: Environment | None, camera: Camera, layers: DepthBuffers
 ) -> tuple[Floats, Floats]:
     """Colours of triangles, of cut faces and of paper, and how walls fade, as `compose_solids`
     takes them.
@@ -136,7 +136,7 @@ def _walls(
     return np.concatenate([colour, [SECTION, PAPER]]), np.array([near, 1.5, 0.6])
 
 
-def _flat(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
+def _flat(scene: Scene, camera: Camera, layers: DepthBuffers) -> _Pixels:
     """Picture (height, width, 3) of the bodies: one shade a sphere, by its depth."""
     spheres = scene.spheres
     share = depth_share(projected_disks(scene, camera).front)
@@ -149,17 +149,17 @@ def _flat(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
     return np.take(colour, layers.sphere, axis=0, mode="wrap")
 
 
-def _lit(scene: Scene, camera: Camera, layers: Layers) -> _Pixels:
+def _lit(scene: Scene, camera: Camera, layers: DepthBuffers) -> _Pixels:
     """The same by light and shade."""
     full = np.array([ramp(shown.colour, np.array(0.9)) for shown in scene.bodies]).reshape(-1, 3)
     surfaces = Surfaces(layers.body_depth, layers.sphere)
-    return shaded(
+    return shade_surfaces(
         projected_disks(scene, camera), surfaces, camera, full[scene.spheres.body]
     ).astype(np.float32)
 
 
 def _finished(
-    picture: _Pixels, scene: Scene, layers: Layers, width: int, tint: float
+    picture: _Pixels, scene: Scene, layers: DepthBuffers, width: int, tint: float
 ) -> Image.Image:
     """The picture with a `tint` where a see-through part is the foremost thing, and with edges
     `width` wide."""
@@ -169,7 +169,7 @@ def _finished(
         lines = _line_mask(visible_lines(edges, clear, layers), layers.camera, width)
     out = np.empty(picture.shape, dtype=np.uint8)
     inks = np.array([[*GLASS, tint], [*INK, 1.0]])
-    compose_veils(
+    blend_overlays(
         picture, layers.glass, layers.glass_depth, layers.depth, layers.body_depth, lines, inks, out
     )
     return Image.fromarray(out)

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from workbench.draw.camera import Camera
 from workbench.draw.colours import INKS, ramp
 from workbench.draw.scene import Scene
-from workbench.draw.visibility import Layers, depth_share, projected_disks, visible_layers
+from workbench.draw.visibility import DepthBuffers, depth_share, projected_disks, render_buffers
 from workbench.model.arrays import Bools, Floats
 
-__all__ = ["ghost_strengths", "paint_ghosts"]
+__all__ = ["ghost_strengths", "paint_overlays"]
 
 _WEAKEST = 0.25
 _STRONGEST = 0.55
@@ -31,8 +31,8 @@ def ghost_strengths(scene: Scene) -> Floats:
     return np.array([scale[steps.index(pose)] for pose in poses])
 
 
-def paint_ghosts(
-    picture: NDArray[np.float32], scene: Scene, camera: Camera, layers: Layers, line: int
+def paint_overlays(
+    picture: NDArray[np.float32], scene: Scene, camera: Camera, layers: DepthBuffers, line: int
 ) -> None:
     """Blend the scene's ghosts into a picture (height, width, 3) of 0 to 255 that holds its
     environment and bodies.
@@ -42,7 +42,7 @@ def paint_ghosts(
     free = layers.sphere < 0
     for shown, strength in zip(scene.ghosts, ghost_strengths(scene).tolist(), strict=True):
         alone = Scene((shown,))
-        seen = visible_layers(alone, camera)
+        seen = render_buffers(alone, camera)
         here = (seen.sphere >= 0) & free
         colour = ramp(shown.colour, depth_share(projected_disks(alone, camera).front))[
             seen.sphere[here]

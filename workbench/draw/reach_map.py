@@ -9,11 +9,11 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, in_view, project
-from workbench.draw.contours import level_loops, spacing, spread
-from workbench.draw.lines.hiding import surroundings
+from workbench.draw.camera import Camera, facing, project, to_view
+from workbench.draw.contours import kernel_regression, level_loops, median_spacing
+from workbench.draw.lines.hidden_lines import surroundings
 from workbench.draw.lines.svg import environment_paths
-from workbench.draw.marks.layout import placed_marks
+from workbench.draw.marks.layout import layout_marks
 from workbench.draw.marks.pictures import svg_bar, svg_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.model.accommodation import ReachMap
@@ -123,7 +123,7 @@ def _camera(
     height = int(np.ceil(extent[1] * scale)) + 2 * _MARGIN
     middle = (low + high) / 2 @ np.array([right, up, toward])
     camera = Camera("panel", right, up, toward, middle, float(scale), width, height)
-    front = in_view(camera, found.points)[:, 2].max()
+    front = to_view(camera, found.points)[:, 2].max()
     return replace(camera, cut=float(front) + _FRONT)
 
 
@@ -229,8 +229,8 @@ def _bands(
     columns = np.arange(0, camera.width + _STEP, _STEP)
     rows = np.arange(0, camera.height + _STEP, _STEP)
     places = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
-    width = max(1.3 * spacing(points), _STEP) if len(points) > 1 else _STEP
-    field = spread(points, share, places, width=width).reshape(len(rows), len(columns))
+    width = max(1.3 * median_spacing(points), _STEP) if len(points) > 1 else _STEP
+    field = kernel_regression(points, share, places, width=width).reshape(len(rows), len(columns))
     parts = []
     labels = []
     boxes = list(room[1])
@@ -273,7 +273,7 @@ def _label(
 def _boxes(scene: Scene, camera: Camera) -> list[tuple[float, ...]]:
     """What the controls' dots and labels take up [pixels]."""
     boxes: list[tuple[float, ...]] = []
-    for mark in placed_marks(scene, camera):
+    for mark in layout_marks(scene, camera):
         (x, y), (u, v), (a, b) = mark.dot, mark.label, mark.half
         boxes += [(x - 6, y - 6, x + 6, y + 6), (u - a, v - b, u + a, v + b)]
     return boxes

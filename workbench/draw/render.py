@@ -14,25 +14,25 @@ import numpy as np
 from PIL import Image
 
 from workbench.body.solid import body_solid
-from workbench.draw.camera import Camera, standard_view, turned
+from workbench.draw.camera import Camera, orbit, standard_view
 from workbench.draw.colours import FAMILIES
-from workbench.draw.cutting import opened
 from workbench.draw.disks import disks
-from workbench.draw.eyes import eye_view
+from workbench.draw.display_options import DisplayOptions
+from workbench.draw.eye_view import eye_view
 from workbench.draw.films.film import film_frames, write_film
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
-from workbench.draw.films.recorded import at_instants, evenly, shown_span
+from workbench.draw.films.motion_clips import at_times, common_time_span, evenly_spaced_times
 from workbench.draw.films.strip import strip_image, strip_svg
 from workbench.draw.lines.circles import circles
-from workbench.draw.lines.hiding import HIDDEN
+from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
-from workbench.draw.looks import Look
-from workbench.draw.marks.asked import remarked
+from workbench.draw.marks.requested_marks import marks_for_scene
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Mark, Scene
-from workbench.draw.sources import Source
+from workbench.draw.scene_builder import Source
+from workbench.draw.section_planes import apply_section
 from workbench.draw.views import fitted_view, framed_views
-from workbench.draw.visibility import foremost, projected_disks
+from workbench.draw.visibility import foremost_depth, projected_disks
 from workbench.draw.window import window_image
 from workbench.errors import UsageError, one_of
 from workbench.files.exports.gltf import Figure, glb_bytes
@@ -41,7 +41,7 @@ from workbench.files.output_file import write_file
 from workbench.model.arrays import Floats
 from workbench.model.poses import Placed
 
-__all__ = ["camera_of", "camera_of_all", "drawing", "picture", "render"]
+__all__ = ["camera_for_all_poses", "choose_camera", "drawing", "picture", "render"]
 
 TURN = 6.0  # [s] a film of what does not move goes round it once in this time
 Progress = Callable[[int, int], None]
@@ -65,7 +65,9 @@ _PENS: dict[tuple[str, str], _Pen] = {
 }
 
 
-def render(source: Source, look: Look, out: Path, *, progress: Progress | None = None) -> None:
+def render(
+    source: Source, look: DisplayOptions, out: Path, *, progress: Progress | None = None
+) -> None:
     """Write a source into the file `out`, which appears whole or not at all.
 
     Several poses or cases stand side by side in a picture, follow one another in a film and move in
@@ -75,7 +77,7 @@ def render(source: Source, look: Look, out: Path, *, progress: Progress | None =
     if look.holds == "film":
         _film(source, look, out, progress)
         return
-    makers: dict[str, Callable[[Source, Look], bytes]] = {
+    makers: dict[str, Callable[[Source, DisplayOptions], bytes]] = {
         "raster": _raster,
         "vector": _vector,
         "model": _model,
@@ -84,7 +86,7 @@ def render(source: Source, look: Look, out: Path, *, progress: Progress | None =
     write_file(out, makers[look.holds](source, look))
 
 
-def picture(scene: Scene, camera: Camera, look: Look) -> Image.Image:
+def picture(scene: Scene, camera: Camera, look: DisplayOptions) -> Image.Image:
     """The scene in a raster display. UsageError where it shows bodies only and there is none."""
     if not scene.bodies and (look.display == "scanline" or look.style in ("id", "depth")):
         raise UsageError(
@@ -93,12 +95,12 @@ def picture(scene: Scene, camera: Camera, look: Look) -> Image.Image:
     return _PAINTERS[look.display, look.style](scene, camera)
 
 
-def drawing(scene: Scene, camera: Camera, look: Look) -> str:
+def drawing(scene: Scene, camera: Camera, look: DisplayOptions) -> str:
     """The scene in a vector display, as SVG text."""
     return _PENS[look.display, look.style](scene, camera)
 
 
-def camera_of(scene: Scene, look: Look, people: tuple[str, ...] = ()) -> Camera:
+def choose_camera(scene: Scene, look: DisplayOptions, people: tuple[str, ...] = ()) -> Camera:
     """The camera of a look: a standard view that holds all bodies and ghosts, or what a body's eyes
     see."""
     if look.view.startswith("eye"):
@@ -112,7 +114,7 @@ def camera_of(scene: Scene, look: Look, people: tuple[str, ...] = ()) -> Camera:
     return framed_views(whole, [look.view], width=look.width, height=look.height)[0][1]
 
 
-def _eye(scene: Scene, look: Look, people: tuple[str, ...]) -> Camera:
+def _eye(scene: Scene, look: DisplayOptions, people: tuple[str, ...]) -> Camera:
     _, _, name = look.view.partition(":")
     if not scene.bodies:
         raise UsageError(f"view {look.view}: there is no body here whose eyes could see")
@@ -124,48 +126,54 @@ def _eye(scene: Scene, look: Look, people: tuple[str, ...]) -> Camera:
     return eye_view(shown, width=look.width, height=look.height)
 
 
-def _stills(source: Source, look: Look) -> Source:
+def _stills(source: Source, look: DisplayOptions) -> Source:
     """The source in the poses that are drawn side by side: of a motion at the moments asked for, or
     at four."""
     if look.at:
-        return at_instants(source, look.at)
-    return at_instants(source, evenly(source)) if source.moving and not source.names else source
+        return at_times(source, look.at)
+    return (
+        at_times(source, evenly_spaced_times(source))
+        if source.moving and not source.names
+        else source
+    )
 
 
-def _panels(source: Source, look: Look) -> list[tuple[Scene, Camera]]:
+def _panels(source: Source, look: DisplayOptions) -> list[tuple[Scene, Camera]]:
     """The scene of each pose, and one camera for all; from its eyes each has its own."""
     count = max(len(source.names), 1)
     scenes = [scene_at(source.scene, k, trail=look.trail) for k in range(count)]
     own = look.view.startswith("eye")
     camera = (
-        camera_of(scenes[0], look, source.people)
+        choose_camera(scenes[0], look, source.people)
         if own or count == 1
-        else camera_of_all(source, look)
+        else camera_for_all_poses(source, look)
     )
-    scenes = _cut(scenes, camera, look, [remarked(source, scene) for scene in scenes])
+    scenes = _cut(scenes, camera, look, [marks_for_scene(source, scene) for scene in scenes])
     key = [scenes[0], *(replace(scene, key=()) for scene in scenes[1:])]
-    return [(scene, camera_of(scene, look, source.people) if own else camera) for scene in key]
+    return [(scene, choose_camera(scene, look, source.people) if own else camera) for scene in key]
 
 
-def camera_of_all(source: Source, look: Look) -> Camera:
+def camera_for_all_poses(source: Source, look: DisplayOptions) -> Camera:
     """A camera that holds all poses and opens the environment in front of them all."""
     every = every_pose(source.scene)
-    camera = camera_of(every, look, source.people)
-    return replace(camera, opened=foremost(projected_disks(every, camera)))
+    camera = choose_camera(every, look, source.people)
+    return replace(camera, opened=foremost_depth(projected_disks(every, camera)))
 
 
 def _cut(
-    scenes: list[Scene], camera: Camera, look: Look, marks: list[tuple[Mark, ...]]
+    scenes: list[Scene], camera: Camera, look: DisplayOptions, marks: list[tuple[Mark, ...]]
 ) -> list[Scene]:
     """Scenes with their marks, and all with one environment, cut open as this camera sees it."""
-    environment = scenes[0].environment if look.cut is None else opened(scenes[0], camera, look.cut)
+    environment = (
+        scenes[0].environment if look.cut is None else apply_section(scenes[0], camera, look.cut)
+    )
     return [
         replace(scene, environment=environment, marks=own)
         for scene, own in zip(scenes, marks, strict=True)
     ]
 
 
-def _raster(source: Source, look: Look) -> bytes:
+def _raster(source: Source, look: DisplayOptions) -> bytes:
     source = _stills(source, look)
     pictures = [picture(scene, camera, look) for scene, camera in _panels(source, look)]
     image = pictures[0] if len(pictures) == 1 else strip_image(pictures, _captions(source))
@@ -174,7 +182,7 @@ def _raster(source: Source, look: Look) -> bytes:
     return out.getvalue()
 
 
-def _vector(source: Source, look: Look) -> bytes:
+def _vector(source: Source, look: DisplayOptions) -> bytes:
     source = _stills(source, look)
     drawings = [drawing(scene, camera, look) for scene, camera in _panels(source, look)]
     if len(drawings) == 1:
@@ -186,9 +194,9 @@ def _captions(source: Source) -> list[str]:
     return [name.replace("_", " ") for name in source.names]
 
 
-def _film(source: Source, look: Look, out: Path, progress: Progress | None) -> None:
+def _film(source: Source, look: DisplayOptions, out: Path, progress: Progress | None) -> None:
     if source.moving:
-        times = frame_times(*shown_span(source), fps=look.fps, speed=look.speed)
+        times = frame_times(*common_time_span(source), fps=look.fps, speed=look.speed)
         count = len(times)
         frames = _moving(source.at(times), look, times)
     elif len(source.names) > 1:
@@ -201,18 +209,24 @@ def _film(source: Source, look: Look, out: Path, progress: Progress | None) -> N
     write_film(out, frames, count, fps=look.fps, progress=progress)
 
 
-def _moving(source: Source, look: Look, times: Floats) -> Iterator[Image.Image]:
+def _moving(source: Source, look: DisplayOptions, times: Floats) -> Iterator[Image.Image]:
     """The pictures of a source in its poses at `times` (F,) [s]; ghosts of `look.trail` are a
     quarter of a second of film apart."""
     own = look.view.startswith("eye")
-    camera = camera_of(source.scene, look, source.people) if own else camera_of_all(source, look)
+    camera = (
+        choose_camera(source.scene, look, source.people)
+        if own
+        else camera_for_all_poses(source, look)
+    )
     environment = (
-        source.scene.environment if look.cut is None else opened(source.scene, camera, look.cut)
+        source.scene.environment
+        if look.cut is None
+        else apply_section(source.scene, camera, look.cut)
     )
 
     def painter(scene: Scene, camera: Camera) -> Image.Image:
-        shown = replace(scene, environment=environment, marks=remarked(source, scene))
-        return picture(shown, camera_of(scene, look, source.people) if own else camera, look)
+        shown = replace(scene, environment=environment, marks=marks_for_scene(source, scene))
+        return picture(shown, choose_camera(scene, look, source.people) if own else camera, look)
 
     every = max(round(look.fps / 4.0), 1)
     return film_frames(
@@ -220,7 +234,7 @@ def _moving(source: Source, look: Look, times: Floats) -> Iterator[Image.Image]:
     )
 
 
-def _pace(look: Look) -> str:
+def _pace(look: DisplayOptions) -> str:
     """ "1/10 speed, 25 frames/s"."""
     slow = 1.0 / look.speed
     named = (
@@ -233,7 +247,7 @@ def _pace(look: Look) -> str:
     return f"{named}, {look.fps:g} frames/s"
 
 
-def _round(source: Source, look: Look, count: int) -> Iterator[Image.Image]:
+def _round(source: Source, look: DisplayOptions, count: int) -> Iterator[Image.Image]:
     """`count` pictures once round the scene about its upright axis; the whole of it is in all of
     them."""
     if look.view.startswith("eye"):
@@ -248,15 +262,15 @@ def _round(source: Source, look: Look, count: int) -> Iterator[Image.Image]:
     box = np.array([middle - half, middle + half])
     camera = standard_view(look.view, box, width=look.width, height=look.height, field=look.angle)
     if look.cut is not None:
-        scene = replace(scene, environment=opened(scene, camera, look.cut))
+        scene = replace(scene, environment=apply_section(scene, camera, look.cut))
     for frame in range(count):
-        yield picture(scene, turned(camera, math.tau * frame / count), look)
+        yield picture(scene, orbit(camera, math.tau * frame / count), look)
 
 
-def _model(source: Source, look: Look) -> bytes:
+def _model(source: Source, look: DisplayOptions) -> bytes:
     times = None
     if source.moving:
-        start, end = shown_span(source)
+        start, end = common_time_span(source)
         clocks = [
             p.poses.time for p in (*source.persons, *source.under) if p.poses.time is not None
         ]
@@ -299,8 +313,8 @@ def _linear(family: str) -> tuple[float, float, float]:
     return round(red, 6), round(green, 6), round(blue, 6)
 
 
-def _solid(source: Source, look: Look) -> bytes:
-    source = at_instants(source, look.at) if look.at else source
+def _solid(source: Source, look: DisplayOptions) -> bytes:
+    source = at_times(source, look.at) if look.at else source
     if source.moving and not source.names:
         raise UsageError(
             f"a {look.ending} file holds one pose: say at which moment of the motion by --at"

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
-from workbench.draw.camera import Camera, in_view
+from workbench.draw.camera import Camera, to_view
 from workbench.draw.colours import INKS, PAPER
 from workbench.draw.scene import Scene, Spheres
 from workbench.errors import UsageError, one_of
@@ -60,7 +60,7 @@ def scan_pieces(
         raise UsageError(
             "the scan-line display cannot cut; draw disks, or take the cut out of the camera"
         )
-    seen = in_view(camera, spheres.centre)
+    seen = to_view(camera, spheres.centre)
     front = np.minimum(seen[:, 2] + spheres.radius, camera.nearest)
     found = [Pieces(np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64))]
     for row in np.arange(camera.height) if rows is None else rows:
@@ -200,7 +200,7 @@ def scanline(
     spheres = scene.spheres
     shown = scan_numbers(spheres, camera, rule=rule)
     shown[np.arange(camera.height) % spacing != 0] = -1
-    front = in_view(camera, spheres.centre)[:, 2] + spheres.radius
+    front = to_view(camera, spheres.centre)[:, 2] + spheres.radius
     low, high = (front.min(), front.max()) if len(front) else (0.0, 0.0)
     share = (front - low) / max(high - low, 1e-12)
     colour = np.array(

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.draw.camera import Camera, fitted, project, standard_view
+from workbench.draw.camera import Camera, fit_to_spheres, project, standard_view
 from workbench.draw.scene import Scene, shown_corners
 from workbench.model.arrays import Floats
 
@@ -58,9 +58,9 @@ def fitted_view(scene: Scene, camera: Camera, *, margin: float = 0.06) -> Camera
     """
     spheres = scene.spheres
     if len(spheres.radius):
-        return fitted(camera, spheres.centre, spheres.radius, margin=margin)
+        return fit_to_spheres(camera, spheres.centre, spheres.radius, margin=margin)
     corners = shown_corners(scene.environment)
-    return fitted(
+    return fit_to_spheres(
         camera,
         corners if len(corners) else scene.bounds,
         np.zeros(max(len(corners), 2)),

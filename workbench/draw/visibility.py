@@ -15,23 +15,30 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
+from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
 from workbench.draw.clipping import clip_triangles
-from workbench.draw.films.frames import Disks, Numbers, disks_of, exact_disks, painted, surfaces_of
-from workbench.draw.kernels.raster import fill_triangles, sphere_depths
+from workbench.draw.kernels.rasterization import fill_triangles, sphere_depths
 from workbench.draw.scene import Scene
+from workbench.draw.sphere_raster import (
+    Disks,
+    ItemBuffer,
+    cast_rays,
+    exact_item_buffer,
+    painter_item_buffer,
+    project_disks,
+)
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
 __all__ = [
+    "DepthBuffers",
     "Disks",
-    "Layers",
     "cut_depth",
     "depth_share",
-    "foremost",
+    "foremost_depth",
     "projected_disks",
+    "render_buffers",
     "triangle_polygons",
-    "visible_layers",
 ]
 
 # [m] where the faces of two touching parts coincide, the one that looks at the viewer wins
@@ -40,7 +47,7 @@ _SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is
 
 
 @dataclass(frozen=True, eq=False)
-class Layers:
+class DepthBuffers:
     """Pixel arrays (height, width); depths in metres, -inf where there is nothing; numbers, -1
     where nothing.
 
@@ -53,22 +60,24 @@ class Layers:
 
     camera: Camera
     cut: float
-    sphere: Numbers
+    sphere: ItemBuffer
     body_depth: Floats
-    triangle: Numbers
+    triangle: ItemBuffer
     depth: Floats
     section: Bools
-    glass: Numbers
+    glass: ItemBuffer
     glass_depth: Floats
     seen: Floats
 
 
 def projected_disks(scene: Scene, camera: Camera) -> Disks:
     """The scene's spheres as disks, with their painter's order."""
-    return disks_of(scene.spheres, camera)
+    return project_disks(scene.spheres, camera)
 
 
-def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") -> Layers:
+def render_buffers(
+    scene: Scene, camera: Camera, *, spheres: str = "painter_item_buffer"
+) -> DepthBuffers:
     """All depth buffers of a scene at the camera's own resolution.
 
     spheres: painted, in the paper's order and circles; exact, in its order by their true outlines,
@@ -78,14 +87,14 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
     size = (camera.height, camera.width)
     disks = projected_disks(scene, camera)
     if spheres == "surfaces":
-        surfaces = surfaces_of(disks, camera)
+        surfaces = cast_rays(disks, camera)
         body_depth = surfaces.depth
         sphere = surfaces.sphere
     elif spheres == "exact" and np.isfinite(camera.distance):
-        sphere = exact_disks(disks, camera)
-        body_depth = surfaces_of(disks, camera).depth
+        sphere = exact_item_buffer(disks, camera)
+        body_depth = cast_rays(disks, camera).depth
     else:
-        sphere = painted(disks, camera)
+        sphere = painter_item_buffer(disks, camera)
         body_depth = np.full(size, -np.inf)
         sphere_depths(
             disks.disk[disks.order],
@@ -101,12 +110,12 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
     seen = np.empty((0, 3))
     if scene.environment is not None:
         solid, clear = _triangle_kinds(scene.environment)
-        seen = in_view(camera, scene.environment.vertices)
+        seen = to_view(camera, scene.environment.vertices)
         _fill(scene.environment, camera, cut, seen, solid, opaque)
         _fill(scene.environment, camera, cut, seen, clear, glass)
         section = _sections(scene.environment, camera, opaque)
         opaque.depth[section] = cut
-    return Layers(
+    return DepthBuffers(
         camera,
         cut,
         sphere,
@@ -123,10 +132,10 @@ def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
 def cut_depth(disks: Disks, camera: Camera) -> float:
     """The depth [m] of the plane that cuts the environment: at the foremost body, or where the
     camera has it."""
-    return min(max(foremost(disks), camera.opened) + _SLACK, camera.nearest)
+    return min(max(foremost_depth(disks), camera.opened) + _SLACK, camera.nearest)
 
 
-def foremost(disks: Disks) -> float:
+def foremost_depth(disks: Disks) -> float:
     """The depth [m] of the foremost point of all bodies, infinite where there is none."""
     return float(disks.front[disks.order[-1]]) if len(disks.order) else np.inf
 
@@ -140,7 +149,7 @@ class _Buffers(NamedTuple):
     """Foremost triangle, its depth, and whether something nearer was cut away; (height, width)
     each."""
 
-    triangle: Numbers
+    triangle: ItemBuffer
     depth: Floats
     was_cut: Bools
 
@@ -170,15 +179,15 @@ def _fill(
     ]
     of = np.arange(len(chosen))
     if not seen[:, 2].max(initial=-np.inf) > camera.closest:
-        points = to_picture(camera, seen)
-        points[:, 2] = projective(camera, points[:, 2])
+        points = view_to_pixels(camera, seen)
+        points[:, 2] = projective_depth(camera, points[:, 2])
         corners = points[environment.triangles[chosen]]
     else:
         near, of = clip_triangles(
             seen[environment.triangles[chosen]], np.array([0.0, 0.0, 1.0]), camera.closest
         )
-        corners = to_picture(camera, near)
-        corners[..., 2] = projective(camera, corners[..., 2])
+        corners = view_to_pixels(camera, near)
+        corners[..., 2] = projective_depth(camera, corners[..., 2])
     corners[away[of], :, 2] -= _BEHIND
     fill_triangles(corners, chosen[of], camera.bend, cut, into.depth, into.triangle, into.was_cut)
 

@@ -28,7 +28,7 @@ from workbench.errors import UsageError, one_of
 from workbench.files.output_file import staged
 from workbench.model.arrays import Floats
 
-__all__ = ["FILMS", "film_frames", "stamped", "write_film"]
+__all__ = ["FILMS", "film_frames", "stamp_text", "write_film"]
 
 FILMS = (".mp4", ".gif", ".webp")
 _TICK = {".gif": 10, ".webp": 1}  # [ms] in which the file counts time
@@ -60,10 +60,10 @@ def film_frames(
     """
     for frame, time in enumerate(times.tolist()):
         image = painter(scene_at(scene, frame, trail=trail, every=every), camera)
-        yield stamped(image, f"{time:.3f} s{f'   {stamp}' if stamp else ''}")
+        yield stamp_text(image, f"{time:.3f} s{f'   {stamp}' if stamp else ''}")
 
 
-def stamped(image: Image.Image, text: str) -> Image.Image:
+def stamp_text(image: Image.Image, text: str) -> Image.Image:
     """The picture with a line of text in its upper left corner."""
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(TEXT_SIZE)

@@ -11,9 +11,9 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.errors import UsageError
 from workbench.model.arrays import Floats
 
-__all__ = ["MOST_FRAMES", "every_pose", "frame_times", "scene_at"]
+__all__ = ["MAX_FRAMES", "every_pose", "frame_times", "scene_at"]
 
-MOST_FRAMES = 36_000  # twenty minutes at 30 frames a second: more is a mistake in a unit
+MAX_FRAMES = 36_000  # twenty minutes at 30 frames a second: more is a mistake in a unit
 
 
 def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> Floats:
@@ -31,10 +31,10 @@ def frame_times(start: float, end: float, *, fps: float, speed: float = 1.0) -> 
             f"film: a speed above 0 is needed (0.1 is ten times slow motion), got {speed:g}"
         )
     count = math.floor((end - start) * fps / speed + 1e-9) + 1
-    if not 1 <= count <= MOST_FRAMES:
+    if not 1 <= count <= MAX_FRAMES:
         raise UsageError(
             f"film: {end - start:g} s at {fps:g} frames/s and speed {speed:g} would be {count} frames; "
-            f"1 to {MOST_FRAMES} are possible"
+            f"1 to {MAX_FRAMES} are possible"
         )
     times: Floats = start + np.arange(count, dtype=np.float64) * (speed / fps)
     return times

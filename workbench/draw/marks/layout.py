@@ -24,8 +24,8 @@ __all__ = [
     "PlacedMark",
     "ScaleBar",
     "Shape",
+    "layout_marks",
     "mark_shapes",
-    "placed_marks",
     "scale_bar",
 ]
 
@@ -101,7 +101,7 @@ class ScaleBar(NamedTuple):
     text: str
 
 
-def placed_marks(scene: Scene, camera: Camera) -> list[PlacedMark]:
+def layout_marks(scene: Scene, camera: Camera) -> list[PlacedMark]:
     """Every mark inside the picture, with a label that overlaps no dot and no other label while
     there is room.
 

@@ -14,8 +14,8 @@ from workbench.draw.marks.layout import (
     TEXT_SIZE,
     PlacedMark,
     Shape,
+    layout_marks,
     mark_shapes,
-    placed_marks,
     scale_bar,
 )
 from workbench.draw.scene import Scene
@@ -32,7 +32,7 @@ _TEXT = f'{_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
 def svg_marks(scene: Scene, camera: Camera) -> list[str]:
     """SVG elements of a scene's marks: leaders, shapes (paths: a circle element is a sphere here),
     labels on plates."""
-    marks = placed_marks(scene, camera)
+    marks = layout_marks(scene, camera)
     leaders = [_svg_leader(mark) for mark in marks if mark.text]
     shapes = [text for mark in marks for text in _svg_shapes(mark)]
     labels = [_svg_label(mark) for mark in marks if mark.text]
@@ -115,7 +115,7 @@ def paint_mark_shapes(image: Image.Image, scene: Scene, camera: Camera, factor: 
     """Leaders, shapes and the scale bar into a picture `factor` times as large as the camera's,
     made smaller later."""
     draw = ImageDraw.Draw(image)
-    marks = placed_marks(scene, camera)
+    marks = layout_marks(scene, camera)
     for mark in marks:
         if mark.text:
             for width, colour in ((3.0, PAPER), (1.0, mark.colour)):
@@ -154,7 +154,7 @@ def paint_mark_texts(image: Image.Image, scene: Scene, camera: Camera) -> None:
     are crisp."""
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(TEXT_SIZE)  # the font inside Pillow: the same on every machine
-    for mark in placed_marks(scene, camera):
+    for mark in layout_marks(scene, camera):
         if mark.text:
             (x, y), (a, b) = mark.label, mark.half
             draw.rounded_rectangle(

@@ -10,11 +10,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.draw.camera import VIEWS
-from workbench.draw.cutting import Cut, cut_of
-from workbench.draw.films.recorded import instants_of
+from workbench.draw.films.motion_clips import parse_times
+from workbench.draw.section_planes import SectionPlane, parse_section_plane
 from workbench.errors import UsageError, one_of
 
-__all__ = ["DISPLAYS", "ENDINGS", "Display", "Look", "check_ghosts", "look_for"]
+__all__ = [
+    "DISPLAYS",
+    "ENDINGS",
+    "Display",
+    "DisplayOptions",
+    "check_ghosts",
+    "parse_display_options",
+]
 
 _LEAST = 16
 _MOST = 8192  # [pixels]
@@ -52,7 +59,7 @@ ENDINGS: Mapping[
 
 
 @dataclass(frozen=True)
-class Look:
+class DisplayOptions:
     """How a scene becomes a file. holds: raster, vector, film, model or solid; display, style: ""
     for the last two.
 
@@ -72,12 +79,12 @@ class Look:
     angle: float = 0.0
     fps: float = 25.0
     speed: float = 1.0
-    cut: Cut | None = None
+    cut: SectionPlane | None = None
     at: tuple[float, ...] = ()
     trail: int = 0
 
 
-def look_for(
+def parse_display_options(
     out: Path,
     *,
     display: str | None = None,
@@ -90,7 +97,7 @@ def look_for(
     cut: str | None = None,
     at: str | None = None,
     trail: int | None = None,
-) -> Look:
+) -> DisplayOptions:
     """The look of the file `out`, whose ending decides what it holds. UsageError for the first
     thing that cannot be.
 
@@ -111,7 +118,7 @@ def look_for(
     _check_holds(ending, holds, picture, {"--fps": fps, "--speed": speed}, at)
     chosen = _display(ending, holds, display or _display_of(style, usual))
     width, height = _pixels(size)
-    look = Look(
+    look = DisplayOptions(
         ending=ending,
         holds=holds,
         display=chosen,
@@ -122,8 +129,8 @@ def look_for(
         angle=_radians(angle or 0.0),
         fps=25.0 if fps is None else fps,
         speed=1.0 if speed is None else speed,
-        cut=None if cut is None else cut_of(cut),
-        at=() if at is None else instants_of(at),
+        cut=None if cut is None else parse_section_plane(cut),
+        at=() if at is None else parse_times(at),
         trail=0 if trail is None else _ghosts(trail),
     )
     if look.trail:
@@ -138,7 +145,7 @@ def _ending(out: Path) -> str:
     return ending
 
 
-def check_ghosts(look: Look, flag: str) -> None:
+def check_ghosts(look: DisplayOptions, flag: str) -> None:
     """UsageError where a look's display shows no ghosts, which `flag` asks for."""
     if look.display == "scanline" or look.style in ("depth", "id"):
         raise UsageError(

@@ -33,10 +33,10 @@ from workbench.study.predicted import prepared
 __all__ = [
     "PEOPLE_COLOURS",
     "Source",
+    "build_source",
     "result_source",
     "scene_of",
     "source_kind",
-    "source_of",
     "study_source",
 ]
 
@@ -98,10 +98,10 @@ class Source:
 def scene_of(source: str, *, posture: str | None = None, case: str | None = None) -> Scene:
     """The scene of a body in a posture, of an environment, or of a case of a study. See
     source_of."""
-    return source_of(source, poses=posture, case=case).scene
+    return build_source(source, poses=posture, case=case).scene
 
 
-def source_of(source: str, *, poses: str | None = None, case: str | None = None) -> Source:
+def build_source(source: str, *, poses: str | None = None, case: str | None = None) -> Source:
     """A body in one posture or several ("standing,seated"), an environment, or one or several cases
     of a study.
 

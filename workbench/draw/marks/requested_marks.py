@@ -16,18 +16,18 @@ from workbench.draw.marks.annotations import (
     stop_marks,
 )
 from workbench.draw.scene import Mark, Scene, SceneBody
-from workbench.draw.sources import Source
+from workbench.draw.scene_builder import Source
 from workbench.errors import UsageError, one_of
 from workbench.model.poses import Placed, Poses
 from workbench.model.posture_study import Person
 from workbench.posture.stops import stops
 
-__all__ = ["MARKS", "marked", "remarked"]
+__all__ = ["MARKS", "marks_for_scene", "with_marks"]
 
 MARKS = ("axes", "clearances", "contacts", "controls", "segments", "stops")
 
 
-def marked(source: Source, kinds: tuple[str, ...]) -> Source:
+def with_marks(source: Source, kinds: tuple[str, ...]) -> Source:
     """The source with marks of these kinds (see MARKS) for its first pose. UsageError for an
     unknown kind."""
     for kind in kinds:
@@ -37,7 +37,7 @@ def marked(source: Source, kinds: tuple[str, ...]) -> Source:
     return replace(source, scene=scene, kinds=kinds, fixed=source.scene.marks)
 
 
-def remarked(source: Source, scene: Scene) -> tuple[Mark, ...]:
+def marks_for_scene(source: Source, scene: Scene) -> tuple[Mark, ...]:
     """The marks of a scene of a source's poses, those of the source's kinds for the poses that the
     scene shows."""
     if not source.kinds:

@@ -10,14 +10,19 @@ from numpy.typing import ArrayLike
 
 from workbench.body.faces import filled_loops
 from workbench.draw.camera import Camera
-from workbench.draw.clipping import chained, clip_segments, clip_triangles, cut_lines
+from workbench.draw.clipping import (
+    chain_segments,
+    clip_segments,
+    clip_triangles,
+    plane_intersections,
+)
 from workbench.draw.scene import Scene, shown_corners
 from workbench.errors import UsageError, one_of
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats, Ints
 from workbench.model.environment import Environment
 
-__all__ = ["Cut", "cut_away", "cut_of", "opened"]
+__all__ = ["SectionPlane", "apply_section", "cut_away", "parse_section_plane"]
 
 _SIDES = {
     "front": (0, 1.0),
@@ -34,7 +39,7 @@ _ALONG = 1e-6  # a view that turns no more than this toward a plane looks along 
 
 
 @dataclass(frozen=True)
-class Cut:
+class SectionPlane:
     """A plane across an axis (0 x, 1 y, 2 z) at a coordinate [m], None: the middle of the bodies.
 
     side: what goes away is on the side of larger coordinates (1), of smaller ones (-1), or of the
@@ -47,7 +52,7 @@ class Cut:
     said: str
 
 
-def cut_of(text: str) -> Cut:
+def parse_section_plane(text: str) -> SectionPlane:
     """A cut from "left", "left=0.3", "y=300mm": the side that goes, or an axis whose viewer's side
     goes; and where.
 
@@ -58,7 +63,7 @@ def cut_of(text: str) -> Cut:
         raise UsageError(f"--cut: no side or axis {name!r}; {one_of(name, _SIDES)}")
     axis, side = _SIDES[name]
     if not equals:
-        return Cut(axis, side, None, text)
+        return SectionPlane(axis, side, None, text)
     found = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-z]*)", where)
     unit = (found[2] or "m") if found else ""
     if found is None or unit not in metres_in:
@@ -66,10 +71,10 @@ def cut_of(text: str) -> Cut:
             f"--cut {text}: a place such as {name}=0.3 [m] or {name}=300mm is needed; "
             f"units: {', '.join(metres_in)}"
         )
-    return Cut(axis, side, float(found[1]) * metres_in[unit], text)
+    return SectionPlane(axis, side, float(found[1]) * metres_in[unit], text)
 
 
-def opened(scene: Scene, camera: Camera, cut: Cut) -> Environment:
+def apply_section(scene: Scene, camera: Camera, cut: SectionPlane) -> Environment:
     """The environment of a scene cut open; bodies stay whole. See cut_away.
 
     UsageError where there is no environment, where the plane misses it, and for a cut on the
@@ -123,7 +128,7 @@ def cut_away(environment: Environment, point: ArrayLike, normal: ArrayLike) -> E
         )
     owner = np.repeat(np.arange(faces), np.diff(environment.edge_start))
     ends, kept = clip_segments(environment.vertices[environment.edges], toward, offset)
-    rims, rim_of = cut_lines(corners, toward, offset)
+    rims, rim_of = plane_intersections(corners, toward, offset)
     edges = np.concatenate([ends, rims])
     edge_polygon = np.concatenate([owner[kept], polygon[rim_of]])
     order = np.argsort(edge_polygon, kind="stable")
@@ -160,7 +165,9 @@ def _capped(
     frame = np.array([across, np.cross(toward, across)])
     caps: list[tuple[int, Floats]] = []
     for number in np.flatnonzero(environment.solid & ~environment.hidden):
-        flat, triangles = filled_loops([loop @ frame.T for loop in chained(rims[part == number])])
+        flat, triangles = filled_loops(
+            [loop @ frame.T for loop in chain_segments(rims[part == number])]
+        )
         if len(triangles):
             caps.append((int(number), (flat @ frame + offset * toward)[triangles]))
     if not caps:

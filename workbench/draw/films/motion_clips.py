@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.sources import PEOPLE_COLOURS, Source, source_kind, source_of
+from workbench.draw.scene_builder import PEOPLE_COLOURS, Source, build_source, source_kind
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.body.bodies import load_body
 from workbench.files.motions.lines import Pick
@@ -25,14 +25,14 @@ from workbench.study.motions import MotionOptions, load_motion
 
 __all__ = [
     "POSITIONS",
-    "Take",
-    "at_instants",
-    "evenly",
-    "in_motion",
-    "instants_of",
+    "MotionClip",
+    "at_times",
+    "common_time_span",
+    "evenly_spaced_times",
     "is_motion",
-    "laid_over",
-    "shown_span",
+    "overlay",
+    "parse_times",
+    "with_motion",
 ]
 
 POSITIONS = 4  # of a motion in a picture where nothing else is asked for: the paper's Figure 7
@@ -41,7 +41,7 @@ _SHORT = 2.0  # [s] motions that are shorter are told in milliseconds
 
 
 @dataclass(frozen=True)
-class Take:
+class MotionClip:
     """What of a motion file is wanted: frames from start to end [s]; up: its upward axis where it
     is not told right."""
 
@@ -50,7 +50,9 @@ class Take:
     up: str | None = None
 
 
-def in_motion(source: str, motion: str, *, take: Take = Take(), case: str | None = None) -> Source:
+def with_motion(
+    source: str, motion: str, *, take: MotionClip = MotionClip(), case: str | None = None
+) -> Source:
     """A body that makes the movement of a motion file, or a person of a study in its environment
     who does.
 
@@ -71,10 +73,10 @@ def in_motion(source: str, motion: str, *, take: Take = Take(), case: str | None
         raise UsageError(
             f"{source} is {'an' if kind[0] == 'e' else 'a'} {kind}: --motion is for bodies and studies"
         )
-    return _study_in_motion(source_of(source, case=case), motion, take)
+    return _study_in_motion(build_source(source, case=case), motion, take)
 
 
-def _study_in_motion(found: Source, motion: str, take: Take) -> Source:
+def _study_in_motion(found: Source, motion: str, take: MotionClip) -> Source:
     if found.moving:
         raise UsageError(f"{found.scene.title} brings its own motion: leave out --motion")
     if len(found.names) > 1:
@@ -102,7 +104,7 @@ def _who_moves(found: Source, motion: str) -> tuple[int, Path]:
     return found.people.index(name), Path(file)
 
 
-def _read(body: Body, file: Path, take: Take) -> tuple[Poses, tuple[str, ...]]:
+def _read(body: Body, file: Path, take: MotionClip) -> tuple[Poses, tuple[str, ...]]:
     if not file.is_file():
         raise InputError(f"{file}: no such motion file")
     keep = Pick(
@@ -125,7 +127,7 @@ def _first(person: Person, colour: str) -> SceneBody:
     )
 
 
-def laid_over(source: Source, under: Source, names: tuple[str, str]) -> Source:
+def overlay(source: Source, under: Source, names: tuple[str, str]) -> Source:
     """A source over the bodies of another one, which show pale behind its own in a second colour:
     predicted, actual.
 
@@ -161,11 +163,11 @@ def laid_over(source: Source, under: Source, names: tuple[str, str]) -> Source:
         notes=source.notes + under.notes,
     )
     if over.moving:
-        shown_span(over)
+        common_time_span(over)
     return over
 
 
-def shown_span(source: Source) -> tuple[float, float]:
+def common_time_span(source: Source) -> tuple[float, float]:
     """First and last time [s] that everybody who moves in a source has in common. InputError where
     there is none."""
     clocks = [p.poses.time for p in (*source.persons, *source.under) if p.poses.time is not None]
@@ -177,7 +179,7 @@ def shown_span(source: Source) -> tuple[float, float]:
     return start, end
 
 
-def instants_of(text: str) -> tuple[float, ...]:
+def parse_times(text: str) -> tuple[float, ...]:
     """Times [s] from "0,0.05,90ms"; UsageError for anything else."""
     found = []
     for part in text.split(","):
@@ -190,17 +192,17 @@ def instants_of(text: str) -> tuple[float, ...]:
     return tuple(found)
 
 
-def evenly(source: Source, count: int = POSITIONS) -> tuple[float, ...]:
+def evenly_spaced_times(source: Source, count: int = POSITIONS) -> tuple[float, ...]:
     """`count` times [s] of a motion, from its first to its last."""
-    return tuple(np.linspace(*shown_span(source), count).tolist())
+    return tuple(np.linspace(*common_time_span(source), count).tolist())
 
 
-def at_instants(source: Source, times: Sequence[float]) -> Source:
+def at_times(source: Source, times: Sequence[float]) -> Source:
     """A moving source at some moments [s], each named by its time. UsageError where it does not
     move, or not then."""
     if not source.moving:
         raise UsageError(f"--at: nothing moves in {source.scene.title}; give a motion")
-    start, end = shown_span(source)
+    start, end = common_time_span(source)
     late = [time for time in times if not start - 1e-9 <= time <= end + 1e-9]
     if late:
         raise UsageError(

@@ -15,24 +15,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from workbench.draw.camera import Camera
-from workbench.draw.kernels.frames import paint_disks, project_spheres, resort
-from workbench.draw.kernels.surfaces import BLOCK, light_surfaces, paint_rays, surface_depths
+from workbench.draw.kernels.disk_painter import paint_disks, project_spheres, update_depth_order
+from workbench.draw.kernels.shading import BLOCK, light_surfaces, paint_rays, surface_depths
 from workbench.draw.scene import Spheres
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats, Ints
 
 __all__ = [
     "Disks",
-    "Numbers",
+    "ItemBuffer",
     "Surfaces",
-    "disks_of",
-    "exact_disks",
-    "painted",
-    "shaded",
-    "surfaces_of",
+    "cast_rays",
+    "exact_item_buffer",
+    "painter_item_buffer",
+    "project_disks",
+    "shade_surfaces",
 ]
 
-Numbers = NDArray[np.int32]
+ItemBuffer = NDArray[np.int32]
 """(height, width) of a sphere or a triangle in each pixel, -1 for none."""
 
 _PAPER = 255  # grey
@@ -68,7 +68,7 @@ class Surfaces(NamedTuple):
     none."""
 
     depth: Floats
-    sphere: Numbers
+    sphere: ItemBuffer
 
 
 def _lens(camera: Camera) -> Floats:
@@ -78,7 +78,7 @@ def _lens(camera: Camera) -> Floats:
     return np.concatenate([camera.right, camera.up, camera.toward, camera.centre, rest])
 
 
-def disks_of(spheres: Spheres, camera: Camera, *, last: Ints | None = None) -> Disks:
+def project_disks(spheres: Spheres, camera: Camera, *, last: Ints | None = None) -> Disks:
     """Spheres as disks, with their painter's order.
 
     last (S,): the order of a frame before, from which this one is sorted by insertion. UsageError
@@ -101,12 +101,12 @@ def disks_of(spheres: Spheres, camera: Camera, *, last: Ints | None = None) -> D
         )
     else:
         order = last.copy()
-        moves = resort(order, front)
+        moves = update_depth_order(order, front)
     depth, radius = np.ascontiguousarray(shown.T)
     return Disks(disk, depth, radius, front, order[count - drawn :], view, order, moves)
 
 
-def painted(disks: Disks, camera: Camera) -> Numbers:
+def painter_item_buffer(disks: Disks, camera: Camera) -> ItemBuffer:
     """(height, width) the sphere that a painter of disks shows in each pixel, -1 for none."""
     picture = np.full((camera.height, camera.width), -1, dtype=np.int32)
     covered = np.empty((camera.height, 4), dtype=np.int64)
@@ -115,7 +115,7 @@ def painted(disks: Disks, camera: Camera) -> Numbers:
     return picture
 
 
-def exact_disks(disks: Disks, camera: Camera) -> Numbers:
+def exact_item_buffer(disks: Disks, camera: Camera) -> ItemBuffer:
     """The same with the true outline of each sphere, an ellipse in perspective, in place of the
     paper's circle."""
     picture = np.full((camera.height, camera.width), -1, dtype=np.int32)
@@ -125,7 +125,7 @@ def exact_disks(disks: Disks, camera: Camera) -> Numbers:
     return picture
 
 
-def surfaces_of(disks: Disks, camera: Camera) -> Surfaces:
+def cast_rays(disks: Disks, camera: Camera) -> Surfaces:
     """What a ray through the middle of each pixel meets first; in perspective always exact.
 
     Where the nearest plane goes through a sphere, its cut face shows.
@@ -139,7 +139,9 @@ def surfaces_of(disks: Disks, camera: Camera) -> Surfaces:
     return Surfaces(depth, sphere)
 
 
-def shaded(disks: Disks, surfaces: Surfaces, camera: Camera, colour: Floats) -> NDArray[np.uint8]:
+def shade_surfaces(
+    disks: Disks, surfaces: Surfaces, camera: Camera, colour: Floats
+) -> NDArray[np.uint8]:
     """(height, width, 3) soft light and ambient shade in creases, on white; colour (S, 3): 0 to 255
     in full light."""
     picture = np.full((camera.height, camera.width, 3), _PAPER, dtype=np.uint8)
