@@ -72,7 +72,7 @@ def cast(spheres: Spheres, camera: Camera) -> tuple[Floats, Ints, Bools]:
     across = (columns - camera.width / 2.0) / camera.scale
     high = (camera.height / 2.0 - rows) / camera.scale
     start = camera.centre + across[..., None] * camera.right + high[..., None] * camera.up
-    ray = camera.toward + camera.bend * (camera.centre - start)  # one metre of depth
+    ray = camera.toward + camera.inverse_distance * (camera.centre - start)  # one metre of depth
     square = np.sum(ray * ray, axis=-1)[..., None]
     off = start[..., None, :] - spheres.centre
     half = -np.sum(off * ray[..., None, :], axis=-1)

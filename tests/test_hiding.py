@@ -118,8 +118,8 @@ def test_an_arc_is_veiled_exactly_where_a_ray_to_the_eye_meets_a_polygon(view, s
     which = which[inside]
     pixels = pixels[inside]
     depth = arcs.depth[which] + np.sum(arcs.tilt[which] * (pixels - arcs.disk[which, :2]), axis=1)
-    depth = depth / (1.0 + depth * camera.bend)
-    size = camera.scale / (1.0 - depth * camera.bend)
+    depth = depth / (1.0 + depth * camera.inverse_distance)
+    size = camera.scale / (1.0 - depth * camera.inverse_distance)
     points = np.column_stack([(pixels[:, 0] - 150) / size, (130 - pixels[:, 1]) / size, depth])
     hit, margin = blocked(camera, points, triangles(scene, camera))
     clear = margin > 5e-3
@@ -144,8 +144,8 @@ def test_a_line_is_drawn_exactly_where_no_polygon_and_no_sphere_hides_it(view, s
     at = ends[:, 0] * (1 - share) + ends[:, 1] * share
     inside = np.all((at[:, :2] > 0) & (at[:, :2] < (camera.width, camera.height)), axis=1)
     at = at[inside]
-    depth = at[:, 2] / (1.0 + at[:, 2] * camera.bend)
-    size = camera.scale / (1.0 - depth * camera.bend)
+    depth = at[:, 2] / (1.0 + at[:, 2] * camera.inverse_distance)
+    size = camera.scale / (1.0 - depth * camera.inverse_distance)
     points = np.column_stack([(at[:, 0] - 150) / size, (130 - at[:, 1]) / size, depth])
     ray, _ = eye_rays(camera, points)
     lifted = points + 2e-3 * ray  # off its own faces, as the allowance of the display has it

@@ -179,5 +179,5 @@ def test_projected_centres_lie_inside_their_ellipses() -> None:
     assert np.all(np.linalg.norm(middle - arcs.disk[:, :2], axis=1) < arcs.disk[:, 2])
     assert (
         np.all(to_view(camera, scene.spheres.centre)[:, 2] < camera.distance)
-        and front().bend == 0.0
+        and front().inverse_distance == 0.0
     )

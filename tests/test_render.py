@@ -93,8 +93,8 @@ def test_a_body_becomes_every_kind_of_file(cab, tmp_path, ending, monkeypatch):
     if ending == ".mp4":
         pytest.importorskip("imageio_ffmpeg")
     arm = str(cab.parents[1] / "bodies/one_arm.yaml")
-    look = {"size": SMALL} if ENDINGS[ending][1] else {}
-    look |= {"fps": 2.0} if ENDINGS[ending][0] == "film" else {}
+    look = {"size": SMALL} if ENDINGS[ending].display else {}
+    look |= {"fps": 2.0} if ENDINGS[ending].holds == "film" else {}
     first = made(tmp_path, arm, f"one{ending}", **look)
     assert first and first == made(tmp_path, arm, f"two{ending}", **look)
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"one{ending}", f"two{ending}"]

@@ -120,7 +120,7 @@ def render(
     """
     from workbench.files.output_file import check_file
 
-    look = _look(out, picture, movement)
+    options = _options(out, picture, movement)
     check_file(out)
     from workbench.draw.marks.requested_marks import with_marks
     from workbench.draw.render import render as write
@@ -131,17 +131,17 @@ def render(
         check_file(out)  # again, now that all inputs are known
         if picture.marks is not None:
             found = with_marks(found, tuple(name.strip() for name in picture.marks.split(",")))
-        write(found, look, out, progress=lambda done, count: say(f"frame {done} of {count}"))
+        write(found, options, out, progress=lambda done, count: say(f"frame {done} of {count}"))
     for note in found.notes:
         tell(note)
     emit(out)
     return 0
 
 
-def _look(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
+def _options(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
     from workbench.draw.display_options import check_ghosts, parse_display_options
 
-    look = parse_display_options(
+    options = parse_display_options(
         out,
         display=picture.display,
         style=picture.style,
@@ -155,8 +155,8 @@ def _look(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
         trail=movement.trail,
     )
     if movement.over is not None:
-        check_ghosts(look, "--over")
-    return look
+        check_ghosts(options, "--over")
+    return options
 
 
 def _found(source: str, chosen: tuple[str | None, str | None], movement: Movement) -> Source:
@@ -165,8 +165,8 @@ def _found(source: str, chosen: tuple[str | None, str | None], movement: Movemen
     from workbench.draw.scene_builder import build_source
 
     (pose, case), motion, over = chosen, movement.motion, movement.over
-    take = MotionClip(movement.start, movement.end, movement.up)
-    if take != MotionClip() and motion is None and not (over and is_motion(over)):
+    clip = MotionClip(movement.start, movement.end, movement.up)
+    if clip != MotionClip() and motion is None and not (over and is_motion(over)):
         raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
     if motion is not None and pose is not None:
         raise UsageError(
@@ -175,11 +175,11 @@ def _found(source: str, chosen: tuple[str | None, str | None], movement: Movemen
     if motion is None:
         found = build_source(source, poses=pose, case=case)
     else:
-        found = with_motion(source, motion, take=take, case=case)
+        found = with_motion(source, motion, clip=clip, case=case)
     if over is None:
         return found
     under = (
-        with_motion(source, over, take=take, case=case)
+        with_motion(source, over, clip=clip, case=case)
         if is_motion(over)
         else build_source(over, poses=pose, case=case)
     )

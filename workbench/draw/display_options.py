@@ -1,5 +1,4 @@
-"""Which displays and files there are, and whether what is asked for goes together: one table, one
-message a fault."""
+"""Choose a display for an output file, and check that the options go together."""
 
 from __future__ import annotations
 
@@ -19,22 +18,24 @@ __all__ = [
     "ENDINGS",
     "Display",
     "DisplayOptions",
+    "FileKind",
     "check_ghosts",
     "parse_display_options",
 ]
 
-_LEAST = 16
-_MOST = 8192  # [pixels]
-_MOST_GHOSTS = 50
+_MIN_PIXELS = 16
+_MAX_PIXELS = 8192
+_MAX_GHOSTS = 50
 
 
 @dataclass(frozen=True)
 class Display:
-    """kind: raster (pixels) or vector (lines). styles: the first one is used where none is asked
-    for."""
+    """A way to draw a scene."""
 
     kind: str
+    """raster (pixels) or vector (lines)."""
     styles: tuple[str, ...]
+    """The first one is the default."""
 
 
 DISPLAYS: Mapping[str, Display] = {
@@ -44,44 +45,56 @@ DISPLAYS: Mapping[str, Display] = {
     "outline": Display("vector", ("veiled", "hidden_line")),
     "circles": Display("vector", ("veiled", "hidden_line")),
 }
-ENDINGS: Mapping[
-    str, tuple[str, str]
-] = {  # ending -> what it holds, the display used where none is asked for
-    ".png": ("raster", "disks"),
-    ".svg": ("vector", "outline"),
-    ".gif": ("film", "disks"),
-    ".webp": ("film", "disks"),
-    ".mp4": ("film", "disks"),
-    ".glb": ("model", ""),
-    ".stl": ("solid", ""),
-    ".3mf": ("solid", ""),
+
+
+@dataclass(frozen=True)
+class FileKind:
+    """What a file with some ending holds."""
+
+    holds: str
+    """raster, vector, film, model or solid."""
+    display: str
+    """The default display, "" for models and solids."""
+
+
+ENDINGS: Mapping[str, FileKind] = {
+    ".png": FileKind("raster", "disks"),
+    ".svg": FileKind("vector", "outline"),
+    ".gif": FileKind("film", "disks"),
+    ".webp": FileKind("film", "disks"),
+    ".mp4": FileKind("film", "disks"),
+    ".glb": FileKind("model", ""),
+    ".stl": FileKind("solid", ""),
+    ".3mf": FileKind("solid", ""),
 }
 
 
 @dataclass(frozen=True)
 class DisplayOptions:
-    """How a scene becomes a file. holds: raster, vector, film, model or solid; display, style: ""
-    for the last two.
-
-    view: a standard view, or eye (of the first body) or eye:NAME. width, height [pixels]. angle
-    [rad]: of view from bottom to top; 0 is a parallel view. fps [frames/s], speed: of films, see
-    motion.frame_times. cut: the plane that opens the environment. at [s]: the moments of a motion
-    that a picture shows, (): four. trail: ghosts of earlier positions.
-    """
+    """How a scene becomes a file."""
 
     ending: str
     holds: str
+    """raster, vector, film, model or solid."""
     display: str
+    """A key of `DISPLAYS`, "" for models and solids."""
     style: str
     view: str = "three_quarter"
+    """A standard view, "eye" (of the first body) or "eye:NAME"."""
     width: int = 800
     height: int = 800
     angle: float = 0.0
+    """Angle of view [rad] from bottom to top; 0 for a parallel view."""
     fps: float = 25.0
+    """Frames per second of a film."""
     speed: float = 1.0
+    """Seconds of the motion in a second of its film."""
     cut: SectionPlane | None = None
+    """The plane that opens the environment."""
     at: tuple[float, ...] = ()
+    """Times [s] of a motion that a picture shows side by side; empty for four evenly spaced."""
     trail: int = 0
+    """Number of ghosts of earlier positions."""
 
 
 def parse_display_options(
@@ -98,44 +111,59 @@ def parse_display_options(
     at: str | None = None,
     trail: int | None = None,
 ) -> DisplayOptions:
-    """The look of the file `out`, whose ending decides what it holds. UsageError for the first
-    thing that cannot be.
+    """Read the options of `workbench render` for an output file; None is an option not given.
 
-    size: "800" or "1280x720" [pixels]. angle [degrees]. cut: see cutting.cut_of. at: see
-    recorded.instants_of.
+    Parameters
+    ----------
+    out
+        The output file. Its ending decides what it holds.
+    display, style
+        A key of `DISPLAYS`, and one of its styles.
+    view
+        A standard view, "eye" or "eye:NAME".
+    size
+        "800" or "1280x720" [pixels].
+    angle
+        Angle of view [degrees].
+    fps, speed
+        Frames per second and speed of a film.
+    cut
+        See `section_planes.parse_section_plane`.
+    at
+        See `motion_clips.parse_times`.
+    trail
+        Number of ghosts.
+
+    Raises
+    ------
+    UsageError
+        If an option is out of range or does not suit the file or the display.
     """
     ending = _ending(out)
-    holds, usual = ENDINGS[ending]
-    picture = {
-        "--display": display,
-        "--style": style,
-        "--view": view,
-        "--size": size,
-        "--angle": angle,
-        "--cut": cut,
-        "--trail": trail,
-    }
-    _check_holds(ending, holds, picture, {"--fps": fps, "--speed": speed}, at)
-    chosen = _display(ending, holds, display or _display_of(style, usual))
+    kind = ENDINGS[ending]
+    pictures: dict[str, object] = {"display": display, "style": style, "view": view, "size": size}
+    pictures |= {"angle": angle, "cut": cut, "trail": trail}
+    _check_file_kind(ending, kind.holds, pictures, {"fps": fps, "speed": speed}, at)
+    chosen = _display(ending, kind.holds, display or _display_with_style(style, kind.display))
     width, height = _pixels(size)
-    look = DisplayOptions(
-        ending=ending,
-        holds=holds,
-        display=chosen,
-        style=_style(chosen, style),
-        view=_view(view or "three_quarter"),
-        width=width,
-        height=height,
+    options = DisplayOptions(
+        ending,
+        kind.holds,
+        chosen,
+        _style(chosen, style),
+        _view(view or "three_quarter"),
+        width,
+        height,
         angle=_radians(angle or 0.0),
         fps=25.0 if fps is None else fps,
         speed=1.0 if speed is None else speed,
         cut=None if cut is None else parse_section_plane(cut),
         at=() if at is None else parse_times(at),
-        trail=0 if trail is None else _ghosts(trail),
+        trail=_ghosts(trail or 0),
     )
-    if look.trail:
-        check_ghosts(look, "--trail")
-    return look
+    if options.trail:
+        check_ghosts(options, "--trail")
+    return options
 
 
 def _ending(out: Path) -> str:
@@ -145,56 +173,55 @@ def _ending(out: Path) -> str:
     return ending
 
 
-def check_ghosts(look: DisplayOptions, flag: str) -> None:
-    """UsageError where a look's display shows no ghosts, which `flag` asks for."""
-    if look.display == "scanline" or look.style in ("depth", "id"):
+def check_ghosts(options: DisplayOptions, flag: str) -> None:
+    """Raise `UsageError` if the display cannot show the ghosts that `flag` asks for."""
+    if options.display == "scanline" or options.style in ("depth", "id"):
         raise UsageError(
-            f"{flag}: the display {look.display} in the style {look.style} shows no pale bodies behind"
+            f"{flag}: the display {options.display} in the style {options.style} shows no pale "
+            "bodies behind"
         )
-    if look.holds == "solid":
+    if options.holds == "solid":
         raise UsageError(
-            f"{flag}: a {look.ending} file holds one pose of a body, nothing pale behind it"
+            f"{flag}: a {options.ending} file holds one pose of a body, nothing pale behind it"
         )
 
 
-def _check_holds(
+def _check_file_kind(
     ending: str,
     holds: str,
-    picture: Mapping[str, object],
+    pictures: Mapping[str, object],
     rates: Mapping[str, object],
     at: str | None,
 ) -> None:
+    """Refuse options of pictures, of films and of moments for a file that has none."""
     if holds in ("model", "solid"):
-        _refuse(picture, f"a {ending} file holds a body in three dimensions, no picture")
+        _refuse(pictures, f"a {ending} file holds a body in three dimensions, no picture")
     if holds != "film":
         _refuse(rates, f"a {ending} file is no film; films are .mp4, .gif and .webp")
     if holds in ("film", "model"):
-        _refuse(
-            {"--at": at}, f"a {ending} file shows the whole motion; --start and --end choose a part"
-        )
+        whole = f"a {ending} file shows the whole motion; --start and --end choose a part"
+        _refuse({"at": at}, whole)
+
+
+def _refuse(given: Mapping[str, object], reason: str) -> None:
+    named = [f"--{option}" for option, value in given.items() if value is not None]
+    if named:
+        raise UsageError(f"{reason}: leave out {' and '.join(named)}")
 
 
 def _ghosts(trail: int) -> int:
-    if not 0 <= trail <= _MOST_GHOSTS:
-        raise UsageError(
-            f"--trail: 0 to {_MOST_GHOSTS} earlier positions are possible, got {trail}"
-        )
+    if not 0 <= trail <= _MAX_GHOSTS:
+        raise UsageError(f"--trail: 0 to {_MAX_GHOSTS} earlier positions are possible, got {trail}")
     return trail
 
 
-def _refuse(given: Mapping[str, object], why: str) -> None:
-    named = [flag for flag, value in given.items() if value is not None]
-    if named:
-        raise UsageError(f"{why}: leave out {' and '.join(named)}")
-
-
-def _display_of(style: str | None, usual: str) -> str:
-    """The display that has a style, where none is named; the usual one of the file first."""
-    kind = DISPLAYS[usual].kind if usual else ""
-    having = [
+def _display_with_style(style: str | None, default: str) -> str:
+    """Return the display that has a style: the default of the file if it has, else the first."""
+    kind = DISPLAYS[default].kind if default else ""
+    suitable = [
         name for name, entry in DISPLAYS.items() if entry.kind == kind and style in entry.styles
     ]
-    return having[0] if having and usual not in having else usual
+    return suitable[0] if suitable and default not in suitable else default
 
 
 def _display(ending: str, holds: str, display: str) -> str:
@@ -204,10 +231,10 @@ def _display(ending: str, holds: str, display: str) -> str:
         raise UsageError(f"no display {display!r}; {one_of(display, DISPLAYS)}")
     kind = "vector" if holds == "vector" else "raster"
     if DISPLAYS[display].kind != kind:
-        fit = ", ".join(name for name, entry in DISPLAYS.items() if entry.kind == kind)
+        suitable = ", ".join(name for name, entry in DISPLAYS.items() if entry.kind == kind)
         other = ".svg" if kind == "raster" else ".png, .gif, .webp or .mp4"
         raise UsageError(
-            f"the display {display} makes {other}, not {ending}; for {ending} take {fit}"
+            f"the display {display} makes {other}, not {ending}; for {ending} take {suitable}"
         )
     return display
 
@@ -228,14 +255,16 @@ def _view(view: str) -> str:
 
 
 def _pixels(size: str | None) -> tuple[int, int]:
-    found = re.fullmatch(r"(\d{1,9})(?:[xX](\d{1,9}))?", size or "800")
-    if found is None:
+    """Return width and height of "800" or "1280x720"; 800 x 800 if None."""
+    match = re.fullmatch(r"(\d{1,9})(?:[xX](\d{1,9}))?", size or "800")
+    if match is None:
         raise UsageError(f"--size: pixels such as 800 or 1280x720 are needed, got {size!r}")
-    width = int(found[1])
-    height = int(found[2] or found[1])
-    if not (_LEAST <= width <= _MOST and _LEAST <= height <= _MOST):
+    width = int(match[1])
+    height = int(match[2] or match[1])
+    if not all(_MIN_PIXELS <= side <= _MAX_PIXELS for side in (width, height)):
         raise UsageError(
-            f"--size: a picture of {_LEAST} to {_MOST} pixels each way is possible, got {width}x{height}"
+            f"--size: a picture of {_MIN_PIXELS} to {_MAX_PIXELS} pixels each way is possible, "
+            f"got {width}x{height}"
         )
     return width, height
 

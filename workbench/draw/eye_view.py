@@ -1,4 +1,4 @@
-"""What a body sees: a camera between its eyes."""
+"""Place a camera between the eyes of a body."""
 
 from __future__ import annotations
 
@@ -14,15 +14,23 @@ from workbench.model.arrays import Floats
 
 __all__ = ["eye_point", "eye_view"]
 
-_CLEAR = 0.08  # [m] nothing nearer is drawn: brows, nose and cheeks would hide the rest
+_NEAR_PLANE = 0.08
+"""Distance [m] before the eyes where drawing begins. Brows, nose and cheeks would hide the rest."""
 
 
 def eye_point(shown: SceneBody) -> tuple[Floats, Floats]:
-    """The middle (3,) [m] between the fronts of a body's eyes, and its head's axes (3, 3): forward,
-    left, up as rows.
+    """Find the eyes of a body: the spheres whose name ends with "eye".
 
-    The eyes are the spheres whose name ends with "eye". UsageError where the body has none or they
-    are not placed.
+    Returns
+    -------
+    tuple[Floats, Floats]
+        The midpoint (3,) [m] between the fronts of the eyes, and the axes (3, 3) of the head:
+        forward, left, up as rows.
+
+    Raises
+    ------
+    UsageError
+        If the body has no eyes, or they are not placed.
     """
     placed = shown.placed
     body = placed.body
@@ -33,13 +41,11 @@ def eye_point(shown: SceneBody) -> tuple[Floats, Floats]:
         )
     head = int(body.sphere_segment[eyes[0]])
     axes = placed.world_from_segment[shown.pose, head, :, :3].T
-    point = (
-        placed.centres[shown.pose][eyes].mean(axis=0)
-        + body.radius[placed.person[shown.pose], eyes].mean() * axes[0]
-    )
+    radius = body.radius[placed.person[shown.pose], eyes].mean()
+    point = placed.centres[shown.pose][eyes].mean(axis=0) + radius * axes[0]
     if not np.all(np.isfinite(point)):
         raise UsageError(
-            f"body {body.name}: its eyes are outside the logical window, nothing can be seen from them"
+            f"body {body.name}: its eyes are outside the logical window, so it has no view"
         )
     return point, axes
 
@@ -53,16 +59,27 @@ def eye_view(
     width: int = 640,
     height: int = 640,
 ) -> Camera:
-    """A perspective camera where the body's eyes are, upright with its head, without what is within
-    80 mm.
+    """Return a perspective camera at the eyes of a body, upright with its head.
 
-    down, left [rad]: of the line of sight from straight ahead of the head; the default is a usual
-    line of sight. field [rad]: from the bottom of the picture to its top.
+    What is within 80 mm of the eyes is not drawn.
+
+    Parameters
+    ----------
+    shown
+        The body and its pose.
+    down, left
+        Angles [rad] of the line of sight from straight ahead of the head. The default is a usual
+        line of sight.
+    field
+        Angle of view [rad] from bottom to top.
+    width, height
+        Size of the picture [pixels].
     """
     point, (forward, leftward, up) = eye_point(shown)
     level = math.cos(left) * forward + math.sin(left) * leftward
-    ahead = math.cos(down) * level - math.sin(down) * up
+    sight = math.cos(down) * level - math.sin(down) * up
+    near_plane = 1.0 - _NEAR_PLANE  # as a depth; the target is 1 m away
     camera = look_at(
-        point, point + ahead, up=up, field=field, width=width, height=height, cut=1.0 - _CLEAR
+        point, point + sight, up=up, field=field, width=width, height=height, cut=near_plane
     )
     return replace(camera, name="eye")

@@ -67,7 +67,9 @@ def scan_pieces(
         height = (camera.height / 2.0 - row - 0.5) / camera.scale  # [m] of the line at depth 0
         circles = _cut(seen, spheres.radius, camera, float(height))
         ends, sphere = _foremost(circles, camera, front if rule == "front" else None)
-        stretch = camera.scale * (math.hypot(height, camera.distance) if camera.bend else 1.0)
+        stretch = camera.scale * (
+            math.hypot(height, camera.distance) if camera.inverse_distance else 1.0
+        )
         found.append(Pieces(np.full(len(sphere), row), camera.width / 2.0 + stretch * ends, sphere))
     return Pieces(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
@@ -79,7 +81,7 @@ def _cut(seen: Floats, radius: Floats, camera: Camera, height: float) -> _Circle
     line ahead of it the second axis; runs are slopes across / along, and spheres that hold the eye
     are left out.
     """
-    if not camera.bend:
+    if not camera.inverse_distance:
         off = height - seen[:, 1]
         middle = seen[:, [0, 2]]
     else:
@@ -89,12 +91,12 @@ def _cut(seen: Floats, radius: Floats, camera: Camera, height: float) -> _Circle
         middle = np.column_stack([seen[:, 0], ahead])
     square = radius * radius - off * off
     met = square > 0.0
-    if camera.bend:
+    if camera.inverse_distance:
         met &= np.sum((seen - [0.0, 0.0, camera.distance]) ** 2, axis=1) > radius * radius
     sphere = np.flatnonzero(met)
     middle = middle[sphere]
     cut = np.sqrt(square[sphere])
-    if not camera.bend:
+    if not camera.inverse_distance:
         return _Circles(
             sphere, middle, cut, np.column_stack([middle[:, 0] - cut, middle[:, 0] + cut])
         )
@@ -138,7 +140,7 @@ def _surface(circles: _Circles, camera: Camera, place: Floats) -> Floats:
     across = circles.middle[:, :1]
     along = circles.middle[:, 1:]
     square = circles.radius[:, None] ** 2
-    if not camera.bend:
+    if not camera.inverse_distance:
         depth: Floats = along + np.sqrt(np.maximum(square - (place - across) ** 2, 0.0))
         return depth
     length = np.sqrt(1.0 + place * place)
@@ -167,7 +169,7 @@ def _crossings(circles: _Circles, camera: Camera) -> Floats:
     base = circles.middle[first] + foot[:, None] * unit
     side = rise[:, None] * unit[:, ::-1] * [-1.0, 1.0]
     points = np.concatenate([base + side, base - side])
-    if not camera.bend:
+    if not camera.inverse_distance:
         return points[:, 0]
     points = points[points[:, 1] > 0.0]
     slopes: Floats = points[:, 0] / points[:, 1]

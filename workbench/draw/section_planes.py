@@ -1,4 +1,4 @@
-"""An environment cut open by a plane, for any display to look into."""
+"""Cut an environment open by a plane, so that every display can look into it."""
 
 from __future__ import annotations
 
@@ -35,28 +35,38 @@ _SIDES = {
     "y": (1, 0.0),
     "z": (2, 0.0),
 }
-_ALONG = 1e-6  # a view that turns no more than this toward a plane looks along it
+"""Axis of each side, and the sign of the coordinates on it; 0 for the viewer's side."""
+_ALONG_PLANE = 1e-6
+"""Component of the line of sight across a plane below which the camera looks along the plane."""
 
 
 @dataclass(frozen=True)
 class SectionPlane:
-    """A plane across an axis (0 x, 1 y, 2 z) at a coordinate [m], None: the middle of the bodies.
-
-    side: what goes away is on the side of larger coordinates (1), of smaller ones (-1), or of the
-    viewer (0). said: how it was asked for.
-    """
+    """A plane across an axis of the world, and the side that is cut away."""
 
     axis: int
+    """0 x, 1 y, 2 z."""
     side: float
+    """Side that is cut away: 1 larger coordinates, -1 smaller ones, 0 the viewer's side."""
     at: float | None
-    said: str
+    """Coordinate [m] of the plane, None for the middle of the bodies."""
+    text: str
+    """The option as given."""
 
 
 def parse_section_plane(text: str) -> SectionPlane:
-    """A cut from "left", "left=0.3", "y=300mm": the side that goes, or an axis whose viewer's side
-    goes; and where.
+    """Read a section plane such as "left", "left=0.3" or "y=300mm".
 
-    Metres where no unit is given. UsageError for anything else.
+    Parameters
+    ----------
+    text
+        The side to cut away, or an axis whose viewer's side is cut away. Then optionally "=" and
+        the coordinate, in metres if no unit is given.
+
+    Raises
+    ------
+    UsageError
+        If the text is anything else.
     """
     name, equals, where = (part.strip() for part in text.partition("="))
     if name not in _SIDES:
@@ -64,139 +74,173 @@ def parse_section_plane(text: str) -> SectionPlane:
     axis, side = _SIDES[name]
     if not equals:
         return SectionPlane(axis, side, None, text)
-    found = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-z]*)", where)
-    unit = (found[2] or "m") if found else ""
-    if found is None or unit not in metres_in:
+    match = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-z]*)", where)
+    unit = (match[2] or "m") if match else ""
+    if match is None or unit not in metres_in:
         raise UsageError(
             f"--cut {text}: a place such as {name}=0.3 [m] or {name}=300mm is needed; "
             f"units: {', '.join(metres_in)}"
         )
-    return SectionPlane(axis, side, float(found[1]) * metres_in[unit], text)
+    return SectionPlane(axis, side, float(match[1]) * metres_in[unit], text)
 
 
-def apply_section(scene: Scene, camera: Camera, cut: SectionPlane) -> Environment:
-    """The environment of a scene cut open; bodies stay whole. See cut_away.
+def apply_section(scene: Scene, camera: Camera, plane: SectionPlane) -> Environment:
+    """Return the environment of a scene cut open by a plane; bodies stay whole. See `cut_away`.
 
-    UsageError where there is no environment, where the plane misses it, and for a cut on the
-    viewer's side by a plane that this camera looks along.
+    Raises
+    ------
+    UsageError
+        If there is no environment, if the plane misses it, or if the viewer's side is to be cut
+        away by a plane that the camera looks along.
     """
     if scene.environment is None:
         raise UsageError(
-            f"--cut {cut.said}: it opens an environment, and there is none in {scene.title}"
+            f"--cut {plane.text}: it opens an environment, and there is none in {scene.title}"
         )
-    side = cut.side or float(np.sign(camera.toward[cut.axis]))
-    if not cut.side and abs(camera.toward[cut.axis]) < _ALONG:
-        sides = [name for name, (axis, sense) in _SIDES.items() if axis == cut.axis and sense]
+    side = plane.side or _viewer_side(camera, plane)
+    at = float(scene.bounds[:, plane.axis].mean()) if plane.at is None else plane.at
+    extent = shown_corners(scene.environment)[:, plane.axis]
+    if not (len(extent) and extent.min() < at < extent.max()):
         raise UsageError(
-            f"--cut {cut.said}: the view {camera.name} looks along this plane; say which side goes: "
-            f"{' or '.join(sides)}"
+            f"--cut {plane.text}: {scene.environment.name} goes from {extent.min(initial=0.0):.3g} "
+            f"to {extent.max(initial=0.0):.3g} m along {'xyz'[plane.axis]}; this plane misses it"
         )
-    at = float(scene.bounds[:, cut.axis].mean()) if cut.at is None else cut.at
-    reach = shown_corners(scene.environment)[:, cut.axis]
-    if not (len(reach) and reach.min() < at < reach.max()):
-        raise UsageError(
-            f"--cut {cut.said}: {scene.environment.name} goes from {reach.min(initial=0.0):.3g} to "
-            f"{reach.max(initial=0.0):.3g} m along {'xyz'[cut.axis]}; this plane misses it"
-        )
-    axis = np.eye(3)[cut.axis]
+    axis = np.eye(3)[plane.axis]
     return cut_away(scene.environment, at * axis, side * axis)
 
 
-def cut_away(environment: Environment, point: ArrayLike, normal: ArrayLike) -> Environment:
-    """An environment to be drawn, without what lies beyond the plane through `point` (3,) [m],
-    where `normal` points.
-
-    Cut polygons end in an edge; where the plane goes through a solid its cut face is a polygon
-    more, at the end of the part. Only for pictures: the parts are no longer what they were, and
-    keep their polygons' planes and circles. UsageError for no plane, and where nothing is left.
-    """
-    through = np.asarray(point, dtype=np.float64)
-    toward = np.asarray(normal, dtype=np.float64)
-    length = float(np.linalg.norm(toward)) if toward.shape == through.shape == (3,) else 0.0
-    if not (np.isfinite(length) and length > 0.0 and np.isfinite(through).all()):
+def _viewer_side(camera: Camera, plane: SectionPlane) -> float:
+    """Return 1 or -1, the side of a plane on which the viewer is."""
+    across = camera.toward[plane.axis]
+    if abs(across) < _ALONG_PLANE:
+        sides = [name for name, (axis, sign) in _SIDES.items() if axis == plane.axis and sign]
         raise UsageError(
-            f"cut: a point and a direction of 3 numbers each are needed, got {through.tolist()} and {toward.tolist()}"
+            f"--cut {plane.text}: the view {camera.name} looks along this plane; say which side "
+            f"goes: {' or '.join(sides)}"
         )
-    toward, offset = toward / length, float(through @ toward / length)
-    faces = len(environment.normal)
+    return float(np.sign(across))
+
+
+def cut_away(environment: Environment, point: ArrayLike, normal: ArrayLike) -> Environment:
+    """Remove what of an environment lies beyond a plane, for pictures only.
+
+    Cut polygons end in an edge. Where the plane cuts a solid, the cut face is added at the end of
+    the part as a polygon. The other polygons keep their planes and enclosing circles.
+
+    Parameters
+    ----------
+    environment
+        The environment to cut.
+    point, normal
+        (3,) a point [m] of the plane and the direction of what is removed.
+
+    Raises
+    ------
+    UsageError
+        If point and normal give no plane, or nothing is left.
+    """
+    unit, offset = _checked_plane(point, normal)
+    polygons = len(environment.normal)
     corners = environment.vertices[environment.triangles]
-    polygon = np.repeat(np.arange(faces), np.diff(environment.triangle_start))
-    pieces, of = clip_triangles(corners, toward, offset)
+    triangle_polygon = np.repeat(np.arange(polygons), np.diff(environment.triangle_start))
+    pieces, source = clip_triangles(corners, unit, offset)
     if not len(pieces):
         raise UsageError(
             f"cut: nothing of {environment.name} is left on the near side of the plane"
         )
-    owner = np.repeat(np.arange(faces), np.diff(environment.edge_start))
-    ends, kept = clip_segments(environment.vertices[environment.edges], toward, offset)
-    rims, rim_of = plane_intersections(corners, toward, offset)
-    edges = np.concatenate([ends, rims])
-    edge_polygon = np.concatenate([owner[kept], polygon[rim_of]])
-    order = np.argsort(edge_polygon, kind="stable")
+    section_lines, crossed = plane_intersections(corners, unit, offset)
+    section_polygon = triangle_polygon[crossed]
+    edge_polygon = np.repeat(np.arange(polygons), np.diff(environment.edge_start))
+    clipped_edges, kept = clip_segments(environment.vertices[environment.edges], unit, offset)
+    edges = np.concatenate([clipped_edges, section_lines])
+    owner = np.concatenate([edge_polygon[kept], section_polygon])
+    edges = edges[np.argsort(owner, kind="stable")]
     count = 3 * len(pieces)
-    open_ = replace(
+    cut = replace(
         environment,
-        vertices=np.concatenate([pieces.reshape(-1, 3), edges[order].reshape(-1, 3)]),
+        vertices=np.concatenate([pieces.reshape(-1, 3), edges.reshape(-1, 3)]),
         triangles=np.arange(count).reshape(-1, 3),
-        triangle_start=_starts(polygon[of], faces),
+        triangle_start=_row_starts(triangle_polygon[source], polygons),
         edges=count + np.arange(2 * len(edges)).reshape(-1, 2),
-        edge_start=_starts(edge_polygon, faces),
+        edge_start=_row_starts(owner, polygons),
     )
-    return _capped(open_, rims, environment.polygon_part[polygon[rim_of]], (toward, offset))
+    return _with_section_faces(
+        cut, section_lines, environment.polygon_part[section_polygon], unit, offset
+    )
 
 
-def _starts(polygon: Ints, faces: int) -> Ints:
-    """(F + 1,) where the rows of each polygon start, given the polygon (M,) of each, in any
-    order."""
-    starts: Ints = np.concatenate([[0], np.cumsum(np.bincount(polygon, minlength=faces))])
+def _checked_plane(point: ArrayLike, normal: ArrayLike) -> tuple[Floats, float]:
+    """Return the unit normal (3,) and the offset [m] of a plane."""
+    through = np.asarray(point, dtype=np.float64)
+    direction = np.asarray(normal, dtype=np.float64)
+    three = direction.shape == through.shape == (3,)
+    length = float(np.linalg.norm(direction)) if three else 0.0
+    if not (np.isfinite(length) and length > 0.0 and np.isfinite(through).all()):
+        raise UsageError(
+            "cut: a point and a direction of 3 numbers each are needed, "
+            f"got {through.tolist()} and {direction.tolist()}"
+        )
+    return direction / length, float(through @ direction / length)
+
+
+def _row_starts(polygon: Ints, polygons: int) -> Ints:
+    """Return where (F + 1,) the rows of each of F polygons start, given the polygon (M,) of each
+    row in any order."""
+    starts: Ints = np.concatenate([[0], np.cumsum(np.bincount(polygon, minlength=polygons))])
     return starts
 
 
-def _capped(
-    environment: Environment, rims: Floats, part: Ints, plane: tuple[Floats, float]
+def _with_section_faces(
+    environment: Environment, lines: Floats, part: Ints, normal: Floats, offset: float
 ) -> Environment:
-    """The environment with a cut face for each of its solid parts: inside the lines rims (K, 2, 3)
-    of part (K,).
+    """Add a cut face to each solid part: what lies inside the lines (K, 2, 3) of part (K,).
 
-    The faces have no edges of their own: those of the polygons that end there are drawn.
+    The faces have no edges of their own, since the polygons that end there have them.
     """
-    toward, offset = plane
-    across = np.cross(np.eye(3)[int(np.argmin(np.abs(toward)))], toward)
+    across = np.cross(np.eye(3)[int(np.argmin(np.abs(normal)))], normal)
     across /= np.linalg.norm(across)
-    frame = np.array([across, np.cross(toward, across)])
-    caps: list[tuple[int, Floats]] = []
+    frame = np.array([across, np.cross(normal, across)])  # axes of the plane
+    faces: list[Floats] = []
+    parts: list[int] = []
     for number in np.flatnonzero(environment.solid & ~environment.hidden):
-        flat, triangles = filled_loops(
-            [loop @ frame.T for loop in chain_segments(rims[part == number])]
-        )
+        loops = [loop @ frame.T for loop in chain_segments(lines[part == number])]
+        flat, triangles = filled_loops(loops)
         if len(triangles):
-            caps.append((int(number), (flat @ frame + offset * toward)[triangles]))
-    if not caps:
+            faces.append((flat @ frame + offset * normal)[triangles])
+            parts.append(int(number))
+    if not faces:
         return environment
-    owner = np.concatenate([environment.polygon_part, [number for number, _ in caps]])
-    return _with_polygons(environment, [corners for _, corners in caps], owner, toward)
+    owner = np.concatenate([environment.polygon_part, parts])
+    return _with_polygons(environment, faces, owner, normal)
 
 
 def _with_polygons(
-    environment: Environment, made: list[Floats], owner: Ints, normal: Floats
+    environment: Environment, faces: list[Floats], owner: Ints, normal: Floats
 ) -> Environment:
-    """The environment with one more polygon for each of `made`, triangles (T, 3, 3) in one
-    direction, and no edges.
+    """Add polygons without edges, in the order of their parts.
 
-    owner (F + M,): the part of each polygon, old and made; they are put in the order of the parts.
+    Parameters
+    ----------
+    environment
+        The environment of F polygons.
+    faces
+        M polygons, as triangles (T, 3, 3) each.
+    owner
+        (F + M,) the part of each polygon, old and new.
+    normal
+        (3,) unit normal of all new polygons.
     """
     order = np.argsort(owner, kind="stable")
-    count = len(environment.vertices)
-    sizes = np.append(np.diff(environment.triangle_start), [len(corners) for corners in made])
-    edge_sizes = np.append(np.diff(environment.edge_start), [0] * len(made))
-    points = np.concatenate(made).reshape(-1, 3)
-    triangles = np.concatenate(
-        [environment.triangles, count + np.arange(len(points)).reshape(-1, 3)]
-    )
+    sizes = np.append(np.diff(environment.triangle_start), [len(face) for face in faces])
+    edge_sizes = np.append(np.diff(environment.edge_start), [0] * len(faces))
+    points = np.concatenate(faces).reshape(-1, 3)
+    new_triangles = len(environment.vertices) + np.arange(len(points)).reshape(-1, 3)
+    triangles = np.concatenate([environment.triangles, new_triangles])
     rank = np.argsort(order)[np.repeat(np.arange(len(order)), sizes)]
-    middle = np.array([corners.mean(axis=(0, 1)) for corners in made])
-    reach = [
-        np.linalg.norm(corners - centre, axis=2).max()
-        for corners, centre in zip(made, middle, strict=True)
+    centre = np.array([face.mean(axis=(0, 1)) for face in faces])
+    radius = [
+        np.linalg.norm(face - middle, axis=2).max()
+        for face, middle in zip(faces, centre, strict=True)
     ]
     return replace(
         environment,
@@ -205,8 +249,8 @@ def _with_polygons(
         triangles=triangles[np.argsort(rank, kind="stable")],
         triangle_start=np.append(0, np.cumsum(sizes[order])),
         edge_start=np.append(0, np.cumsum(edge_sizes[order])),
-        normal=np.concatenate([environment.normal, np.tile(normal, (len(made), 1))])[order],
-        offset=np.append(environment.offset, middle @ normal)[order],
-        circle_centre=np.concatenate([environment.circle_centre, middle])[order],
-        circle_radius=np.append(environment.circle_radius, reach)[order],
+        normal=np.concatenate([environment.normal, np.tile(normal, (len(faces), 1))])[order],
+        offset=np.append(environment.offset, centre @ normal)[order],
+        circle_centre=np.concatenate([environment.circle_centre, centre])[order],
+        circle_radius=np.append(environment.circle_radius, radius)[order],
     )

@@ -137,5 +137,5 @@ def visible_lines(edges: Floats, clear: Bools, layers: DepthBuffers) -> Lines:
     edges = np.concatenate([edges[:, :, :2], projective_depth(camera, edges[:, :, 2:])], axis=2)
     seen = (layers.depth, layers.sphere, layers.body_depth)
     limits = np.array([_BIAS, layers.cut])
-    pieces = edge_pieces(edges, clear[inside], seen, limits, _STEP, camera.bend)
+    pieces = edge_pieces(edges, clear[inside], seen, limits, _STEP, camera.inverse_distance)
     return Lines(pieces[:, :4].reshape(-1, 2, 2), pieces[:, 4], pieces[:, 5] == 1.0)

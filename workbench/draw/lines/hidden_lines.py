@@ -164,7 +164,7 @@ def visible_edge_lines(
 def _from_picture(camera: Camera, points: Floats) -> Floats:
     """View coordinates (..., 3) [m] of x, y [pixels] and projective depth (..., 3)."""
     depth = metric_depth(camera, points[..., 2])
-    size = camera.scale / (1.0 - depth * camera.bend)
+    size = camera.scale / (1.0 - depth * camera.inverse_distance)
     x = (points[..., 0] - camera.width / 2.0) / size
     y = (camera.height / 2.0 - points[..., 1]) / size
     return np.stack([x, y, depth], axis=-1)
