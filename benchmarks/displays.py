@@ -24,11 +24,16 @@ from PIL import Image, ImageDraw
 import workbench as wb
 from workbench.draw.camera import Camera, standard_view
 from workbench.draw.disks import disks
-from workbench.draw.films.frames import disks_of, painted, shaded, surfaces_of
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody, Spheres
-from workbench.draw.sources import scene_of
+from workbench.draw.scene_builder import scene_of
+from workbench.draw.sphere_raster import (
+    cast_rays,
+    painter_item_buffer,
+    project_disks,
+    shade_surfaces,
+)
 from workbench.draw.views import fitted_view
 from workbench.model.arrays import Ints
 from workbench.model.environment import Environment
@@ -200,10 +205,10 @@ def row(what: str, figure: str, goal: str) -> None:
 
 def lit(spheres: Spheres, camera: Camera, order: Ints) -> NDArray[np.uint8]:
     """A shaded picture, sorted from an order."""
-    found = disks_of(spheres, camera, last=order)
-    return shaded(
+    found = project_disks(spheres, camera, last=order)
+    return shade_surfaces(
         found,
-        surfaces_of(found, camera),
+        cast_rays(found, camera),
         camera,
         np.tile([250.0, 238.0, 220.0], (len(found.front), 1)),
     )
@@ -214,9 +219,12 @@ def rasters(scene: Scene, seconds: float) -> None:
     spheres = scene.spheres
     for size, goal, times in (((320, 240), 4000, (4.0, 4.0)), ((1920, 1080), 500, (1.7, 2.0))):
         camera = standard_view("front", scene.bounds, width=size[0], height=size[1], margin=0.03)
-        flat = disks_of(spheres, camera)
+        flat = project_disks(spheres, camera)
         ours = best(
-            lambda c=camera, last=flat.all: painted(disks_of(spheres, c, last=last), c), seconds
+            lambda c=camera, last=flat.all: painter_item_buffer(
+                project_disks(spheres, c, last=last), c
+            ),
+            seconds,
         )
         row(f"disks flat, {size[0]} x {size[1]}", f"{1 / ours:.0f} frames/s", f"goal {goal}")
         for name, other, share in (("Pillow", pillow, times[0]), ("OpenCV", opencv, times[1])):
@@ -231,7 +239,7 @@ def rasters(scene: Scene, seconds: float) -> None:
                 row(f"    {name}", "not installed", "")
     for size in ((320, 240), (1920, 1080)):
         camera = standard_view("front", scene.bounds, width=size[0], height=size[1], margin=0.03)
-        order = disks_of(spheres, camera).all
+        order = project_disks(spheres, camera).all
         ours = best(lambda c=camera, o=order: lit(spheres, c, o), seconds)
         goal_text = "goal 60" if size[0] == 1920 else ""
         row(
@@ -258,10 +266,10 @@ def moves(scene: Scene) -> None:
     spheres = walking(scene, 31)
     for view in ("left", "top", "three_quarter", "front"):
         camera = standard_view(view, scene.bounds, width=320, height=240)
-        last = disks_of(spheres[0], camera)
+        last = project_disks(spheres[0], camera)
         counted = []
         for frame in spheres[1:]:
-            last = disks_of(frame, camera, last=last.all)
+            last = project_disks(frame, camera, last=last.all)
             counted.append(last.moves / len(frame.radius))
         figure = f"{np.mean(counted):.2f} n moves"
         row(

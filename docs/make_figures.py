@@ -13,14 +13,14 @@ import workbench as wb
 from workbench.draw.camera import Camera
 from workbench.draw.disks import disks
 from workbench.draw.films.film import film_frames, write_film
-from workbench.draw.films.frames import disks_of, painted
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
 from workbench.draw.films.strip import strip_image
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.outline import outline
 from workbench.draw.scanline import scanline
 from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.sources import scene_of, source_of
+from workbench.draw.scene_builder import build_source, scene_of
+from workbench.draw.sphere_raster import painter_item_buffer, project_disks
 from workbench.draw.views import framed_views
 from workbench.model.moving import poses_at
 
@@ -56,8 +56,8 @@ SHARE = np.array(
 def grey_disks(scene: Scene, camera: Camera) -> Image.Image:
     """The paper's picture: one grey a sphere by the depth of its frontmost point, lighter the
     nearer, on white."""
-    found = disks_of(scene.spheres, camera)
-    sphere = painted(found, camera)
+    found = project_disks(scene.spheres, camera)
+    sphere = painter_item_buffer(found, camera)
     far, near = found.front[found.order[[0, -1]]]
     grey = (40 + 195 * (np.maximum(found.front, far) - far) / (near - far)).astype(np.uint8)
     return Image.fromarray(np.where(sphere < 0, 255, grey[sphere]).astype(np.uint8))
@@ -81,7 +81,7 @@ def figures_3_and_5() -> None:
     camera = framed_views(scene, ["three_quarter"], width=420, height=440)[0][1]
     (IMAGES / "figure_3_outline.svg").write_text(outline(scene, camera))
     disks(scene, camera, mode="shaded").save(IMAGES / "shaded.png", optimize=True)
-    person = source_of("bubbleman", poses="seated").persons[0]
+    person = build_source("bubbleman", poses="seated").persons[0]
     placed = wb.place(person.body, person.poses, window=("H", "LHN", "RHN"))
     part = Scene((SceneBody(placed, 0, "blue"),), title="head and hands")
     camera = framed_views(part, ["three_quarter"], width=420, height=440)[0][1]

@@ -12,17 +12,22 @@ import sys
 import numpy as np
 
 from tests.test_frames import cameras, lit, swarm
-from workbench.draw.films.frames import disks_of, exact_disks, painted, surfaces_of
-from workbench.draw.kernels.arcs import arc_chains, ends_met, rim_arcs
-from workbench.draw.kernels.hiding import (
-    Hiders,
+from workbench.draw.kernels.arcs import arc_chains, ends_met, silhouette_arcs
+from workbench.draw.kernels.occlusion import (
+    Occluders,
     hidden_arcs,
     hidden_lines,
-    hiding_planes,
     lines_among_balls,
+    occluder_planes,
 )
-from workbench.draw.kernels.raster import fill_triangles, sphere_depths
-from workbench.draw.kernels.rims import parallel_rims
+from workbench.draw.kernels.rasterization import fill_triangles, sphere_depths
+from workbench.draw.kernels.silhouettes import parallel_rims
+from workbench.draw.sphere_raster import (
+    cast_rays,
+    exact_item_buffer,
+    painter_item_buffer,
+    project_disks,
+)
 
 __all__ = ["CALLS", "as_text"]
 
@@ -31,9 +36,9 @@ def frames():
     """Nine spheres painted from several cameras."""
     found = []
     for camera in cameras(1, 13, 11):
-        disk = disks_of(swarm(2, 9), camera)
-        found += [painted(disk, camera), exact_disks(disk, camera)]
-        depth = np.round(surfaces_of(disk, camera).depth, 9)
+        disk = project_disks(swarm(2, 9), camera)
+        found += [painter_item_buffer(disk, camera), exact_item_buffer(disk, camera)]
+        depth = np.round(cast_rays(disk, camera).depth, 9)
         found += [depth, lit(swarm(2, 9), camera, (250, 200, 99))[0]]
     return found
 
@@ -53,8 +58,8 @@ def raster():
 def hiding():
     """Arcs and lines behind twenty triangles and among nine balls."""
     random = np.random.default_rng(5)
-    planes = hiding_planes(random.uniform(-3, 3, (20, 3, 3)), 1e-3)
-    hiders = Hiders(planes, 10.0, 1, 1, np.array([0, 20]), np.arange(20))
+    planes = occluder_planes(random.uniform(-3, 3, (20, 3, 3)), 1e-3)
+    hiders = Occluders(planes, 10.0, 1, 1, np.array([0, 20]), np.arange(20))
     circles = random.uniform(-1, 1, (15, 3, 3))
     arcs = hidden_arcs(circles, np.tile([0.3, 6.0], (15, 1)), hiders)
     lines = random.uniform(0, 3, (15, 2, 3))
@@ -70,7 +75,7 @@ def arcs():
     balls = np.column_stack([random.uniform(-3, 3, (30, 3)), random.uniform(0.1, 2, 30)])
     segment = np.arange(30) // 6
     rims = parallel_rims(balls, segment, segment // 3, np.eye(5) > 0, np.full(30, 0.4))
-    arc, of = rim_arcs(rims)
+    arc, of = silhouette_arcs(rims)
     order, chain = arc_chains(np.arange(len(of)) - 1)
     ellipses = np.column_stack([balls[:, [0, 1, 3]], np.ones(30), balls[:, 0]])
     odd = np.arange(len(ellipses)) % 2 == 0

@@ -23,7 +23,7 @@ from tests.accommodations import (
     trainer_people,
 )
 from workbench.body.people.share import percent, percent_number
-from workbench.draw.contours import level_loops, spacing, spread
+from workbench.draw.contours import kernel_regression, level_loops, median_spacing
 from workbench.draw.reach_map import LEVELS, map_controls, reach_map_svg
 from workbench.model.accommodation import Gain, Requirement
 from workbench.report.page import page
@@ -437,9 +437,9 @@ def winding(loop, shape):
 def test_spreading_keeps_constants_and_takes_the_nearest_far_out():
     points = np.array([[0, 0], [1, 0], [0, 1], [1, 1.0]])
     places = np.array([[0.3, 0.6], [50, 50]])
-    assert spread(points, np.full(4, 0.7), places, width=0.2) == pytest.approx(0.7)
-    assert spread(points, np.arange(4.0), places, width=0.2)[1] == pytest.approx(3)
-    assert spacing(points) == 1
+    assert kernel_regression(points, np.full(4, 0.7), places, width=0.2) == pytest.approx(0.7)
+    assert kernel_regression(points, np.arange(4.0), places, width=0.2)[1] == pytest.approx(3)
+    assert median_spacing(points) == 1
 
 
 def test_a_reach_map_shows_lines_with_their_shares_over_the_part():

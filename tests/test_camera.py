@@ -15,25 +15,25 @@ from tests.test_draw import BOX, boxes, crowd, eye_of, front, painted_slowly, sp
 from workbench import UsageError, scene_of
 from workbench.draw.camera import (
     VIEWS,
-    fitted,
+    fit_to_spheres,
     look_at,
-    metric,
+    metric_depth,
+    orbit,
     project,
-    projective,
+    projective_depth,
     standard_view,
-    turned,
 )
-from workbench.draw.clipping import clip_segments, clip_triangles, cut_lines
-from workbench.draw.cutting import cut_away
+from workbench.draw.clipping import clip_segments, clip_triangles, plane_intersections
 from workbench.draw.disks import disks
-from workbench.draw.eyes import eye_point, eye_view
+from workbench.draw.eye_view import eye_point, eye_view
 from workbench.draw.lines.arcs import arc_lengths, outline_arcs
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.edges import drawn_edges
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.section_planes import cut_away
 from workbench.draw.views import fitted_view
-from workbench.draw.visibility import projected_disks, visible_layers
+from workbench.draw.visibility import projected_disks, render_buffers
 
 RIGHT_ANGLE = math.pi / 2  # of view: a picture is as high as twice the distance
 UP = np.array([0.0, 0.0, 1.0])
@@ -60,7 +60,7 @@ def test_a_parallel_view_is_the_limit_of_perspective() -> None:
     )
     scene = Scene((crowd(),))
     wide = replace(near, distance=1e12)
-    assert np.array_equal(visible_layers(scene, wide).sphere, visible_layers(scene, near).sphere)
+    assert np.array_equal(render_buffers(scene, wide).sphere, render_buffers(scene, near).sphere)
     arcs = outline_arcs(scene, near)
     like = outline_arcs(scene, replace(near, distance=1e5))
     assert np.bincount(like.sphere, arc_lengths(like), 60) == pytest.approx(
@@ -93,41 +93,41 @@ def test_projective_depth_is_linear_along_a_line_and_turns_back_into_metres() ->
     ends = np.array([[2.0, -1.0, 0.3], [-5.0, 1.0, 0.5]])
     points = project(camera, ends[0] + np.linspace(0, 1, 9)[:, None] * (ends[1] - ends[0]))
     share = (points[:, 0] - points[0, 0]) / (points[-1, 0] - points[0, 0])
-    depth = projective(camera, points[:, 2])
+    depth = projective_depth(camera, points[:, 2])
     assert depth == pytest.approx(depth[0] + share * (depth[-1] - depth[0]))
-    assert metric(camera, depth) == pytest.approx(points[:, 2])
-    assert metric(camera, np.array([-np.inf])) == -np.inf
+    assert metric_depth(camera, depth) == pytest.approx(points[:, 2])
+    assert metric_depth(camera, np.array([-np.inf])) == -np.inf
 
 
 def test_a_whole_turn_gives_the_first_picture_byte_for_byte() -> None:
     scene = Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.9]]))
     camera = front(48)
     first = disks(scene, camera).tobytes()
-    assert disks(scene, turned(camera, math.tau)).tobytes() == first
+    assert disks(scene, orbit(camera, math.tau)).tobytes() == first
     bare = replace(
         scene, environment=None
     )  # the box has corners on the borders of pixels, where rounding shows
     first = disks(bare, camera).tobytes()
     for _ in range(8):
-        camera = turned(camera, math.tau / 8)
+        camera = orbit(camera, math.tau / 8)
     assert disks(bare, camera).tobytes() == first
 
 
 def test_a_quarter_turn_to_the_left_shows_the_left_side() -> None:
-    camera = turned(front(), math.pi / 2)
+    camera = orbit(front(), math.pi / 2)
     assert np.allclose([camera.toward, camera.up], [[0, 1, 0], UP])
 
 
 def test_a_sphere_that_holds_the_eye_is_not_drawn() -> None:
     scene = Scene((spheres_body([[2.0, 0, 0], [-3, 0, 0]], [0.5, 0.4]),))
     camera = look_at((2.1, 0.1, 0), (0, 0, 0), width=40, height=40)
-    assert set(np.unique(visible_layers(scene, camera).sphere)) == {-1, 1}
+    assert set(np.unique(render_buffers(scene, camera).sphere)) == {-1, 1}
 
 
 def test_the_near_plane_shows_the_face_it_cuts() -> None:
     ball = Scene((spheres_body([0, 0, 0], 0.5),))
     whole = replace(front(200), cut=0.3)  # the front is gone, the widest circle is not
-    layers = visible_layers(ball, whole)
+    layers = render_buffers(ball, whole)
     assert projected_disks(ball, whole).disk[0, 2] == pytest.approx(50)
     assert layers.body_depth.max() == 0.3 and np.sum(layers.body_depth == 0.3) == pytest.approx(
         np.pi * 40**2, rel=0.01
@@ -153,14 +153,14 @@ def test_disks_in_perspective_equal_a_plain_painter(seed: int) -> None:
     )
     drawn = projected_disks(scene, camera)
     slow = painted_slowly(scene, camera)
-    assert np.array_equal(visible_layers(scene, camera).sphere, slow)
+    assert np.array_equal(render_buffers(scene, camera).sphere, slow)
     assert not np.isin(slow, np.setdiff1d(np.arange(40), drawn.order)).any()
 
 
 def test_polygons_behind_the_eye_are_not_drawn_and_those_it_stands_in_are_cut() -> None:
     room = boxes([[-3, -2, -1], [3, 2, 1]])  # the eye is inside it
     camera = look_at((1, 0, 0), (-1, 0, 0), field=RIGHT_ANGLE, width=64, height=48)
-    layers = visible_layers(Scene((), room), camera)
+    layers = render_buffers(Scene((), room), camera)
     assert np.all(layers.triangle >= 0) and np.isfinite(layers.depth).all()
     assert layers.depth[24, 32] == pytest.approx(-2.0, abs=1e-3)  # the far wall
     floor = layers.depth[44, 32]
@@ -175,7 +175,7 @@ def test_the_eye_of_a_body_looks_ahead_and_sees_its_hands_not_its_nose() -> None
     camera = eye_view(scene.bodies[0], width=64, height=64)
     point, axes = eye_point(scene.bodies[0])
     assert eye_of(camera) == pytest.approx(point) and -camera.toward @ axes[0] > 0.98
-    layers = visible_layers(scene, camera)
+    layers = render_buffers(scene, camera)
     body = scene.bodies[0].placed.body
     segment = np.array(body.segments)[body.sphere_segment]
     assert (
@@ -201,7 +201,7 @@ def test_clipped_triangles_keep_their_area_on_both_sides(seed: int) -> None:
     above, also = clip_triangles(corners, -normal, -0.2)
     pieces = np.bincount(of, _areas(below), 20) + np.bincount(also, _areas(above), 20)
     assert pieces == pytest.approx(_areas(corners)) and np.all(below @ normal <= 0.2 + 1e-9)
-    lines, crossed = cut_lines(corners, normal, 0.2)
+    lines, crossed = plane_intersections(corners, normal, 0.2)
     assert np.allclose(lines @ normal, 0.2) and set(crossed) == set(of) & set(also)
 
 
@@ -230,7 +230,7 @@ def test_a_segment_through_the_plane_ends_on_it() -> None:
         (lambda: look_at((1, 0, 0), (0, 0, 0), field=4.0), "177 degrees"),
         (lambda: look_at((1, 0, 0), (0, 0, 0), width=0), "at least 1 x 1"),
         (lambda: replace(front(), distance=-1.0), "must be positive"),
-        (lambda: fitted(front(), np.empty((0, 3)), np.empty(0)), "finite spheres"),
+        (lambda: fit_to_spheres(front(), np.empty((0, 3)), np.empty(0)), "finite spheres"),
         (lambda: fitted_view(Scene(), front()), "nothing to show"),
     ],
 )
@@ -250,7 +250,7 @@ def test_a_shell_cut_in_half_is_open_and_a_solid_closed_by_its_cut_face() -> Non
     assert area.sum() == pytest.approx(1.0 + 4 * 0.5) and half.bounds[:, 0] == pytest.approx(
         [-0.5, 0.0]
     )
-    whole, opened = (visible_layers(Scene((), shown), front()).depth for shown in (box, half))
+    whole, opened = (render_buffers(Scene((), shown), front()).depth for shown in (box, half))
     assert whole[32, 32] == pytest.approx(0.5, abs=1e-3) and opened[32, 32] == pytest.approx(
         -0.5, abs=1e-3
     )

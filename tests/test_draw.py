@@ -14,10 +14,10 @@ from workbench.draw.camera import VIEWS, Camera, project, standard_view
 from workbench.draw.disks import disks
 from workbench.draw.lines.circles import circles
 from workbench.draw.lines.edges import drawn_edges, visible_lines
-from workbench.draw.marks.layout import placed_marks
+from workbench.draw.marks.layout import layout_marks
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
-from workbench.draw.visibility import projected_disks, visible_layers
+from workbench.draw.visibility import projected_disks, render_buffers
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Ints
 from workbench.model.body import Body, Topology
@@ -161,13 +161,13 @@ def painted_slowly(scene: Scene, camera: Camera) -> Ints:
 def test_disks_equal_a_plain_painter_pixel_for_pixel(view: str) -> None:
     scene = Scene((crowd(),))
     camera = standard_view(view, BOX, width=61, height=47)
-    assert np.array_equal(visible_layers(scene, camera).sphere, painted_slowly(scene, camera))
+    assert np.array_equal(render_buffers(scene, camera).sphere, painted_slowly(scene, camera))
 
 
 def test_the_depth_of_a_body_is_that_of_a_ray_through_each_pixel() -> None:
     scene = Scene((crowd(2),))
     camera = front(32)
-    depth = visible_layers(scene, camera).body_depth
+    depth = render_buffers(scene, camera).body_depth
     spheres = scene.spheres
     rays = (np.mgrid[:32, :32] + 0.5 - 16.0) / 16.0
     off = (rays[1][..., None] - spheres.centre[:, 1]) ** 2 + (
@@ -180,7 +180,7 @@ def test_the_depth_of_a_body_is_that_of_a_ray_through_each_pixel() -> None:
 
 def test_a_nearer_disk_hides_a_farther_one() -> None:
     scene = Scene((spheres_body([[0.5, 0, 0], [0.0, 0, 0]], [0.2, 0.5]),))
-    layers = visible_layers(scene, front())
+    layers = render_buffers(scene, front())
     assert layers.sphere[32, 32] == 0
     assert (
         layers.sphere[32, 32 + 12] == 1
@@ -200,13 +200,13 @@ def test_a_sphere_behind_a_polygon_is_hidden_by_it_where_the_veil_is_opaque() ->
         np.ptp(picture[96, 128].astype(int) - alone[96, 128]) <= 2
     )  # the wall's own hue, a little less faded
     assert picture[96, 128].min() > 180 > picture[160, 128].min()
-    assert veiled(visible_layers(Scene((body,), wall), camera))[96, 128]
+    assert veiled(render_buffers(Scene((body,), wall), camera))[96, 128]
 
 
 def test_what_is_nearer_than_every_body_is_cut_away() -> None:
     body = spheres_body([0, 0, 0], 0.5)
     wall = boxes([[0.6, -1, -1], [0.7, 1, 1]])
-    layers = visible_layers(Scene((body,), wall), front())
+    layers = render_buffers(Scene((body,), wall), front())
     assert layers.cut == pytest.approx(0.5, abs=2e-3)
     assert np.all(layers.triangle == -1)
 
@@ -214,7 +214,7 @@ def test_what_is_nearer_than_every_body_is_cut_away() -> None:
 def test_a_solid_that_the_cut_goes_through_shows_its_section() -> None:
     body = spheres_body([0, 0, 0], 0.25)
     block = boxes([[-1, 0.5, -1], [1, 1, 1]])
-    layers = visible_layers(Scene((body,), block), front())
+    layers = render_buffers(Scene((body,), block), front())
     assert np.all(layers.section[:, 49:63]) and not np.any(layers.section[:, :48])
     assert np.allclose(layers.depth[:, 49:63], layers.cut)
 
@@ -253,7 +253,7 @@ def test_a_box_seen_from_the_front_is_drawn_with_the_four_edges_of_its_face() ->
     scene = Scene((), boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]))
     camera = front()
     edges, clear = drawn_edges(boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]]), camera, np.inf)
-    lines = visible_lines(edges, clear, visible_layers(scene, camera))
+    lines = visible_lines(edges, clear, render_buffers(scene, camera))
     near = lines.ends[lines.depth > 0.49]
     assert len(edges) == 12 and not lines.faint.any()
     assert np.linalg.norm(near[:, 1] - near[:, 0], axis=1) == pytest.approx([32.0] * 4)
@@ -330,7 +330,7 @@ def test_four_views_hold_every_sphere_at_one_scale() -> None:
 
 def test_labels_of_crowded_marks_do_not_overlap() -> None:
     points = np.random.default_rng(4).normal(0.0, 0.05, (30, 3))
-    placed = placed_marks(Scene((), None, numbered(points)), front(640))
+    placed = layout_marks(Scene((), None, numbered(points)), front(640))
     for a, b in combinations(placed, 2):
         apart = np.abs(np.subtract(a.label, b.label)) - np.add(a.half, b.half)
         assert apart.max() >= 0.0
@@ -363,5 +363,5 @@ def test_what_cannot_be_drawn_is_refused_in_words(wrong: object, message: str) -
 
 def test_a_view_that_misses_the_scene_is_an_empty_page() -> None:
     camera = standard_view("front", BOX + 50.0, width=40, height=40)
-    layers = visible_layers(Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.8]])), camera)
+    layers = render_buffers(Scene((crowd(),), boxes([[-1, -1, -1], [1, 1, -0.8]])), camera)
     assert np.all(layers.sphere == -1) and np.all(layers.triangle == -1)

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import boxes, front
-from workbench.draw.camera import in_view, look_at, to_picture
+from workbench.draw.camera import look_at, to_view, view_to_pixels
 from workbench.draw.kernels.edge_lines import edge_pieces, paint_lines
 from workbench.draw.lines.edges import drawn_edges
 
@@ -136,13 +136,13 @@ def test_view_coordinates_are_products_with_the_camera_s_axes(seed):
     random = np.random.default_rng(seed)
     points = random.uniform(-1, 1, (2, 5, 3))
     camera = look_at([3, 2, 1], random.uniform(-0.2, 0.2, 3), width=200, height=100, field=0.8)
-    seen = in_view(camera, points)
+    seen = to_view(camera, points)
     assert seen == pytest.approx(
         (points - camera.centre) @ np.array([camera.right, camera.up, camera.toward]).T
     )
-    shown = to_picture(camera, seen)
+    shown = view_to_pixels(camera, seen)
     size = camera.scale / (1 - seen[..., 2] / camera.distance)
     assert shown[..., 0] == pytest.approx(100 + size * seen[..., 0]) and np.array_equal(
         shown[..., 2], seen[..., 2]
     )
-    assert np.isnan(to_picture(camera, np.array([0.1, 0.2, camera.distance]))[:2]).all()
+    assert np.isnan(view_to_pixels(camera, np.array([0.1, 0.2, camera.distance]))[:2]).all()

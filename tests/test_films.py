@@ -17,15 +17,15 @@ from tests.conftest import ROOT
 from tests.test_draw import SVG, crowd, front, spheres_body
 from workbench import InputError, MissingPartError, Placed, UsageError
 from workbench.draw.disks import disks
-from workbench.draw.films.film import film_frames, stamped, write_film
+from workbench.draw.display_options import parse_display_options
+from workbench.draw.films.film import film_frames, stamp_text, write_film
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
 from workbench.draw.films.strip import strip_image, strip_svg
 from workbench.draw.ghosts import ghost_strengths
 from workbench.draw.lines.circles import circles
-from workbench.draw.looks import look_for
-from workbench.draw.render import camera_of_all
+from workbench.draw.render import camera_for_all_poses
 from workbench.draw.scene import Scene, SceneBody
-from workbench.draw.sources import source_of
+from workbench.draw.scene_builder import build_source
 from workbench.draw.visibility import cut_depth, projected_disks
 from workbench.model.moving import poses_at
 
@@ -215,7 +215,9 @@ def test_every_frame_of_a_motion_has_its_time_burnt_in(one_arm, swing):
     for frame, alone in zip(frames, bare, strict=True):
         changed = np.any(np.asarray(frame) != np.asarray(alone), axis=2)
         assert changed[:30].any() and not changed[30:].any()
-    assert np.asarray(stamped(bare[0].copy(), "0.000 s")).tolist() != np.asarray(frames[1]).tolist()
+    assert (
+        np.asarray(stamp_text(bare[0].copy(), "0.000 s")).tolist() != np.asarray(frames[1]).tolist()
+    )
 
 
 def test_the_camera_of_a_film_holds_every_pose(one_arm, swing):
@@ -275,10 +277,10 @@ def test_a_gif_of_a_scene_can_be_read_back(one_arm, swing, tmp_path):
 
 
 def test_the_environment_is_opened_by_one_plane_in_all_frames_of_a_film(tmp_path):
-    source = source_of("trainer_crash")
-    look = look_for(tmp_path / "x.gif", view="left", size="64x48")
+    source = build_source("trainer_crash")
+    look = parse_display_options(tmp_path / "x.gif", view="left", size="64x48")
     every = every_pose(source.scene)
-    camera = camera_of_all(source, look)
+    camera = camera_for_all_poses(source, look)
     cuts = {
         cut_depth(projected_disks(scene_at(source.scene, k), camera), camera)
         for k in (0, 80, 110, 199)

@@ -14,14 +14,20 @@ from hypothesis import strategies as st
 
 from tests.test_draw import BOX, SVG, boxes, crowd, eye_of, front, spheres_body, veiled
 from workbench import InputError, UsageError
-from workbench.draw.camera import Camera, look_at, standard_view, turned
+from workbench.draw.camera import Camera, look_at, orbit, standard_view
 from workbench.draw.disks import MODES, POLYGONS, disks
-from workbench.draw.films.frames import disks_of, exact_disks, painted, shaded, surfaces_of
-from workbench.draw.kernels.frames import resort
+from workbench.draw.kernels.disk_painter import update_depth_order
 from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Scene, Spheres
-from workbench.draw.sources import scene_of
-from workbench.draw.visibility import visible_layers
+from workbench.draw.scene_builder import scene_of
+from workbench.draw.sphere_raster import (
+    cast_rays,
+    exact_item_buffer,
+    painter_item_buffer,
+    project_disks,
+    shade_surfaces,
+)
+from workbench.draw.visibility import render_buffers
 from workbench.model.arrays import Bools, Floats, Ints
 
 
@@ -50,9 +56,9 @@ def cameras(seed: int, width: int = 53, height: int = 37) -> list[Camera]:
 
 def lit(spheres, camera, colour, *, last=None):
     """A shaded picture of spheres that are all of one colour, and the order for the next frame."""
-    found = disks_of(spheres, camera, last=last)
+    found = project_disks(spheres, camera, last=last)
     full = np.tile(np.array(colour, dtype=float), (len(found.front), 1))
-    return shaded(found, surfaces_of(found, camera), camera, full), found.all
+    return shade_surfaces(found, cast_rays(found, camera), camera, full), found.all
 
 
 def cast(spheres: Spheres, camera: Camera) -> tuple[Floats, Ints, Bools]:
@@ -66,7 +72,7 @@ def cast(spheres: Spheres, camera: Camera) -> tuple[Floats, Ints, Bools]:
     across = (columns - camera.width / 2.0) / camera.scale
     high = (camera.height / 2.0 - rows) / camera.scale
     start = camera.centre + across[..., None] * camera.right + high[..., None] * camera.up
-    ray = camera.toward + camera.bend * (camera.centre - start)  # one metre of depth
+    ray = camera.toward + camera.inverse_distance * (camera.centre - start)  # one metre of depth
     square = np.sum(ray * ray, axis=-1)[..., None]
     off = start[..., None, :] - spheres.centre
     half = -np.sum(off * ray[..., None, :], axis=-1)
@@ -88,7 +94,7 @@ def cast(spheres: Spheres, camera: Camera) -> tuple[Floats, Ints, Bools]:
 def test_surfaces_are_those_a_ray_caster_finds(seed: int) -> None:
     spheres = swarm(seed)
     for camera in cameras(seed):
-        found = surfaces_of(disks_of(spheres, camera), camera)
+        found = cast_rays(project_disks(spheres, camera), camera)
         depth, sphere, clear = cast(spheres, camera)
         assert np.array_equal(found.sphere >= 0, sphere >= 0) or np.array_equal(
             (found.sphere >= 0)[clear], (sphere >= 0)[clear]
@@ -112,19 +118,19 @@ def painted_plainly(disk: Floats, order: Ints, camera: Camera) -> Ints:
 def test_flat_disks_equal_a_plain_painter_pixel_for_pixel(seed: int, count: int) -> None:
     spheres = swarm(seed, count)
     for camera in cameras(seed)[:4]:
-        found = disks_of(spheres, camera)
+        found = project_disks(spheres, camera)
         assert np.array_equal(
-            painted(found, camera), painted_plainly(found.disk, found.order, camera)
+            painter_item_buffer(found, camera), painted_plainly(found.disk, found.order, camera)
         )
 
 
 def test_exact_disks_in_perspective_are_those_that_rays_meet() -> None:
     one = Spheres(np.array([[0.0, 1.2, 0.4]]), np.array([0.5]), np.zeros(1, dtype=np.int64))
     camera = look_at((2.5, 0, 0), (0, 0, 0), field=1.2, width=90, height=70)
-    drawn = exact_disks(disks_of(one, camera), camera) >= 0
+    drawn = exact_item_buffer(project_disks(one, camera), camera) >= 0
     _, sphere, _ = cast(one, camera)
     assert np.array_equal(drawn, sphere >= 0)
-    paper = painted(disks_of(one, camera), camera) >= 0
+    paper = painter_item_buffer(project_disks(one, camera), camera) >= 0
     assert np.sum(paper != drawn) > 0 and np.sum(paper & ~drawn) < 0.05 * np.sum(paper)
 
 
@@ -144,7 +150,7 @@ def test_the_paper_s_circle_differs_from_the_ellipse_by_as_much_as_is_said(
     circle = aside + along
     assert (ellipse - circle) / along == pytest.approx(outer)
     camera = look_at((1.0, 0, 0), (0, 0, 0), field=2.5, width=4000, height=4000)
-    one = disks_of(
+    one = project_disks(
         Spheres(np.array([[0.0, aside, 0.0]]), np.array([along]), np.zeros(1, dtype=np.int64)),
         camera,
     )
@@ -155,16 +161,16 @@ def test_the_paper_s_circle_differs_from_the_ellipse_by_as_much_as_is_said(
 def test_a_frame_is_sorted_from_the_one_before_with_few_moves() -> None:
     spheres = swarm(3, 200)
     camera = front(64)
-    first = disks_of(spheres, camera)
-    assert first.moves == 0 and disks_of(spheres, camera, last=first.all).moves == 0
+    first = project_disks(spheres, camera)
+    assert first.moves == 0 and project_disks(spheres, camera, last=first.all).moves == 0
     stepped = spheres._replace(
         centre=spheres.centre + np.random.default_rng(0).normal(0, 0.002, (200, 3))
     )
-    second = disks_of(stepped, camera, last=first.all)
-    anew = disks_of(stepped, camera)
+    second = project_disks(stepped, camera, last=first.all)
+    anew = project_disks(stepped, camera)
     assert 0 < second.moves < 600
     assert np.array_equal(second.order, anew.order)
-    assert np.array_equal(painted(second, camera), painted(anew, camera))
+    assert np.array_equal(painter_item_buffer(second, camera), painter_item_buffer(anew, camera))
 
 
 @given(st.lists(st.integers(0, 9), max_size=40))
@@ -172,7 +178,7 @@ def test_insertion_sorts_stably_and_counts_its_moves(depths: list[int]) -> None:
     values = np.array(depths, dtype=float)
     order = np.arange(len(depths))[::-1].copy()
     backward = values[::-1]
-    moves = resort(order, values)
+    moves = update_depth_order(order, values)
     assert order.tolist() == np.argsort(values, kind="stable").tolist()
     assert moves == sum(
         backward[i] > backward[j] or backward[i] == backward[j]
@@ -184,13 +190,16 @@ def test_insertion_sorts_stably_and_counts_its_moves(depths: list[int]) -> None:
 def test_a_camera_carried_all_the_way_round_returns_to_the_first_frame() -> None:
     spheres = swarm(5)
     camera = front(90)
-    first = frame = disks_of(spheres, camera)
+    first = frame = project_disks(spheres, camera)
     picture, order = lit(spheres, camera, (250, 240, 230))
     for step in range(1, 37):
-        now = turned(camera, math.radians(10 * step))
-        frame = disks_of(spheres, now, last=frame.all)
+        now = orbit(camera, math.radians(10 * step))
+        frame = project_disks(spheres, now, last=frame.all)
         _, order = lit(spheres, now, (250, 240, 230), last=order)
-    assert np.array_equal(painted(frame, camera), painted(first, camera)) and frame.moves > 0
+    assert (
+        np.array_equal(painter_item_buffer(frame, camera), painter_item_buffer(first, camera))
+        and frame.moves > 0
+    )
     assert np.array_equal(lit(spheres, camera, (250, 240, 230), last=order)[0], picture)
 
 
@@ -242,7 +251,7 @@ def test_with_an_opaque_veil_walls_and_bodies_share_one_depth_buffer() -> None:
     covered = np.asarray(disks(scene, camera, mode="shaded", veil=1.0)).astype(int)
     open_ = np.asarray(disks(scene, camera, mode="shaded", veil=0.0)).astype(int)
     assert np.abs(covered - open_)[64, 64].max() == 0  # in front of the wall
-    assert veiled(visible_layers(scene, camera, spheres="surfaces"))[64, 64 - 31]
+    assert veiled(render_buffers(scene, camera, spheres="surfaces"))[64, 64 - 31]
     assert np.abs(covered - open_)[64, 64 - 31].max() > 10  # the ball's edge is behind it
 
 
@@ -256,12 +265,14 @@ def test_hidden_line_style_leaves_faces_white() -> None:
     ("wrong", "error", "message"),
     [
         (
-            lambda: disks_of(swarm(1)._replace(radius=np.full(40, np.nan)), front()),
+            lambda: project_disks(swarm(1)._replace(radius=np.full(40, np.nan)), front()),
             InputError,
             "finite",
         ),
         (
-            lambda: disks_of(swarm(1, 3), front(), last=disks_of(swarm(1, 4), front()).all),
+            lambda: project_disks(
+                swarm(1, 3), front(), last=project_disks(swarm(1, 4), front()).all
+            ),
             UsageError,
             "4 spheres, this frame has 3",
         ),
@@ -284,7 +295,7 @@ def test_an_empty_scene_and_a_view_that_misses_are_white() -> None:
     nothing = Spheres(np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64))
     away = standard_view("front", BOX + 50.0, width=9, height=7)
     for spheres, camera in ((nothing, front(8)), (swarm(1), away)):
-        assert np.all(painted(disks_of(spheres, camera), camera) == -1)
+        assert np.all(painter_item_buffer(project_disks(spheres, camera), camera) == -1)
         assert np.all(lit(spheres, camera, (9, 9, 9))[0] == 255)
 
 
@@ -295,15 +306,15 @@ def test_a_hundred_thousand_spheres_and_one_pixel_are_pictures() -> None:
         random.uniform(0.001, 0.02, 100_000),
         np.zeros(100_000, dtype=np.int64),
     )
-    assert np.mean(painted(disks_of(many, front(200)), front(200)) >= 0) > 0.1
-    assert painted(disks_of(many, front(1)), front(1)).shape == (1, 1)
+    assert np.mean(painter_item_buffer(project_disks(many, front(200)), front(200)) >= 0) > 0.1
+    assert painter_item_buffer(project_disks(many, front(1)), front(1)).shape == (1, 1)
 
 
 def test_circles_in_perspective_are_the_paper_s_and_ellipses_where_asked_for() -> None:
     scene = Scene((crowd(2, 9),))
     camera = look_at((3, 0.4, 0.2), (0, 0, 0), field=0.9)
     root = ElementTree.fromstring(circles(scene, camera))
-    disk = disks_of(scene.spheres, camera)
+    disk = project_disks(scene.spheres, camera)
     found = [
         [float(item.get(key) or 0) for key in ("cx", "cy", "r")]
         for item in root.iter(SVG + "circle")
@@ -331,6 +342,6 @@ def test_a_million_spheres_are_a_picture() -> None:
     none = np.zeros(1_000_000, dtype=np.int64)
     many = Spheres(place, random.uniform(0.0005, 0.005, 1_000_000), none)
     assert (
-        np.mean(painted(disks_of(many, front(300)), front(300)) < 0) < 0.01
+        np.mean(painter_item_buffer(project_disks(many, front(300)), front(300)) < 0) < 0.01
     )  # each pixel lies under some ten of them
-    assert np.mean(surfaces_of(disks_of(many, front(300)), front(300)).sphere < 0) < 0.01
+    assert np.mean(cast_rays(project_disks(many, front(300)), front(300)).sphere < 0) < 0.01

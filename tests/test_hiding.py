@@ -14,17 +14,23 @@ from hypothesis import strategies as st
 
 from tests.test_draw import BOX, SVG, boxes, crowd, front, spheres_body
 from workbench import Placed, UsageError
-from workbench.draw.camera import in_view, look_at, projective, standard_view, to_picture
+from workbench.draw.camera import look_at, projective_depth, standard_view, to_view, view_to_pixels
 from workbench.draw.disks import disks
-from workbench.draw.films.frames import disks_of
 from workbench.draw.films.motion import every_pose
-from workbench.draw.kernels.hiding import hidden_arcs, hidden_lines, hiding_planes
+from workbench.draw.kernels.occlusion import hidden_arcs, hidden_lines, occluder_planes
 from workbench.draw.lines.arcs import arc_points, outline_arcs
-from workbench.draw.lines.circles import circles, largest_difference
+from workbench.draw.lines.circles import circles, max_outline_difference
 from workbench.draw.lines.edges import drawn_edges
-from workbench.draw.lines.hiding import arcs_behind, hiders_of, lines_seen, sections, surroundings
+from workbench.draw.lines.hidden_lines import (
+    build_occluders,
+    sections,
+    split_hidden_arcs,
+    surroundings,
+    visible_edge_lines,
+)
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
+from workbench.draw.sphere_raster import project_disks
 
 
 def eye_rays(camera, points):
@@ -64,7 +70,7 @@ def blocked(camera, points, corners):
 def behind_balls(camera, points, spheres):
     """(M,) a sphere is between points and the eye or holds them, and how clearly."""
     ray, reach = eye_rays(camera, points)
-    centre = in_view(camera, spheres.centre)
+    centre = to_view(camera, spheres.centre)
     hit = np.zeros(len(points), bool)
     margin = np.full(len(points), np.inf)
     for c, r in zip(centre, spheres.radius, strict=True):
@@ -93,7 +99,7 @@ CAMERAS = {
 
 
 def triangles(scene, camera):
-    return in_view(camera, scene.environment.vertices)[scene.environment.triangles]
+    return to_view(camera, scene.environment.vertices)[scene.environment.triangles]
 
 
 @pytest.mark.parametrize("view", CAMERAS)
@@ -101,7 +107,9 @@ def triangles(scene, camera):
 def test_an_arc_is_veiled_exactly_where_a_ray_to_the_eye_meets_a_polygon(view, seed):
     scene = random_scene(seed)
     camera = CAMERAS[view]
-    arcs = arcs_behind(outline_arcs(scene, camera), hiders_of(scene.environment, camera, np.inf))
+    arcs = split_hidden_arcs(
+        outline_arcs(scene, camera), build_occluders(scene.environment, camera, np.inf)
+    )
     random = np.random.default_rng(seed)
     which = random.integers(0, len(arcs.sphere), 400)
     angle = arcs.angle[which, 0] + random.uniform(0, 1, 400) * np.diff(arcs.angle)[which, 0]
@@ -110,8 +118,8 @@ def test_an_arc_is_veiled_exactly_where_a_ray_to_the_eye_meets_a_polygon(view, s
     which = which[inside]
     pixels = pixels[inside]
     depth = arcs.depth[which] + np.sum(arcs.tilt[which] * (pixels - arcs.disk[which, :2]), axis=1)
-    depth = depth / (1.0 + depth * camera.bend)
-    size = camera.scale / (1.0 - depth * camera.bend)
+    depth = depth / (1.0 + depth * camera.inverse_distance)
+    size = camera.scale / (1.0 - depth * camera.inverse_distance)
     points = np.column_stack([(pixels[:, 0] - 150) / size, (130 - pixels[:, 1]) / size, depth])
     hit, margin = blocked(camera, points, triangles(scene, camera))
     clear = margin > 5e-3
@@ -124,18 +132,20 @@ def test_a_line_is_drawn_exactly_where_no_polygon_and_no_sphere_hides_it(view, s
     scene = random_scene(seed, 3)
     camera = CAMERAS[view]
     edges, clear = drawn_edges(scene.environment, camera, np.inf)
-    drawn = lines_seen(
-        edges, clear, scene, camera, hiders_of(scene.environment, camera, np.inf), np.inf
+    drawn = visible_edge_lines(
+        edges, clear, scene, camera, build_occluders(scene.environment, camera, np.inf), np.inf
     )
     random = np.random.default_rng(seed)
     which = random.integers(0, len(edges), 150)
-    ends = np.concatenate([edges[which, :, :2], projective(camera, edges[which, :, 2:])], axis=2)
+    ends = np.concatenate(
+        [edges[which, :, :2], projective_depth(camera, edges[which, :, 2:])], axis=2
+    )
     share = random.uniform(0.02, 0.98, (150, 1))
     at = ends[:, 0] * (1 - share) + ends[:, 1] * share
     inside = np.all((at[:, :2] > 0) & (at[:, :2] < (camera.width, camera.height)), axis=1)
     at = at[inside]
-    depth = at[:, 2] / (1.0 + at[:, 2] * camera.bend)
-    size = camera.scale / (1.0 - depth * camera.bend)
+    depth = at[:, 2] / (1.0 + at[:, 2] * camera.inverse_distance)
+    size = camera.scale / (1.0 - depth * camera.inverse_distance)
     points = np.column_stack([(at[:, 0] - 150) / size, (130 - at[:, 1]) / size, depth])
     ray, _ = eye_rays(camera, points)
     lifted = points + 2e-3 * ray  # off its own faces, as the allowance of the display has it
@@ -173,10 +183,10 @@ def test_a_square_before_a_circle_hides_the_arc_inside_it_and_nothing_else():
 
 
 def hiders_by_hand(corners):
-    from workbench.draw.kernels.hiding import Hiders
+    from workbench.draw.kernels.occlusion import Occluders
 
     inside = np.arange(len(corners))
-    return Hiders(hiding_planes(corners, 0.0), 1e3, 1, 1, np.array([0, len(corners)]), inside)
+    return Occluders(occluder_planes(corners, 0.0), 1e3, 1, 1, np.array([0, len(corners)]), inside)
 
 
 def test_a_slanting_plane_hides_what_is_behind_it_and_not_what_is_before_it():
@@ -252,7 +262,7 @@ def test_what_is_left_of_ellipses_behind_walls_touches_its_sphere_and_is_seen(se
     camera = CAMERAS["perspective"]
     spheres = scene.spheres
     corners = triangles(scene, camera)
-    balls = in_view(camera, spheres.centre) - [0.0, 0.0, camera.distance]
+    balls = to_view(camera, spheres.centre) - [0.0, 0.0, camera.distance]
     cut = (
         np.max(balls[:, 2] + spheres.radius) + camera.distance
     )  # what is nearer than every body is cut away
@@ -288,15 +298,17 @@ def test_the_largest_difference_of_circle_and_ellipse_is_that_of_its_formula():
         (0.3, 0.1),
     ):  # radius and way off the line of sight as shares of the depth
         scene = Scene((spheres_body([0.0, far * t, 0.0], far * k),))
-        flat = disks_of(scene.spheres, camera)
+        flat = project_disks(scene.spheres, camera)
         share = (math.sqrt(1 + t * t - k * k) + t * k) / (1 - k * k) - 1
-        assert largest_difference(flat, camera) == pytest.approx(share * flat.disk[0, 2], rel=1e-9)
+        assert max_outline_difference(flat, camera) == pytest.approx(
+            share * flat.disk[0, 2], rel=1e-9
+        )
         told = drawn(circles(scene, camera), "bodies")[0]
         assert (
             told.tag == SVG + "desc"
             and f"at most {share * flat.disk[0, 2]:.1f} pixels" in told.text
         )
-    assert largest_difference(flat, front(100)) == 0.0
+    assert max_outline_difference(flat, front(100)) == 0.0
 
 
 def test_the_cut_face_of_a_solid_is_drawn_with_its_own_area():
@@ -325,7 +337,9 @@ def test_a_camera_s_cut_takes_away_what_is_nearer_in_vector_too():
 
 def test_a_hidden_or_see_through_part_hides_nothing_and_a_camera_inside_a_room_sees_its_walls():
     for kind in ({"hidden": True}, {"see_through": True}):
-        assert not len(hiders_of(boxes([[0, 0, 0], [1, 1, 1]], **kind), front(), np.inf).plane)
+        assert not len(
+            build_occluders(boxes([[0, 0, 0], [1, 1, 1]], **kind), front(), np.inf).plane
+        )
     camera = look_at([0, 0, 0], [1, 0, 0], width=100, height=80, field=2.2)
     scene = Scene((), boxes([[-1, -1, -1], [1, 1, 1]]))
     lines = surroundings(scene, camera, "hidden_line").lines
@@ -355,4 +369,4 @@ def test_a_placed_body_outside_the_window_hides_nothing():
         (replace(crowd(), placed=unplaced),), boxes([[-0.5, -0.5, -0.5], [0.5, 0.5, 0.5]])
     )
     assert not surroundings(scene, front(100), "veiled").lines.faint.any()
-    assert to_picture(front(100), np.zeros((1, 3)))[0, :2].tolist() == [50.0, 50.0]
+    assert view_to_pixels(front(100), np.zeros((1, 3)))[0, :2].tolist() == [50.0, 50.0]

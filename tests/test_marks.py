@@ -28,7 +28,7 @@ from workbench.draw.marks.annotations import (
     segment_marks,
     stop_marks,
 )
-from workbench.draw.marks.layout import TEXT_SIZE, mark_shapes, placed_marks
+from workbench.draw.marks.layout import TEXT_SIZE, layout_marks, mark_shapes
 from workbench.draw.scene import Mark, Scene
 
 
@@ -116,7 +116,7 @@ def test_labels_of_all_kinds_overlap_no_other_label(seed, count):
         )
         for i, (kind, (a, b)) in enumerate(zip(kinds, points.tolist(), strict=True))
     )
-    for a, b in combinations(placed_marks(Scene((), None, marks), front(800)), 2):
+    for a, b in combinations(layout_marks(Scene((), None, marks), front(800)), 2):
         apart = np.abs(np.subtract(a.label, b.label)) - np.add(a.half, b.half)
         assert apart.max() >= 0.0
 
@@ -125,13 +125,13 @@ def test_labels_of_all_kinds_overlap_no_other_label(seed, count):
     "text", ["56.1 mm", "right elbow +4.2°", "WWWW mmmm", "fuel selector", "l.i;|"]
 )
 def test_a_label_is_inside_its_plate(text):
-    mark = placed_marks(Scene((), None, (Mark((0, 0, 0), text),)), front(640))[0]
+    mark = layout_marks(Scene((), None, (Mark((0, 0, 0), text),)), front(640))[0]
     assert ImageFont.load_default(TEXT_SIZE).getlength(text) <= 2 * mark.half[0]
 
 
 def test_a_short_dimension_has_its_arrows_outside_and_a_long_one_inside():
     for reach, outside in ((0.01, True), (0.5, False)):
-        mark = placed_marks(
+        mark = layout_marks(
             Scene((), None, (Mark((0, 0, 0), "", "clearance", (0, reach, 0)),)), front(640)
         )[0]
         corners = np.array([corner for shape in mark_shapes(mark) for corner in shape.corners])

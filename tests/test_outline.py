@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from tests.test_draw import BOX, SVG, boxes, crowd, front, numbered, spheres_body
 from workbench import UsageError, scene_of
 from workbench.draw.camera import VIEWS, standard_view
-from workbench.draw.kernels.arcs import arc_chains, ends_met, rim_arcs
-from workbench.draw.kernels.rims import parallel_rims
+from workbench.draw.kernels.arcs import arc_chains, ends_met, silhouette_arcs
+from workbench.draw.kernels.silhouettes import parallel_rims
 from workbench.draw.lines.arcs import outline_arcs
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Mark, Scene
@@ -40,7 +40,7 @@ def arcs_of(
     rims = parallel_rims(
         given_balls, number, np.array(body or (0,) * count), joined, np.full(count, float(step))
     )
-    return rim_arcs(rims)
+    return silhouette_arcs(rims)
 
 
 def drawn_length(balls: ArrayLike, arcs: Floats, keys: Ints, sphere: int) -> float:

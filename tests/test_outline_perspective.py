@@ -14,14 +14,14 @@ from hypothesis import strategies as st
 
 from tests.test_draw import BOX, boxes, crowd, eye_of, front, spheres_body
 from tests.test_outline import bodies, covered
-from workbench.draw.camera import Camera, in_view, look_at, project, standard_view
-from workbench.draw.eyes import eye_view
-from workbench.draw.kernels.arcs import rim_arcs
-from workbench.draw.kernels.rims import perspective_rims
+from workbench.draw.camera import Camera, look_at, project, standard_view, to_view
+from workbench.draw.eye_view import eye_view
+from workbench.draw.kernels.arcs import silhouette_arcs
+from workbench.draw.kernels.silhouettes import perspective_rims
 from workbench.draw.lines.arcs import arc_points, outline_arcs
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
-from workbench.draw.sources import scene_of
+from workbench.draw.scene_builder import scene_of
 from workbench.model.arrays import Bools, Floats, Ints
 
 
@@ -72,7 +72,7 @@ def test_what_is_drawn_is_what_the_eye_sees_and_nothing_else(seed: int, count: i
     ray = rays_of(rims.balls, sphere, angle)
     seen, margin = seen_slowly(balls, sphere, ray, rims.balls[sphere, 5])
     clear = margin > 1e-7
-    assert np.array_equal(covered(*rim_arcs(rims), sphere, angle)[clear], seen[clear])
+    assert np.array_equal(covered(*silhouette_arcs(rims), sphere, angle)[clear], seen[clear])
 
 
 def rays_through(camera: Camera, points: Floats) -> Floats:
@@ -178,6 +178,6 @@ def test_projected_centres_lie_inside_their_ellipses() -> None:
     middle = project(camera, scene.spheres.centre[arcs.sphere])[:, :2]
     assert np.all(np.linalg.norm(middle - arcs.disk[:, :2], axis=1) < arcs.disk[:, 2])
     assert (
-        np.all(in_view(camera, scene.spheres.centre)[:, 2] < camera.distance)
-        and front().bend == 0.0
+        np.all(to_view(camera, scene.spheres.centre)[:, 2] < camera.distance)
+        and front().inverse_distance == 0.0
     )

@@ -13,7 +13,7 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.seat_oracle import eye_points
 from workbench.body.scaling.scale import scale
-from workbench.draw.sources import source_of
+from workbench.draw.scene_builder import build_source
 from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
 from workbench.model.posture_study import Person
@@ -116,8 +116,8 @@ def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
 
 def test_a_picture_shows_the_posture_of_the_run_to_the_last_bit(written):
     path = written(STUDY)
-    measured = wb.run(load_study(path)).postures
-    drawn = source_of(str(path)).scene
+    measured = wb.run(load_study(path)).postures[0]
+    drawn = build_source(str(path)).scene
     assert len(drawn.bodies) == len(measured.people) == 1
     for shown, person in zip(drawn.bodies, measured.people, strict=True):
         np.testing.assert_array_equal(shown.placed.centres, person.placed.centres)

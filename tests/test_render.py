@@ -18,10 +18,10 @@ from tests.one_arm_cab import write_cab
 from workbench import InputError, MissingPartError, UsageError
 from workbench.cli import main
 from workbench.draw import window
-from workbench.draw.looks import DISPLAYS, ENDINGS, look_for
-from workbench.draw.marks.asked import MARKS, marked
+from workbench.draw.display_options import DISPLAYS, ENDINGS, parse_display_options
+from workbench.draw.marks.requested_marks import MARKS, with_marks
 from workbench.draw.render import render
-from workbench.draw.sources import source_of
+from workbench.draw.scene_builder import build_source
 from workbench.files.catalogue import find, names
 
 SMALL = "64x48"
@@ -47,14 +47,18 @@ def cab(tmp_path_factory):
 def made(tmp_path, source, name, **look):
     """The bytes of a file that is rendered from a source."""
     out = tmp_path / name
-    render(source if not isinstance(source, str) else source_of(source), look_for(out, **look), out)
+    render(
+        source if not isinstance(source, str) else build_source(source),
+        parse_display_options(out, **look),
+        out,
+    )
     return out.read_bytes()
 
 
 @cache
 def catalogued(source):
     """What a source of the catalogue shows, read, seated and reached for once for all displays."""
-    return source_of(source)
+    return build_source(source)
 
 
 @pytest.mark.parametrize(("display", "style"), LIVE)
@@ -89,8 +93,8 @@ def test_a_body_becomes_every_kind_of_file(cab, tmp_path, ending, monkeypatch):
     if ending == ".mp4":
         pytest.importorskip("imageio_ffmpeg")
     arm = str(cab.parents[1] / "bodies/one_arm.yaml")
-    look = {"size": SMALL} if ENDINGS[ending][1] else {}
-    look |= {"fps": 2.0} if ENDINGS[ending][0] == "film" else {}
+    look = {"size": SMALL} if ENDINGS[ending].display else {}
+    look |= {"fps": 2.0} if ENDINGS[ending].holds == "film" else {}
     first = made(tmp_path, arm, f"one{ending}", **look)
     assert first and first == made(tmp_path, arm, f"two{ending}", **look)
     assert sorted(p.name for p in tmp_path.iterdir()) == [f"one{ending}", f"two{ending}"]
@@ -99,7 +103,7 @@ def test_a_body_becomes_every_kind_of_file(cab, tmp_path, ending, monkeypatch):
 def test_several_poses_stand_side_by_side_in_a_picture_and_move_in_a_model_and_a_film(
     cab, tmp_path
 ):
-    arm = source_of(str(cab.parents[1] / "bodies/one_arm.yaml"), poses="hanging,bent")
+    arm = build_source(str(cab.parents[1] / "bodies/one_arm.yaml"), poses="hanging,bent")
     strip = Image.open(io.BytesIO(made(tmp_path, arm, "x.png", size="60x40")))
     assert strip.size == (128, 66)
     root = ElementTree.fromstring(made(tmp_path, arm, "x.svg", size="60x40"))
@@ -115,7 +119,7 @@ def test_several_poses_stand_side_by_side_in_a_picture_and_move_in_a_model_and_a
 
 
 def test_a_film_of_what_does_not_move_goes_round_it(cab, tmp_path):
-    arm = source_of(str(cab.parents[1] / "bodies/one_arm.yaml"), poses="bent")
+    arm = build_source(str(cab.parents[1] / "bodies/one_arm.yaml"), poses="bent")
     film = Image.open(io.BytesIO(made(tmp_path, arm, "x.gif", size="160", fps=2.0, view="front")))
     frames = []
     for k in range(film.n_frames):
@@ -131,7 +135,7 @@ def test_a_film_of_what_does_not_move_goes_round_it(cab, tmp_path):
 
 def test_a_study_is_drawn_in_one_case_or_several_and_from_its_people_s_eyes(cab, tmp_path):
     study = wb.load_study(cab)
-    both = source_of(str(cab), case=",".join(case.name for case in study.cases[:2]))
+    both = build_source(str(cab), case=",".join(case.name for case in study.cases[:2]))
     assert Image.open(io.BytesIO(made(tmp_path, both, "x.png", size="50"))).size == (108, 76)
     with pytest.raises(UsageError, match="2 cases without times"):
         made(tmp_path, both, "x.gif")
@@ -157,15 +161,15 @@ def test_a_perspective_picture_differs_and_has_no_scale_bar(tmp_path):
 
 
 def test_marks_of_every_kind_can_be_asked_for():
-    source = marked(source_of("trainer_clearance"), MARKS)
+    source = with_marks(build_source("trainer_clearance"), MARKS)
     assert {"axis_x", "clearance", "allowed", "reach", "segment"} <= {
         mark.kind for mark in source.scene.marks
     }
-    assert not marked(
-        source_of("bubbleman"), ("stops", "contacts", "controls", "clearances")
+    assert not with_marks(
+        build_source("bubbleman"), ("stops", "contacts", "controls", "clearances")
     ).scene.marks
     with pytest.raises(UsageError, match="no marks 'contcts'; did you mean 'contacts'"):
-        marked(source, ("contcts",))
+        with_marks(source, ("contcts",))
 
 
 def test_a_result_is_drawn_with_its_findings_and_refused_when_its_study_has_changed(
@@ -184,14 +188,14 @@ def test_a_result_is_drawn_with_its_findings_and_refused_when_its_study_has_chan
         == 0
     )
     assert "1: " in capsys.readouterr().err
-    source = source_of(str(tmp_path / "result" / "result.json"))
+    source = build_source(str(tmp_path / "result" / "result.json"))
     assert "1" in {m.label for m in source.scene.marks if m.kind == "contact"}
     strict.write_text(strict.read_text() + "\n# changed\n")
     with pytest.raises(InputError, match=r"strict.yaml is not as it was .*run the study again"):
-        source_of(str(tmp_path / "result"))
+        build_source(str(tmp_path / "result"))
     (tmp_path / "result" / "result.json").write_text(json.dumps({"study": "x"}))
     with pytest.raises(InputError, match="is no result of this version"):
-        source_of(str(tmp_path / "result"))
+        build_source(str(tmp_path / "result"))
 
 
 @pytest.mark.parametrize(
@@ -290,7 +294,7 @@ def test_where_vtk_cannot_draw_the_message_names_the_packages_and_the_exit_code_
         assert main(["render", "bubbleman", "-o", str(tmp_path / "x.png"), flag, "pyvista"]) == 4
     assert "apt install" in capsys.readouterr().err and not list(tmp_path.iterdir())
     with pytest.raises(MissingPartError):
-        window.to_pyvista(source_of("bubbleman").scene)
+        window.to_pyvista(build_source("bubbleman").scene)
 
 
 @pytest.mark.nightly
@@ -313,7 +317,7 @@ def test_pyvista_shows_the_scene_where_disks_show_it(tmp_path):
             for display in ("disks", "pyvista")
         ]
         assert (pictures[0] ^ pictures[1])[:170].sum() < 0.06 * pictures[0].sum()
-    scene = source_of("trainer_clearance").scene
+    scene = build_source("trainer_clearance").scene
     names_shown = set(window.to_pyvista(scene, off_screen=True).actors)
     assert {"canopy", "bubbleman 0", "bubbleman 1"} <= names_shown
 

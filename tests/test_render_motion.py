@@ -24,20 +24,20 @@ from tests.test_crash import drop  # noqa: F401
 from workbench import InputError, UsageError
 from workbench.cli import main
 from workbench.draw.camera import standard_view
-from workbench.draw.cutting import cut_away, cut_of, opened
-from workbench.draw.films.recorded import (
-    Take,
-    at_instants,
-    in_motion,
-    instants_of,
-    laid_over,
-    shown_span,
+from workbench.draw.display_options import parse_display_options
+from workbench.draw.films.motion_clips import (
+    MotionClip,
+    at_times,
+    common_time_span,
+    overlay,
+    parse_times,
+    with_motion,
 )
-from workbench.draw.looks import look_for
-from workbench.draw.marks.asked import marked
+from workbench.draw.marks.requested_marks import with_marks
 from workbench.draw.render import render
 from workbench.draw.scene import Scene
-from workbench.draw.sources import source_of
+from workbench.draw.scene_builder import build_source
+from workbench.draw.section_planes import apply_section, cut_away, parse_section_plane
 from workbench.files.motions.tables import angle_table_text
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -114,7 +114,7 @@ def test_a_picture_of_a_motion_is_a_strip_of_four_moments_or_of_those_asked_for(
 
 
 def test_at_a_moment_the_body_is_where_the_motion_has_it(moves):
-    found = at_instants(in_motion(str(moves[0] / ARM), str(moves[0] / "swing.csv")), (0.5,))
+    found = at_times(with_motion(str(moves[0] / ARM), str(moves[0] / "swing.csv")), (0.5,))
     body = found.persons[0].body
     want = wb.place(body, wb.pose(body, {"ELBOW": {"flexion": 45}})).centres
     assert found.scene.bodies[0].placed.centres == pytest.approx(
@@ -153,11 +153,11 @@ def test_predicted_over_actual_has_two_colours_and_says_which_is_which(run):
 def test_two_motions_are_shown_in_the_time_they_share(moves):
     arm = str(moves[0] / ARM)
     swing, late, never = (
-        in_motion(arm, str(moves[0] / f"{name}.csv")) for name in ("swing", "late", "never")
+        with_motion(arm, str(moves[0] / f"{name}.csv")) for name in ("swing", "late", "never")
     )
-    over = laid_over(swing, late, ("swing", "late"))
-    assert shown_span(over) == (0.5, 1.0)
-    shown = at_instants(over, (1.0,))
+    over = overlay(swing, late, ("swing", "late"))
+    assert common_time_span(over) == (0.5, 1.0)
+    shown = at_times(over, (1.0,))
     bend = [
         wb.place(
             shown.persons[0].body, wb.pose(shown.persons[0].body, {"ELBOW": {"flexion": a}})
@@ -167,32 +167,32 @@ def test_two_motions_are_shown_in_the_time_they_share(moves):
     assert shown.scene.bodies[0].placed.centres == pytest.approx(bend[0], abs=1e-9)
     assert shown.scene.ghosts[0].placed.centres == pytest.approx(bend[1], abs=1e-9)
     with pytest.raises(InputError, match="no time in common: 0 to 1 s and 7 to 8 s"):
-        laid_over(swing, never, ("swing", "never"))
+        overlay(swing, never, ("swing", "never"))
     with pytest.raises(UsageError, match=r"goes from 0.5 to 1 s, got 0.2"):
-        at_instants(over, (0.2,))
+        at_times(over, (0.2,))
 
 
 def test_somebody_in_a_study_moves_and_the_others_sit_as_in_the_case(moves, monkeypatch):
     monkeypatch.chdir(moves[0])
-    still = source_of(CAB, case="forward")
-    found = in_motion(CAB, "bert=swing.csv", case="forward").at(np.array([0.0, 1.0]))
+    still = build_source(CAB, case="forward")
+    found = with_motion(CAB, "bert=swing.csv", case="forward").at(np.array([0.0, 1.0]))
     anna, bert = found.scene.bodies
     assert (
         anna.placed.centres == pytest.approx(still.scene.bodies[0].placed.centres)
         and len(bert.placed) == 2
     )
-    assert in_motion(CAB, "swing.csv").persons[0].poses.time.tolist() == [0.0, 1.0]
+    assert with_motion(CAB, "swing.csv").persons[0].poses.time.tolist() == [0.0, 1.0]
     with pytest.raises(UsageError, match="nobody is called 'bart'; did you mean 'bert'"):
-        in_motion(CAB, "bart=swing.csv")
+        with_motion(CAB, "bart=swing.csv")
 
 
 def test_marks_move_along_with_what_they_are_about(moves, monkeypatch):
     monkeypatch.chdir(moves[0])
-    found = marked(in_motion(ARM, "swing.csv"), ("segments",))
+    found = with_marks(with_motion(ARM, "swing.csv"), ("segments",))
     texts = []
     for at in ("0", "1"):
         out = moves[0] / f"marks{at}.svg"
-        render(found, look_for(out, at=at, size="200", view="left"), out)
+        render(found, parse_display_options(out, at=at, size="200", view="left"), out)
         labels = [
             e for e in ElementTree.parse(out).getroot().iter(f"{SVG}text") if e.text == "HAND"
         ]
@@ -214,19 +214,19 @@ def test_a_crash_study_is_drawn_as_a_strip_and_its_result_over_what_it_is_compar
     motion = "{motion: {file: drop.csv, move: [300, 0, 0]}}"
     actual = f"  - {{name: actual, people: {{occupant: {motion}}}}}\n"
     drop.write_text(drop.read_text().replace("signals:", actual + "signals:"))
-    found = source_of(str(drop))
+    found = build_source(str(drop))
     assert (
         found.moving
         and len(found.scene.ghosts) == 1
         and found.scene.key == (("the fall", "warm"), ("actual", "blue"))
     )
-    shown = at_instants(found, (0.07,))
+    shown = at_times(found, (0.07,))
     apart = shown.scene.ghosts[0].placed.centres - shown.scene.bodies[0].placed.centres
     assert apart == pytest.approx(np.broadcast_to([0.3, 0.0, 0.0], apart.shape), abs=1e-9)
-    alone = source_of(str(drop), case="actual")
+    alone = build_source(str(drop), case="actual")
     assert not alone.scene.ghosts
     with pytest.raises(UsageError, match="has no case 'x'; valid: the fall, actual"):
-        source_of(str(drop), case="x")
+        build_source(str(drop), case="x")
 
 
 @pytest.mark.parametrize(
@@ -299,7 +299,7 @@ def test_a_solid_of_one_moment_of_a_motion(run):
 
 
 def test_a_cut_takes_the_side_that_is_named_or_the_viewer_s(moves):
-    scene = source_of("trainer").scene
+    scene = build_source("trainer").scene
     front, back = (
         standard_view(name, scene.bounds, width=64, height=64) for name in ("front", "back")
     )
@@ -309,9 +309,9 @@ def test_a_cut_takes_the_side_that_is_named_or_the_viewer_s(moves):
         ("x=0.2", front, (None, 0.2)),
         ("x=0.2", back, (0.2, None)),
     ):
-        cut = cut_of(text)
+        cut = parse_section_plane(text)
         axis = 0 if text[0] == "x" else 1
-        left = opened(scene, camera, cut).vertices[:, axis]
+        left = apply_section(scene, camera, cut).vertices[:, axis]
         for end, bound in zip((left.min(), left.max()), kept, strict=True):
             assert bound is None or end == pytest.approx(bound, abs=1e-9)
 
@@ -338,19 +338,19 @@ def test_a_cut_box_is_closed_by_a_face_of_its_size(moves):
 
 
 def test_every_cut_of_the_trainer_keeps_whole_bodies_and_finds_faces():
-    scene = source_of("trainer_clearance").scene
+    scene = build_source("trainer_clearance").scene
     camera = standard_view("three_quarter", scene.bounds, width=64, height=64)
     count = len(scene.environment.normal)
     for side in ("left", "right", "front", "back", "top", "bottom"):
-        environment = opened(scene, camera, cut_of(side))
+        environment = apply_section(scene, camera, parse_section_plane(side))
         assert len(environment.normal) > count  # each of them goes through solids
         assert np.all(np.diff(environment.polygon_part) >= 0)
         assert isinstance(replace(scene, environment=environment), Scene)
 
 
 def test_instants_may_say_their_unit():
-    assert instants_of("0, 50ms,0.1 s") == (0.0, 0.05, 0.1)
-    assert Take() == Take(None, None, None)
+    assert parse_times("0, 50ms,0.1 s") == (0.0, 0.05, 0.1)
+    assert MotionClip() == MotionClip(None, None, None)
 
 
 @pytest.mark.nightly

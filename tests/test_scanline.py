@@ -15,23 +15,30 @@ from tests.test_draw import BOX, crowd, front
 from tests.test_frames import cameras, swarm
 from workbench import UsageError
 from workbench.draw.camera import standard_view
-from workbench.draw.films.frames import disks_of, exact_disks, painted, surfaces_of
 from workbench.draw.scanline import scan_numbers, scan_pieces, scanline
 from workbench.draw.scene import Scene, Spheres
-from workbench.draw.sources import scene_of
+from workbench.draw.scene_builder import scene_of
+from workbench.draw.sphere_raster import (
+    cast_rays,
+    exact_item_buffer,
+    painter_item_buffer,
+    project_disks,
+)
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_scan_lines_equal_disks(seed: int) -> None:
     spheres, (camera, *_) = swarm(seed), cameras(seed)
-    assert np.array_equal(scan_numbers(spheres, camera), painted(disks_of(spheres, camera), camera))
+    assert np.array_equal(
+        scan_numbers(spheres, camera), painter_item_buffer(project_disks(spheres, camera), camera)
+    )
 
 
 @given(st.integers(0, 2**32 - 1))
 def test_scan_lines_equal_exact_disks_in_perspective(seed: int) -> None:
     spheres = swarm(seed)
     for camera in (cameras(seed)[2], cameras(seed)[4]):
-        drawn = exact_disks(disks_of(spheres, camera), camera)
+        drawn = exact_item_buffer(project_disks(spheres, camera), camera)
         assert np.mean(scan_numbers(spheres, camera) != drawn) < 1e-3
 
 
@@ -39,14 +46,14 @@ def test_scan_lines_equal_exact_disks_in_perspective(seed: int) -> None:
 def test_scan_lines_by_the_surface_equal_the_depth_buffer(seed: int) -> None:
     spheres = swarm(seed)
     for camera in cameras(seed)[::2]:
-        buffer = surfaces_of(disks_of(spheres, camera), camera).sphere
+        buffer = cast_rays(project_disks(spheres, camera), camera).sphere
         assert np.mean(scan_numbers(spheres, camera, rule="surface") != buffer) < 1e-3
 
 
 def test_a_body_by_scan_lines_is_the_body_by_disks() -> None:
     scene = scene_of("bubbleman", posture="seated")
     camera = standard_view("three_quarter", scene.bounds, width=120, height=160)
-    drawn = painted(disks_of(scene.spheres, camera), camera)
+    drawn = painter_item_buffer(project_disks(scene.spheres, camera), camera)
     assert np.array_equal(scan_numbers(scene.spheres, camera), drawn)
 
 

@@ -12,8 +12,8 @@ from workbench.cli.progress import Progress, emit, tell
 from workbench.errors import UsageError
 
 if TYPE_CHECKING:
-    from workbench.draw.looks import Look
-    from workbench.draw.sources import Source
+    from workbench.draw.display_options import DisplayOptions
+    from workbench.draw.scene_builder import Source
 
 __all__ = ["Movement", "Picture", "render"]
 
@@ -120,9 +120,9 @@ def render(
     """
     from workbench.files.output_file import check_file
 
-    look = _look(out, picture, movement)
+    options = _options(out, picture, movement)
     check_file(out)
-    from workbench.draw.marks.asked import marked
+    from workbench.draw.marks.requested_marks import with_marks
     from workbench.draw.render import render as write
 
     with Progress() as say:
@@ -130,18 +130,18 @@ def render(
         found = _found(source, (pose, case), movement)
         check_file(out)  # again, now that all inputs are known
         if picture.marks is not None:
-            found = marked(found, tuple(name.strip() for name in picture.marks.split(",")))
-        write(found, look, out, progress=lambda done, count: say(f"frame {done} of {count}"))
+            found = with_marks(found, tuple(name.strip() for name in picture.marks.split(",")))
+        write(found, options, out, progress=lambda done, count: say(f"frame {done} of {count}"))
     for note in found.notes:
         tell(note)
     emit(out)
     return 0
 
 
-def _look(out: Path, picture: Picture, movement: Movement) -> Look:
-    from workbench.draw.looks import check_ghosts, look_for
+def _options(out: Path, picture: Picture, movement: Movement) -> DisplayOptions:
+    from workbench.draw.display_options import check_ghosts, parse_display_options
 
-    look = look_for(
+    options = parse_display_options(
         out,
         display=picture.display,
         style=picture.style,
@@ -155,35 +155,35 @@ def _look(out: Path, picture: Picture, movement: Movement) -> Look:
         trail=movement.trail,
     )
     if movement.over is not None:
-        check_ghosts(look, "--over")
-    return look
+        check_ghosts(options, "--over")
+    return options
 
 
 def _found(source: str, chosen: tuple[str | None, str | None], movement: Movement) -> Source:
     """What is to be drawn, in motion where that is asked for, and over what lies under it."""
-    from workbench.draw.films.recorded import Take, in_motion, is_motion, laid_over
-    from workbench.draw.sources import source_of
+    from workbench.draw.films.motion_clips import MotionClip, is_motion, overlay, with_motion
+    from workbench.draw.scene_builder import build_source
 
     (pose, case), motion, over = chosen, movement.motion, movement.over
-    take = Take(movement.start, movement.end, movement.up)
-    if take != Take() and motion is None and not (over and is_motion(over)):
+    clip = MotionClip(movement.start, movement.end, movement.up)
+    if clip != MotionClip() and motion is None and not (over and is_motion(over)):
         raise UsageError("--start, --end and --up choose from a motion file: give one by --motion")
     if motion is not None and pose is not None:
         raise UsageError(
             "a body stands in a posture or makes a motion: leave out --pose or --motion"
         )
     if motion is None:
-        found = source_of(source, poses=pose, case=case)
+        found = build_source(source, poses=pose, case=case)
     else:
-        found = in_motion(source, motion, take=take, case=case)
+        found = with_motion(source, motion, clip=clip, case=case)
     if over is None:
         return found
     under = (
-        in_motion(source, over, take=take, case=case)
+        with_motion(source, over, clip=clip, case=case)
         if is_motion(over)
-        else source_of(over, poses=pose, case=case)
+        else build_source(over, poses=pose, case=case)
     )
-    return laid_over(found, under, _names(motion or source, over))
+    return overlay(found, under, _names(motion or source, over))
 
 
 def _names(first: str, second: str) -> tuple[str, str]:

@@ -1,14 +1,16 @@
-"""Cameras: where the viewer stands, and the one place where points become pixels.
+"""Place cameras, and project points of the world into pixels.
 
-A camera is parallel where its `distance` is infinite and perspective where it is not; the formulae
-are the same, and the parallel view is the limit of the perspective one. View coordinates
-(`in_view`) are metres to the right, up and toward the viewer from the camera's centre; the last one
-is the depth, larger is nearer. A point at depth z is drawn 1 / (1 - z / distance) times as large as
-one at depth 0.
+This is the only module that converts between the world, view coordinates and pixels.
+
+View coordinates (`to_view`) are metres to the right, up and toward the viewer, from the camera's
+centre. The last one is the depth z: larger is nearer. A camera at `distance` D sees a point at
+depth z enlarged by 1 / (1 - z / D) against a point at depth 0. D = infinity gives the parallel
+projection as the limit of the same formulae.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, replace
 
@@ -23,19 +25,19 @@ __all__ = [
     "VIEWS",
     "Camera",
     "facing",
-    "fitted",
-    "in_view",
+    "fit_to_spheres",
     "look_at",
-    "metric",
+    "metric_depth",
+    "orbit",
     "project",
-    "projective",
+    "projective_depth",
     "standard_view",
-    "to_picture",
-    "turned",
+    "to_view",
+    "view_to_pixels",
 ]
 
-# name -> (from the scene to the viewer, the picture's up); x forward, y left, z up
-_TOWARD_UP: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
+# name -> (from the scene to the viewer, up in the picture); x forward, y left, z up
+_VIEW_AXES: dict[str, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "front": ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
     "back": ((-1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
     "left": ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
@@ -44,81 +46,93 @@ _TOWARD_UP: dict[str, tuple[tuple[float, float, float], tuple[float, float, floa
     "bottom": ((0.0, 0.0, -1.0), (1.0, 0.0, 0.0)),
     "three_quarter": ((0.78, 0.66, 0.46), (0.0, 0.0, 1.0)),
 }
-VIEWS: tuple[str, ...] = tuple(_TOWARD_UP)
-# of the distance: what is so near the eye would be drawn a thousand times as large as at the centre
-_CLOSEST = 1e-3
-_LEAST = 1e-3  # [m] a single point still gets a picture
+VIEWS: tuple[str, ...] = tuple(_VIEW_AXES)
+"""Names of the standard views, see `standard_view`."""
+_MIN_EYE_DISTANCE = 1e-3
+"""Smallest distance from the eye that is drawn, as a share of the camera's distance. A point there
+appears a thousand times as large as at the centre."""
+_MIN_EXTENT = 1e-3
+"""Smallest extent [m] that a view is fitted to, so that a single point still gets a picture."""
+_MAX_FIELD = 3.1
+"""Largest angle of view [rad]; at pi the picture would be infinite."""
 
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """`centre` (3,) [m] falls on the middle of a picture of width x height pixels.
+    """A parallel or perspective camera with a picture of `width` x `height` pixels.
 
-    right, up, toward (3,): unit vectors to the picture's right, its top, and from the scene to the
-    viewer; a right-handed frame. scale: pixels a metre at the centre's depth. distance [m]: from
-    the centre to the eye; infinite: a parallel view. cut [m]: a depth; what is nearer than this
-    plane across the view is cut away. opened [m]: a depth; an environment is opened at the foremost
-    body, but no farther back than there, so that the pictures of a film are opened alike.
+    Raises `UsageError` if the axes are no right-handed orthonormal frame, or if a size, the scale
+    or the distance is not positive.
     """
 
     name: str
     right: Floats
+    """(3,) unit vector to the right in the picture."""
     up: Floats
+    """(3,) unit vector up in the picture."""
     toward: Floats
+    """(3,) unit vector from the scene to the viewer."""
     centre: Floats
+    """(3,) point [m] that falls on the middle of the picture; its depth is 0."""
     scale: float
+    """Pixels per metre at depth 0."""
     width: int
     height: int
     distance: float = math.inf
+    """Distance [m] from the centre to the eye; infinite for a parallel view."""
     cut: float = math.inf
+    """Depth [m] of the near plane. Whatever is nearer is cut away."""
     opened: float = -math.inf
+    """Smallest depth [m] at which the environment is cut open. It is cut at the foremost body, but
+    never behind this depth. All frames of a film share it, so that they are cut alike."""
 
     def __post_init__(self) -> None:
         for field in ("right", "up", "toward", "centre"):
-            object.__setattr__(
-                self, field, frozen(getattr(self, field), np.float64, (3,), f"camera.{field}")
-            )
+            vector = frozen(getattr(self, field), np.float64, (3,), f"camera.{field}")
+            object.__setattr__(self, field, vector)
+        for problem in (self._frame_error(), self._size_error()):
+            if problem:
+                raise UsageError(f"camera {self.name}: {problem}")
+
+    def _frame_error(self) -> str:
         axes = np.array([self.right, self.up, self.toward])
         if not np.allclose(axes @ axes.T, np.eye(3), atol=1e-9) or np.linalg.det(axes) < 0:
-            raise UsageError(
-                f"camera {self.name}: right, up and toward must be a right-handed frame of unit vectors"
-            )
+            return "right, up and toward must be a right-handed frame of unit vectors"
+        return ""
+
+    def _size_error(self) -> str:
         if self.width < 1 or self.height < 1:
-            raise UsageError(
-                f"camera {self.name}: a picture of {self.width} x {self.height} pixels; at least 1 x 1"
-            )
+            return f"a picture of {self.width} x {self.height} pixels; at least 1 x 1"
         if not (np.isfinite(self.scale) and self.scale > 0 and np.all(np.isfinite(self.centre))):
-            raise UsageError(f"camera {self.name}: scale must be positive and the centre finite")
+            return "scale must be positive and the centre finite"
         if not self.distance > 0 or math.isnan(self.cut):
-            raise UsageError(
-                f"camera {self.name}: the distance of the eye must be positive, got {self.distance}"
-            )
+            return f"the distance of the eye must be positive, got {self.distance}"
+        return ""
 
     @property
-    def bend(self) -> float:
+    def inverse_distance(self) -> float:
         """1 / distance [1/m]; 0 for a parallel view."""
         return 1.0 / self.distance
 
     @property
     def closest(self) -> float:
-        """The depth [m] of what is a thousandth of the distance from the eye: nothing nearer has
-        pixels."""
-        return self.distance * (1.0 - _CLOSEST)
+        """Largest depth [m] that has pixels: a thousandth of the distance in front of the eye."""
+        return self.distance * (1.0 - _MIN_EYE_DISTANCE)
 
     @property
     def nearest(self) -> float:
-        """The depth [m] of the nearest thing that is drawn."""
+        """Largest depth [m] that is drawn: the near plane, or `closest` if that is farther."""
         return min(self.cut, self.closest)
 
     def enlarged(self, factor: int) -> Camera:
-        """The same view on a picture of `factor` times as many pixels each way."""
+        """Return the same view on a picture of `factor` times as many pixels each way."""
         return replace(
             self, scale=self.scale * factor, width=self.width * factor, height=self.height * factor
         )
 
 
-def _frame(toward: Floats, up: ArrayLike) -> tuple[Floats, Floats, Floats]:
-    """Right, up, toward: unit vectors; where `up` is along the view, x forward is up."""
+def _orthonormal_frame(toward: Floats, up: ArrayLike) -> tuple[Floats, Floats, Floats]:
+    """Return right, up and toward as unit vectors. If `up` is along the view, x is up."""
     toward = toward / np.linalg.norm(toward)
     right = np.cross(np.asarray(up, dtype=np.float64), toward)
     if np.linalg.norm(right) < 1e-9:
@@ -136,31 +150,50 @@ def standard_view(
     margin: float = 0.06,
     field: float = 0.0,
 ) -> Camera:
-    """One of VIEWS, fitted so that the box `bounds` (2, 3) [m] fills the picture up to `margin` on
-    each side.
+    """Return a standard view, fitted to a box.
 
-    field [rad]: the angle of view from the bottom of the picture to its top; 0: a parallel view.
-    front: the viewer stands at +x; the body's left is on the picture's right. back: from -x. left:
-    from +y; forward is to the picture's left. right: from -y; forward is to the right. top: from
-    +z; forward is up, the body's left on the left. bottom: from -z; forward is up, the body's left
-    on the right. three_quarter: from the front left and above.
+    ===============  ======================  ===============================================
+    name             the viewer stands       in the picture
+    ===============  ======================  ===============================================
+    front            at +x                   the body's left is on the right
+    back             at -x                   the body's left is on the left
+    left             at +y                   forward is to the left
+    right            at -y                   forward is to the right
+    top              at +z                   forward is up, the body's left is on the left
+    bottom           at -z                   forward is up, the body's left is on the right
+    three_quarter    front left and above   all three sides show
+    ===============  ======================  ===============================================
+
+    Parameters
+    ----------
+    name
+        One of `VIEWS`.
+    bounds
+        (2, 3) least and greatest corner [m] of the box.
+    width, height
+        Size of the picture [pixels].
+    margin
+        Free border on each side, as a share of the picture.
+    field
+        Angle of view [rad] from bottom to top; 0 for a parallel view.
+
+    Raises
+    ------
+    UsageError
+        If there is no such view, or the box is empty or not finite.
     """
-    if name not in _TOWARD_UP:
+    if name not in _VIEW_AXES:
         raise UsageError(f"no view {name!r}; {one_of(name, VIEWS)}")
     box = np.asarray(bounds, dtype=np.float64)
     if box.shape != (2, 3) or not np.all(np.isfinite(box)) or np.any(box[0] > box[1]):
         raise UsageError(
             f"view {name}: bounds must be the least and greatest corner, finite, got {box.tolist()}"
         )
-    toward, up = (np.array(way) for way in _TOWARD_UP[name])
+    toward, up = (np.array(axis) for axis in _VIEW_AXES[name])
     middle = box.mean(axis=0)
-    camera = replace(
-        look_at(middle + toward, middle, up=up, field=field, width=width, height=height), name=name
-    )
-    corners = np.array(
-        [[box[i, 0], box[j, 1], box[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-    )
-    return fitted(camera, corners, np.zeros(8), margin=margin)
+    camera = look_at(middle + toward, middle, up=up, field=field, width=width, height=height)
+    corners = np.array(list(itertools.product(*box.T)))
+    return fit_to_spheres(replace(camera, name=name), corners, np.zeros(8), margin=margin)
 
 
 def look_at(
@@ -173,145 +206,214 @@ def look_at(
     height: int = 640,
     cut: float = math.inf,
 ) -> Camera:
-    """A camera at `eye` (3,) [m] with `target` (3,) [m] in the middle of its picture and `up` (3,)
-    upright in it.
+    """Return a camera at a point that looks at another point.
 
-    field [rad]: the angle of view from bottom to top, below pi; 0 gives a parallel view that shows
-    as many metres from bottom to top as eye and target are apart. cut: see Camera. UsageError where
-    eye and target are one point.
+    Parameters
+    ----------
+    eye
+        (3,) position of the eye [m].
+    target
+        (3,) point [m] in the middle of the picture.
+    up
+        (3,) direction that is upright in the picture.
+    field
+        Angle of view [rad] from bottom to top. 0 gives a parallel view that shows as many metres
+        from bottom to top as eye and target are apart.
+    width, height
+        Size of the picture [pixels].
+    cut
+        Depth [m] of the near plane, see `Camera`.
+
+    Raises
+    ------
+    UsageError
+        If eye and target coincide or are not finite, or the angle of view is out of range.
     """
-    there = np.asarray(eye, dtype=np.float64)
+    position = np.asarray(eye, dtype=np.float64)
     middle = np.asarray(target, dtype=np.float64)
-    away = there - middle
-    apart = float(np.linalg.norm(away)) if away.shape == (3,) else math.nan
-    if not (math.isfinite(apart) and apart > 1e-9):
+    toward = position - middle
+    length = float(np.linalg.norm(toward)) if toward.shape == (3,) else math.nan
+    if not (math.isfinite(length) and length > 1e-9):
         raise UsageError(
-            f"camera: eye and target must be two finite points, got {there.tolist()}, {middle.tolist()}"
+            "camera: eye and target must be two finite points, "
+            f"got {position.tolist()}, {middle.tolist()}"
         )
-    if not 0.0 <= field < 3.1:
+    if not 0.0 <= field < _MAX_FIELD:
         raise UsageError(
             f"camera: the angle of view must be from 0 to 177 degrees, got {math.degrees(field):g}"
         )
-    half = math.tan(field / 2.0) if field else 0.5
-    distance = apart if field else math.inf
-    return Camera(
-        "look_at",
-        *_frame(away, up),
-        middle,
-        height / (2.0 * half * apart),
-        width,
-        height,
-        distance,
-        cut,
-    )
+    half_height = math.tan(field / 2.0) if field else 0.5  # as a share of the distance
+    scale = height / (2.0 * half_height * length)
+    distance = length if field else math.inf
+    frame = _orthonormal_frame(toward, up)
+    return Camera("look_at", *frame, middle, scale, width, height, distance, cut)
 
 
-def fitted(camera: Camera, centre: ArrayLike, radius: ArrayLike, *, margin: float = 0.06) -> Camera:
-    """The camera moved, not turned, so that spheres `centre` (S, 3), `radius` (S,) [m] just fill
-    its picture.
+def fit_to_spheres(
+    camera: Camera, centre: ArrayLike, radius: ArrayLike, *, margin: float = 0.06
+) -> Camera:
+    """Move a camera, without turning it, so that spheres just fill its picture.
 
-    `margin` is left free on each side, as a share of the picture. In perspective the angle of view
-    stays and the eye moves: each side of the picture is a plane through the eye that all spheres
-    must be behind, so that left and right give the eye's place and depth from two linear equations,
-    and so do bottom and top; the farther one holds. Depth 0 becomes the middle of the spheres'.
-    UsageError without spheres.
+    A parallel view changes its scale. A perspective view keeps its angle of view and moves its eye.
+    Depth 0 becomes the middle of the spheres' depths.
+
+    Parameters
+    ----------
+    camera
+        The camera to move.
+    centre, radius
+        (S, 3) and (S,) the spheres [m].
+    margin
+        Free border on each side, as a share of the picture.
+
+    Raises
+    ------
+    UsageError
+        If there is no sphere, or one is not finite.
     """
-    seen = in_view(camera, centre)
-    reach = np.asarray(radius, dtype=np.float64)
-    if not len(reach) or not np.all(np.isfinite(seen)):
+    seen = to_view(camera, centre)
+    radii = np.asarray(radius, dtype=np.float64)
+    if not len(radii) or not np.all(np.isfinite(seen)):
         raise UsageError(f"camera {camera.name}: finite spheres are needed to fit the view to")
-    low = (seen - reach[:, None]).min(axis=0)
-    high = (seen + reach[:, None]).max(axis=0)
-    middle = (low + high) / 2.0
-    size = np.array([camera.width, camera.height]) * (1.0 - 2.0 * margin)
-    if math.isinf(camera.distance):
-        scale = float(np.min(size / np.maximum(high[:2] - low[:2], _LEAST)))
-        return replace(camera, centre=_moved(camera, middle), scale=scale)
-    slope = size / (2.0 * camera.scale * camera.distance)  # of each side against the line of sight
-    steep = np.sqrt(1.0 + slope * slope)
-    least = (seen[:, :2] - slope * seen[:, 2:] - steep * reach[:, None]).min(axis=0)
-    most = (seen[:, :2] + slope * seen[:, 2:] + steep * reach[:, None]).max(axis=0)
-    depth = max(float(np.max((most - least) / (2.0 * slope))), high[2] + _LEAST)  # of the eye
-    distance = depth - float(middle[2])
-    across = (least + most) / 2.0
-    scale = camera.scale * camera.distance / distance
+    free_size = np.array([camera.width, camera.height]) * (1.0 - 2.0 * margin)
+    fit = _fit_parallel if math.isinf(camera.distance) else _fit_perspective
+    return fit(camera, seen, radii, free_size)
+
+
+def _depth_bounds(seen: Floats, radii: Floats) -> tuple[Floats, Floats]:
+    """Return the least and greatest view coordinates (3,) of spheres."""
+    return (seen - radii[:, None]).min(axis=0), (seen + radii[:, None]).max(axis=0)
+
+
+def _fit_parallel(camera: Camera, seen: Floats, radii: Floats, free_size: Floats) -> Camera:
+    low, high = _depth_bounds(seen, radii)
+    scale = float(np.min(free_size / np.maximum(high[:2] - low[:2], _MIN_EXTENT)))
+    return replace(camera, centre=_view_to_world(camera, (low + high) / 2.0), scale=scale)
+
+
+def _fit_perspective(camera: Camera, seen: Floats, radii: Floats, free_size: Floats) -> Camera:
+    # Each side of the picture is a plane through the eye (x, z): |x_i - x| <= t (z - z_i) - n r_i
+    # with slope t and n = sqrt(1 + t^2). The tightest left and right planes are two linear
+    # equations in x and z; bottom and top give two more. The farther of the two eyes holds.
+    low, high = _depth_bounds(seen, radii)
+    slope = free_size / (2.0 * camera.scale * camera.distance)
+    normal_length = np.sqrt(1.0 + slope * slope)
+    least = (seen[:, :2] - slope * seen[:, 2:] - normal_length * radii[:, None]).min(axis=0)
+    most = (seen[:, :2] + slope * seen[:, 2:] + normal_length * radii[:, None]).max(axis=0)
+    eye_depth = max(float(np.max((most - least) / (2.0 * slope))), high[2] + _MIN_EXTENT)
+    middle = np.append((least + most) / 2.0, ((low + high) / 2.0)[2])
+    distance = eye_depth - float(middle[2])
     return replace(
-        camera, centre=_moved(camera, np.append(across, middle[2])), scale=scale, distance=distance
+        camera,
+        centre=_view_to_world(camera, middle),
+        scale=camera.scale * camera.distance / distance,
+        distance=distance,
     )
 
 
-def _moved(camera: Camera, seen: Floats) -> Floats:
-    """The point (3,) [m] at view coordinates `seen` (3,)."""
+def _view_to_world(camera: Camera, seen: Floats) -> Floats:
+    """Return the point (3,) [m] of the world at view coordinates (3,)."""
     point: Floats = camera.centre + seen @ np.array([camera.right, camera.up, camera.toward])
     return point
 
 
-def turned(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Camera:
-    """The camera carried round its centre by `angle` [rad] about `axis` (3,), anticlockwise seen
-    from its tip.
+def orbit(camera: Camera, angle: float, *, axis: ArrayLike = (0.0, 0.0, 1.0)) -> Camera:
+    """Turn a camera round its centre.
 
-    A whole turn gives the very same camera.
+    Parameters
+    ----------
+    camera
+        The camera to turn.
+    angle
+        Angle [rad], anticlockwise as seen from the tip of the axis. A whole turn gives exactly the
+        same camera.
+    axis
+        (3,) direction of the axis of rotation.
     """
-    along = np.asarray(axis, dtype=np.float64)
-    along = along / np.linalg.norm(along)
-    cross = np.cross(np.eye(3), along)  # cross @ v = along x v
-    share = angle % math.tau
-    turn = np.eye(3) + math.sin(share) * cross + (1.0 - math.cos(share)) * (cross @ cross)
-    right, up, toward = (turn @ way for way in (camera.right, camera.up, camera.toward))
+    unit = np.asarray(axis, dtype=np.float64)
+    unit = unit / np.linalg.norm(unit)
+    cross = np.cross(np.eye(3), unit)  # cross @ v = unit x v
+    rest = angle % math.tau
+    # Rodrigues' formula: R = I + sin(a) K + (1 - cos(a)) K^2
+    rotation = np.eye(3) + math.sin(rest) * cross + (1.0 - math.cos(rest)) * (cross @ cross)
+    right, up, toward = (rotation @ vector for vector in (camera.right, camera.up, camera.toward))
     return replace(camera, right=right, up=up, toward=toward)
 
 
-def in_view(camera: Camera, points: ArrayLike) -> Floats:
-    """View coordinates (..., 3) [m] to the right, up and toward the viewer of points (..., 3)
-    [m]."""
+def to_view(camera: Camera, points: ArrayLike) -> Floats:
+    """Return the view coordinates (..., 3) [m] of points (..., 3) [m] of the world."""
     given = np.asarray(points, dtype=np.float64)
     axes = np.array([camera.right, camera.up, camera.toward])
     seen: Floats = view_points(np.ascontiguousarray(given).reshape(-1, 3), axes, camera.centre)
     return seen.reshape(given.shape)
 
 
-def to_picture(camera: Camera, seen: Floats) -> Floats:
-    """Pixels x (right) and y (down) and depth [m] of view coordinates (..., 3) [m].
+def view_to_pixels(camera: Camera, seen: Floats) -> Floats:
+    """Project view coordinates (..., 3) [m].
 
-    x and y are NaN for points nearer than `camera.closest`: cut lines and surfaces there first (see
-    clipping).
+    Returns
+    -------
+    Floats
+        (..., 3) x (right) and y (down) [pixels], and depth [m]. x and y are NaN for points nearer
+        than `camera.closest`; lines and surfaces are clipped there first (see `clipping`).
     """
-    nearest = camera.distance * (1.0 - _CLOSEST / 2.0)  # clipped ends are rounded
+    nearest = camera.distance * (1.0 - _MIN_EYE_DISTANCE / 2.0)  # clipped ends are rounded
     middle = np.array([camera.width / 2.0, camera.height / 2.0])
     flat = np.ascontiguousarray(seen).reshape(-1, 3)
-    shown: Floats = pixel_points(flat, float(camera.scale), camera.bend, nearest, middle)
-    return shown.reshape(seen.shape)
+    pixels: Floats = pixel_points(
+        flat, float(camera.scale), camera.inverse_distance, nearest, middle
+    )
+    return pixels.reshape(seen.shape)
 
 
 def project(camera: Camera, points: ArrayLike) -> Floats:
-    """Pixels x (right) and y (down) and depth [m] (larger is nearer the viewer) of points (..., 3)
-    [m].
+    """Project points (..., 3) [m] of the world into the picture.
 
-    Pixel (column, row) covers [column, column + 1) x [row, row + 1); the camera's centre has depth
-    0. x and y are NaN for points nearer than `camera.closest`.
+    Returns
+    -------
+    Floats
+        (..., 3) x (right) and y (down) [pixels], and depth [m]. Pixel (column, row) covers
+        [column, column + 1) x [row, row + 1). x and y are NaN for points nearer than
+        `camera.closest`.
     """
-    return to_picture(camera, in_view(camera, points))
+    return view_to_pixels(camera, to_view(camera, points))
 
 
-def projective(camera: Camera, depth: Floats) -> Floats:
-    """The measure of `depth` (...,) [m] that changes linearly along straight lines in the picture:
-    z / (1 - z / D).
+def projective_depth(camera: Camera, depth: Floats) -> Floats:
+    """Return the projective depth z / (1 - z / D) of depths z (...,) [m].
 
-    Larger is nearer; in a parallel view it is the depth. Planes are planes in pixels and projective
-    depth.
+    It changes linearly along straight lines of the picture, so a plane of the world is a plane in
+    pixels and projective depth. Larger is nearer. In a parallel view it equals the depth.
     """
-    return np.asarray(depth, dtype=np.float64) / (1.0 - np.asarray(depth) * camera.bend)
+    return np.asarray(depth, dtype=np.float64) / (1.0 - np.asarray(depth) * camera.inverse_distance)
 
 
-def metric(camera: Camera, depth: Floats) -> Floats:
-    """Depth [m] of a projective depth (...,); the inverse of `projective`. -inf stays -inf."""
+def metric_depth(camera: Camera, depth: Floats) -> Floats:
+    """Return the depth [m] of projective depths (...,): inverse of `projective_depth`.
+
+    -inf stays -inf.
+    """
     given = np.asarray(depth, dtype=np.float64)
     with np.errstate(invalid="ignore"):
-        return np.where(np.isneginf(given), given, given / (1.0 + given * camera.bend))
+        return np.where(np.isneginf(given), given, given / (1.0 + given * camera.inverse_distance))
 
 
 def facing(camera: Camera, normal: Floats, offset: Floats) -> Floats:
-    """(...,) positive where planes normal . x = offset, (..., 3) and (...,), show the viewer their
-    front."""
-    front: Floats = normal @ camera.toward + camera.bend * (normal @ camera.centre - offset)
+    """Tell which side of planes the camera sees.
+
+    Parameters
+    ----------
+    camera
+        The camera.
+    normal, offset
+        (..., 3) and (...,) the planes normal . x = offset.
+
+    Returns
+    -------
+    Floats
+        (...,) positive where the viewer is on the side that the normal points to.
+    """
+    front: Floats = normal @ camera.toward + camera.inverse_distance * (
+        normal @ camera.centre - offset
+    )
     return front

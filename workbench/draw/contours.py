@@ -1,11 +1,18 @@
-"""Contour lines of values known at scattered points of a plane: spread over a grid, then traced.
+"""Trace contour lines of values that are known at scattered points of a plane.
 
-The spreading is the weighted mean of Nadaraya (1964) and Watson (1964) with a normal kernel;
-contourpy traces the lines.
+The values are spread over a grid by Nadaraya-Watson kernel regression [1]_ [2]_; contourpy traces
+the lines.
+
+References
+----------
+.. [1] E. A. Nadaraya (1964), On estimating regression, Theory of Probability and Its Applications
+   9, 141-142.
+.. [2] G. S. Watson (1964), Smooth regression analysis, Sankhya A 26, 359-372.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -13,37 +20,54 @@ from contourpy import FillType, contour_generator
 
 from workbench.model.arrays import Floats
 
-__all__ = ["level_loops", "spacing", "spread"]
+__all__ = ["kernel_regression", "level_loops", "median_spacing"]
 
-_CHUNK = 2_000_000  # distances held at once
-
-
-def spread(points: Floats, values: Floats, places: Floats, *, width: float) -> Floats:
-    """Values (Q,) at places (Q, 2) from those (M,) known at points (M, 2): means weighted by
-    exp(-d^2 / 2 width^2).
-
-    Far from all points it is the value of the nearest. One point or more is needed; all lengths in
-    one unit.
-    """
-    out = np.empty(len(places))
-    step = max(1, _CHUNK // len(points))
-    for begin in range(0, len(places), step):
-        apart = places[begin : begin + step, None] - points[None]
-        far = (apart**2).sum(axis=2) / (2 * width**2)
-        weight = np.exp(far.min(axis=1, keepdims=True) - far)
-        out[begin : begin + step] = (weight @ values) / weight.sum(axis=1)
-    return out
+_BATCH_SIZE = 2_000_000
+"""Distances computed at once, which bounds the memory."""
 
 
-def spacing(points: Floats) -> float:
-    """The median distance from a point to its nearest neighbour; points (M, 2), two or more."""
-    nearest = np.empty(len(points))
-    step = max(1, _CHUNK // len(points))
+def _squared_distances(points: Floats, others: Floats) -> Iterator[tuple[int, Floats]]:
+    """Yield, batch by batch, the first row and (N, M) squared distances of points to others."""
+    step = max(1, _BATCH_SIZE // len(others))
     for begin in range(0, len(points), step):
-        rows = np.arange(begin, min(begin + step, len(points)))
-        far = ((points[rows, None] - points[None]) ** 2).sum(axis=2)
-        far[np.arange(len(rows)), rows] = np.inf
-        nearest[rows] = far.min(axis=1)
+        difference = points[begin : begin + step, None] - others[None]
+        yield begin, (difference**2).sum(axis=2)
+
+
+def kernel_regression(points: Floats, values: Floats, places: Floats, *, width: float) -> Floats:
+    """Interpolate scattered values by a mean with weights exp(-d^2 / 2 width^2).
+
+    Far from all points the result is the value of the nearest one.
+
+    Parameters
+    ----------
+    points, values
+        (M, 2) and (M,), M at least 1.
+    places
+        (Q, 2) where values are wanted.
+    width
+        Standard deviation of the kernel, in the unit of the points.
+
+    Returns
+    -------
+    Floats
+        (Q,) values.
+    """
+    result = np.empty(len(places))
+    for begin, squared in _squared_distances(places, points):
+        exponent = squared / (2 * width**2)
+        weight = np.exp(exponent.min(axis=1, keepdims=True) - exponent)
+        result[begin : begin + len(weight)] = (weight @ values) / weight.sum(axis=1)
+    return result
+
+
+def median_spacing(points: Floats) -> float:
+    """Return the median distance from a point (M, 2) to its nearest neighbour; M at least 2."""
+    nearest = np.empty(len(points))
+    for begin, squared in _squared_distances(points, points):
+        rows = np.arange(len(squared))
+        squared[rows, begin + rows] = np.inf
+        nearest[begin + rows] = squared.min(axis=1)
     return float(np.sqrt(np.median(nearest)))
 
 
@@ -57,6 +81,8 @@ def level_loops(field: Floats, level: float) -> list[Floats]:
     ----------
     field
         (R, C) values at the grid's points.
+    level
+        The value to trace.
 
     Returns
     -------

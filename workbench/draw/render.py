@@ -1,5 +1,4 @@
-"""A source and a look become a file: pictures, strips, films, models and solids, each by one row of
-a table."""
+"""Write a source into a file: a picture, a strip of pictures, a film, a model or a solid."""
 
 from __future__ import annotations
 
@@ -14,37 +13,48 @@ import numpy as np
 from PIL import Image
 
 from workbench.body.solid import body_solid
-from workbench.draw.camera import Camera, standard_view, turned
+from workbench.draw.camera import Camera, orbit, standard_view
 from workbench.draw.colours import FAMILIES
-from workbench.draw.cutting import opened
 from workbench.draw.disks import disks
-from workbench.draw.eyes import eye_view
+from workbench.draw.display_options import DisplayOptions
+from workbench.draw.eye_view import eye_view
 from workbench.draw.films.film import film_frames, write_film
 from workbench.draw.films.motion import every_pose, frame_times, scene_at
-from workbench.draw.films.recorded import at_instants, evenly, shown_span
+from workbench.draw.films.motion_clips import (
+    at_times,
+    clocks,
+    common_time_span,
+    evenly_spaced_times,
+)
 from workbench.draw.films.strip import strip_image, strip_svg
 from workbench.draw.lines.circles import circles
-from workbench.draw.lines.hiding import HIDDEN
+from workbench.draw.lines.hidden_lines import HIDDEN
 from workbench.draw.lines.outline import outline
-from workbench.draw.looks import Look
-from workbench.draw.marks.asked import remarked
+from workbench.draw.marks.requested_marks import marks_for_scene
 from workbench.draw.scanline import scanline
-from workbench.draw.scene import Mark, Scene
-from workbench.draw.sources import Source
+from workbench.draw.scene import Scene
+from workbench.draw.scene_builder import Source
+from workbench.draw.section_planes import apply_section
 from workbench.draw.views import fitted_view, framed_views
-from workbench.draw.visibility import foremost, projected_disks
+from workbench.draw.visibility import foremost_depth, projected_disks
 from workbench.draw.window import window_image
 from workbench.errors import UsageError, one_of
 from workbench.files.exports.gltf import Figure, glb_bytes
 from workbench.files.exports.solids import stl_bytes, threemf_bytes
 from workbench.files.output_file import write_file
 from workbench.model.arrays import Floats
+from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
-__all__ = ["camera_of", "camera_of_all", "drawing", "picture", "render"]
+__all__ = ["TURN", "camera_for_all_poses", "choose_camera", "drawing", "picture", "render"]
 
-TURN = 6.0  # [s] a film of what does not move goes round it once in this time
+TURN = 6.0
+"""Time [s] in which a film of something at rest goes round it once."""
+_TRAIL_SPACING = 0.25
+"""Time [s] of film between the ghosts of a trail."""
+
 Progress = Callable[[int, int], None]
+"""Called with the number of frames that are done, and of all."""
 _Painter = Callable[[Scene, Camera], Image.Image]
 _Pen = Callable[[Scene, Camera], str]
 
@@ -65,118 +75,161 @@ _PENS: dict[tuple[str, str], _Pen] = {
 }
 
 
-def render(source: Source, look: Look, out: Path, *, progress: Progress | None = None) -> None:
-    """Write a source into the file `out`, which appears whole or not at all.
+def render(
+    source: Source, options: DisplayOptions, out: Path, *, progress: Progress | None = None
+) -> None:
+    """Write a source into a file, which appears whole or not at all.
 
     Several poses or cases stand side by side in a picture, follow one another in a film and move in
-    a .glb; a film of one pose goes round it. progress(done, all) after each frame of a film.
-    UsageError where look and source do not go together; see write_film for films.
+    a .glb. A film of one pose goes round it.
+
+    Parameters
+    ----------
+    source
+        What is drawn.
+    options
+        How it is drawn, and what the file holds.
+    out
+        The file.
+    progress
+        Called after each frame of a film.
+
+    Raises
+    ------
+    UsageError
+        If options and source do not go together. See `write_film` for films.
     """
-    if look.holds == "film":
-        _film(source, look, out, progress)
+    if options.holds == "film":
+        _film(source, options, out, progress)
         return
-    makers: dict[str, Callable[[Source, Look], bytes]] = {
+    makers: dict[str, Callable[[Source, DisplayOptions], bytes]] = {
         "raster": _raster,
         "vector": _vector,
         "model": _model,
         "solid": _solid,
     }
-    write_file(out, makers[look.holds](source, look))
+    write_file(out, makers[options.holds](source, options))
 
 
-def picture(scene: Scene, camera: Camera, look: Look) -> Image.Image:
-    """The scene in a raster display. UsageError where it shows bodies only and there is none."""
-    if not scene.bodies and (look.display == "scanline" or look.style in ("id", "depth")):
+def picture(scene: Scene, camera: Camera, options: DisplayOptions) -> Image.Image:
+    """Draw a scene with a raster display.
+
+    Raises
+    ------
+    UsageError
+        If the display shows bodies only and the scene has none.
+    """
+    bodies_only = options.display == "scanline" or options.style in ("id", "depth")
+    if bodies_only and not scene.bodies:
         raise UsageError(
-            f"{look.display} in the style {look.style} shows bodies only; there is none in {scene.title}"
+            f"{options.display} in the style {options.style} shows bodies only; there is none in "
+            f"{scene.title}"
         )
-    return _PAINTERS[look.display, look.style](scene, camera)
+    return _PAINTERS[options.display, options.style](scene, camera)
 
 
-def drawing(scene: Scene, camera: Camera, look: Look) -> str:
-    """The scene in a vector display, as SVG text."""
-    return _PENS[look.display, look.style](scene, camera)
+def drawing(scene: Scene, camera: Camera, options: DisplayOptions) -> str:
+    """Draw a scene with a vector display; returns SVG text."""
+    return _PENS[options.display, options.style](scene, camera)
 
 
-def camera_of(scene: Scene, look: Look, people: tuple[str, ...] = ()) -> Camera:
-    """The camera of a look: a standard view that holds all bodies and ghosts, or what a body's eyes
-    see."""
-    if look.view.startswith("eye"):
-        return _eye(scene, look, people)
+def choose_camera(scene: Scene, options: DisplayOptions, people: tuple[str, ...] = ()) -> Camera:
+    """Return the camera of a picture: a standard view of all bodies and ghosts, or an eye view.
+
+    Parameters
+    ----------
+    scene, options
+        The scene and the options that name the view.
+    people
+        Names of the bodies, for the view from the eyes of one.
+    """
+    if _is_eye_view(options):
+        return _eye_camera(scene, options, people)
     whole = replace(scene, bodies=scene.bodies + scene.ghosts, ghosts=())
-    if look.angle:
-        camera = standard_view(
-            look.view, whole.bounds, width=look.width, height=look.height, field=look.angle
-        )
-        return fitted_view(whole, camera)
-    return framed_views(whole, [look.view], width=look.width, height=look.height)[0][1]
-
-
-def _eye(scene: Scene, look: Look, people: tuple[str, ...]) -> Camera:
-    _, _, name = look.view.partition(":")
-    if not scene.bodies:
-        raise UsageError(f"view {look.view}: there is no body here whose eyes could see")
-    if name and name not in people:
-        raise UsageError(f"view {look.view}: nobody is called {name!r}; {one_of(name, people)}")
-    shown = scene.bodies[people.index(name) if name else 0]
-    if look.angle:
-        return eye_view(shown, width=look.width, height=look.height, field=look.angle)
-    return eye_view(shown, width=look.width, height=look.height)
-
-
-def _stills(source: Source, look: Look) -> Source:
-    """The source in the poses that are drawn side by side: of a motion at the moments asked for, or
-    at four."""
-    if look.at:
-        return at_instants(source, look.at)
-    return at_instants(source, evenly(source)) if source.moving and not source.names else source
-
-
-def _panels(source: Source, look: Look) -> list[tuple[Scene, Camera]]:
-    """The scene of each pose, and one camera for all; from its eyes each has its own."""
-    count = max(len(source.names), 1)
-    scenes = [scene_at(source.scene, k, trail=look.trail) for k in range(count)]
-    own = look.view.startswith("eye")
-    camera = (
-        camera_of(scenes[0], look, source.people)
-        if own or count == 1
-        else camera_of_all(source, look)
+    width = options.width
+    height = options.height
+    if not options.angle:
+        return framed_views(whole, [options.view], width=width, height=height)[0][1]
+    camera = standard_view(
+        options.view, whole.bounds, width=width, height=height, field=options.angle
     )
-    scenes = _cut(scenes, camera, look, [remarked(source, scene) for scene in scenes])
-    key = [scenes[0], *(replace(scene, key=()) for scene in scenes[1:])]
-    return [(scene, camera_of(scene, look, source.people) if own else camera) for scene in key]
+    return fitted_view(whole, camera)
 
 
-def camera_of_all(source: Source, look: Look) -> Camera:
-    """A camera that holds all poses and opens the environment in front of them all."""
+def _is_eye_view(options: DisplayOptions) -> bool:
+    return options.view.startswith("eye")
+
+
+def _eye_camera(scene: Scene, options: DisplayOptions, people: tuple[str, ...]) -> Camera:
+    _, _, name = options.view.partition(":")
+    if not scene.bodies:
+        raise UsageError(f"view {options.view}: there is no body here whose eyes could see")
+    if name and name not in people:
+        raise UsageError(f"view {options.view}: nobody is called {name!r}; {one_of(name, people)}")
+    shown = scene.bodies[people.index(name) if name else 0]
+    view = partial(eye_view, field=options.angle) if options.angle else eye_view
+    return view(shown, width=options.width, height=options.height)
+
+
+def _stills(source: Source, options: DisplayOptions) -> Source:
+    """Return the source in the poses that stand side by side: of a motion at the times asked for,
+    or at four."""
+    if options.at:
+        return at_times(source, options.at)
+    if source.moving and not source.names:
+        return at_times(source, evenly_spaced_times(source))
+    return source
+
+
+def _panels(source: Source, options: DisplayOptions) -> list[tuple[Scene, Camera]]:
+    """Return the scene of each pose with its camera: one camera for all, unless it is an eye view.
+
+    Only the first panel has the legend.
+    """
+    count = max(len(source.names), 1)
+    scenes = [scene_at(source.scene, k, trail=options.trail) for k in range(count)]
+    if _is_eye_view(options) or count == 1:
+        camera = choose_camera(scenes[0], options, source.people)
+    else:
+        camera = camera_for_all_poses(source, options)
+    environment = _cut_environment(scenes[0], camera, options)
+    panels = []
+    for number, scene in enumerate(scenes):
+        shown = replace(
+            scene,
+            environment=environment,
+            marks=marks_for_scene(source, scene),
+            key=scene.key if number == 0 else (),
+        )
+        own = choose_camera(shown, options, source.people) if _is_eye_view(options) else camera
+        panels.append((shown, own))
+    return panels
+
+
+def camera_for_all_poses(source: Source, options: DisplayOptions) -> Camera:
+    """Return a camera that holds all poses and cuts the environment in front of them all."""
     every = every_pose(source.scene)
-    camera = camera_of(every, look, source.people)
-    return replace(camera, opened=foremost(projected_disks(every, camera)))
+    camera = choose_camera(every, options, source.people)
+    return replace(camera, opened=foremost_depth(projected_disks(every, camera)))
 
 
-def _cut(
-    scenes: list[Scene], camera: Camera, look: Look, marks: list[tuple[Mark, ...]]
-) -> list[Scene]:
-    """Scenes with their marks, and all with one environment, cut open as this camera sees it."""
-    environment = scenes[0].environment if look.cut is None else opened(scenes[0], camera, look.cut)
-    return [
-        replace(scene, environment=environment, marks=own)
-        for scene, own in zip(scenes, marks, strict=True)
-    ]
+def _cut_environment(scene: Scene, camera: Camera, options: DisplayOptions) -> Environment | None:
+    """Return the environment of a scene, cut open if the options say so."""
+    return scene.environment if options.cut is None else apply_section(scene, camera, options.cut)
 
 
-def _raster(source: Source, look: Look) -> bytes:
-    source = _stills(source, look)
-    pictures = [picture(scene, camera, look) for scene, camera in _panels(source, look)]
+def _raster(source: Source, options: DisplayOptions) -> bytes:
+    source = _stills(source, options)
+    pictures = [picture(scene, camera, options) for scene, camera in _panels(source, options)]
     image = pictures[0] if len(pictures) == 1 else strip_image(pictures, _captions(source))
     out = io.BytesIO()
     image.save(out, "PNG", optimize=True)
     return out.getvalue()
 
 
-def _vector(source: Source, look: Look) -> bytes:
-    source = _stills(source, look)
-    drawings = [drawing(scene, camera, look) for scene, camera in _panels(source, look)]
+def _vector(source: Source, options: DisplayOptions) -> bytes:
+    source = _stills(source, options)
+    drawings = [drawing(scene, camera, options) for scene, camera in _panels(source, options)]
     if len(drawings) == 1:
         return drawings[0].encode()
     return strip_svg(drawings, _captions(source), title=source.scene.title).encode()
@@ -186,101 +239,109 @@ def _captions(source: Source) -> list[str]:
     return [name.replace("_", " ") for name in source.names]
 
 
-def _film(source: Source, look: Look, out: Path, progress: Progress | None) -> None:
+def _film(source: Source, options: DisplayOptions, out: Path, progress: Progress | None) -> None:
     if source.moving:
-        times = frame_times(*shown_span(source), fps=look.fps, speed=look.speed)
+        times = frame_times(*common_time_span(source), fps=options.fps, speed=options.speed)
         count = len(times)
-        frames = _moving(source.at(times), look, times)
+        frames = _motion_frames(source.at(times), options, times)
     elif len(source.names) > 1:
         raise UsageError(
-            f"a film shows a motion, or goes round one case; got {len(source.names)} cases without times"
+            "a film shows a motion, or goes round one case; "
+            f"got {len(source.names)} cases without times"
         )
     else:
-        count = len(frame_times(0.0, TURN - 1e-6, fps=look.fps, speed=look.speed))
-        frames = _round(source, look, count)
-    write_film(out, frames, count, fps=look.fps, progress=progress)
+        count = len(frame_times(0.0, TURN - 1e-6, fps=options.fps, speed=options.speed))
+        frames = _orbit_frames(source, options, count)
+    write_film(out, frames, count, fps=options.fps, progress=progress)
 
 
-def _moving(source: Source, look: Look, times: Floats) -> Iterator[Image.Image]:
-    """The pictures of a source in its poses at `times` (F,) [s]; ghosts of `look.trail` are a
-    quarter of a second of film apart."""
-    own = look.view.startswith("eye")
-    camera = camera_of(source.scene, look, source.people) if own else camera_of_all(source, look)
-    environment = (
-        source.scene.environment if look.cut is None else opened(source.scene, camera, look.cut)
-    )
+def _motion_frames(source: Source, options: DisplayOptions, times: Floats) -> Iterator[Image.Image]:
+    """Draw a source in its F poses at `times` (F,) [s]."""
+    if _is_eye_view(options):
+        camera = choose_camera(source.scene, options, source.people)
+    else:
+        camera = camera_for_all_poses(source, options)
+    environment = _cut_environment(source.scene, camera, options)
 
     def painter(scene: Scene, camera: Camera) -> Image.Image:
-        shown = replace(scene, environment=environment, marks=remarked(source, scene))
-        return picture(shown, camera_of(scene, look, source.people) if own else camera, look)
+        shown = replace(scene, environment=environment, marks=marks_for_scene(source, scene))
+        if _is_eye_view(options):
+            camera = choose_camera(scene, options, source.people)
+        return picture(shown, camera, options)
 
-    every = max(round(look.fps / 4.0), 1)
+    spacing = max(round(options.fps * _TRAIL_SPACING), 1)
+    stamp = _speed_text(options)
     return film_frames(
-        source.scene, camera, times, painter, stamp=_pace(look), trail=look.trail, every=every
+        source.scene, camera, times, painter, stamp=stamp, trail=options.trail, every=spacing
     )
 
 
-def _pace(look: Look) -> str:
-    """ "1/10 speed, 25 frames/s"."""
-    slow = 1.0 / look.speed
-    named = (
-        "real time"
-        if look.speed == 1.0
-        else f"1/{slow:g} speed"
-        if slow > 1.0
-        else f"{look.speed:g} x speed"
-    )
-    return f"{named}, {look.fps:g} frames/s"
+def _speed_text(options: DisplayOptions) -> str:
+    """Write the speed of a film, such as "1/10 speed, 25 frames/s"."""
+    if options.speed == 1.0:
+        pace = "real time"
+    elif options.speed < 1.0:
+        pace = f"1/{1.0 / options.speed:g} speed"
+    else:
+        pace = f"{options.speed:g} x speed"
+    return f"{pace}, {options.fps:g} frames/s"
 
 
-def _round(source: Source, look: Look, count: int) -> Iterator[Image.Image]:
-    """`count` pictures once round the scene about its upright axis; the whole of it is in all of
-    them."""
-    if look.view.startswith("eye"):
+def _orbit_frames(source: Source, options: DisplayOptions, count: int) -> Iterator[Image.Image]:
+    """Draw `count` pictures once round the scene about its upright axis, all of it in each."""
+    if _is_eye_view(options):
         raise UsageError(
-            f"view {look.view}: nothing moves here, and what goes round a scene is not its eyes"
+            f"view {options.view}: nothing moves here, and what goes round a scene is not its eyes"
         )
     scene = source.scene
     low, high = scene.bounds
-    reach = float(np.hypot(*(high - low)[:2])) / 2.0
+    # a box that holds the scene in every direction about the upright axis
+    radius = float(np.hypot(*(high - low)[:2])) / 2.0
     middle = (low + high) / 2.0
-    half = np.array([reach, reach, (high - low)[2] / 2.0])
-    box = np.array([middle - half, middle + half])
-    camera = standard_view(look.view, box, width=look.width, height=look.height, field=look.angle)
-    if look.cut is not None:
-        scene = replace(scene, environment=opened(scene, camera, look.cut))
+    half = np.array([radius, radius, (high - low)[2] / 2.0])
+    camera = standard_view(
+        options.view,
+        np.array([middle - half, middle + half]),
+        width=options.width,
+        height=options.height,
+        field=options.angle,
+    )
+    scene = replace(scene, environment=_cut_environment(scene, camera, options))
     for frame in range(count):
-        yield picture(scene, turned(camera, math.tau * frame / count), look)
+        yield picture(scene, orbit(camera, math.tau * frame / count), options)
 
 
-def _model(source: Source, look: Look) -> bytes:
+def _model(source: Source, options: DisplayOptions) -> bytes:
+    """Write a .glb model of the bodies and the environment, with the motion if there is one."""
     times = None
     if source.moving:
-        start, end = shown_span(source)
-        clocks = [
-            p.poses.time for p in (*source.persons, *source.under) if p.poses.time is not None
-        ]
-        times = np.unique(np.concatenate([np.array([start, end]), *clocks]))
-        times = times[(times >= start) & (times <= end)]
+        times = _model_times(source)
         source = source.at(times)
     elif len(source.names) > 1:
         raise UsageError(
             f"a .glb file holds one case or a motion; got {len(source.names)} cases without times"
         )
-    under = (
-        tuple(f"{person.name} ({source.scene.key[1][0]})" for person in source.under)
-        if source.scene.key
-        else ()
-    )
-    shown = zip((*source.people, *under), (*source.scene.bodies, *source.scene.ghosts), strict=True)
+    scene = source.scene
+    behind: tuple[str, ...] = ()
+    if scene.key:
+        behind = tuple(f"{person.name} ({scene.key[1][0]})" for person in source.under)
+    shown = zip((*source.people, *behind), (*scene.bodies, *scene.ghosts), strict=True)
     figures = [
-        Figure(name, _as_long(body.placed, times), _linear(body.colour)) for name, body in shown
+        Figure(name, _repeat_pose(body.placed, times), _linear_rgb(body.colour))
+        for name, body in shown
     ]
-    return glb_bytes(figures, source.scene.environment, times=times)
+    return glb_bytes(figures, scene.environment, times=times)
 
 
-def _as_long(placed: Placed, times: Floats | None) -> Placed:
-    """The poses of a figure; who does not move has one for each time."""
+def _model_times(source: Source) -> Floats:
+    """Return the times (F,) [s] of all frames of all people in the time span they share."""
+    start, end = common_time_span(source)
+    times = np.unique(np.concatenate([np.array([start, end]), *clocks(source)]))
+    return times[(times >= start) & (times <= end)]
+
+
+def _repeat_pose(placed: Placed, times: Floats | None) -> Placed:
+    """Return one pose for each time; somebody at rest has a single one, which is repeated."""
     if times is None or len(placed) == len(times):
         return placed
     world, centres = (
@@ -290,8 +351,9 @@ def _as_long(placed: Placed, times: Floats | None) -> Placed:
     return Placed(placed.body, world, centres, placed.window)
 
 
-def _linear(family: str) -> tuple[float, float, float]:
-    """A colour as glTF has it: linear light, by the transfer function of sRGB (IEC 61966-2-1)."""
+def _linear_rgb(family: str) -> tuple[float, float, float]:
+    """Return a colour in linear light, as glTF wants it, by the sRGB transfer function
+    (IEC 61966-2-1)."""
     red, green, blue = (
         (share / 12.92 if share <= 0.04045 else ((share + 0.055) / 1.055) ** 2.4)
         for share in (value / 255.0 for value in FAMILIES[family][1])
@@ -299,20 +361,22 @@ def _linear(family: str) -> tuple[float, float, float]:
     return round(red, 6), round(green, 6), round(blue, 6)
 
 
-def _solid(source: Source, look: Look) -> bytes:
-    source = at_instants(source, look.at) if look.at else source
+def _solid(source: Source, options: DisplayOptions) -> bytes:
+    """Write the surface of each body as one solid."""
+    source = at_times(source, options.at) if options.at else source
     if source.moving and not source.names:
         raise UsageError(
-            f"a {look.ending} file holds one pose: say at which moment of the motion by --at"
+            f"a {options.ending} file holds one pose: say at which moment of the motion by --at"
         )
     if not source.scene.bodies:
         raise UsageError(
-            f"a {look.ending} file holds the solid of a body; there is none in {source.scene.title}"
+            f"a {options.ending} file holds the solid of a body; there is none in "
+            f"{source.scene.title}"
         )
     if len(source.names) > 1:
-        raise UsageError(f"a {look.ending} file holds one pose; got {', '.join(source.names)}")
+        raise UsageError(f"a {options.ending} file holds one pose; got {', '.join(source.names)}")
     surfaces = {
         name: body_solid(shown.placed, shown.pose)
         for name, shown in zip(source.people, source.scene.bodies, strict=True)
     }
-    return stl_bytes(surfaces) if look.ending == ".stl" else threemf_bytes(surfaces)
+    return stl_bytes(surfaces) if options.ending == ".stl" else threemf_bytes(surfaces)

@@ -1,12 +1,14 @@
-"""The paper's other raster method: scan line by scan line, only the frontmost parts of the spheres
-that it meets.
+"""Draw spheres scan line by scan line, the paper's other raster method.
 
-A scan line and the eye (or the view's direction) span a cutting plane. It meets each sphere in a
-circle or not at all; seen along the plane the circles cover runs of the line. Where runs begin, end
-and circles cross one another the line is divided, and each piece goes to the sphere that is
-foremost there: by its frontmost point (`front`, which is what a painter of disks shows) or by its
-surface (`surface`, what a ray meets first). Nothing here is shared with the painter and the depth
-buffer of `frames`, so that they check one another.
+A scan line and the eye (or the direction of the view) span a cutting plane. The plane meets each
+sphere in a circle or not at all. Seen along the plane, each circle covers an interval of the line.
+The ends of the intervals and the points where circles cross divide the line into pieces. Each piece
+shows the sphere that is foremost there, by one of two rules:
+
+- ``front``: by the frontmost point of the sphere, as the painter's algorithm does.
+- ``surface``: by its surface, which a ray meets first.
+
+This module shares no code with `sphere_raster`, so that they can check one another.
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from PIL import Image
 
-from workbench.draw.camera import Camera, in_view
+from workbench.draw.camera import Camera, to_view
 from workbench.draw.colours import INKS, PAPER
 from workbench.draw.scene import Scene, Spheres
 from workbench.errors import UsageError, one_of
@@ -26,33 +28,55 @@ from workbench.model.arrays import Floats, Ints
 __all__ = ["RULES", "Pieces", "scan_numbers", "scan_pieces", "scanline"]
 
 RULES = ("front", "surface")
+"""Which sphere is foremost, see above."""
 
 
 class Pieces(NamedTuple):
-    """Visible pieces of scan lines: row (K,), ends (K, 2) from and to [pixels], sphere (K,)."""
+    """Visible pieces of scan lines."""
 
     row: Ints
+    """(K,) the scan line."""
     ends: Floats
+    """(K, 2) from and to [pixels]."""
     sphere: Ints
+    """(K,)."""
 
 
 class _Circles(NamedTuple):
-    """What a cutting plane meets: sphere (M,); middle (M, 2) across and along the plane; radius
-    (M,); run (M, 2)."""
+    """The circles in which a cutting plane meets spheres.
+
+    The axes of the plane are across (along the scan line) and along (into the view). In a parallel
+    view they are metres to the right and depth. In perspective the eye is the origin.
+    """
 
     sphere: Ints
-    middle: Floats
+    """(M,)."""
+    centre: Floats
+    """(M, 2) [m] across and along."""
     radius: Floats
-    run: Floats
+    """(M,) [m]."""
+    interval: Floats
+    """(M, 2) covered part of the scan line: metres across, in perspective slopes across / along."""
 
 
 def scan_pieces(
     spheres: Spheres, camera: Camera, *, rule: str = "front", rows: Ints | None = None
 ) -> Pieces:
-    """The visible pieces of scan lines `rows`, all where not given. UsageError for a rule that is
-    not in RULES.
+    """Find the visible pieces of scan lines.
 
-    A view with a finite cut is refused: the method has no cut faces.
+    Parameters
+    ----------
+    spheres, camera
+        What is seen, and from where.
+    rule
+        One of `RULES`.
+    rows
+        The scan lines; all if None.
+
+    Raises
+    ------
+    UsageError
+        If there is no such rule, or the camera has a near plane: the method has no cut faces.
     """
     if rule not in RULES:
         raise UsageError(f"no rule {rule!r} for scan lines; {one_of(rule, RULES)}")
@@ -60,114 +84,128 @@ def scan_pieces(
         raise UsageError(
             "the scan-line display cannot cut; draw disks, or take the cut out of the camera"
         )
-    seen = in_view(camera, spheres.centre)
+    seen = to_view(camera, spheres.centre)
     front = np.minimum(seen[:, 2] + spheres.radius, camera.nearest)
-    found = [Pieces(np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64))]
+    pieces = [Pieces(np.empty(0, np.int64), np.empty((0, 2)), np.empty(0, np.int64))]
     for row in np.arange(camera.height) if rows is None else rows:
-        height = (camera.height / 2.0 - row - 0.5) / camera.scale  # [m] of the line at depth 0
-        circles = _cut(seen, spheres.radius, camera, float(height))
-        ends, sphere = _foremost(circles, camera, front if rule == "front" else None)
-        stretch = camera.scale * (math.hypot(height, camera.distance) if camera.bend else 1.0)
-        found.append(Pieces(np.full(len(sphere), row), camera.width / 2.0 + stretch * ends, sphere))
-    return Pieces(*(np.concatenate(column) for column in zip(*found, strict=True)))
+        height = float((camera.height / 2.0 - row - 0.5) / camera.scale)  # [m] at depth 0
+        circles = _plane_circles(seen, spheres.radius, camera, height)
+        ends, sphere = _foremost_pieces(circles, camera, front if rule == "front" else None)
+        stretch = camera.scale
+        if math.isfinite(camera.distance):
+            stretch *= math.hypot(height, camera.distance)
+        ends = camera.width / 2.0 + stretch * ends
+        pieces.append(Pieces(np.full(len(sphere), row), ends, sphere))
+    return Pieces(*(np.concatenate(column) for column in zip(*pieces, strict=True)))
 
 
-def _cut(seen: Floats, radius: Floats, camera: Camera, height: float) -> _Circles:
-    """The circles of the plane through a line at `height` [m] at depth 0.
+def _plane_circles(seen: Floats, radius: Floats, camera: Camera, height: float) -> _Circles:
+    """Intersect spheres, in view coordinates (S, 3), with the plane of the line at `height` [m]."""
+    if math.isinf(camera.distance):
+        offset = height - seen[:, 1]
+        sphere = np.flatnonzero(radius * radius - offset * offset > 0.0)
+        centre = seen[sphere][:, [0, 2]]
+        cut_radius = np.sqrt((radius * radius - offset * offset)[sphere])
+        interval = np.column_stack([centre[:, 0] - cut_radius, centre[:, 0] + cut_radius])
+        return _Circles(sphere, centre, cut_radius, interval)
+    return _perspective_circles(seen, radius, camera, height)
 
-    Parallel: across and depth; runs are metres across. Perspective: the eye is the origin and the
-    line ahead of it the second axis; runs are slopes across / along, and spheres that hold the eye
-    are left out.
+
+def _perspective_circles(seen: Floats, radius: Floats, camera: Camera, height: float) -> _Circles:
+    """Intersect spheres with the plane through the eye and a scan line.
+
+    Spheres that hold the eye are left out, and intervals end beside the eye.
     """
-    if not camera.bend:
-        off = height - seen[:, 1]
-        middle = seen[:, [0, 2]]
-    else:
-        steep = math.hypot(height, camera.distance)
-        ahead = (seen[:, 1] * height - (seen[:, 2] - camera.distance) * camera.distance) / steep
-        off = (seen[:, 1] * camera.distance + (seen[:, 2] - camera.distance) * height) / steep
-        middle = np.column_stack([seen[:, 0], ahead])
-    square = radius * radius - off * off
-    met = square > 0.0
-    if camera.bend:
-        met &= np.sum((seen - [0.0, 0.0, camera.distance]) ** 2, axis=1) > radius * radius
-    sphere = np.flatnonzero(met)
-    middle = middle[sphere]
-    cut = np.sqrt(square[sphere])
-    if not camera.bend:
-        return _Circles(
-            sphere, middle, cut, np.column_stack([middle[:, 0] - cut, middle[:, 0] + cut])
-        )
-    turn = np.arctan2(middle[:, 0], middle[:, 1])
-    half = np.arcsin(np.minimum(cut / np.hypot(*middle.T), 1.0))
-    low = np.maximum(turn - half, -math.pi / 2)
-    high = np.minimum(turn + half, math.pi / 2)
-    ahead_ = low < high
-    run = np.tan(np.column_stack([low, high])[ahead_])
-    return _Circles(sphere[ahead_], middle[ahead_], cut[ahead_], run)
+    slant = math.hypot(height, camera.distance)  # from the eye to the line at depth 0
+    depth = seen[:, 2] - camera.distance
+    along = (seen[:, 1] * height - depth * camera.distance) / slant
+    offset = (seen[:, 1] * camera.distance + depth * height) / slant
+    square = radius * radius - offset * offset
+    eye_outside = np.sum((seen - [0.0, 0.0, camera.distance]) ** 2, axis=1) > radius * radius
+    sphere = np.flatnonzero((square > 0.0) & eye_outside)
+    centre = np.column_stack([seen[:, 0], along])[sphere]
+    cut_radius = np.sqrt(square[sphere])
+    direction = np.arctan2(centre[:, 0], centre[:, 1])
+    half_angle = np.arcsin(np.minimum(cut_radius / np.hypot(*centre.T), 1.0))
+    low = np.maximum(direction - half_angle, -math.pi / 2)
+    high = np.minimum(direction + half_angle, math.pi / 2)
+    ahead = low < high
+    interval = np.tan(np.column_stack([low, high])[ahead])
+    return _Circles(sphere[ahead], centre[ahead], cut_radius[ahead], interval)
 
 
-def _foremost(circles: _Circles, camera: Camera, front: Floats | None) -> tuple[Floats, Ints]:
-    """Ends (K, 2) and spheres (K,) of the pieces of one line. front (S,): depth that decides; None:
-    the surface's."""
-    places = np.unique(
-        np.concatenate(
-            [circles.run.ravel(), *([_crossings(circles, camera)] if front is None else [])]
-        )
-    )
+def _foremost_pieces(
+    circles: _Circles, camera: Camera, front: Floats | None
+) -> tuple[Floats, Ints]:
+    """Divide one line into pieces of one visible sphere each.
+
+    Parameters
+    ----------
+    circles, camera
+        The circles on the line, and the camera.
+    front
+        (S,) depth that decides which sphere is foremost; None for the surface's own.
+
+    Returns
+    -------
+    tuple[Floats, Ints]
+        Ends (K, 2) and sphere (K,).
+    """
+    ends = [circles.interval.ravel()]
+    if front is None:
+        ends.append(_crossings(circles, camera))
+    places = np.unique(np.concatenate(ends))
     if len(places) < 2:
         return np.empty((0, 2)), np.empty(0, dtype=np.int64)
     middle = (places[1:] + places[:-1]) / 2.0
-    inside = (circles.run[:, :1] < middle) & (middle < circles.run[:, 1:])
-    score = _surface(circles, camera, middle) if front is None else front[circles.sphere][:, None]
-    score = np.where(inside, score, -np.inf)
-    best = (
-        len(score) - 1 - np.argmax(score[::-1], axis=0)
-    )  # of equal ones the last, as a painter would
+    inside = (circles.interval[:, :1] < middle) & (middle < circles.interval[:, 1:])
+    nearness = (
+        _nearness(circles, camera, middle) if front is None else front[circles.sphere][:, None]
+    )
+    nearness = np.where(inside, nearness, -np.inf)
+    # the last of equal ones, as a painter would
+    best = len(nearness) - 1 - np.argmax(nearness[::-1], axis=0)
     sphere = np.where(inside.any(axis=0), circles.sphere[best], -1)
     start = np.flatnonzero(np.diff(sphere, prepend=-2))
     end = np.append(start[1:], len(sphere))
     pieces = np.column_stack([places[start], places[end]])
-    seen = sphere[start] >= 0
-    return pieces[seen], sphere[start][seen]
+    covered = sphere[start] >= 0
+    return pieces[covered], sphere[start][covered]
 
 
-def _surface(circles: _Circles, camera: Camera, place: Floats) -> Floats:
-    """(M, K) how near the surface of each circle is at each place of the line: depth, or minus the
-    distance."""
-    across = circles.middle[:, :1]
-    along = circles.middle[:, 1:]
+def _nearness(circles: _Circles, camera: Camera, place: Floats) -> Floats:
+    """Return how near (M, K) the surface of each circle is at places (K,) of the line: its depth,
+    in perspective minus its distance from the eye."""
+    across = circles.centre[:, :1]
+    along = circles.centre[:, 1:]
     square = circles.radius[:, None] ** 2
-    if not camera.bend:
+    if math.isinf(camera.distance):
         depth: Floats = along + np.sqrt(np.maximum(square - (place - across) ** 2, 0.0))
         return depth
     length = np.sqrt(1.0 + place * place)
-    forward = (across * place + along) / length
-    rest = forward**2 - (across**2 + along**2 - square)
-    return np.sqrt(np.maximum(rest, 0.0)) - forward
+    forward = (across * place + along) / length  # of the centre, along the ray
+    discriminant = forward**2 - (across**2 + along**2 - square)
+    return np.sqrt(np.maximum(discriminant, 0.0)) - forward
 
 
 def _crossings(circles: _Circles, camera: Camera) -> Floats:
-    """Where on the line circles cross one another, as far as the eye is concerned; hidden crossings
-    too."""
+    """Return where on the line two circles cross as seen from the eye; hidden crossings too."""
     first, second = np.triu_indices(len(circles.radius), 1)
-    step = circles.middle[second] - circles.middle[first]
-    apart = np.hypot(*step.T)
+    step = circles.centre[second] - circles.centre[first]
+    distance = np.hypot(*step.T)
     r = circles.radius[first]
     s = circles.radius[second]
-    meet = (apart < r + s) & (apart > np.abs(r - s))
-    first = first[meet]
-    step = step[meet]
-    apart = apart[meet]
-    r = r[meet]
-    s = s[meet]
-    foot = (apart * apart + r * r - s * s) / (2.0 * apart)
+    meet = (distance < r + s) & (distance > np.abs(r - s))
+    first, step, distance, r, s = (column[meet] for column in (first, step, distance, r, s))
+    # circles of radius r and s at distance d cross at a = (d^2 + r^2 - s^2) / 2 d along the line
+    # of their centres, and h = sqrt(r^2 - a^2) to either side of it
+    foot = (distance * distance + r * r - s * s) / (2.0 * distance)
     rise = np.sqrt(np.maximum(r * r - foot * foot, 0.0))
-    unit = step / apart[:, None]
-    base = circles.middle[first] + foot[:, None] * unit
+    unit = step / distance[:, None]
+    base = circles.centre[first] + foot[:, None] * unit
     side = rise[:, None] * unit[:, ::-1] * [-1.0, 1.0]
     points = np.concatenate([base + side, base - side])
-    if not camera.bend:
+    if math.isinf(camera.distance):
         return points[:, 0]
     points = points[points[:, 1] > 0.0]
     slopes: Floats = points[:, 0] / points[:, 1]
@@ -175,8 +213,7 @@ def _crossings(circles: _Circles, camera: Camera) -> Floats:
 
 
 def scan_numbers(spheres: Spheres, camera: Camera, *, rule: str = "front") -> Ints:
-    """(height, width) the sphere shown in each pixel, -1 for none: pieces taken at the middles of
-    pixels."""
+    """Return the sphere (height, width) shown at the middle of each pixel, -1 for none."""
     picture = np.full((camera.height, camera.width), -1, dtype=np.int64)
     pieces = scan_pieces(spheres, camera, rule=rule)
     edges = np.clip(pieces.ends, 0.0, camera.width) - 0.5
@@ -190,24 +227,36 @@ def scan_numbers(spheres: Spheres, camera: Camera, *, rule: str = "front") -> In
 def scanline(
     scene: Scene, camera: Camera, *, rule: str = "surface", spacing: int = 1
 ) -> Image.Image:
-    """RGB picture of a scene's bodies by scan lines, every `spacing`-th one [pixels], in ink,
-    stronger the nearer.
+    """Draw the bodies of a scene by scan lines, in ink that is stronger the nearer a sphere is.
 
-    The environment and marks are not drawn.
+    Environment and marks are not drawn.
+
+    Parameters
+    ----------
+    scene, camera
+        What is drawn, and from where.
+    rule
+        One of `RULES`.
+    spacing
+        Distance [pixels] from one scan line to the next.
+
+    Raises
+    ------
+    UsageError
+        If the spacing is below 1; see also `scan_pieces`.
     """
     if spacing < 1:
         raise UsageError(f"scan lines must be 1 pixel apart or more, got {spacing}")
     spheres = scene.spheres
     shown = scan_numbers(spheres, camera, rule=rule)
     shown[np.arange(camera.height) % spacing != 0] = -1
-    front = in_view(camera, spheres.centre)[:, 2] + spheres.radius
+    front = to_view(camera, spheres.centre)[:, 2] + spheres.radius
     low, high = (front.min(), front.max()) if len(front) else (0.0, 0.0)
     share = (front - low) / max(high - low, 1e-12)
-    colour = np.array(
-        [PAPER] * (len(front) + 1), dtype=np.float64
-    )  # the last one, found by -1, is paper
+    # the last row, which the index -1 finds, is paper
+    colour = np.array([PAPER] * (len(front) + 1), dtype=np.float64)
     for index, body in enumerate(scene.bodies):
-        mine = np.flatnonzero(spheres.body == index)
-        strength = 0.2 + 0.8 * share[mine, None]
-        colour[mine] += (np.array(INKS[body.colour]) - np.array(PAPER)) * strength
+        own = np.flatnonzero(spheres.body == index)
+        strength = 0.2 + 0.8 * share[own, None]
+        colour[own] += (np.array(INKS[body.colour]) - np.array(PAPER)) * strength
     return Image.fromarray(np.round(colour[shown]).astype(np.uint8))

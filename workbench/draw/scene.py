@@ -1,4 +1,4 @@
-"""Scene: what a picture shows. Bodies in one pose each, an environment, marks."""
+"""Describe what a picture shows: bodies in one pose each, an environment, marks."""
 
 from __future__ import annotations
 
@@ -18,11 +18,12 @@ __all__ = ["Mark", "Scene", "SceneBody", "Spheres", "shown_corners"]
 
 @dataclass(frozen=True, eq=False)
 class SceneBody:
-    """One pose of a placed body, drawn in one colour family (see colours.FAMILIES)."""
+    """One pose of a placed body, drawn in one colour family."""
 
     placed: Placed
     pose: int = 0
     colour: str = "warm"
+    """A key of `colours.FAMILIES`."""
 
     def __post_init__(self) -> None:
         if not -len(self.placed.centres) <= self.pose < len(self.placed.centres):
@@ -35,16 +36,15 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class Mark:
-    """A point (3,) [m] to be marked, a short label ("" for none) and its kind (see colours.MARKS).
-
-    to (3,) [m]: the other end of a mark that is a line: of a dimension (clearance), of an axis, of
-    a miss.
-    """
+    """A point or a line to be marked in a picture."""
 
     point: tuple[float, float, float]
+    """Position [m]."""
     label: str = ""
     kind: str = "contact"
+    """A key of `colours.MARKS`."""
     to: tuple[float, float, float] | None = None
+    """Other end [m] of a mark that is a line: a dimension (clearance), an axis, a missed target."""
 
     def __post_init__(self) -> None:
         for end in (self.point,) if self.to is None else (self.point, self.to):
@@ -59,22 +59,19 @@ class Mark:
 
 
 class Spheres(NamedTuple):
-    """All spheres of a scene: centre (S, 3), radius (S,) [m], body (S,): index into the scene's
-    bodies."""
+    """All spheres of a scene."""
 
     centre: Floats
+    """(S, 3) [m]."""
     radius: Floats
+    """(S,) [m]."""
     body: Ints
+    """(S,) index of the body in the scene."""
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """Bodies, an environment or None, marks; title and description are read out by screen readers.
-
-    ghosts: bodies shown pale behind all others, the earliest first (see ghosts); they are none of
-    the scene's spheres. key: what the bodies of a colour family are, "predicted" and "warm", said
-    in the picture's upper right corner.
-    """
+    """Bodies, an environment and marks; screen readers read out title and description."""
 
     bodies: tuple[SceneBody, ...] = ()
     environment: Environment | None = None
@@ -82,43 +79,49 @@ class Scene:
     title: str = "Body"
     description: str = ""
     ghosts: tuple[SceneBody, ...] = ()
+    """Bodies shown pale behind all others, the earliest first (see `ghosts`). They are not part of
+    `spheres` and `bounds`."""
     key: tuple[tuple[str, str], ...] = ()
+    """Legend in the upper right corner: text and colour family of each line."""
 
     @property
     def spheres(self) -> Spheres:
         """The spheres of all bodies in turn, without those outside a body's logical window."""
-        found = [Spheres(np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64))]
+        columns = [Spheres(np.empty((0, 3)), np.empty(0), np.empty(0, dtype=np.int64))]
         for index, shown in enumerate(self.bodies):
-            body = shown.placed.body
-            inside = shown.placed.window[body.sphere_segment]
-            centre = shown.placed.centres[shown.pose][inside]
-            if not np.all(np.isfinite(centre)):
-                raise InputError(
-                    f"scene: body {body.name}, pose {shown.pose}: sphere centres must be finite"
-                )
-            radius = body.radius[shown.placed.person[shown.pose], inside]
-            found.append(Spheres(centre, radius, np.full(len(centre), index, dtype=np.int64)))
-        return Spheres(*(np.concatenate(column) for column in zip(*found, strict=True)))
+            centre, radius = _window_spheres(shown)
+            columns.append(Spheres(centre, radius, np.full(len(centre), index, dtype=np.int64)))
+        return Spheres(*(np.concatenate(column) for column in zip(*columns, strict=True)))
 
     @property
     def bounds(self) -> Floats:
-        """(2, 3) the box [m] around all spheres; around what is shown of the environment where
-        there is no body."""
+        """(2, 3) bounding box [m] of all spheres, or of the shown environment without bodies."""
         spheres = self.spheres
         if len(spheres.radius):
-            reach = spheres.radius[:, None]
-            return np.array(
-                [(spheres.centre - reach).min(axis=0), (spheres.centre + reach).max(axis=0)]
-            )
-        corners = shown_corners(self.environment)
-        if not len(corners):
+            radius = spheres.radius[:, None]
+            low, high = spheres.centre - radius, spheres.centre + radius
+        else:
+            low = high = shown_corners(self.environment)
+        if not len(low):
             raise UsageError("scene: nothing to show; give a body or an environment")
-        return np.array([corners.min(axis=0), corners.max(axis=0)])
+        return np.array([low.min(axis=0), high.max(axis=0)])
+
+
+def _window_spheres(shown: SceneBody) -> tuple[Floats, Floats]:
+    """Return centres (S, 3) and radii (S,) [m] of the spheres in a body's logical window."""
+    placed = shown.placed
+    body = placed.body
+    inside = placed.window[body.sphere_segment]
+    centre = placed.centres[shown.pose][inside]
+    if not np.all(np.isfinite(centre)):
+        raise InputError(
+            f"scene: body {body.name}, pose {shown.pose}: sphere centres must be finite"
+        )
+    return centre, body.radius[placed.person[shown.pose], inside]
 
 
 def shown_corners(environment: Environment | None) -> Floats:
-    """(V, 3) the corners [m] of all polygons that are not of hidden parts; none without an
-    environment."""
+    """Return the corners (V, 3) [m] of all polygons of parts that are not hidden."""
     if environment is None:
         return np.empty((0, 3))
     shown = ~environment.hidden[environment.polygon_part]

@@ -1,11 +1,13 @@
-"""What is in front of what: the shared depth buffers of bodies and environment, seen through one
-camera.
+"""Compute the depth buffers of bodies and environment through one camera.
 
-What stands between the viewer and the bodies must not hide them. So (1) nothing nearer than the
-bodies' foremost point is drawn: it is cut away by a plane across the view; (2) what is left in
-front of a body pixel can be told apart by its depth, for a display to draw it as a veil. Where the
-plane cuts a solid, the cut face is told apart too (`section`): there the first surface behind the
-plane is one seen from inside.
+What stands between the viewer and the bodies must not hide them:
+
+1. A near plane at the bodies' foremost point cuts the environment. Nothing nearer is drawn.
+2. What is left in front of a body pixel has a greater depth there, so that a display can draw it
+   as a veil.
+
+Where the near plane cuts a solid, `section` marks the cut face: the first surface behind the plane
+is seen from inside there.
 """
 
 from __future__ import annotations
@@ -15,191 +17,225 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
+from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
 from workbench.draw.clipping import clip_triangles
-from workbench.draw.films.frames import Disks, Numbers, disks_of, exact_disks, painted, surfaces_of
-from workbench.draw.kernels.raster import fill_triangles, sphere_depths
+from workbench.draw.kernels.rasterization import fill_triangles, sphere_depths
 from workbench.draw.scene import Scene
+from workbench.draw.sphere_raster import (
+    Disks,
+    ItemBuffer,
+    cast_rays,
+    exact_item_buffer,
+    painter_item_buffer,
+    project_disks,
+)
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
 __all__ = [
+    "DepthBuffers",
     "Disks",
-    "Layers",
     "cut_depth",
     "depth_share",
-    "foremost",
+    "foremost_depth",
     "projected_disks",
+    "render_buffers",
     "triangle_polygons",
-    "visible_layers",
+    "triangles_shown",
 ]
 
-# [m] where the faces of two touching parts coincide, the one that looks at the viewer wins
-_BEHIND = 1e-4
-_SLACK = 1e-3  # [m] a surface that just touches the foremost point of a body is still shown
+_BACK_FACE_BIAS = 1e-4
+"""Projective depth [m] by which triangles that face away are set back. Where faces of two touching
+parts coincide, the one that faces the viewer wins."""
+_CUT_MARGIN = 1e-3
+"""Distance [m] of the near plane in front of the foremost body, so that a surface that touches the
+body there is still shown."""
+_TO_VIEWER = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Layers:
-    """Pixel arrays (height, width); depths in metres, -inf where there is nothing; numbers, -1
-    where nothing.
-
-    camera: what they were seen through. cut [m]: nothing nearer than this is in the environment's
-    arrays. sphere: the sphere that the painter shows; body_depth: the foremost sphere surface.
-    triangle, depth: the foremost opaque triangle; section: it is the cut face of a solid. glass,
-    glass_depth: the same for see-through parts. seen (V, 3): the environment's vertices in view
-    coordinates [m].
-    """
+class DepthBuffers:
+    """Images (height, width) of a scene: depths [m], -inf for nothing; indices, -1 for nothing."""
 
     camera: Camera
     cut: float
-    sphere: Numbers
+    """Depth [m] of the near plane of the environment."""
+    sphere: ItemBuffer
+    """Index of the sphere shown in each pixel."""
     body_depth: Floats
-    triangle: Numbers
+    """Depth of the foremost sphere surface."""
+    triangle: ItemBuffer
+    """Index of the foremost opaque triangle."""
     depth: Floats
+    """Depth of the foremost opaque triangle."""
     section: Bools
-    glass: Numbers
+    """Whether the opaque surface is the cut face of a solid."""
+    glass: ItemBuffer
+    """Index of the foremost triangle of a see-through part."""
     glass_depth: Floats
+    """Depth of that triangle."""
     seen: Floats
+    """(V, 3) view coordinates [m] of the environment's vertices."""
 
 
 def projected_disks(scene: Scene, camera: Camera) -> Disks:
-    """The scene's spheres as disks, with their painter's order."""
-    return disks_of(scene.spheres, camera)
+    """Project the spheres of a scene to disks, in painter's order."""
+    return project_disks(scene.spheres, camera)
 
 
-def visible_layers(scene: Scene, camera: Camera, *, spheres: str = "painted") -> Layers:
-    """All depth buffers of a scene at the camera's own resolution.
+def render_buffers(scene: Scene, camera: Camera, *, spheres: str = "painted") -> DepthBuffers:
+    """Compute all buffers of a scene at the resolution of the camera.
 
-    spheres: painted, in the paper's order and circles; exact, in its order by their true outlines,
-    ellipses in perspective; or surfaces, each pixel the one whose surface is foremost there. In a
-    parallel view the first two are one.
+    Parameters
+    ----------
+    scene, camera
+        What is seen, and from where.
+    spheres
+        Which sphere a pixel shows. "painted": the painter's order, circles as in the paper.
+        "exact": the painter's order, true outlines (ellipses in perspective; the same as painted
+        in a parallel view). "surfaces": the foremost surface in the pixel.
     """
-    size = (camera.height, camera.width)
     disks = projected_disks(scene, camera)
-    if spheres == "surfaces":
-        surfaces = surfaces_of(disks, camera)
-        body_depth = surfaces.depth
-        sphere = surfaces.sphere
-    elif spheres == "exact" and np.isfinite(camera.distance):
-        sphere = exact_disks(disks, camera)
-        body_depth = surfaces_of(disks, camera).depth
-    else:
-        sphere = painted(disks, camera)
-        body_depth = np.full(size, -np.inf)
-        sphere_depths(
-            disks.disk[disks.order],
-            disks.centre[disks.order],
-            disks.radius[disks.order],
-            body_depth,
-        )
-        np.minimum(body_depth, camera.nearest, out=body_depth)
+    sphere, body_depth = _sphere_buffers(disks, camera, spheres)
     cut = cut_depth(disks, camera)
-    opaque = _buffers(size)
-    glass = _buffers(size)
-    section = np.zeros(size, dtype=np.bool_)
+    opaque = _empty_buffers(camera)
+    glass = _empty_buffers(camera)
+    section = np.zeros_like(opaque.was_cut)
     seen = np.empty((0, 3))
-    if scene.environment is not None:
-        solid, clear = _triangle_kinds(scene.environment)
-        seen = in_view(camera, scene.environment.vertices)
-        _fill(scene.environment, camera, cut, seen, solid, opaque)
-        _fill(scene.environment, camera, cut, seen, clear, glass)
-        section = _sections(scene.environment, camera, opaque)
+    environment = scene.environment
+    if environment is not None:
+        seen = to_view(camera, environment.vertices)
+        see_through = environment.see_through[
+            environment.polygon_part[triangle_polygons(environment)]
+        ]
+        shown = triangles_shown(environment)
+        _rasterize(environment, camera, cut, seen, shown[~see_through[shown]], opaque)
+        _rasterize(environment, camera, cut, seen, shown[see_through[shown]], glass)
+        section = _section_pixels(environment, camera, opaque)
         opaque.depth[section] = cut
-    return Layers(
+    return DepthBuffers(
         camera,
         cut,
         sphere,
         body_depth,
-        opaque.triangle,
-        opaque.depth,
-        section,
-        glass.triangle,
-        glass.depth,
-        seen,
+        triangle=opaque.triangle,
+        depth=opaque.depth,
+        section=section,
+        glass=glass.triangle,
+        glass_depth=glass.depth,
+        seen=seen,
     )
 
 
+def _sphere_buffers(disks: Disks, camera: Camera, spheres: str) -> tuple[ItemBuffer, Floats]:
+    """Return the item buffer and the depth buffer (height, width) of the bodies."""
+    if spheres == "surfaces":
+        surfaces = cast_rays(disks, camera)
+        return surfaces.sphere, surfaces.depth
+    if spheres == "exact" and np.isfinite(camera.distance):
+        return exact_item_buffer(disks, camera), cast_rays(disks, camera).depth
+    depth = np.full((camera.height, camera.width), -np.inf)
+    order = disks.order
+    sphere_depths(disks.disk[order], disks.centre[order], disks.radius[order], depth)
+    np.minimum(depth, camera.nearest, out=depth)
+    return painter_item_buffer(disks, camera), depth
+
+
 def cut_depth(disks: Disks, camera: Camera) -> float:
-    """The depth [m] of the plane that cuts the environment: at the foremost body, or where the
-    camera has it."""
-    return min(max(foremost(disks), camera.opened) + _SLACK, camera.nearest)
+    """Return the depth [m] of the environment's near plane: at the foremost body, or the camera's
+    own if that is farther."""
+    return min(max(foremost_depth(disks), camera.opened) + _CUT_MARGIN, camera.nearest)
 
 
-def foremost(disks: Disks) -> float:
-    """The depth [m] of the foremost point of all bodies, infinite where there is none."""
+def foremost_depth(disks: Disks) -> float:
+    """Return the depth [m] of the foremost point of all bodies, infinity without bodies."""
     return float(disks.front[disks.order[-1]]) if len(disks.order) else np.inf
 
 
 def triangle_polygons(environment: Environment) -> Ints:
-    """(T,) the polygon of each triangle."""
+    """Return the polygon (T,) of each triangle."""
     return np.repeat(np.arange(len(environment.normal)), np.diff(environment.triangle_start))
 
 
-class _Buffers(NamedTuple):
-    """Foremost triangle, its depth, and whether something nearer was cut away; (height, width)
-    each."""
+def triangles_shown(environment: Environment) -> Ints:
+    """Return the indices of all triangles that belong to parts that are not hidden."""
+    part = environment.polygon_part[triangle_polygons(environment)]
+    return np.flatnonzero(~environment.hidden[part])
 
-    triangle: Numbers
+
+class _Buffers(NamedTuple):
+    """Foremost triangle, its depth, and whether anything nearer was cut away; (height, width)."""
+
+    triangle: ItemBuffer
     depth: Floats
     was_cut: Bools
 
 
-def _buffers(size: tuple[int, int]) -> _Buffers:
+def _empty_buffers(camera: Camera) -> _Buffers:
+    size = (camera.height, camera.width)
     return _Buffers(
         np.full(size, -1, dtype=np.int32), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_)
     )
 
 
-def _triangle_kinds(environment: Environment) -> tuple[Ints, Ints]:
-    """Numbers of the opaque triangles and of the see-through ones; those of hidden parts are in
-    neither."""
-    part = environment.polygon_part[triangle_polygons(environment)]
-    shown = ~environment.hidden[part]
-    clear = environment.see_through[part]
-    return np.flatnonzero(shown & ~clear), np.flatnonzero(shown & clear)
-
-
-def _fill(
-    environment: Environment, camera: Camera, cut: float, seen: Floats, chosen: Ints, into: _Buffers
+def _rasterize(
+    environment: Environment,
+    camera: Camera,
+    cut: float,
+    seen: Floats,
+    chosen: Ints,
+    buffers: _Buffers,
 ) -> None:
-    """Fill the chosen triangles of an environment; seen (V, 3): its vertices in view
-    coordinates."""
-    away = (facing(camera, environment.normal, environment.offset) < 0)[
-        triangle_polygons(environment)[chosen]
-    ]
-    of = np.arange(len(chosen))
-    if not seen[:, 2].max(initial=-np.inf) > camera.closest:
-        points = to_picture(camera, seen)
-        points[:, 2] = projective(camera, points[:, 2])
-        corners = points[environment.triangles[chosen]]
-    else:
-        near, of = clip_triangles(
-            seen[environment.triangles[chosen]], np.array([0.0, 0.0, 1.0]), camera.closest
+    """Fill the chosen triangles into buffers; seen (V, 3): view coordinates of the vertices."""
+    source = np.arange(len(chosen))
+    if seen[:, 2].max(initial=-np.inf) > camera.closest:
+        near, source = clip_triangles(
+            seen[environment.triangles[chosen]], _TO_VIEWER, camera.closest
         )
-        corners = to_picture(camera, near)
-        corners[..., 2] = projective(camera, corners[..., 2])
-    corners[away[of], :, 2] -= _BEHIND
-    fill_triangles(corners, chosen[of], camera.bend, cut, into.depth, into.triangle, into.was_cut)
+        corners = _to_projective(camera, near)
+    else:  # no clipping needed: project each vertex once
+        corners = _to_projective(camera, seen)[environment.triangles[chosen]]
+    facing_away = facing(camera, environment.normal, environment.offset) < 0
+    polygon = triangle_polygons(environment)[chosen][source]
+    corners[facing_away[polygon], :, 2] -= _BACK_FACE_BIAS
+    inverse_distance = camera.inverse_distance
+    fill_triangles(
+        corners,
+        chosen[source],
+        inverse_distance,
+        cut,
+        buffers.depth,
+        buffers.triangle,
+        buffers.was_cut,
+    )
 
 
-def _sections(environment: Environment, camera: Camera, opaque: _Buffers) -> Bools:
-    """Pixels where the plane went through a solid: something was cut here and a solid is seen from
-    inside."""
+def _to_projective(camera: Camera, seen: Floats) -> Floats:
+    """Return x, y [pixels] and projective depth (..., 3) of view coordinates (..., 3)."""
+    points = view_to_pixels(camera, seen)
+    points[..., 2] = projective_depth(camera, points[..., 2])
+    return points
+
+
+def _section_pixels(environment: Environment, camera: Camera, opaque: _Buffers) -> Bools:
+    """Find the pixels where the near plane cuts a solid: something was cut away there, and a solid
+    is seen from inside."""
     polygon = triangle_polygons(environment)
-    away = facing(camera, environment.normal, environment.offset)[polygon] < 0
-    inside = environment.solid[environment.polygon_part[polygon]] & away
-    found: Bools = (opaque.triangle >= 0) & opaque.was_cut
-    found[found] = inside[opaque.triangle[found]]
-    return found
+    facing_away = facing(camera, environment.normal, environment.offset)[polygon] < 0
+    inside = environment.solid[environment.polygon_part[polygon]] & facing_away
+    section: Bools = (opaque.triangle >= 0) & opaque.was_cut
+    section[section] = inside[opaque.triangle[section]]
+    return section
 
 
 def depth_share(depth: Floats) -> Floats:
-    """Depth (S,) [m] as a share: 0 at the farthest, 1 at the nearest; 1 where all are alike; -inf
-    counts as 0."""
+    """Scale depths (S,) [m] to 0 at the farthest and 1 at the nearest.
+
+    Equal depths give 1. -inf counts as the farthest.
+    """
     finite = depth[np.isfinite(depth)]
     if not len(finite):
         return np.zeros_like(depth)
-    far = float(finite.min())
-    near = float(finite.max())
-    return np.maximum(depth - far, 0.0) / (near - far) if near > far else np.ones_like(depth)
+    low = float(finite.min())
+    high = float(finite.max())
+    return np.maximum(depth - low, 0.0) / (high - low) if high > low else np.ones_like(depth)

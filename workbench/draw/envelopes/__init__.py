@@ -1,1 +1,1 @@
-"""Reach envelopes in pictures."""
+"""Pictures of reach envelopes."""

@@ -1,1 +1,1 @@
-"""Films, strips and the motions they show."""
+"""Films, strips and the motions that they show."""

@@ -1,4 +1,4 @@
-"""MP4 by ffmpeg in a process of its own, which comes with the package imageio-ffmpeg."""
+"""Encode MP4 films with ffmpeg, which comes with the package imageio-ffmpeg."""
 
 from __future__ import annotations
 
@@ -11,100 +11,75 @@ from workbench.errors import InputError, MissingPartError
 
 __all__ = ["Encoder"]
 
+_QUIET = "-y -hide_banner -loglevel error"
+_INPUT = "-f rawvideo -pix_fmt rgb24"
+_OUTPUT = (
+    "-an -c:v libx264 -preset medium -crf 18 -pix_fmt yuv420p -threads 1 -fflags +bitexact "
+    "-flags:v +bitexact -map_metadata -1 -movflags +faststart -f mp4"
+)
+"""H.264, which every browser and player shows. One thread and no stamp of the encoder's run: the
+same frames give the same bytes."""
+
 
 class Encoder:
-    """Takes raw RGB frames and writes H.264, which every browser and player shows; `close` finishes
-    the file.
+    """An ffmpeg process that takes raw RGB frames; `close` finishes the file.
 
-    In a session of its own: Ctrl-C in a terminal reaches this program only, which then closes the
-    film.
+    The process has a session of its own, so that Ctrl-C in a terminal reaches this program only,
+    which then closes the film.
     """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
         width, height = size
-        given = [
-            "-f",
-            "rawvideo",
-            "-pix_fmt",
-            "rgb24",
-            "-s",
-            f"{width}x{height}",
-            "-r",
-            f"{fps:.10g}",
-            "-i",
-            "-",
-        ]
-        # one thread and no stamp of the encoder's run: the same frames give the same bytes
-        wanted = [
-            "-an",
-            "-c:v",
-            "libx264",
-            "-preset",
-            "medium",
-            "-crf",
-            "18",
-            "-pix_fmt",
-            "yuv420p",
-            "-threads",
-            "1",
-            "-fflags",
-            "+bitexact",
-            "-flags:v",
-            "+bitexact",
-            "-map_metadata",
-            "-1",
-            "-movflags",
-            "+faststart",
-            "-f",
-            "mp4",
-        ]
-        self.said = tempfile.TemporaryFile()  # noqa: SIM115
-        command = [
-            _ffmpeg(),
-            "-y",
-            "-hide_banner",
-            "-loglevel",
-            "error",
-            *given,
-            *wanted,
-            str(path),
-        ]
-        self.process = subprocess.Popen(
-            command,
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115
+        given = [*_INPUT.split(), "-s", f"{width}x{height}", "-r", f"{fps:.10g}", "-i", "-"]
+        self._process = subprocess.Popen(
+            [_ffmpeg(), *_QUIET.split(), *given, *_OUTPUT.split(), str(path)],
             stdin=subprocess.PIPE,
             stdout=subprocess.DEVNULL,
-            stderr=self.said,
+            stderr=self._errors,
             start_new_session=True,
         )
 
     def write(self, frame: bytes) -> None:
-        """One frame. InputError with ffmpeg's words where it has given up."""
-        assert self.process.stdin is not None
+        """Encode one frame.
+
+        Raises
+        ------
+        InputError
+            If ffmpeg has stopped, with its message.
+        """
+        assert self._process.stdin is not None
         try:
-            self.process.stdin.write(frame)
+            self._process.stdin.write(frame)
         except BrokenPipeError:
-            raise InputError(f"MP4: {self._words()}") from None
+            raise InputError(f"MP4: {self._last_error()}") from None
 
     def close(self) -> None:
-        """Finish the file. InputError with ffmpeg's words where that fails."""
-        assert self.process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):
-            self.process.stdin.close()
-        code = self.process.wait()
-        words = self._words()
-        self.said.close()
-        if code:
-            raise InputError(f"MP4: {words}")
+        """Finish the file.
 
-    def _words(self) -> str:
-        self.said.seek(0)
-        lines = self.said.read().decode("utf-8", "replace").split("\n")
-        return "ffmpeg stopped: " + (
-            next((line for line in reversed(lines) if line.strip()), "") or "no reason given"
-        )
+        Raises
+        ------
+        InputError
+            If ffmpeg fails, with its message.
+        """
+        assert self._process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            self._process.stdin.close()
+        code = self._process.wait()
+        message = self._last_error()
+        self._errors.close()
+        if code:
+            raise InputError(f"MP4: {message}")
+
+    def _last_error(self) -> str:
+        self._errors.seek(0)
+        lines = self._errors.read().decode("utf-8", "replace").split("\n")
+        last = next((line for line in reversed(lines) if line.strip()), "no reason given")
+        return f"ffmpeg stopped: {last}"
 
 
 def _ffmpeg() -> str:
+    """Return the path of the ffmpeg program."""
     try:
         from imageio_ffmpeg import get_ffmpeg_exe
 

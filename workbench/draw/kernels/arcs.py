@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from workbench.compiled import njit
-from workbench.draw.kernels.rims import (
+from workbench.draw.kernels.silhouettes import (
     COINCIDE,
     Rims,
     candidates,
@@ -29,7 +29,7 @@ from workbench.draw.kernels.rims import (
 from workbench.geometry.order import NONE, ONE
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["arc_chains", "ends_met", "rim_arcs"]
+__all__ = ["arc_chains", "ends_met", "silhouette_arcs"]
 
 _TURN = 4.0  # intervals are in ways of rims.diamond; only what is drawn is turned into angles
 _NOTHING = 1e-12  # a gap no wider than rounding
@@ -333,7 +333,7 @@ def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
     return total
 
 
-def rim_arcs(rims: Rims) -> tuple[Floats, Ints]:
+def silhouette_arcs(rims: Rims) -> tuple[Floats, Ints]:
     """The visible arcs of rims, made by `parallel_rims` or `perspective_rims`.
 
     Returns angles (A, 2) from and to, the second larger, and keys (A, 4): sphere; the sphere of the

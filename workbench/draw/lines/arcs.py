@@ -15,11 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, in_view
-from workbench.draw.films.frames import disks_of
-from workbench.draw.kernels.arcs import rim_arcs
-from workbench.draw.kernels.rims import Rims, parallel_rims, perspective_rims
+from workbench.draw.camera import Camera, to_view
+from workbench.draw.kernels.arcs import silhouette_arcs
+from workbench.draw.kernels.silhouettes import Rims, parallel_rims, perspective_rims
 from workbench.draw.scene import Scene, Spheres
+from workbench.draw.sphere_raster import project_disks
 from workbench.errors import UsageError
 from workbench.model.arrays import Bools, Floats, Ints
 
@@ -107,14 +107,16 @@ def outline_arcs(
 def _parallel(scene: Scene, camera: Camera, step: float, share: float) -> Arcs:
     """Circles, in pixels."""
     spheres = scene.spheres
-    flat = disks_of(spheres, camera)
+    flat = project_disks(spheres, camera)
     shown = np.sort(flat.order)
     disk = flat.disk[shown]
     depth = flat.centre[shown]
     balls = np.column_stack([disk[:, :2], depth * camera.scale, disk[:, 2]])
     segment, joined = _segments(scene)
     steps = camera.scale * np.maximum(step, share * flat.radius[shown])
-    angle, keys = rim_arcs(parallel_rims(balls, segment[shown], spheres.body[shown], joined, steps))
+    angle, keys = silhouette_arcs(
+        parallel_rims(balls, segment[shown], spheres.body[shown], joined, steps)
+    )
     which = keys[:, 0]
     count = len(keys)
     return _named(
@@ -133,7 +135,7 @@ def _perspective(scene: Scene, camera: Camera, step: float, share: float) -> Arc
     """Ellipses: the angle on the cone becomes that of the ellipse's parameter."""
     spheres = scene.spheres
     near = camera.distance - camera.nearest
-    seen = in_view(camera, spheres.centre) * [1.0, -1.0, -1.0] + [0.0, 0.0, camera.distance]
+    seen = to_view(camera, spheres.centre) * [1.0, -1.0, -1.0] + [0.0, 0.0, camera.distance]
     outside = np.sum(seen * seen, axis=1) > spheres.radius**2 * (1.0 + 1e-12)
     shown = np.flatnonzero(outside & (seen[:, 2] + spheres.radius > near))
     balls = np.column_stack([seen, spheres.radius])[shown]
@@ -142,7 +144,7 @@ def _perspective(scene: Scene, camera: Camera, step: float, share: float) -> Arc
     rims = perspective_rims(
         balls, segment[shown], spheres.body[shown], joined, np.maximum(step, share * radius)
     )
-    angle, keys = _ahead(rims, *rim_arcs(rims), near)
+    angle, keys = _ahead(rims, *silhouette_arcs(rims), near)
     which = keys[:, 0]
     disk, squeeze = rim_ellipses(camera, balls)
     depth, tilt = rim_planes(camera, rims.balls[:, :3], rims.balls[:, 5], disk)

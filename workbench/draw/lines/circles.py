@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, projective
+from workbench.draw.camera import Camera, projective_depth
 from workbench.draw.colours import INKS, PAPER, hexadecimal
-from workbench.draw.kernels.hiding import hidden_arcs
+from workbench.draw.kernels.occlusion import hidden_arcs
 from workbench.draw.lines.arcs import rim_ellipses, rim_planes
-from workbench.draw.lines.hiding import Surroundings, surroundings
+from workbench.draw.lines.hidden_lines import Surroundings, surroundings
 from workbench.draw.lines.outline import ghost_paths
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import Disks, depth_share, projected_disks
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["circles", "largest_difference"]
+__all__ = ["circles", "max_outline_difference"]
 
 _LEVELS = 64  # of depth, as strengths of line
 
@@ -72,7 +72,7 @@ def circles(scene: Scene, camera: Camera, *, exact: bool = False, hidden: str = 
     return page(scene, camera, "the outline circle of every sphere", parts)
 
 
-def largest_difference(disks: Disks, camera: Camera) -> float:
+def max_outline_difference(disks: Disks, camera: Camera) -> float:
     """[pixels] how far the true outline of any sphere, an ellipse, lies at most from the paper's
     circle; 0 in parallel.
 
@@ -95,7 +95,7 @@ def _said(flat: Disks, camera: Camera, exact: bool) -> str:
     difference."""
     if math.isinf(camera.distance):
         return ""
-    apart = f"{largest_difference(flat, camera):.1f} pixels"
+    apart = f"{max_outline_difference(flat, camera):.1f} pixels"
     told = (
         f"True outlines, ellipses; at most {apart} from circles about the centres"
         if exact
@@ -108,7 +108,7 @@ def _plain(flat: Disks, camera: Camera) -> _Rims:
     """The paper's circles."""
     order = flat.order
     zero = np.zeros(len(flat.order))
-    depth = projective(camera, flat.centre[order])
+    depth = projective_depth(camera, flat.centre[order])
     return _Rims(
         order,
         flat.disk[order],

@@ -13,10 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, facing, in_view, projective, to_picture
-from workbench.draw.clipping import clip_segments, cut_lines
+from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
+from workbench.draw.clipping import clip_segments, plane_intersections
 from workbench.draw.kernels.edge_lines import edge_pieces
-from workbench.draw.visibility import Layers, triangle_polygons
+from workbench.draw.visibility import DepthBuffers, triangle_polygons
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
@@ -70,16 +70,16 @@ def drawn_edges(
     turned = front[sides.first] * front[sides.second] * sides.sense < 0.0
     wanted = np.flatnonzero(sides.always | turned)
     ahead = np.array([0.0, 0.0, 1.0])
-    points = in_view(camera, environment.vertices) if seen is None else seen
+    points = to_view(camera, environment.vertices) if seen is None else seen
     edges, kept = clip_segments(points[sides.corners[wanted]], ahead, camera.closest)
     clear = sides.clear[wanted[kept]]
     if np.isfinite(cut):
         part = environment.polygon_part[triangle_polygons(environment)]
         shown = np.flatnonzero(~environment.hidden[part])
-        cut_edges, of = cut_lines(points[environment.triangles[shown]], ahead, cut)
+        cut_edges, of = plane_intersections(points[environment.triangles[shown]], ahead, cut)
         edges = np.concatenate([edges, cut_edges])
         clear = np.append(clear, environment.see_through[part[shown[of]]])
-    return to_picture(camera, edges), clear
+    return view_to_pixels(camera, edges), clear
 
 
 @lru_cache(maxsize=8)
@@ -119,7 +119,7 @@ def _sides(environment: Environment) -> _Sides:
     return _Sides(*(column[shown] for column in columns))
 
 
-def visible_lines(edges: Floats, clear: Bools, layers: Layers) -> Lines:
+def visible_lines(edges: Floats, clear: Bools, layers: DepthBuffers) -> Lines:
     """The pieces of edges (M, 2, 3) that no opaque surface hides, tested every two pixels or
     closer.
 
@@ -134,8 +134,8 @@ def visible_lines(edges: Floats, clear: Bools, layers: Layers) -> Lines:
     )
     edges = edges[inside]
     camera = layers.camera
-    edges = np.concatenate([edges[:, :, :2], projective(camera, edges[:, :, 2:])], axis=2)
+    edges = np.concatenate([edges[:, :, :2], projective_depth(camera, edges[:, :, 2:])], axis=2)
     seen = (layers.depth, layers.sphere, layers.body_depth)
     limits = np.array([_BIAS, layers.cut])
-    pieces = edge_pieces(edges, clear[inside], seen, limits, _STEP, camera.bend)
+    pieces = edge_pieces(edges, clear[inside], seen, limits, _STEP, camera.inverse_distance)
     return Lines(pieces[:, :4].reshape(-1, 2, 2), pieces[:, 4], pieces[:, 5] == 1.0)

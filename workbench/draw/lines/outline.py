@@ -22,7 +22,7 @@ from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.ghosts import ghost_strengths
 from workbench.draw.kernels.arcs import arc_chains, ends_met
 from workbench.draw.lines.arcs import Arcs, arc_lengths, arc_points, outline_arcs
-from workbench.draw.lines.hiding import arcs_behind, surroundings
+from workbench.draw.lines.hidden_lines import split_hidden_arcs, surroundings
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
 from workbench.draw.visibility import projected_disks
@@ -55,7 +55,7 @@ def outline(scene: Scene, camera: Camera, *, hidden: str = "veiled") -> str:
     arcs = outline_arcs(scene, camera)
     walls = surroundings(scene, camera, hidden)
     if walls is not None:
-        arcs = arcs_behind(arcs, walls.hiders)
+        arcs = split_hidden_arcs(arcs, walls.hiders)
         if hidden == "hidden_line":
             arcs = Arcs._make(column[~arcs.veiled] for column in arcs)
     parts = [*ghost_paths(scene, camera), *body_paths(scene, arcs)]

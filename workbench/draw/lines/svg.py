@@ -1,4 +1,4 @@
-"""The parts that all vector displays have in common: the page and the environment's lines."""
+"""Write what all vector displays have in common as SVG: the page and the environment's lines."""
 
 from __future__ import annotations
 
@@ -16,11 +16,13 @@ from workbench.draw.scene import Scene
 from workbench.errors import InputError
 from workbench.model.arrays import Floats
 
-__all__ = ["environment_paths", "number_rows", "page", "section_paths"]
+__all__ = ["closed_paths", "environment_paths", "number_rows", "page", "section_paths"]
 
 _FIELD = re.compile(r"\{:\.(\d)f\}")
-_FARTHEST = 1e9  # [pixels]
-_MOST_LINES = 9000  # keeps a picture under 400 kB
+_MAX_COORDINATE = 1e9
+"""[pixels]."""
+_MAX_LINES = 9000
+"""Number of pieces of lines that keeps a picture under 400 kB."""
 
 
 def number_rows(pattern: str, values: Floats) -> list[str]:
@@ -43,7 +45,7 @@ def number_rows(pattern: str, values: Floats) -> list[str]:
     InputError
         If a number is not finite, or is a billion or more.
     """
-    if not np.all(np.abs(values) < _FARTHEST):
+    if not np.all(np.abs(values) < _MAX_COORDINATE):
         raise InputError("a drawing needs finite coordinates below a billion pixels")
     unit = 10.0 ** np.array([int(places) for places in _FIELD.findall(pattern)])
     size = np.floor(np.abs(values) * unit + 0.5) / unit
@@ -51,12 +53,25 @@ def number_rows(pattern: str, values: Floats) -> list[str]:
     return [pattern.format(*row) for row in rounded.tolist()]
 
 
-def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:
-    """SVG text of width x height of the camera, which holds `parts` on white paper, marks and a
-    scale bar.
+def closed_paths(loops: Iterable[Floats]) -> str:
+    """Write path commands of closed loops (K, 2) [pixels]."""
+    texts = ("L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) for loop in loops)
+    return "".join(f"M{text}Z" for text in texts)
 
-    what: said of the display to those who cannot see it. No script, no reference to anything
-    outside.
+
+def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:
+    """Write a whole SVG text: parts on white paper, then marks, legend and scale bar.
+
+    It holds no script and no reference to anything outside.
+
+    Parameters
+    ----------
+    scene, camera
+        What is drawn, and the size of the picture.
+    what
+        Description of the display for those who cannot see it.
+    parts
+        SVG elements.
     """
     width = camera.width
     height = camera.height
@@ -78,7 +93,7 @@ def page(scene: Scene, camera: Camera, what: str, parts: Iterable[str]) -> str:
 
 
 def _description(scene: Scene, camera: Camera, what: str) -> str:
-    """What a reader who cannot see the picture should know."""
+    """Describe a picture for readers who cannot see it."""
     where = f" in {scene.environment.name}" if scene.environment is not None else ""
     names = ", ".join(shown.placed.body.name for shown in scene.bodies) or "no body"
     view = camera.name.replace("_", "-")
@@ -86,9 +101,9 @@ def _description(scene: Scene, camera: Camera, what: str) -> str:
 
 
 def environment_paths(lines: Lines) -> list[str]:
-    """A group of two paths, faint and plain lines. Of more than 9,000 pieces the longest stay."""
+    """Return a group of two paths, faint and plain lines. Of more than 9,000 the longest stay."""
     length = np.linalg.norm(lines.ends[:, 1] - lines.ends[:, 0], axis=1)
-    kept = np.sort(np.argsort(-length, kind="stable")[:_MOST_LINES])
+    kept = np.sort(np.argsort(-length, kind="stable")[:_MAX_LINES])
     parts = ['<g class="environment" fill="none" stroke-linecap="round" stroke="#8d99a8">']
     for faint, style in (
         (True, 'stroke-width="0.6" stroke-opacity="0.45"'),
@@ -101,17 +116,19 @@ def environment_paths(lines: Lines) -> list[str]:
     return [*parts, "</g>"]
 
 
-def section_paths(sections: Iterable[list[Floats]], hidden: str) -> list[str]:
-    """The cut faces of solids, a path for each part from its loops (K, 2) [pixels]: opaque in the
-    style hidden_line."""
-    paths = [
-        "".join(
-            "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in loop.tolist()) + "Z" for loop in loops
-        )
-        for loops in sections
-    ]
-    style = (
-        f'fill="{hexadecimal(SECTION)}" fill-opacity="{1.0 if hidden == "hidden_line" else 0.7:g}"'
-    )
+def section_paths(sections: list[list[Floats]], hidden: str) -> list[str]:
+    """Return a group of the cut faces of solids.
+
+    Parameters
+    ----------
+    sections
+        Loops (K, 2) [pixels] of each part.
+    hidden
+        The style of hidden lines; cut faces are opaque in hidden_line.
+    """
+    if not sections:
+        return []
+    opacity = 1.0 if hidden == "hidden_line" else 0.7
+    style = f'fill="{hexadecimal(SECTION)}" fill-opacity="{opacity:g}"'
     group = f'<g class="section" {style} fill-rule="evenodd" stroke="#8d99a8" stroke-width="0.8">'
-    return [group, *(f'<path d="{path}"/>' for path in paths), "</g>"] if paths else []
+    return [group, *(f'<path d="{closed_paths(loops)}"/>' for loops in sections), "</g>"]

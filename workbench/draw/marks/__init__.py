@@ -1,1 +1,1 @@
-"""Marks: contacts, clearances, labels and the scale bar."""
+"""Marks in pictures: contacts, clearances, targets, axes, and their labels."""

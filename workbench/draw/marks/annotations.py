@@ -1,8 +1,7 @@
-"""Marks of what was found: contacts, nearest clearances with dimension lines, stops, controls,
-segments, axes.
+"""Make marks of what was measured: contacts, clearances, joint stops, controls, segments, axes.
 
-Every function returns marks to be put into a scene; none looks at the camera. Lengths in labels are
-millimetres.
+Every function returns marks to be put into a scene; none depends on the camera. Lengths in labels
+are millimetres.
 """
 
 from __future__ import annotations
@@ -31,42 +30,61 @@ _Point = tuple[float, float, float]
 
 
 def contact_marks(contacts: Contacts, pose: int = 0, *, most: int = 20) -> tuple[Mark, ...]:
-    """The deepest contact of every segment and part (or other segment) of a pose, worst first, at
-    most `most` faults.
+    """Mark the deepest contact of every segment with every part or other segment.
 
-    Faults carry how far they go beyond what is allowed, "12.4 mm"; allowed contact is an amber dot
-    without a label.
+    Contacts deeper than allowed carry their excess, "12.4 mm". Allowed ones have no label.
+
+    Parameters
+    ----------
+    contacts
+        Contacts of some poses.
+    pose
+        The pose to mark.
+    most
+        Largest number of contacts deeper than allowed; the worst are marked.
     """
     deepest = contacts.deepest()
     order = np.argsort(-deepest.excess, kind="stable")
     chosen = order[deepest.pose[order] == pose]
-    faults = chosen[deepest.excess[chosen] > 0][:most]
-    allowed = chosen[deepest.excess[chosen] <= 0]
-    rest = tuple(Mark(_point(deepest.point[row]), "", "allowed") for row in allowed)
-    return rest + tuple(
-        Mark(_point(deepest.point[row]), _length(deepest.excess[row]), "contact") for row in faults
+    is_allowed = deepest.excess[chosen] <= 0
+    allowed = tuple(Mark(_point(deepest.point[row]), "", "allowed") for row in chosen[is_allowed])
+    return allowed + tuple(
+        Mark(_point(deepest.point[row]), _millimetres(deepest.excess[row]), "contact")
+        for row in chosen[~is_allowed][:most]
     )
 
 
 def clearance_marks(
     placed: Placed, near: Clearance, pose: int = 0, *, most: int = 3, within: float = 0.15
 ) -> tuple[Mark, ...]:
-    """Dimension lines of the `most` parts (or segments) that are nearest without touching, within
-    `within` [m].
+    """Mark the nearest parts, or segments, that are not touched with dimension lines.
 
-    One for each part, from its nearest sphere's surface to the part's nearest point; pairs whose
-    contact is allowed are left out.
+    Each line goes from the surface of the nearest sphere to the nearest point of the part. Pairs
+    that may touch are left out.
+
+    Parameters
+    ----------
+    placed, near
+        Placed body and its clearances.
+    pose
+        The pose to mark.
+    most
+        Largest number of dimension lines.
+    within
+        Largest distance [m].
     """
-    distance = np.where(_measured(near) & (near.distance[pose] > 0.0), near.distance[pose], np.inf)
-    best = distance.argmin(axis=0)
-    least = distance[best, np.arange(distance.shape[1])] if distance.size else np.empty(0)
-    parts = [int(k) for k in np.argsort(least, kind="stable")[:most] if least[k] <= within]
-    return tuple(dimension(placed, near, (pose, int(best[k]), k)) for k in parts)
+    clear = _keeps_apart(near) & (near.distance[pose] > 0.0)
+    distance = np.where(clear, near.distance[pose], np.inf)
+    segment = distance.argmin(axis=0)
+    nearest = distance[segment, np.arange(distance.shape[1])] if distance.size else np.empty(0)
+    order = np.argsort(nearest, kind="stable")[:most]
+    parts = [int(part) for part in order if nearest[part] <= within]
+    return tuple(dimension(placed, near, (pose, int(segment[k]), k)) for k in parts)
 
 
-def _measured(near: Clearance) -> Bools:
-    """(N, K) pairs that keep apart: by no rule may they touch, and they are not one segment or
-    neighbours."""
+def _keeps_apart(near: Clearance) -> Bools:
+    """Return which (N, K) pairs must not touch: pairs without an allowance, and segments that are
+    neither the same nor neighbours."""
     if isinstance(near.other, Environment):
         kept: Bools = (allowed_depth(near.body, near.other) == 0.0) & ~near.other.hidden[None, :]
         return kept
@@ -76,66 +94,104 @@ def _measured(near: Clearance) -> Bools:
     return apart
 
 
-def dimension(placed: Placed, near: Clearance, where: tuple[int, int, int]) -> Mark:
-    """The dimension line of one nearest pair at (pose, segment, part), labelled "56.1 mm"."""
-    pose = where[0]
-    sphere = int(near.sphere[where])
-    point = near.point[where]
+def dimension(placed: Placed, near: Clearance, pair: tuple[int, int, int]) -> Mark:
+    """Make the dimension line of one nearest pair, labelled "56.1 mm".
+
+    Parameters
+    ----------
+    placed, near
+        Placed body and its clearances.
+    pair
+        Indices of pose, segment and part.
+    """
+    pose = pair[0]
+    sphere = int(near.sphere[pair])
+    point = near.point[pair]
     centre = placed.centres[pose, sphere]
-    away = float(np.linalg.norm(point - centre))
+    length = float(np.linalg.norm(point - centre))
     radius = placed.body.radius[placed.person[pose], sphere]
-    on_body = centre + (point - centre) * (radius / away) if away > 0.0 else centre
-    return Mark(_point(on_body), _length(near.distance[where]), "clearance", _point(point))
+    on_body = centre + (point - centre) * (radius / length) if length > 0.0 else centre
+    return Mark(_point(on_body), _millimetres(near.distance[pair]), "clearance", _point(point))
 
 
 def stop_marks(
     placed: Placed, margin: Floats, pose: int = 0, *, tolerance: float = 1e-9
 ) -> tuple[Mark, ...]:
-    """A diamond at every joint that is past its stop, with how far: "right elbow +4.2°". margin (P,
-    J) [rad]."""
+    """Mark every joint that is past its stop, with the excess: "right elbow +4.2°".
+
+    Parameters
+    ----------
+    placed
+        Placed body.
+    margin
+        (P, J) angle [rad] to the stop, negative past it.
+    pose
+        The pose to mark.
+    tolerance
+        Excess [rad] that is not marked.
+    """
     body = placed.body
-    world = placed.world_from_segment[pose]
     marks = []
     for joint in np.flatnonzero(margin[pose] < -tolerance):
-        frame = world[body.parent[joint + 1]]
-        if not np.all(np.isfinite(frame)):
-            continue
-        past = np.degrees(-margin[pose, joint])
-        at = frame[:, :3] @ body.joint_in_parent[placed.person[pose], joint] + frame[:, 3]
-        marks.append(Mark(_point(at), f"{body.joint_names[joint]} +{past:.1f}°", "stop"))
+        world = placed.world_from_segment[pose, body.parent[joint + 1]]
+        if np.all(np.isfinite(world)):
+            excess = np.degrees(-margin[pose, joint])
+            centre = body.joint_in_parent[placed.person[pose], joint]
+            point = _point(world[:, :3] @ centre + world[:, 3])
+            marks.append(Mark(point, f"{body.joint_names[joint]} +{excess:.1f}°", "stop"))
     return tuple(marks)
 
 
 def control_marks(
     environment: Environment, reached: dict[str, bool] | None = None
 ) -> tuple[Mark, ...]:
-    """A target at every control of an environment, by name; those that `reached` says no to are
-    marked as missed."""
+    """Mark every control of an environment with its name.
+
+    Parameters
+    ----------
+    environment
+        The environment.
+    reached
+        Whether each control is reached; those that are not are marked as missed.
+    """
+    reached = reached or {}
     return tuple(
         Mark(
             control.at,
             control.name.replace("_", " "),
-            "reach" if reached is None or reached.get(control.name, True) else "missed",
+            "reach" if reached.get(control.name, True) else "missed",
         )
         for control in environment.controls
     )
 
 
 def segment_marks(placed: Placed, pose: int = 0) -> tuple[Mark, ...]:
-    """The mnemonic of every segment that has spheres, at the middle of its spheres."""
+    """Write the mnemonic of every segment that has spheres at the middle of its spheres."""
     body = placed.body
     marks = []
     for segment, name in enumerate(body.segments):
         centres = placed.centres[pose, body.spheres(segment)]
         if len(centres) and np.all(np.isfinite(centres)):
-            marks.append(
-                Mark(_point((centres.min(axis=0) + centres.max(axis=0)) / 2.0), name, "segment")
-            )
+            middle = (centres.min(axis=0) + centres.max(axis=0)) / 2.0
+            marks.append(Mark(_point(middle), name, "segment"))
     return tuple(marks)
 
 
 def axes_marks(origin: _Point = (0.0, 0.0, 0.0), *, length: float = 0.2) -> tuple[Mark, ...]:
-    """Arrows of the world's axes at a point [m]: x forward, y left, z up."""
+    """Draw arrows along the axes of the world: x forward, y left, z up.
+
+    Parameters
+    ----------
+    origin
+        Point [m] where the arrows begin.
+    length
+        Length [m] of the arrows.
+
+    Raises
+    ------
+    UsageError
+        If the length is not positive.
+    """
     if not (np.isfinite(length) and length > 0.0):
         raise UsageError(f"axes: a length above 0 m is needed, got {length}")
     tips = np.asarray(origin, dtype=np.float64) + length * np.eye(3)
@@ -150,5 +206,5 @@ def _point(point: Floats) -> _Point:
     return x, y, z
 
 
-def _length(metres: float) -> str:
+def _millimetres(metres: float) -> str:
     return f"{1000.0 * float(metres):.1f} mm"

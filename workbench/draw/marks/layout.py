@@ -1,10 +1,13 @@
-"""Where marks, their labels and the scale bar go. The raster and the vector display draw the same
-layout.
+"""Lay out marks, their labels and the scale bar. Raster and vector displays draw the same layout.
 
-A kind of mark has one look: contact, allowed and point are dots; clearance is a dimension line
-between two points, with arrows inside where there is room and outside where there is not; reach is
-a target (ring and cross), missed the same with a line to where the hand got; stop is a diamond at
-the joint; axis_x, axis_y, axis_z are arrows; segment is a word.
+Shapes of the kinds of marks:
+
+- contact, allowed, point: a dot.
+- clearance: a dimension line, with arrows inside it, or outside if it is short.
+- reach: a target (ring and cross). missed: the same with a line to where the hand got.
+- stop: a diamond at the joint.
+- axis_x, axis_y, axis_z: an arrow.
+- segment: a word.
 """
 
 from __future__ import annotations
@@ -17,205 +20,214 @@ import numpy as np
 from workbench.draw.camera import Camera, project
 from workbench.draw.colours import MARKS, Colour
 from workbench.draw.scene import Mark, Scene
+from workbench.model.arrays import Floats
 
 __all__ = [
-    "DOT",
     "TEXT_SIZE",
     "PlacedMark",
     "ScaleBar",
     "Shape",
+    "layout_marks",
     "mark_shapes",
-    "placed_marks",
     "scale_bar",
 ]
 
-DOT = 4.0  # [pixels] radius of a mark's dot
-TEXT_SIZE = 13.0  # [pixels]
-_WIDE = {
-    "mwMW@%…—": 0.92,
-    "iljI|.,:;'! ": 0.32,
-    "ftr()[]-/°": 0.42,
-}  # widths of letters in text sizes, a little
-_CAPITAL = 0.74
-_LETTER = 0.59  # more than in common sans-serif fonts
-_CLEAR = 2.0  # [pixels] between labels
-_RINGS = (
-    15.0,
-    21.0,
-    29.0,
-    39.0,
-    52.0,
-    68.0,
-    90.0,
-    120.0,
-    160.0,
-    220.0,
-)  # [pixels] from dot to label
-_TURNS = 24
-_LONGEST = 48  # characters of a label
-_ARROW = 8.0  # [pixels] length of an arrow head
-_ROOM = 3.0 * _ARROW  # [pixels] a shorter dimension has its arrows outside
+TEXT_SIZE = 13.0
+"""Height of letters [pixels]."""
+_DOT_RADIUS = 4.0
+"""[pixels]."""
+_LETTER_WIDTHS = {"mwMW@%…—": 0.92, "iljI|.,:;'! ": 0.32, "ftr()[]-/°": 0.42}
+"""Widths of letters as shares of the text size, a little more than in common sans-serif fonts."""
+_CAPITAL_WIDTH = 0.74
+_OTHER_WIDTH = 0.59
+_FIRST_WIDE_LETTER = 0x2E80
+"""Code point from which scripts have letters as wide as capitals."""
+_LABEL_GAP = 2.0
+"""Free space [pixels] around labels."""
+_LABEL_DISTANCES = (15.0, 21.0, 29.0, 39.0, 52.0, 68.0, 90.0, 120.0, 160.0, 220.0)
+"""Distances [pixels] of a label from its dot, in the order in which they are tried."""
+_LABEL_DIRECTIONS = 24
+"""Number of directions that are tried at each distance."""
+_MAX_LETTERS = 48
+"""Longest label."""
+_ARROW = 8.0
+"""Length of an arrow head [pixels]."""
+_MIN_INSIDE_LENGTH = 3.0 * _ARROW
+"""Length [pixels] below which a dimension line has its arrows outside."""
+_TICK = 6.0
+"""Half length [pixels] of the ticks of a dimension line."""
+_SCALE_BAR_MARGIN = 16.0
+"""Distance [pixels] of the scale bar from the left and lower border."""
 
 _Point = tuple[float, float]
+"""x, y [pixels]."""
 _Box = tuple[float, float, float, float]
+"""Left, top, right, bottom [pixels]."""
 
 
 class PlacedMark(NamedTuple):
-    """A mark in the picture [pixels]: dot x, y; label's middle x, y and its half width and height
-    (0 where none).
-
-    to: the other end of a mark that is a line, None for a point.
-    """
+    """A mark in the picture; all lengths are pixels."""
 
     dot: _Point
     label: _Point
+    """Middle of the label."""
     half: _Point
+    """Half width and half height of the label, 0 without one."""
     text: str
     colour: Colour
     kind: str
     to: _Point | None = None
+    """Other end of a mark that is a line."""
 
     @property
     def held(self) -> _Point:
-        """Where the leader of the label begins: the middle of a dimension, the tip of an axis, else
-        the dot."""
-        return _held(self.kind, self.dot, self.to)
+        """Where the leader of the label begins, see `_leader_start`."""
+        return _leader_start(self.kind, self.dot, self.to)
 
 
 class Shape(NamedTuple):
-    """A piece of a mark: corners x, y [pixels]; stroke width [pixels], 0 for a filled polygon;
-    closed or open."""
+    """A polygon or polyline of a mark."""
 
     corners: tuple[_Point, ...]
     width: float
+    """Width of the stroke [pixels], 0 for a filled polygon."""
     closed: bool = False
 
 
 class ScaleBar(NamedTuple):
-    """A bar of `length` [m]: left end x, y and length in pixels, and its caption."""
+    """A bar of known length."""
 
     length: float
+    """[m]."""
     x: float
+    """Left end [pixels]."""
     y: float
     pixels: float
+    """Length in the picture."""
     text: str
 
 
-def placed_marks(scene: Scene, camera: Camera) -> list[PlacedMark]:
-    """Every mark inside the picture, with a label that overlaps no dot and no other label while
-    there is room.
+def layout_marks(scene: Scene, camera: Camera) -> list[PlacedMark]:
+    """Place every mark inside the picture, with a label that overlaps no dot and no other label.
 
-    Labels go outward from the middle of the marks, as near to their dot as is free; where nothing
-    is free, to the place with the least overlap. Letters that no picture can show are replaced,
+    Labels go outward from the middle of the marks, as near to their dot as is free. If nothing is
+    free they go to the place with the least overlap. Letters that no picture can show are replaced,
     long labels shortened.
     """
-    shown, dots, ends = _inside(scene.marks, camera)
+    shown, dots, ends = _marks_inside(scene.marks, camera)
     middle = np.mean(dots, axis=0) if dots else np.zeros(2)
-    taken = [_box(dot, (DOT + 1.0, DOT + 1.0)) for dot in dots]
-    taken += [
-        _box(point, (3.0, 3.0))
-        for dot, to in zip(dots, ends, strict=True)
-        if to
-        for point in _along(dot, to)
-    ]
+    taken = [_box(dot, (_DOT_RADIUS + 1.0, _DOT_RADIUS + 1.0)) for dot in dots]
+    for dot, to in zip(dots, ends, strict=True):
+        if to:
+            taken.extend(_box(point, (3.0, 3.0)) for point in _points_along(dot, to))
     placed = []
     for mark, dot, to in zip(shown, dots, ends, strict=True):
-        text = _plain(mark.label)
-        half = (_text_width(text) / 2.0 + 4.0, TEXT_SIZE / 2.0 + 2.0) if text else (0.0, 0.0)
-        label = held = _held(mark.kind, dot, to)
+        text = _printable(mark.label)
+        label = _leader_start(mark.kind, dot, to)
+        half = (0.0, 0.0)
         if text:
-            outward = math.atan2(held[1] - middle[1], held[0] - middle[0])
-            if to is not None:  # beside a line, not on it
-                away = (
-                    (to[1] - dot[1], dot[0] - to[0])
-                    if mark.kind == "clearance"
-                    else (to[0] - dot[0], to[1] - dot[1])
-                )
-                outward = math.atan2(away[1], away[0]) if away != (0.0, 0.0) else outward
-            label = _free_place(held, half, outward, taken, camera)
+            half = (_text_width(text) / 2.0 + 4.0, TEXT_SIZE / 2.0 + 2.0)
+            outward = _label_direction(mark.kind, dot, to, middle)
+            label = _free_position(label, half, outward, taken, camera)
             taken.append(_box(label, half))
         placed.append(PlacedMark(dot, label, half, text, MARKS[mark.kind], mark.kind, to))
     return placed
 
 
-def _inside(
+def _marks_inside(
     marks: tuple[Mark, ...], camera: Camera
 ) -> tuple[list[Mark], list[_Point], list[_Point | None]]:
-    """Marks whose point is in the picture; their points and other ends in pixels."""
+    """Return the marks whose point is in the picture, their points and their other ends."""
     points = project(camera, np.array([mark.point for mark in marks]).reshape(-1, 3))
     others = project(camera, np.array([mark.to or mark.point for mark in marks]).reshape(-1, 3))
     size = (camera.width, camera.height)
-    here = np.all(
-        (points[:, :2] >= 0) & (points[:, :2] <= size) & np.isfinite(others[:, :2]), axis=1
-    )
-    chosen = np.flatnonzero(here)
-    ends = [(float(others[k, 0]), float(others[k, 1])) if marks[k].to else None for k in chosen]
-    return (
-        [marks[k] for k in chosen],
-        [(float(points[k, 0]), float(points[k, 1])) for k in chosen],
-        ends,
-    )
+    inside = np.all((points[:, :2] >= 0) & (points[:, :2] <= size), axis=1)
+    inside &= np.all(np.isfinite(others[:, :2]), axis=1)
+    chosen = np.flatnonzero(inside)
+    shown = [marks[k] for k in chosen]
+    dots = [(x, y) for x, y, _ in points[chosen].tolist()]
+    ends = [(x, y) for x, y, _ in others[chosen].tolist()]
+    return shown, dots, [end if mark.to else None for mark, end in zip(shown, ends, strict=True)]
 
 
-def _plain(text: str) -> str:
-    """A label without letters that SVG forbids or no font has, no longer than _LONGEST."""
+def _printable(text: str) -> str:
+    """Replace letters that SVG forbids or no font has, and shorten long labels."""
     clean = "".join(
         letter if letter.isprintable() else "\N{REPLACEMENT CHARACTER}" for letter in text
     )
-    return clean if len(clean) <= _LONGEST else clean[: _LONGEST - 1] + "…"
+    return clean if len(clean) <= _MAX_LETTERS else clean[: _MAX_LETTERS - 1] + "…"
 
 
 def _text_width(text: str) -> float:
-    """[pixels] no narrower than the text is in any common sans-serif font."""
-    sizes = [
-        next(
-            (size for letters, size in _WIDE.items() if letter in letters),
-            _CAPITAL if letter.isupper() or ord(letter) > 0x2E80 else _LETTER,
-        )
-        for letter in text
-    ]
-    return TEXT_SIZE * sum(sizes)
+    """Return a width [pixels] that the text does not exceed in any common sans-serif font."""
+    return TEXT_SIZE * sum(_letter_width(letter) for letter in text)
 
 
-def _held(kind: str, dot: _Point, to: _Point | None) -> _Point:
+def _letter_width(letter: str) -> float:
+    for letters, width in _LETTER_WIDTHS.items():
+        if letter in letters:
+            return width
+    wide = letter.isupper() or ord(letter) > _FIRST_WIDE_LETTER
+    return _CAPITAL_WIDTH if wide else _OTHER_WIDTH
+
+
+def _leader_start(kind: str, dot: _Point, to: _Point | None) -> _Point:
+    """Return the middle of a dimension line, the tip of an axis, otherwise the dot."""
     if to is None or kind == "missed":
         return dot
     return to if kind.startswith("axis") else ((dot[0] + to[0]) / 2.0, (dot[1] + to[1]) / 2.0)
 
 
-def _along(start: _Point, end: _Point) -> list[_Point]:
-    """Points of a line, 6 pixels apart or closer, at most 200."""
+def _label_direction(kind: str, dot: _Point, to: _Point | None, middle: Floats) -> float:
+    """Return the angle [rad] at which a label is tried first: beside a dimension line, beyond the
+    end of other lines, else away from the middle (2,) of all marks."""
+    start = _leader_start(kind, dot, to)
+    if to is not None and to != dot:
+        along = (to[0] - dot[0], to[1] - dot[1])
+        across = (to[1] - dot[1], dot[0] - to[0])
+        x, y = across if kind == "clearance" else along
+        return math.atan2(y, x)
+    return math.atan2(start[1] - middle[1], start[0] - middle[0])
+
+
+def _points_along(start: _Point, end: _Point) -> list[_Point]:
+    """Return at most 200 points of a line, about 6 pixels apart or closer."""
     count = min(int(math.hypot(end[0] - start[0], end[1] - start[1]) / 6.0) + 2, 200)
-    return [(float(x), float(y)) for x, y in np.linspace(start, end, count)]
+    return [(x, y) for x, y in np.linspace(start, end, count).tolist()]
 
 
 def _box(middle: _Point, half: _Point) -> _Box:
     return middle[0] - half[0], middle[1] - half[1], middle[0] + half[0], middle[1] + half[1]
 
 
-def _free_place(
+def _overlap_area(box: _Box, taken: Floats) -> float:
+    """Return the area [pixels^2] that a box shares with the boxes that are taken (K, 4)."""
+    left, top, right, bottom = box
+    width = np.minimum(taken[:, 2], right) - np.maximum(taken[:, 0], left)
+    height = np.minimum(taken[:, 3], bottom) - np.maximum(taken[:, 1], top)
+    return float(np.sum(np.maximum(width, 0.0) * np.maximum(height, 0.0)))
+
+
+def _free_position(
     dot: _Point, half: _Point, outward: float, taken: list[_Box], camera: Camera
 ) -> _Point:
-    """Try rings of places around the dot, the outward direction first, then turning away from it to
-    both sides."""
+    """Find a free position for a label of half size `half`, on growing ellipses about a dot.
+
+    The direction `outward` [rad] is tried first, then directions to both sides of it.
+    """
     boxes = np.array(taken)
-    turns = [
-        (turn + 1) // 2 * (1 if turn % 2 else -1) * math.tau / _TURNS for turn in range(_TURNS)
-    ]
     best = dot
     least = math.inf
-    for ring in _RINGS:
-        for turn in turns:
-            reach_x = ring + half[0] - half[1]
-            reach_y = ring
-            x = dot[0] + reach_x * math.cos(outward + turn)
-            y = dot[1] + reach_y * math.sin(outward + turn)
-            x = min(max(x, half[0] + _CLEAR), camera.width - half[0] - _CLEAR)
-            y = min(max(y, half[1] + _CLEAR), camera.height - half[1] - _CLEAR)
-            left, top, right, bottom = _box((x, y), (half[0] + _CLEAR, half[1] + _CLEAR))
-            wide = np.minimum(boxes[:, 2], right) - np.maximum(boxes[:, 0], left)
-            high = np.minimum(boxes[:, 3], bottom) - np.maximum(boxes[:, 1], top)
-            overlap = float(np.sum(np.maximum(wide, 0.0) * np.maximum(high, 0.0)))
+    for distance in _LABEL_DISTANCES:
+        for step in range(_LABEL_DIRECTIONS):
+            side = 1 if step % 2 else -1
+            angle = outward + (step + 1) // 2 * side * math.tau / _LABEL_DIRECTIONS
+            x = dot[0] + (distance + half[0] - half[1]) * math.cos(angle)
+            y = dot[1] + distance * math.sin(angle)
+            x = min(max(x, half[0] + _LABEL_GAP), camera.width - half[0] - _LABEL_GAP)
+            y = min(max(y, half[1] + _LABEL_GAP), camera.height - half[1] - _LABEL_GAP)
+            box = _box((x, y), (half[0] + _LABEL_GAP, half[1] + _LABEL_GAP))
+            overlap = _overlap_area(box, boxes)
             if overlap < least:
                 best = (x, y)
                 least = overlap
@@ -225,22 +237,21 @@ def _free_place(
 
 
 def mark_shapes(mark: PlacedMark) -> list[Shape]:
-    """What a mark is drawn with besides its leader and label; nothing for a word. A dot is a
-    16-sided polygon."""
+    """Return what a mark is drawn with besides its leader and label."""
     if mark.kind == "segment":
         return []
     if mark.kind in ("reach", "missed"):
         return _target(mark)
     if mark.kind == "stop":
-        return [Shape(_regular(mark.dot, DOT + 3.0, 4), 2.0, True)]
+        return [Shape(_regular_polygon(mark.dot, _DOT_RADIUS + 3.0, 4), 2.0, True)]
     if mark.to is None:
-        return [Shape(_regular(mark.dot, DOT, 16), 0.0, True)]
-    return (
-        _arrow(mark.dot, mark.to) if mark.kind.startswith("axis") else _dimension(mark.dot, mark.to)
-    )
+        return [Shape(_regular_polygon(mark.dot, _DOT_RADIUS, 16), 0.0, True)]
+    if mark.kind.startswith("axis"):
+        return _arrow(mark.dot, mark.to)
+    return _dimension_line(mark.dot, mark.to)
 
 
-def _regular(middle: _Point, radius: float, corners: int) -> tuple[_Point, ...]:
+def _regular_polygon(middle: _Point, radius: float, corners: int) -> tuple[_Point, ...]:
     turns = [math.tau * k / corners for k in range(corners)]
     return tuple(
         (middle[0] + radius * math.cos(turn), middle[1] + radius * math.sin(turn)) for turn in turns
@@ -248,63 +259,69 @@ def _regular(middle: _Point, radius: float, corners: int) -> tuple[_Point, ...]:
 
 
 def _target(mark: PlacedMark) -> list[Shape]:
-    (x, y), reach = mark.dot, DOT + 3.0
-    shapes = [Shape(_regular(mark.dot, DOT + 0.5, 16), 1.6, True)]
-    shapes += [
+    """Return ring and cross, and the line to where the hand got."""
+    x, y = mark.dot
+    reach = _DOT_RADIUS + 3.0
+    shapes = [
+        Shape(_regular_polygon(mark.dot, _DOT_RADIUS + 0.5, 16), 1.6, True),
         Shape(((x - reach, y), (x + reach, y)), 1.2),
         Shape(((x, y - reach), (x, y + reach)), 1.2),
     ]
     return shapes if mark.to is None else [Shape((mark.dot, mark.to), 1.6), *shapes]
 
 
-def _head(tip: _Point, along: _Point) -> Shape:
-    """An arrow head at `tip` that points along a unit vector."""
-    (x, y), (u, v) = tip, along
+def _arrow_head(tip: _Point, direction: _Point) -> Shape:
+    """Return an arrow head at `tip` that points along a unit vector."""
+    x, y = tip
+    u, v = direction
     back = (x - _ARROW * u, y - _ARROW * v)
-    side = _ARROW * 0.32
-    return Shape(
-        (tip, (back[0] - side * v, back[1] + side * u), (back[0] + side * v, back[1] - side * u)),
-        0.0,
-        True,
-    )
+    half_width = _ARROW * 0.32
+    left = (back[0] - half_width * v, back[1] + half_width * u)
+    right = (back[0] + half_width * v, back[1] - half_width * u)
+    return Shape((tip, left, right), 0.0, True)
+
+
+def _unit_vector(start: _Point, end: _Point) -> tuple[float, _Point]:
+    """Return the length [pixels] of a line and its direction, to the right if it is a point."""
+    length = math.hypot(end[0] - start[0], end[1] - start[1])
+    if length == 0.0:
+        return 0.0, (1.0, 0.0)
+    return length, ((end[0] - start[0]) / length, (end[1] - start[1]) / length)
 
 
 def _arrow(start: _Point, tip: _Point) -> list[Shape]:
-    length = math.hypot(tip[0] - start[0], tip[1] - start[1])
+    length, (u, v) = _unit_vector(start, tip)
     if length < _ARROW:  # seen end-on
-        return [Shape(_regular(start, DOT, 16), 1.4, True)]
-    along = ((tip[0] - start[0]) / length, (tip[1] - start[1]) / length)
-    stem = (tip[0] - 0.7 * _ARROW * along[0], tip[1] - 0.7 * _ARROW * along[1])
-    return [Shape((start, stem), 2.0), _head(tip, along)]
+        return [Shape(_regular_polygon(start, _DOT_RADIUS, 16), 1.4, True)]
+    stem = (tip[0] - 0.7 * _ARROW * u, tip[1] - 0.7 * _ARROW * v)
+    return [Shape((start, stem), 2.0), _arrow_head(tip, (u, v))]
 
 
-def _dimension(start: _Point, end: _Point) -> list[Shape]:
-    """A dimension line: ticks across its ends, arrows from inside, or from outside where it is
-    short."""
-    length = math.hypot(end[0] - start[0], end[1] - start[1])
-    along = (
-        ((end[0] - start[0]) / length, (end[1] - start[1]) / length) if length > 0.0 else (1.0, 0.0)
-    )
-    (u, v), tick = along, 6.0
+def _dimension_line(start: _Point, end: _Point) -> list[Shape]:
+    """Return a line with ticks across its ends and arrows from inside, or from outside if short."""
+    length, (u, v) = _unit_vector(start, end)
     ticks = [
-        Shape(((x - tick * v, y + tick * u), (x + tick * v, y - tick * u)), 1.4)
+        Shape(((x - _TICK * v, y + _TICK * u), (x + _TICK * v, y - _TICK * u)), 1.4)
         for x, y in (start, end)
     ]
-    if length >= _ROOM:
-        return [Shape((start, end), 1.4), *ticks, _head(start, (-u, -v)), _head(end, along)]
+    forward = (u, v)
+    backward = (-u, -v)
+    if length >= _MIN_INSIDE_LENGTH:
+        heads = [_arrow_head(start, backward), _arrow_head(end, forward)]
+        return [Shape((start, end), 1.4), *ticks, *heads]
     tail = 2.2 * _ARROW
     before = (start[0] - tail * u, start[1] - tail * v)
     after = (end[0] + tail * u, end[1] + tail * v)
-    return [Shape((before, after), 1.4), *ticks, _head(start, along), _head(end, (-u, -v))]
+    heads = [_arrow_head(start, forward), _arrow_head(end, backward)]
+    return [Shape((before, after), 1.4), *ticks, *heads]
 
 
 def scale_bar(camera: Camera) -> ScaleBar:
-    """A bar of 1, 2 or 5 times a power of ten millimetres, at most a sixth of the picture's
-    width."""
-    room = camera.width / 6.0 / camera.scale * 1000.0  # [mm]
-    power = 10.0 ** math.floor(math.log10(room))
-    length = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= room)
-    text = f"{length:g} mm" if length < 1e4 else f"{length / 1000.0:g} m"
-    return ScaleBar(
-        length / 1000.0, 16.0, camera.height - 16.0, length / 1000.0 * camera.scale, text
-    )
+    """Return a bar of 1, 2 or 5 times a power of ten millimetres, at most a sixth of the width."""
+    longest = camera.width / 6.0 / camera.scale * 1000.0  # [mm]
+    power = 10.0 ** math.floor(math.log10(longest))
+    millimetres = max(step * power for step in (1.0, 2.0, 5.0) if step * power <= longest)
+    text = f"{millimetres:g} mm" if millimetres < 1e4 else f"{millimetres / 1000.0:g} m"
+    length = millimetres / 1000.0
+    left = _SCALE_BAR_MARGIN
+    return ScaleBar(length, left, camera.height - _SCALE_BAR_MARGIN, length * camera.scale, text)

@@ -1,5 +1,4 @@
-"""The layout of marks drawn as SVG and as pixels, alike: shapes with a white rim, leaders, labels,
-the scale bar."""
+"""Draw the layout of marks as SVG and as pixels: shapes with a white rim, leaders, labels, bar."""
 
 from __future__ import annotations
 
@@ -9,13 +8,13 @@ from xml.sax.saxutils import escape
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.draw.camera import Camera
-from workbench.draw.colours import INK, INKS, PAPER, hexadecimal
+from workbench.draw.colours import INK, INKS, PAPER, Colour, hexadecimal
 from workbench.draw.marks.layout import (
     TEXT_SIZE,
     PlacedMark,
     Shape,
+    layout_marks,
     mark_shapes,
-    placed_marks,
     scale_bar,
 )
 from workbench.draw.scene import Scene
@@ -23,16 +22,19 @@ from workbench.draw.scene import Scene
 __all__ = ["paint_mark_shapes", "paint_mark_texts", "svg_bar", "svg_key", "svg_marks"]
 
 _FONT = "font-family='Helvetica,Arial,sans-serif'"
-_RIM = 2.6  # [pixels] of paper around what is drawn
-_KEY_TOP = 18.0
-_KEY_STEP = 18.0  # [pixels] from the picture's top to the key's first line, and from line to line
+_RIM_WIDTH = 2.6
+"""Width [pixels] of the paper around what is drawn."""
+_KEY_STEP = 18.0
+"""Distance [pixels] from the top to the first line of the legend, and from line to line."""
 _TEXT = f'{_FONT} font-size="{TEXT_SIZE:.0f}" text-anchor="middle"'
 
 
 def svg_marks(scene: Scene, camera: Camera) -> list[str]:
-    """SVG elements of a scene's marks: leaders, shapes (paths: a circle element is a sphere here),
-    labels on plates."""
-    marks = placed_marks(scene, camera)
+    """Return SVG elements of a scene's marks: leaders, shapes, labels on plates.
+
+    Shapes are paths, so that every circle element of a drawing is a sphere.
+    """
+    marks = layout_marks(scene, camera)
     leaders = [_svg_leader(mark) for mark in marks if mark.text]
     shapes = [text for mark in marks for text in _svg_shapes(mark)]
     labels = [_svg_label(mark) for mark in marks if mark.text]
@@ -52,28 +54,25 @@ def _svg_leader(mark: PlacedMark) -> str:
 
 
 def _svg_shapes(mark: PlacedMark) -> list[str]:
-    """Each shape of a mark: first all in paper and wider, then in colour."""
+    """Return all shapes of a mark in paper and wider, then all in colour."""
     colour = hexadecimal(mark.colour)
-    shapes = mark_shapes(mark)
-    rim = []
-    drawn = []
-    for shape in shapes:
+    rims = []
+    shapes = []
+    for shape in mark_shapes(mark):
         text = "L".join(f"{x:.1f} {y:.1f}" for x, y in shape.corners)
         path = f'd="M{text}{"Z" if shape.closed else ""}"'
-        rim.append(
-            f'<path fill="none" stroke="#fff" stroke-width="{shape.width + _RIM:.1f}" {path}/>'
-        )
-        style = (
-            f'fill="none" stroke="{colour}" stroke-width="{shape.width:.1f}"'
-            if shape.width
-            else f'fill="{colour}"'
-        )
-        drawn.append(f'<path class="{mark.kind}" {style} {path}/>')
-    return rim + drawn
+        rim_width = shape.width + _RIM_WIDTH
+        rims.append(f'<path fill="none" stroke="#fff" stroke-width="{rim_width:.1f}" {path}/>')
+        style = f'fill="{colour}"'
+        if shape.width:
+            style = f'fill="none" stroke="{colour}" stroke-width="{shape.width:.1f}"'
+        shapes.append(f'<path class="{mark.kind}" {style} {path}/>')
+    return rims + shapes
 
 
 def _svg_label(mark: PlacedMark) -> str:
-    (u, v), (a, b), colour = mark.label, mark.half, hexadecimal(mark.colour)
+    (u, v), (a, b) = mark.label, mark.half
+    colour = hexadecimal(mark.colour)
     return (
         f'<rect x="{u - a:.1f}" y="{v - b:.1f}" width="{2 * a:.1f}" height="{2 * b:.1f}" rx="4" fill="#fff"'
         f' stroke="{colour}"/><text x="{u:.1f}" y="{v:.1f}" dy=".36em" fill="{colour}">{escape(mark.text)}</text>'
@@ -81,8 +80,10 @@ def _svg_label(mark: PlacedMark) -> str:
 
 
 def svg_bar(camera: Camera) -> list[str]:
-    """SVG elements of the scale bar; none in a perspective view, where no bar is true for all
-    depths."""
+    """Return SVG elements of the scale bar.
+
+    A perspective view has none, since no bar is true for all depths.
+    """
     if math.isfinite(camera.distance):
         return []
     bar = scale_bar(camera)
@@ -95,12 +96,12 @@ def svg_bar(camera: Camera) -> list[str]:
 
 
 def svg_key(scene: Scene, camera: Camera) -> list[str]:
-    """SVG elements of a scene's key: a line for each, in the ink of its colour family."""
+    """Return SVG elements of a scene's legend: a line for each entry, in its colour."""
     if not scene.key:
         return []
-    right = camera.width - _KEY_TOP / 2.0
+    right = camera.width - _KEY_STEP / 2.0
     lines = [
-        f'<text x="{right:.1f}" y="{_KEY_TOP + k * _KEY_STEP:.1f}" dy=".36em"'
+        f'<text x="{right:.1f}" y="{_KEY_STEP * (k + 1):.1f}" dy=".36em"'
         f' fill="{hexadecimal(INKS[colour])}">{escape(what)}</text>'
         for k, (what, colour) in enumerate(scene.key)
     ]
@@ -112,37 +113,53 @@ def svg_key(scene: Scene, camera: Camera) -> list[str]:
 
 
 def paint_mark_shapes(image: Image.Image, scene: Scene, camera: Camera, factor: int) -> None:
-    """Leaders, shapes and the scale bar into a picture `factor` times as large as the camera's,
-    made smaller later."""
+    """Paint leaders, shapes and the scale bar.
+
+    Parameters
+    ----------
+    image
+        Picture that is `factor` times as large as the camera's, and made smaller later.
+    scene, camera
+        The scene with its marks, and its camera.
+    factor
+        Pixels of the image for one of the camera.
+    """
     draw = ImageDraw.Draw(image)
-    marks = placed_marks(scene, camera)
+    marks = layout_marks(scene, camera)
     for mark in marks:
         if mark.text:
             for width, colour in ((3.0, PAPER), (1.0, mark.colour)):
                 _stroke(draw, Shape((mark.held, mark.label), width), colour, factor)
     for mark in marks:
-        shapes = mark_shapes(mark)
-        for shape in shapes:
-            _stroke(draw, shape._replace(width=shape.width + _RIM), PAPER, factor)
-        for shape in shapes:
-            if shape.width:
-                _stroke(draw, shape, mark.colour, factor)
-            else:
-                draw.polygon([(x * factor, y * factor) for x, y in shape.corners], fill=mark.colour)
-    if math.isfinite(camera.distance):  # no bar is true for all depths
-        return
+        _paint_shapes(draw, mark, factor)
+    if math.isinf(camera.distance):  # no bar is true for all depths of a perspective view
+        _paint_scale_bar(draw, camera, factor)
+
+
+def _paint_shapes(draw: ImageDraw.ImageDraw, mark: PlacedMark, factor: int) -> None:
+    """Paint all shapes of a mark in paper and wider, then all in colour."""
+    shapes = mark_shapes(mark)
+    for shape in shapes:
+        _stroke(draw, shape._replace(width=shape.width + _RIM_WIDTH), PAPER, factor)
+    for shape in shapes:
+        if shape.width:
+            _stroke(draw, shape, mark.colour, factor)
+        else:
+            draw.polygon([(x * factor, y * factor) for x, y in shape.corners], fill=mark.colour)
+
+
+def _paint_scale_bar(draw: ImageDraw.ImageDraw, camera: Camera, factor: int) -> None:
     bar = scale_bar(camera)
-    line = Shape(((bar.x, bar.y), (bar.x + bar.pixels, bar.y)), 2.0)
-    ends = [Shape(((x, bar.y - 5.0), (x, bar.y + 5.0)), 2.0) for x in (bar.x, bar.x + bar.pixels)]
+    right = bar.x + bar.pixels
+    line = Shape(((bar.x, bar.y), (right, bar.y)), 2.0)
+    ends = [Shape(((x, bar.y - 5.0), (x, bar.y + 5.0)), 2.0) for x in (bar.x, right)]
     for width, colour in ((4.0, PAPER), (2.0, INK)):
         for shape in (line, *ends):
             _stroke(draw, shape._replace(width=width), colour, factor)
 
 
-def _stroke(
-    draw: ImageDraw.ImageDraw, shape: Shape, colour: tuple[int, int, int], factor: int
-) -> None:
-    """A line along the corners, with round joints."""
+def _stroke(draw: ImageDraw.ImageDraw, shape: Shape, colour: Colour, factor: int) -> None:
+    """Draw a line along the corners, with round joints."""
     corners = [(x * factor, y * factor) for x, y in shape.corners]
     if shape.closed:
         corners += corners[:2]
@@ -150,38 +167,29 @@ def _stroke(
 
 
 def paint_mark_texts(image: Image.Image, scene: Scene, camera: Camera) -> None:
-    """Labels on white plates and the scale bar's caption, at the picture's own size, where letters
-    are crisp."""
+    """Write labels on white plates, the legend and the caption of the scale bar.
+
+    Parameters
+    ----------
+    image
+        Picture in the size of the camera, where letters are crisp.
+    scene, camera
+        The scene with its marks, and its camera.
+    """
     draw = ImageDraw.Draw(image)
     font = ImageFont.load_default(TEXT_SIZE)  # the font inside Pillow: the same on every machine
-    for mark in placed_marks(scene, camera):
+    for mark in layout_marks(scene, camera):
         if mark.text:
             (x, y), (a, b) = mark.label, mark.half
             draw.rounded_rectangle(
                 (x - a, y - b, x + a, y + b), radius=4, fill=PAPER, outline=mark.colour, width=1
             )
             draw.text((x, y), mark.text, fill=mark.colour, font=font, anchor="mm")
+    outlined = {"font": font, "stroke_width": 2, "stroke_fill": PAPER}
     for k, (what, colour) in enumerate(scene.key):
-        place = (camera.width - _KEY_TOP / 2.0, _KEY_TOP + k * _KEY_STEP)
-        draw.text(
-            place,
-            what,
-            fill=INKS[colour],
-            font=font,
-            anchor="rm",
-            stroke_width=2,
-            stroke_fill=PAPER,
-        )
-    if math.isfinite(camera.distance):
-        return
-    bar = scale_bar(camera)
-    middle = bar.x + bar.pixels / 2.0
-    draw.text(
-        (middle, bar.y - 7),
-        bar.text,
-        fill=INK,
-        font=font,
-        anchor="ms",
-        stroke_width=2,
-        stroke_fill=PAPER,
-    )
+        position = (camera.width - _KEY_STEP / 2.0, _KEY_STEP * (k + 1))
+        draw.text(position, what, fill=INKS[colour], anchor="rm", **outlined)
+    if math.isinf(camera.distance):
+        bar = scale_bar(camera)
+        middle = bar.x + bar.pixels / 2.0
+        draw.text((middle, bar.y - 7), bar.text, fill=INK, anchor="ms", **outlined)

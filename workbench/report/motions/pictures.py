@@ -11,13 +11,13 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.draw.camera import Camera, standard_view
-from workbench.draw.cutting import cut_away
 from workbench.draw.disks import disks
-from workbench.draw.films.film import stamped, write_film
+from workbench.draw.films.film import stamp_text, write_film
 from workbench.draw.films.motion import frame_times
 from workbench.draw.films.strip import strip_image, strip_svg
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene, SceneBody
+from workbench.draw.section_planes import cut_away
 from workbench.errors import MissingPartError
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
@@ -82,7 +82,7 @@ def motion_film(
                 disks(_scene(who, placed, k, (near[n], _COLOURS[n % len(_COLOURS)])), camera)
                 for n, (who, placed) in enumerate(shown)
             ]
-            yield stamped(strip_image(panels, names), milliseconds(time))
+            yield stamp_text(strip_image(panels, names), milliseconds(time))
             if progress is not None:
                 progress(f"frame {k + 1} of {len(times)} of the film")
 

@@ -12,14 +12,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, in_view, metric, projective, to_picture
-from workbench.draw.clipping import chained, clip_segments, clip_triangles, cut_lines
-from workbench.draw.kernels.hiding import (
-    Hiders,
+from workbench.draw.camera import Camera, metric_depth, projective_depth, to_view, view_to_pixels
+from workbench.draw.clipping import (
+    chain_segments,
+    clip_segments,
+    clip_triangles,
+    plane_intersections,
+)
+from workbench.draw.kernels.occlusion import (
+    Occluders,
     hidden_arcs,
     hidden_lines,
-    hiding_planes,
     lines_among_balls,
+    occluder_planes,
 )
 from workbench.draw.lines.arcs import Arcs
 from workbench.draw.lines.edges import Lines, drawn_edges
@@ -32,11 +37,11 @@ from workbench.model.environment import Environment
 __all__ = [
     "HIDDEN",
     "Surroundings",
-    "arcs_behind",
-    "hiders_of",
-    "lines_seen",
+    "build_occluders",
     "sections",
+    "split_hidden_arcs",
     "surroundings",
+    "visible_edge_lines",
 ]
 
 HIDDEN = ("veiled", "hidden_line")
@@ -49,7 +54,7 @@ class Surroundings(NamedTuple):
     """What vector displays draw of an environment: its triangles as they hide, its visible lines,
     its cut faces."""
 
-    hiders: Hiders
+    hiders: Occluders
     lines: Lines
     sections: list[list[Floats]]
 
@@ -62,29 +67,29 @@ def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | No
     if scene.environment is None:
         return None
     cut = cut_depth(projected_disks(scene, camera), camera)
-    hiders = hiders_of(scene.environment, camera, cut)
+    hiders = build_occluders(scene.environment, camera, cut)
     edges, clear = drawn_edges(scene.environment, camera, cut)
-    lines = lines_seen(edges, clear, scene, camera, hiders, cut)
+    lines = visible_edge_lines(edges, clear, scene, camera, hiders, cut)
     return Surroundings(hiders, lines, sections(scene.environment, camera, cut))
 
 
-def hiders_of(environment: Environment, camera: Camera, cut: float) -> Hiders:
+def build_occluders(environment: Environment, camera: Camera, cut: float) -> Occluders:
     """The opaque triangles of an environment as they hide things behind the depth `cut` [m], in a
     grid."""
     part = environment.polygon_part[triangle_polygons(environment)]
     chosen = np.flatnonzero(~environment.hidden[part] & ~environment.see_through[part])
-    seen = in_view(camera, environment.vertices)[environment.triangles[chosen]]
+    seen = to_view(camera, environment.vertices)[environment.triangles[chosen]]
     seen, _ = clip_triangles(seen, _AHEAD, min(cut, camera.closest))
-    corners = to_picture(camera, seen)
-    corners[..., 2] = projective(camera, corners[..., 2])
+    corners = view_to_pixels(camera, seen)
+    corners[..., 2] = projective_depth(camera, corners[..., 2])
     low = corners[:, :, :2].min(axis=1)
     high = corners[:, :, :2].max(axis=1)
     here = np.all((high >= 0.0) & (low <= (camera.width, camera.height)), axis=1)
     columns = math.ceil(camera.width / _CELL)
     rows = math.ceil(camera.height / _CELL)
     start, inside = _grid(low[here], high[here], columns, rows)
-    planes = hiding_planes(np.ascontiguousarray(corners[here]), _BIAS)
-    return Hiders(planes, _CELL, columns, rows, start, inside)
+    planes = occluder_planes(np.ascontiguousarray(corners[here]), _BIAS)
+    return Occluders(planes, _CELL, columns, rows, start, inside)
 
 
 def _grid(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Ints]:
@@ -104,7 +109,7 @@ def _grid(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Int
     return start.astype(np.int64), box[order]
 
 
-def arcs_behind(arcs: Arcs, hiders: Hiders) -> Arcs:
+def split_hidden_arcs(arcs: Arcs, hiders: Occluders) -> Arcs:
     """The arcs cut where a polygon comes in front of them or goes; those behind one are
     `veiled`."""
     ratio, turn = arcs.squeeze.T
@@ -122,8 +127,8 @@ def arcs_behind(arcs: Arcs, hiders: Hiders) -> Arcs:
     return pieces._replace(angle=angle, lead=lead, veiled=hidden == 1)
 
 
-def lines_seen(
-    edges: Floats, clear: Bools, scene: Scene, camera: Camera, hiders: Hiders, cut: float
+def visible_edge_lines(
+    edges: Floats, clear: Bools, scene: Scene, camera: Camera, hiders: Occluders, cut: float
 ) -> Lines:
     """The pieces of edges (M, 2, 3) x, y [pixels], depth [m] behind the depth `cut` that nothing
     hides.
@@ -131,10 +136,10 @@ def lines_seen(
     A piece is faint where it is of a see-through part (clear) or in front of a body. What is beside
     the picture is left out.
     """
-    edges = np.concatenate([edges[:, :, :2], projective(camera, edges[:, :, 2:])], axis=2)
+    edges = np.concatenate([edges[:, :, :2], projective_depth(camera, edges[:, :, 2:])], axis=2)
     seen, kept = clip_segments(_from_picture(camera, edges), _AHEAD, cut + _BIAS)
-    ends = to_picture(camera, seen)
-    ends[..., 2] = projective(camera, ends[..., 2])
+    ends = view_to_pixels(camera, seen)
+    ends[..., 2] = projective_depth(camera, ends[..., 2])
     low = ends[:, :, :2].min(axis=1)
     high = ends[:, :, :2].max(axis=1)
     here = np.all((high >= 0.0) & (low <= (camera.width, camera.height)), axis=1)
@@ -146,11 +151,11 @@ def lines_seen(
     pieces = ends[of, :1] * (1.0 - share[:, :, None]) + ends[of, 1:] * share[:, :, None]
     seen = _from_picture(camera, pieces)
     spheres = scene.spheres
-    balls = np.column_stack([in_view(camera, spheres.centre), spheres.radius])
+    balls = np.column_stack([to_view(camera, spheres.centre), spheres.radius])
     rows = lines_among_balls(np.ascontiguousarray(seen), balls, camera.distance)
     which = rows[:, 0].astype(np.int64)
     share = rows[:, 1:3, None]
-    drawn = to_picture(camera, seen[which, :1] * (1.0 - share) + seen[which, 1:] * share)
+    drawn = view_to_pixels(camera, seen[which, :1] * (1.0 - share) + seen[which, 1:] * share)
     return Lines(
         drawn[:, :, :2], drawn[:, :, 2].mean(axis=1), clear[kept[of[which]]] | (rows[:, 3] == 1.0)
     )
@@ -158,8 +163,8 @@ def lines_seen(
 
 def _from_picture(camera: Camera, points: Floats) -> Floats:
     """View coordinates (..., 3) [m] of x, y [pixels] and projective depth (..., 3)."""
-    depth = metric(camera, points[..., 2])
-    size = camera.scale / (1.0 - depth * camera.bend)
+    depth = metric_depth(camera, points[..., 2])
+    size = camera.scale / (1.0 - depth * camera.inverse_distance)
     x = (points[..., 0] - camera.width / 2.0) / size
     y = (camera.height / 2.0 - points[..., 1]) / size
     return np.stack([x, y, depth], axis=-1)
@@ -175,9 +180,9 @@ def sections(environment: Environment, camera: Camera, cut: float) -> list[list[
         return []
     part = environment.polygon_part[triangle_polygons(environment)]
     solid = environment.solid & ~environment.hidden & ~environment.see_through
-    seen = in_view(camera, environment.vertices)
+    seen = to_view(camera, environment.vertices)
     found = []
     for number in np.flatnonzero(solid):
-        lines, _ = cut_lines(seen[environment.triangles[part == number]], _AHEAD, cut)
-        found.append([to_picture(camera, loop)[:, :2] for loop in chained(lines)])
+        lines, _ = plane_intersections(seen[environment.triangles[part == number]], _AHEAD, cut)
+        found.append([view_to_pixels(camera, loop)[:, :2] for loop in chain_segments(lines)])
     return [loops for loops in found if loops]

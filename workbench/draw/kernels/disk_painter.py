@@ -13,7 +13,7 @@ import math
 from workbench.compiled import njit
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["disk_span", "paint_disks", "project_spheres", "resort"]
+__all__ = ["disk_span", "paint_disks", "project_spheres", "update_depth_order"]
 
 
 @njit(cache=True)
@@ -75,7 +75,7 @@ def project_spheres(
 
 
 @njit(cache=True)
-def resort(order: Ints, front: Floats) -> int:
+def update_depth_order(order: Ints, front: Floats) -> int:
     """Sort `order` (S,) in place back to front, by insertion; how many times one sphere was moved
     by one place.
 

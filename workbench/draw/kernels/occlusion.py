@@ -22,7 +22,7 @@ from workbench.compiled import njit
 from workbench.geometry.order import NONE, ONE, stable_order
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["Hiders", "hidden_arcs", "hidden_lines", "hiding_planes", "lines_among_balls"]
+__all__ = ["Occluders", "hidden_arcs", "hidden_lines", "lines_among_balls", "occluder_planes"]
 
 _TURN = 2.0 * math.pi
 # intervals of one triangle on one arc: four cuts of a turn and its two neighbours give fewer
@@ -30,7 +30,7 @@ _MOST = 24
 _NOTHING = 1e-9  # [rad] or share: a gap between neighbours' shares of a line no wider than rounding
 
 
-class Hiders(NamedTuple):
+class Occluders(NamedTuple):
     """Triangles in a grid. plane (T, 4, 4): a, b, c, d of three sides and the plane itself. cell
     [pixels]; columns, rows: of the grid; start (columns rows + 1,), inside: the triangles that meet
     each cell, row by row."""
@@ -44,7 +44,7 @@ class Hiders(NamedTuple):
 
 
 @njit(cache=True)
-def hiding_planes(corners: Floats, bias: float) -> Floats:
+def occluder_planes(corners: Floats, bias: float) -> Floats:
     """(T, 4, 4) of triangles (T, 3, 3) in picture space; a point less than `bias` behind the plane
     is not hidden.
 
@@ -483,7 +483,7 @@ def lines_among_balls(ends: Floats, balls: Floats, distance: float) -> Floats:
     return pieces[:found]
 
 
-def hidden_arcs(rims: Floats, angle: Floats, hiders: Hiders) -> tuple[Ints, Floats, Ints]:
+def hidden_arcs(rims: Floats, angle: Floats, hiders: Occluders) -> tuple[Ints, Floats, Ints]:
     """Pieces of arcs of ellipses `rims` (A, 3, 3): middle, u and v; angle (A, 2) from and to, at
     most a turn apart.
 
@@ -502,7 +502,7 @@ def hidden_arcs(rims: Floats, angle: Floats, hiders: Hiders) -> tuple[Ints, Floa
     return rows[:, 0].astype(np.int64), rows[:, 1:3], rows[:, 3].astype(np.int64)
 
 
-def hidden_lines(ends: Floats, hiders: Hiders) -> tuple[Ints, Floats, Ints]:
+def hidden_lines(ends: Floats, hiders: Occluders) -> tuple[Ints, Floats, Ints]:
     """Pieces of lines `ends` (M, 2, 3): the line (K,), shares of its length (K, 2) from and to, 1
     where hidden (K,)."""
     rows = _line_pieces(

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 
 from workbench.compiled import njit
-from workbench.draw.kernels.frames import disk_span
+from workbench.draw.kernels.disk_painter import disk_span
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["fill_triangles", "sphere_depths"]

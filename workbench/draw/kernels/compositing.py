@@ -8,7 +8,7 @@ import math
 from workbench.compiled import njit
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["compose_solids", "compose_veils", "darken_rims"]
+__all__ = ["blend_overlays", "compose_solids", "darken_rims"]
 
 
 @njit(cache=True)
@@ -53,7 +53,7 @@ def compose_solids(
 
 
 @njit(cache=True)
-def compose_veils(
+def blend_overlays(
     picture: Floats,
     tinted: Ints,
     tint_depth: Floats,
