@@ -11,10 +11,10 @@ from workbench.model.crash import CrashResult
 from workbench.model.result import Result
 from workbench.model.study import Study
 from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.accommodation.share_verdicts import with_share_verdicts
 from workbench.study.clearance import clearance_study
 from workbench.study.crash.crash import crash_study
+from workbench.study.executors import dask_executor
 from workbench.study.pipelines import motion_study, population_study, posture_study
 
 __all__ = ["check_run", "passed", "run"]
@@ -69,8 +69,8 @@ def run(
     if cluster is None:
         found = accommodation_study(people, keep=keep, say=say)
     else:
-        with cluster_at(cluster) as workers:
-            found = accommodation_study(people, keep=keep, say=say, workers=workers)
+        with dask_executor(cluster) as executor:
+            found = accommodation_study(people, keep=keep, say=say, executor=executor)
     return with_share_verdicts(found, study.criteria)
 
 
