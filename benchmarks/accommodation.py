@@ -29,8 +29,8 @@ from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
 from workbench.study.accommodation import tried
 from workbench.study.accommodation.chunks import gathered, result_chunks
-from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.people_maps import people_maps
+from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seated, with_hands
 from workbench.study.pipelines import population_study
@@ -74,28 +74,23 @@ def main() -> None:
     clock = Clock()
     with tempfile.TemporaryDirectory() as cache:
         os.environ["WORKBENCH_CACHE"] = cache
-        warm = crew_of(study.body, study.people.rows(np.arange(2)), (), say=lambda text: None)
-        tried.met_by(study, asked, warm.bodies(0), range(2))
+        warm = fit_population(study.body, study.people.rows(np.arange(2)))[:]
+        tried.met_by(study, asked, warm, range(2))
         begun = time.perf_counter()
-        clock.time(
-            "bodies, first time",
-            lambda: crew_of(study.body, study.people, (), say=lambda text: None),
-        )
+        clock.time("bodies, first time", lambda: fit_population(study.body, study.people))
         first = time.perf_counter() - begun
         begun = time.perf_counter()
-        crew = clock.time(
-            "bodies at hand", lambda: crew_of(study.body, study.people, (), say=lambda text: None)
-        )
-        met = [staged(clock, study, asked, crew, chunk) for chunk in range(len(crew))]
+        bodies = clock.time("bodies at hand", lambda: fit_population(study.body, study.people))
+        met = [staged(clock, study, asked, bodies, rows) for rows in bodies.chunks]
         alone = time.perf_counter() - begun
         begun = time.perf_counter()
-        shared = gathered(result_chunks(study, asked, crew, keep=None, say=lambda text: None))[0]
+        shared = gathered(result_chunks(study, asked, bodies, keep=None, say=lambda text: None))
         wall = time.perf_counter() - begun
         begun = time.perf_counter()
         task = MapTask("instrument_panel", "push", 2, "either", 2000)
         panel = clock.time(
             "reach map",
-            lambda: next(people_maps(replace(study, maps=(task,)), crew, say=lambda t: None)),
+            lambda: next(people_maps(replace(study, maps=(task,)), bodies, say=lambda t: None)),
         )
         mapped = time.perf_counter() - begun
     served = np.concatenate(met)
@@ -103,7 +98,7 @@ def main() -> None:
         served, np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1)
     )
     print(
-        f"{len(study.people)} people, {len(asked)} requirements, chunks of {crew.size}, {os.cpu_count()} cores"
+        f"{len(study.people)} people, {len(asked)} requirements, {len(bodies.chunks)} chunks, {os.cpu_count()} cores"
     )
     for stage, used in clock.cpu.items():
         print(
@@ -118,12 +113,12 @@ def main() -> None:
     )
 
 
-def staged(clock: Clock, study: Any, asked: Any, crew: Any, chunk: int) -> Any:
+def staged(clock: Clock, study: Any, asked: Any, bodies: Any, people: slice) -> Any:
     """One chunk in stages; who meets everything."""
-    rows = crew.index(chunk).tolist()
-    bodies = clock.time("bodies at hand", lambda: crew.bodies(chunk))
+    rows = range(people.start, people.stop)
+    body = clock.time("bodies at hand", lambda: bodies[people])
     found: dict[str, Any] = {}
-    clock.time("seats", lambda: found.update(sitters=seated(study, bodies, rows)))
+    clock.time("seats", lambda: found.update(sitters=seated(study, body, rows)))
     clock.time("hands", lambda: found.update(sitters=with_hands(study, found["sitters"])))
     clock.time(
         "reaches and gaps", lambda: found.update(out=tried.judged(study, asked, found["sitters"]))

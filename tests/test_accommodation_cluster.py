@@ -1,5 +1,4 @@
-"""The same chunks on a Dask cluster: the same numbers, a worker that dies loses nothing, no answer
-is told soon."""
+"""The same chunks on a Dask cluster: the same numbers, and a worker that dies loses nothing."""
 
 from __future__ import annotations
 
@@ -12,10 +11,11 @@ import pytest
 import workbench as wb
 from tests.toy_cockpit import write_toy
 from workbench.files.study.reader import load_study
-from workbench.study.accommodation import cluster
-from workbench.study.accommodation import crew as crew_module
+from workbench.study import executors
+from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.accommodation.cluster import Cluster, cluster_at
+from workbench.study.accommodation.population_bodies import fit_population
+from workbench.study.executors import dask_executor, local_executor
 from workbench.study.pipelines import population_study
 
 distributed = pytest.importorskip("distributed")
@@ -24,24 +24,37 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 @pytest.fixture
 def toy(tmp_path, monkeypatch):
-    monkeypatch.setattr(crew_module, "CHUNK", 2)
+    monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
     return population_study(load_study(write_toy(tmp_path, people=8)))
 
 
-def test_an_address_where_nobody_answers_is_told_within_ten_seconds(monkeypatch):
-    assert cluster.PATIENCE < 10
-    monkeypatch.setattr(cluster, "PATIENCE", 1)
-    told = r"no Dask scheduler answers at 'tcp://127.0.0.1:9' within 1 s"
-    with pytest.raises(wb.InputError, match=told), cluster_at("tcp://127.0.0.1:9"):
+def test_an_address_where_nobody_answers_is_reported_within_ten_seconds(monkeypatch):
+    assert executors.SCHEDULER_TIMEOUT < 10
+    monkeypatch.setattr(executors, "SCHEDULER_TIMEOUT", 1)
+    reported = r"no Dask scheduler answers at 'tcp://127.0.0.1:9' within 1 s"
+    with pytest.raises(wb.InputError, match=reported), dask_executor("tcp://127.0.0.1:9"):
         pass
 
 
-def test_an_address_that_is_none_is_told():
+def test_an_address_that_is_none_is_reported():
     with (
         pytest.raises(wb.InputError, match="such as tcp://host:8786"),
-        cluster_at("nowhere at all"),
+        dask_executor("nowhere at all"),
     ):
         pass
+
+
+def test_bodies_are_the_same_bytes_here_in_processes_and_on_a_cluster(toy, monkeypatch):
+    monkeypatch.setenv("WORKBENCH_CACHE", "off")
+    monkeypatch.setattr(executors, "cores", lambda: 1)
+    some = toy.people.rows(np.arange(4))
+    found = [fit_population(toy.body, some)]
+    for connect in (lambda: local_executor(2), lambda: dask_executor("local")):
+        with connect() as executor:
+            found.append(fit_population(toy.body, some, executor=executor))
+    for other in found[1:]:
+        for name, values in found[0].fields.items():
+            assert values.tobytes() == other.fields[name].tobytes(), name
 
 
 @pytest.mark.nightly
@@ -57,7 +70,8 @@ def test_a_worker_that_is_killed_loses_nothing(toy, tmp_path):
                 killed.append(pids[0])
                 os.kill(pids[0], signal.SIGKILL)
 
-        found = accommodation_study(toy, keep=tmp_path / "keep", say=say, workers=Cluster(client))
+        with dask_executor(own.scheduler_address) as executor:
+            found = accommodation_study(toy, keep=tmp_path / "keep", say=say, executor=executor)
     assert killed
     for name in ("margin", "seat", "reason"):
         assert np.array_equal(getattr(found, name), getattr(alone, name), equal_nan=True), name

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import chain
 from pathlib import Path
 
 import jsonschema
@@ -32,12 +33,12 @@ from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.reach import reach
 from workbench.report.folder import write_report
 from workbench.report.population.rows import population_lines
-from workbench.study.accommodation import crew as crew_module
+from workbench.study import executors
+from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.accommodation.chunks import forget_chunks
-from workbench.study.accommodation.crew import Crew, crew_of
-from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
-from workbench.study.accommodation.crew_fit import Fit, Task, fit_chunk, fit_chunks
+from workbench.study.accommodation.chunks import forget_chunks, result_chunks
+from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
+from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seated
 from workbench.study.pipelines import population_study
 
@@ -49,14 +50,14 @@ def toy(tmp_path_factory):
     """The study's path, what it gives of its people, and their bodies in their seats."""
     path = write_toy(tmp_path_factory.mktemp("toy"), people=PEOPLE)
     study = population_study(load_study(path))
-    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
-    return path, accommodation_study(study), (study, crew)
+    bodies = fit_population(study.body, study.people, study.wears)
+    return path, accommodation_study(study), (study, bodies)
 
 
-def reaching(study, crew, at):
+def reaching(study, bodies, at):
     """Who reaches a point with the right hand in zone 1, one by one with the plain solver."""
     found = []
-    for body in crew.bodies(0):
+    for body in bodies[:]:
         poses = seated(study, body, [0]).seat.poses
         chain = limb(body, "right hand", grip="push", zone=1)
         found.append(
@@ -66,12 +67,12 @@ def reaching(study, crew, at):
 
 
 def test_a_knob_put_where_exactly_so_many_reach_it_is_reached_by_so_many(toy, tmp_path):
-    _, _, (study, crew) = toy
+    _, _, (study, bodies) = toy
     low = 0.7
     high = 1.0
     for _ in range(12):
         middle = (low + high) / 2
-        count = int(reaching(study, crew, [middle, -0.18, 0.85]).sum())
+        count = int(reaching(study, bodies, [middle, -0.18, 0.85]).sum())
         if count == 3:
             break
         low, high = (middle, high) if count > 3 else (low, middle)
@@ -83,16 +84,16 @@ def test_a_knob_put_where_exactly_so_many_reach_it_is_reached_by_so_many(toy, tm
     assert int(result.met[:, column].sum()) == 3
     assert result.single[column] == pytest.approx(3 / PEOPLE)
     assert set(np.flatnonzero(result.met[:, column])) == set(
-        np.flatnonzero(reaching(study, crew, [middle, -0.18, 0.85]))
+        np.flatnonzero(reaching(study, bodies, [middle, -0.18, 0.85]))
     )
 
 
 def test_the_spare_of_a_reach_is_how_much_farther_it_would_still_be_reached(toy):
-    _, result, (study, crew) = toy
+    _, result, (study, bodies) = toy
     column = [r.name for r in result.requirements].index("reach knob by the right hand")
     row = int(np.argmin(result.margin[:, column]))
     spare = result.margin[row, column]
-    body = crew.body(row)
+    body = bodies[row]
     assert 0 < spare < 0.19
     poses = seated(study, body, [0]).seat.poses
     placed = wb.place(body, poses)
@@ -107,9 +108,9 @@ def test_the_spare_of_a_reach_is_how_much_farther_it_would_still_be_reached(toy)
 
 
 def test_margins_of_view_and_head_room_are_heights_that_can_be_measured(toy):
-    _, result, (study, crew) = toy
+    _, result, (study, bodies) = toy
     names = [r.name for r in result.requirements]
-    body = crew.body(3)
+    body = bodies[3]
     placed = wb.place(body, seated(study, body, [0]).seat.poses)
     eyes = [
         placed.centres[0, body.sphere_names.index(f"{side} eye"), 2] for side in ("left", "right")
@@ -132,8 +133,8 @@ def test_joint_shares_follow_from_the_margins(toy):
 
 
 def test_many_bodies_are_placed_as_one_after_the_other(toy):
-    _, _, (study, crew) = toy
-    bodies = crew.bodies(0)[:3]
+    _, _, (study, fitted) = toy
+    bodies = fitted[:3]
     poses = seated(study, bodies, [0, 1, 2]).seat.poses
     found = wb.place(bodies, poses)
     for b, body in enumerate(bodies):
@@ -146,8 +147,8 @@ def test_many_bodies_are_placed_as_one_after_the_other(toy):
 
 
 def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_moved(toy):
-    _, _, (study, crew) = toy
-    bodies = crew.bodies(0)[:3]
+    _, _, (study, fitted) = toy
+    bodies = fitted[:3]
     sitters = seated(study, bodies, [0, 1, 2])
     shift = np.array([[0.01, 0, 0], [0, 0, 0.02], [-0.03, 0, 0.01]])
     moves = study.environment.seat("pilot").moves
@@ -173,8 +174,8 @@ def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_m
 
 
 def test_the_bodies_show_the_measures_of_their_people(toy):
-    _, _, (study, crew) = toy
-    body = crew.body(2)
+    _, _, (study, bodies) = toy
+    body = bodies[2]
     for name, found in wb.measure(
         body, ["thumb_tip_reach", "eye_height_sitting", "popliteal_height"]
     ).items():
@@ -182,44 +183,79 @@ def test_the_bodies_show_the_measures_of_their_people(toy):
     assert body.mass[0].sum() == pytest.approx(study.people.column("mass")[2])
 
 
-def test_bodies_are_the_same_whoever_fits_them(toy):
-    _, _, (study, crew) = toy
-    people = study.people.rows(np.arange(4))
-    task = Task(crew.task.templates, crew.task.exact)
-    found = {}
-    fit_chunks(task, [people, people], processes=2, done=found.__setitem__)
-    assert all(
-        np.array_equal(found[0].fields[name], found[1].fields[name]) for name in found[0].fields
-    )
-    here = fit_chunk(task, people)
-    assert all(
-        np.allclose(found[0].fields[name], here.fields[name], rtol=0, atol=1e-6)
-        for name in here.fields
-    )
+def test_bodies_are_the_same_bytes_however_many_processes_fit_them(toy, monkeypatch):
+    study = toy[2][0]
+    monkeypatch.setenv("WORKBENCH_CACHE", "off")
+    monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
+    found = []
+    for cores in (1, 2):
+        monkeypatch.setattr(executors, "cores", lambda cores=cores: cores)
+        found.append(fit_population(study.body, study.people))
+    for name, values in found[0].fields.items():
+        assert values.tobytes() == found[1].fields[name].tobytes(), name
 
 
 def test_kept_bodies_are_read_back_as_they_were(toy, tmp_path, monkeypatch):
     study = toy[2][0]
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path))
     some = study.people.rows(np.arange(3))
-    said = []
-    first = crew_of(study.body, some, (), say=said.append)
-    again = crew_of(study.body, some, (), say=lambda text: pytest.fail(text))
-    assert said and not again.fits[0].fields["centre"].flags.owndata
-    assert all(
-        np.array_equal(first.fits[0].fields[n], again.fits[0].fields[n])
-        for n in first.fits[0].fields
-    )
+    lines = []
+    first = fit_population(study.body, some, progress=lines.append)
+    again = fit_population(study.body, some, progress=lambda text: pytest.fail(text))
+    assert lines == ["fitting bodies: 0 of 3", "fitting bodies: 3 of 3"]
+    assert all(np.array_equal(first.fields[n], again.fields[n]) for n in first.fields)
+    assert first.notes == again.notes
 
 
 @pytest.mark.parametrize("damage", DAMAGE)
-def test_a_kept_file_that_was_altered_is_not_believed(tmp_path, damage):
-    path = tmp_path / "x.chunk"
-    write_kept(path, b"key", Kept({"a": np.arange(5.0)}, {"words": ["one"]}))
-    assert read_kept(path, b"key").arrays["a"].tolist() == [0, 1, 2, 3, 4]
-    assert read_kept(path, b"other") is None
+def test_a_damaged_file_of_bodies_is_fitted_anew(toy, tmp_path, monkeypatch, damage):
+    study = toy[2][0]
+    monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path))
+    some = study.people.rows(np.arange(1))
+    first = fit_population(study.body, some)
+    (path,) = (tmp_path / "people").iterdir()
     path.write_bytes(DAMAGE[damage](path.read_bytes()))
-    assert read_kept(path, b"key") is None
+    lines = []
+    again = fit_population(study.body, some, progress=lines.append)
+    assert bool(lines) == (damage != "longer")  # bytes after the end of an archive are not read
+    assert all(np.array_equal(first.fields[n], again.fields[n]) for n in first.fields)
+
+
+def test_bodies_are_fitted_where_nothing_can_be_kept(toy, tmp_path, monkeypatch):
+    study = toy[2][0]
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "file"))
+    assert len(fit_population(study.body, study.people.rows(np.arange(2)))) == 2
+
+
+@pytest.mark.parametrize("damage", DAMAGE)
+def test_a_damaged_chunk_is_worked_on_anew(toy, tmp_path, monkeypatch, damage):
+    study, bodies = toy[2]
+    monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 4)
+    asked = asked_of(study)[2:]
+    lines = []
+    first = result_chunks(study, asked, bodies, keep=tmp_path, say=lines.append)
+    path = min(tmp_path.iterdir())
+    path.write_bytes(DAMAGE[damage](path.read_bytes()))
+    again = result_chunks(study, asked, bodies, keep=tmp_path, say=lines.append)
+    assert [line for line in lines if line.startswith("person 0")] == [
+        "person 0 of 8",
+        f"person 0 of {0 if damage == 'longer' else 4}",
+    ]
+    assert all(a.margin.tobytes() == b.margin.tobytes() for a, b in zip(first, again, strict=True))
+
+
+def test_a_folder_that_cannot_be_written_gives_one_clear_message(toy, tmp_path):
+    study, bodies = toy[2]
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(wb.InputError, match=r"file/keep: cannot be written \(Not a directory\)$"):
+        result_chunks(
+            study,
+            asked_of(study)[2:],
+            bodies,
+            keep=tmp_path / "file" / "keep",
+            say=lambda text: None,
+        )
 
 
 def test_the_result_has_its_published_shape_and_everybody_is_in_the_table(toy, tmp_path):
@@ -249,7 +285,7 @@ def test_the_parquet_file_holds_the_same_table(toy, tmp_path):
 
 
 def command(path, out, *, chunk=2):
-    code = f"import workbench.study.accommodation.crew as crew; crew.CHUNK = {chunk}; from workbench.cli import main; "
+    code = f"import workbench.study.accommodation.population_bodies as p; p.CHUNK_SIZE = {chunk}; from workbench.cli import main; "
     code += f"raise SystemExit(main(['run', {str(path)!r}, '--out', {str(out)!r}]))"
     return [sys.executable, "-c", code]
 
@@ -276,7 +312,7 @@ def test_a_run_that_is_killed_goes_on_and_gives_the_same_bytes(tmp_path, monkeyp
     assert killed(path, tmp_path / "killed", 10, chunk=1)
     assert 2 <= len(list((tmp_path / ".killed.chunks").glob("*.chunk"))) < 4
     assert not (tmp_path / "killed").exists()
-    monkeypatch.setattr(crew_module, "CHUNK", 1)
+    monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 1)
     for name in ("killed", "whole"):
         assert main(["run", str(path), "--out", str(tmp_path / name)]) == 0
     assert not (tmp_path / ".killed.chunks").exists()
@@ -319,7 +355,7 @@ def test_half_written_files_of_the_cache_go_after_a_day(tmp_path):
 
 
 def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, monkeypatch):
-    monkeypatch.setattr(crew_module, "CHUNK", 2)
+    monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
     real = index_cache.tempfile.NamedTemporaryFile
     written = []
 
@@ -341,15 +377,10 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
     ("count", "size"), [(1, 1), (64, 64), (600, 64), (1100, 128), (2048, 256), (6068, 256)]
 )
 def test_chunks_hold_everybody_once_and_are_larger_where_there_are_many(count, size):
-    people = wb.draw_people(wb.load_population_model("ansur2"), count, seed=1)
-    fits = [Fit({}, [""] * min(64, count - first)) for first in range(0, count, 64)]
-    crew = Crew(None, people, (), fits)
-    assert crew.size == size
-    assert np.concatenate([crew.index(chunk) for chunk in range(len(crew))]).tolist() == list(
-        range(count)
-    )
-    held = [sum(len(fit.told) for fit in crew.fits_of(chunk)) for chunk in range(len(crew))]
-    assert held == [len(crew.index(chunk)) for chunk in range(len(crew))]
+    bodies = PopulationBodies(None, np.zeros(count, dtype=np.int64), {}, ("",) * count)
+    numbers = [list(range(count))[rows] for rows in bodies.chunks]
+    assert list(chain.from_iterable(numbers)) == list(range(count))
+    assert len(numbers[0]) == min(size, count)
 
 
 def test_the_command_says_what_leaves_people_out(toy, tmp_path, capsys):

@@ -17,8 +17,8 @@ from workbench.files.study.reader import load_study
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless
-from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.accommodation.requirements import Asked
+from workbench.study.executors import dask_executor
 from workbench.study.pipelines import population_study
 from workbench.study.reaches import buried_controls
 
@@ -300,7 +300,7 @@ def test_a_cluster_without_dask_says_what_to_install(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with (
         pytest.raises(MissingPartError, match=r"pip install 'bubbleman-workbench\[cluster\]'"),
-        cluster_at("local"),
+        dask_executor("local"),
     ):
         pass
 

@@ -17,10 +17,9 @@ from tests.toy_cockpit import STUDY, write_toy
 from workbench.files.study.reader import load_study
 from workbench.model.content import content_key, program_hash
 from workbench.model.stops import StopKind
-from workbench.study.accommodation import crew as crew_module
+from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.chunks import result_chunks
-from workbench.study.accommodation.crew import crew_of
-from workbench.study.accommodation.crew_files import Kept
+from workbench.study.accommodation.population_bodies import FittedChunk, fit_population
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seating_study
 from workbench.study.pipelines import population_study
@@ -224,8 +223,8 @@ def test_values_that_only_look_alike_have_different_keys():
         {"b": 1, "a": 0},
         np.zeros((1, 1)),
         float("nan"),
-        Kept({}, {}),
-        Kept({"a": np.zeros(1)}, {}),
+        FittedChunk({}, []),
+        FittedChunk({"a": np.zeros(1)}, []),
     ]
     assert len({key(value) for value in values}) == len(values)
     assert (
@@ -351,9 +350,9 @@ EDITS = {
 def margins(path, keep):
     """The numbers of all chunks, and how many people had to be worked on."""
     study = population_study(load_study(path))
-    crew = crew_of(study.body, study.people, (), say=lambda text: None)
+    bodies = fit_population(study.body, study.people)
     said = []
-    chunks = result_chunks(study, asked_of(study), crew, keep=keep, say=said.append)
+    chunks = result_chunks(study, asked_of(study), bodies, keep=keep, say=said.append)
     names = ("margin", "reason", "toward", "seat")
     return [[getattr(c, n).tobytes() for n in names] + [c.words] for c in chunks], said[0]
 
@@ -368,9 +367,7 @@ def test_a_run_that_goes_on_after_the_joint_stops_were_edited_equals_a_fresh_one
     tmp_path, monkeypatch, edit
 ):
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "1")
-    monkeypatch.setattr(crew_module, "CHUNK", 1)
+    monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 1)
     path = write_toy(tmp_path, people=2, study=STOPS, knob=200)
     body, postures = (tmp_path / "bodies" / name for name in ("edited.yaml", "human_postures.yaml"))
     body.parent.mkdir()

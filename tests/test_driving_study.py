@@ -11,8 +11,8 @@ import pytest
 import workbench as wb
 from workbench.files.study.reader import load_study
 from workbench.posture.seating.packaging import eyellipse, seat_curve
-from workbench.study.accommodation.crew import crew_of
 from workbench.study.accommodation.drivers import driver_of, drivers_among
+from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.accommodation.sitters import seated
 from workbench.study.clearance import clearance_study
 from workbench.study.pipelines import population_study, posture_study
@@ -169,8 +169,7 @@ def test_what_is_wrong_with_a_driver_is_told_with_its_line(written, old, new, wo
 
 def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(written):
     study = population_study(load_study(written(CREW)))
-    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
-    bodies = crew.bodies(0)
+    bodies = fit_population(study.body, study.people, study.wears)[:]
     drivers = drivers_among(study.people, range(6), bodies, 40.0)
     assert [d.sex for d in drivers] == ["male"] * 3 + ["female"] * 3
     assert drivers[4].stature == study.people.column("stature")[4]
@@ -208,8 +207,8 @@ def drivers(written):
 
     seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in study.environment.seats)
     study = replace(study, environment=replace(study.environment, seats=seats))
-    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
-    found = seated(study, crew.bodies(0), range(40)).seat
+    bodies = fit_population(study.body, study.people, study.wears)[:]
+    found = seated(study, bodies, range(40)).seat
     ball = study.environment.points["ball_of_foot"][0]
     return 1e3 * (ball - found.forward), 1e3 * found.eye, 100 * study.people.column("stature")
 

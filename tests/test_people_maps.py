@@ -12,9 +12,9 @@ from tests.accommodations import smaller_study
 from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
 from workbench.posture.reaching.reach_people import reach_people
-from workbench.study.accommodation.chunks import seated_chunk
-from workbench.study.accommodation.crew import crew_of
+from workbench.study.accommodation.chunks import seat_everybody
 from workbench.study.accommodation.people_maps import people_maps
+from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.pipelines import population_study
 
 
@@ -27,8 +27,8 @@ def two(tmp_path_factory):
     people = study.people.rows(np.array([0, len(study.people) - 1]))
     task = MapTask("instrument_panel", "push", 2, "either", 14)
     study = replace(study, people=replace(people, weight=np.array([1.0, 3.0])), maps=(task,))
-    crew = crew_of(study.body, study.people, study.wears, say=lambda text: None)
-    return study, crew, next(people_maps(study, crew, say=lambda text: None))
+    bodies = fit_population(study.body, study.people, study.wears)
+    return study, bodies, next(people_maps(study, bodies, say=lambda text: None))
 
 
 def test_points_lie_on_what_faces_the_sitter_about_as_many_as_asked_for(two):
@@ -42,11 +42,11 @@ def test_points_lie_on_what_faces_the_sitter_about_as_many_as_asked_for(two):
 
 
 def test_shares_are_those_of_reaching_for_each_point_one_by_one(two):
-    study, crew, found = two
-    sitters = seated_chunk(study, crew, 0)
+    study, bodies, found = two
+    ((seat, _),) = seat_everybody(study, bodies)
     reached = np.zeros((2, len(found.points)), dtype=bool)
     for hand in ("left hand", "right hand"):
         reached |= reach_people(
-            sitters.body, sitters.seat.poses, found.points, name=hand, grip="push", zone=2
+            bodies[:], seat.poses, found.points, name=hand, grip="push", zone=2
         ).reached
     assert found.share == pytest.approx(np.array([0.25, 0.75]) @ reached, abs=1e-12)

@@ -18,7 +18,7 @@ from workbench.body.scaling.scale import morph_to
 from workbench.files.study.reader import load_study
 from workbench.report.page import page
 from workbench.report.result_rows import result_file
-from workbench.study.accommodation.crew import templates
+from workbench.study.accommodation.population_bodies import templates_by_sex
 from workbench.study.pipelines import population_study
 
 
@@ -76,5 +76,5 @@ def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_
 @pytest.mark.parametrize("name", ACCOMMODATIONS)
 def test_a_shipped_accommodation_study_has_whole_bodies_and_enough_people(name):
     study = population_study(load_study(name))
-    assert [body_pieces(body).count for body in templates(study.body).values()] == [1, 1]
+    assert [body_pieces(body).count for body in templates_by_sex(study.body).values()] == [1, 1]
     assert 200 <= len(study.people) < TENTHS_FROM

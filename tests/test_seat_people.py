@@ -18,7 +18,7 @@ from workbench.model.environment import Rest, Seat
 from workbench.posture.seating.posture import Pedals, positions
 from workbench.posture.seating.seat_people import seat_people
 from workbench.posture.seating.seating import seat_planes
-from workbench.study.accommodation.crew import crew_of
+from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.pipelines import population_study
 
 TRAINER = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
@@ -137,8 +137,7 @@ def test_drawn_people_sit_where_trying_all_places_puts_them(tmp_path, study, dri
         text = path.read_text().replace("{driver: {wheel:", "{predicted: {wheel:")
         path.write_text(re.sub(r"wheel: \w+, h_point: \w+, seed: \d+, ", "", text))
     plan = population_study(load_study(path))
-    crew = crew_of(plan.body, plan.people, plan.wears, say=lambda words: None)
-    bodies = crew.of(np.arange(len(plan.people)))
+    bodies = fit_population(plan.body, plan.people, plan.wears)[:]
     controls = {control.name: control.at for control in plan.environment.controls}
     pedals = Pedals(
         {

@@ -60,7 +60,8 @@ HOMES = {
     "imageio_ffmpeg": {"draw/films/mp4.py"},
     "manifold3d": {"body", "files/meshes/parts.py"},
     "mujoco": {"crash/mjcf.py"},
-    "distributed": {"study/accommodation/cluster.py"},
+    "distributed": {"study/executors.py"},
+    "threadpoolctl": {"study/accommodation/population_bodies.py"},
     "duckdb": {"files/parquet.py"},
 }
 """The files or rooms that may import a library."""

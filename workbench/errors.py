@@ -49,6 +49,9 @@ class InputError(WorkbenchError):
         self.problems: tuple[str, ...] = tuple(printable(line) for line in lines)
         super().__init__("\n".join(self.problems))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[tuple[str, ...]]]:
+        return type(self), (self.problems,)
+
 
 class UsageError(WorkbenchError):
     """The call or the command line is wrong."""

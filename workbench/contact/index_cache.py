@@ -16,15 +16,17 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+import zipfile
+from collections.abc import Callable, Mapping
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["PARTIAL", "cache_folder", "forget_partial", "kept", "write_whole"]
+__all__ = ["PARTIAL", "cache_folder", "forget_partial", "kept", "read_arrays", "write_arrays"]
 
 PARTIAL = "new-"
 """How the names of files begin that are being written."""
@@ -37,6 +39,8 @@ _ALIGN = 64
 _ROW = 509
 """Words that are added up in columns: no divisor of a page's, so that pages that changed places
 show."""
+_KEY = "key"
+"""The entry of an .npz file that holds the key."""
 Arrays = dict[str, NDArray[Any]]
 
 
@@ -137,6 +141,37 @@ def forget_partial(folder: Path) -> None:
         with suppress(OSError):
             if time.time() - path.stat().st_mtime > _DAY:
                 path.unlink()
+
+
+def read_arrays(path: Path, key: bytes) -> Arrays | None:
+    """Read the arrays of an .npz file; None if it is not there, damaged, or of another key.
+
+    Each array must take up its whole entry, so that the CRC-32 of all bytes is checked.
+    """
+    found = {}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for name in archive.namelist():
+                with archive.open(name) as entry:
+                    found[name.removesuffix(".npy")] = np.lib.format.read_array(
+                        entry, allow_pickle=False
+                    )
+                    if entry.read(1):
+                        return None
+    except (OSError, ValueError, RuntimeError, EOFError, MemoryError, zipfile.BadZipFile):
+        return None
+    stored = found.pop(_KEY, None)
+    return found if stored is not None and stored.tobytes() == key else None
+
+
+def write_arrays(path: Path, key: bytes, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Write arrays and their key as one .npz file in one step; OSError as of `write_whole`."""
+    contents = BytesIO()
+    with zipfile.ZipFile(contents, "w") as archive:
+        for name, values in {_KEY: np.frombuffer(key, np.uint8), **arrays}.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, values, allow_pickle=False)
+    write_whole(path, contents.getvalue())
 
 
 def write_whole(path: Path, contents: bytes) -> None:

@@ -12,11 +12,11 @@ from workbench.model.motion_case import Agreement
 from workbench.model.result import MotionFound, PosturesFound, Result
 from workbench.model.study import Study
 from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.accommodation.cluster import cluster_at
 from workbench.study.accommodation.share_verdicts import share_verdicts
 from workbench.study.clearance import clearance_study
 from workbench.study.crash.between import between_verdicts
 from workbench.study.crash.crash import motion_found, motions_agree
+from workbench.study.executors import dask_executor
 from workbench.study.pipelines import by_size, motion_cases, population_study, posture_study
 from workbench.study.provenance import hashes, people_hash, versions
 
@@ -124,8 +124,8 @@ def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) 
     if cluster is None:
         found = accommodation_study(people, keep=keep, say=say)
     else:
-        with cluster_at(cluster) as workers:
-            found = accommodation_study(people, keep=keep, say=say, workers=workers)
+        with dask_executor(cluster) as executor:
+            found = accommodation_study(people, keep=keep, say=say, executor=executor)
     return Result(
         study=study,
         verdicts=share_verdicts(found, study.criteria, _crowd(study)),

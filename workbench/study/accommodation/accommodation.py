@@ -4,6 +4,7 @@ by how much."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import Executor
 from pathlib import Path
 
 import numpy as np
@@ -20,12 +21,11 @@ from workbench.model.accommodation import (
 )
 from workbench.model.arrays import Bools
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
-from workbench.study.accommodation.cluster import Cluster
-from workbench.study.accommodation.crew import Crew, crew_of
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.hardest import hardest_rows, shown_people
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.people_maps import people_maps
+from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
 from workbench.study.accommodation.requirements import Asked, asked_of
 from workbench.study.accommodation.shares import (
     group_shares,
@@ -51,22 +51,20 @@ def accommodation_study(
     *,
     keep: Path | None = None,
     say: Say = lambda text: None,
-    workers: Cluster | None = None,
+    executor: Executor | None = None,
 ) -> PopulationFound:
     """Put a population into its seat and ask everything of everybody.
 
     keep: a folder in which chunks of people are kept until it is done, so that a run that is cut
-    off goes on where it was; say: told how far it is; workers: a cluster that does the work, with
-    the same numbers. InputError where a chunk cannot be written, or somebody cannot be given a
-    body.
+    off goes on where it was; say: called with how far it is; executor: does the work, processes of
+    this machine if None, with the same numbers. InputError where a chunk cannot be written, or
+    somebody cannot be given a body.
     """
     asked = asked_of(study)
     if not asked:
         raise InputError(f"{study.name}: no criterion asks for anything")
-    crew = crew_of(study.body, study.people, study.wears, say=say, workers=workers)
-    found, reasons = gathered(
-        result_chunks(study, asked, crew, keep=keep, say=say, workers=workers)
-    )
+    bodies = fit_population(study.body, study.people, study.wears, executor=executor, progress=say)
+    found = gathered(result_chunks(study, asked, bodies, keep=keep, say=say, executor=executor))
     met: Bools = np.asarray(np.isnan(found.margin) | (found.margin >= -MET))
     weight = study.people.weight
     hardest = hardest_rows(found.margin)
@@ -75,7 +73,7 @@ def accommodation_study(
         requirements=tuple(one.requirement for one in asked),
         margin=found.margin,
         reason=found.reason,
-        reasons=reasons,
+        reasons=found.words,
         seat=found.seat,
         limiting=_limiting(study, asked, found),
         shares=_shares(study, np.asarray(met.all(axis=1))),
@@ -84,14 +82,14 @@ def accommodation_study(
         alone=left_out_alone(met, weight),
         spread=spread_of(found.margin, weight),
         hardest=hardest,
-        gains=tuple(gains_of(study, asked, crew, found, keep=keep, say=say, workers=workers)),
-        maps=tuple(people_maps(study, crew, say=say)),
+        gains=tuple(gains_of(study, asked, bodies, found, keep=keep, say=say, executor=executor)),
+        maps=tuple(people_maps(study, bodies, say=say, executor=executor)),
         warnings=(
-            *_warnings(study, asked, crew, met),
-            *_around(study, crew, hardest),
+            *_warnings(study, asked, bodies, met),
+            *_around(study, bodies, hardest),
             *study.warnings,
         ),
-        shown=tuple(shown_people(study, asked, crew, (hardest, found.margin))),
+        shown=tuple(shown_people(study, asked, bodies, (hardest, found.margin))),
     )
 
 
@@ -122,33 +120,35 @@ def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk)
 
 
 def _warnings(
-    study: AccommodationStudy, asked: tuple[Asked, ...], crew: Crew, met: Bools
+    study: AccommodationStudy, asked: tuple[Asked, ...], bodies: PopulationBodies, met: Bools
 ) -> tuple[str, ...]:
     """Collect what a reader of the shares must know, what bears on all of them first."""
     return (
         *piece_warnings([(study.body.name, study.body)]),
-        *_told(crew),
+        *_told(bodies),
         *_hopeless(asked, met),
         *buried_controls(study.environment),
     )
 
 
-def _told(crew: Crew) -> list[str]:
-    told = [words for words in crew.told if words]
+def _told(bodies: PopulationBodies) -> list[str]:
+    told = [note for note in bodies.notes if note]
     if not told:
         return []
     return [
-        f"{len(told)} of {len(crew.people)} people could not be given all their measures exactly; they have them "
+        f"{len(told)} of {len(bodies)} people could not be given all their measures exactly; they have them "
         f"nearly (the first because {told[0]})"
     ]
 
 
-def _around(study: AccommodationStudy, crew: Crew, hardest: tuple[int, ...]) -> list[str]:
+def _around(
+    study: AccommodationStudy, bodies: PopulationBodies, hardest: tuple[int, ...]
+) -> list[str]:
     """Report open parts that enclose the hardest person, or the first, in the seat."""
     if not study.environment.undecided:
         return []
     row = hardest[0] if hardest else 0
-    body = crew.body(row)
+    body = bodies[row]
     sitters = seated(study, body, [row])
     environment = moved(
         study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0]

@@ -1,114 +1,128 @@
-"""The work of an accommodation study in chunks of people, each written whole: a run that is killed
-goes on from there.
+"""Evaluate an accommodation study in chunks of people, each kept on disk as soon as it is done.
 
-A chunk's file is named by its key (see `solve.content`), which is made from the whole study, the
-chunk's fitted bodies and the program: a file is used again for nothing else. Chunks may be worked
-on by this process, or by the workers of a Dask cluster: the numbers are the same.
+A run that is cut off goes on from there. A chunk's file is named by its key (see `model.content`),
+which is made from the whole study, the chunk's fitted bodies and the program: a file is used again
+for nothing else. The numbers are the same for every executor.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import Executor
 from contextlib import closing, suppress
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from time import monotonic
-from typing import Protocol
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from workbench.contact.index_cache import PARTIAL
+from workbench.contact.index_cache import PARTIAL, read_arrays, write_arrays
 from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Floats, Ints
-from workbench.model.body import Body
 from workbench.model.content import content_key
 from workbench.model.poses import Poses
 from workbench.posture.seating.seat_people import SeatedPeople
-from workbench.study.accommodation.crew import Crew
-from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
-from workbench.study.accommodation.forks import shared
+from workbench.study.accommodation.population_bodies import Family, PopulationBodies
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, seating_study
-from workbench.study.accommodation.tried import Tried, judged, met_by, sitting
+from workbench.study.accommodation.tried import Tried, judged, sitting
+from workbench.study.executors import Shared, completed
 
 __all__ = [
     "Chunk",
-    "chunk_result",
+    "evaluate_chunk",
     "forget_chunks",
     "gathered",
     "result_chunks",
-    "seat_key",
-    "seated_chunk",
+    "seat_everybody",
     "time_left",
 ]
 
 Say = Callable[[str], None]
+Seat = tuple[SeatedPeople, Poses]
+"""Where people sit, and their poses with the hands at rest."""
 
 
+@dataclass(frozen=True, eq=False)
 class Chunk:
-    """What became of the people of a chunk: margin (B, R), reason (B, R) into words, toward (B, R,
-    3), seat (B, 2)."""
+    """What became of B people and R requirements, as numbers.
 
-    def __init__(self, kept: Kept) -> None:
-        self.margin: Floats = kept.arrays["margin"]
-        self.reason: Ints = kept.arrays["reason"]
-        self.toward: Floats = kept.arrays["toward"]
-        self.seat: Floats = kept.arrays["seat"]
-        self.words = tuple(kept.texts["words"])
+    margin (B, R); reason (B, R): index into `words`, -1 where there is none; toward (B, R, 3); seat
+    (B, 2).
+    """
+
+    margin: Floats
+    reason: Ints
+    toward: Floats
+    seat: Floats
+    words: tuple[str, ...]
 
 
-class Workers(Protocol):
-    """Somebody else who does the work: see study.cluster."""
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What is the same for all chunks of a study: its requirements, and the family of its people."""
 
-    def tried(
-        self, study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
-    ) -> Generator[tuple[int, Kept]]:
-        """The chunks of these numbers as they get ready, in any order."""
+    study: AccommodationStudy
+    asked: tuple[Asked, ...]
+    family: Family
 
 
 def result_chunks(
     study: AccommodationStudy,
     asked: Sequence[Asked],
-    crew: Crew,
+    bodies: PopulationBodies,
     *,
     keep: Path | None,
     say: Say,
-    workers: Workers | None = None,
+    executor: Executor | None = None,
 ) -> list[Chunk]:
-    """The chunks of a study in order, those of an earlier run read back from the folder `keep`.
+    """Evaluate the chunks of a study, or read those that an earlier run kept.
 
-    workers: who does the work, this process where None; the numbers are the same. InputError where
-    a chunk cannot be written; those written before stay.
+    Parameters
+    ----------
+    study, asked, bodies
+        The study, its requirements and the bodies of its people.
+    keep
+        The folder of the chunks; nothing is kept if None.
+    say
+        Called with a line on how many people are done.
+    executor
+        Does the work: processes of this machine if None. The numbers are the same for all.
+
+    Returns
+    -------
+    list of Chunk
+        In the order of the people.
+
+    Raises
+    ------
+    InputError
+        If a chunk cannot be written; those written before stay.
     """
-    keys = _chunk_keys(study, asked, crew) if keep is not None else []
-    paths = (
-        [keep / f"{chunk:05d}-{key[:8].hex()}.chunk" for chunk, key in enumerate(keys)]
-        if keep is not None
-        else []
-    )
+    keys = _chunk_keys(study, asked, bodies) if keep is not None else []
+    paths = [keep / f"{n:05d}-{key[:8].hex()}.chunk" for n, key in enumerate(keys) if keep]
     found = {
-        chunk: kept
-        for chunk, path in enumerate(paths)
-        if (kept := read_kept(path, keys[chunk])) is not None
+        number: chunk
+        for number, path in enumerate(paths)
+        if (chunk := _read_chunk(path, keys[number])) is not None
     }
-    missing = [chunk for chunk in range(len(crew)) if chunk not in found]
+    missing = [number for number in range(len(bodies.chunks)) if number not in found]
+    sizes = {number: _size(bodies.chunks[number]) for number in missing}
+    people = sum(sizes.values())
     begun = monotonic()
-    people = sum(crew.rows(chunk).stop - crew.rows(chunk).start for chunk in missing)
     done = 0
     say(f"person 0 of {people}")
-    source = (
-        workers.tried(study, asked, crew, missing)
-        if workers is not None
-        else _here(study, asked, crew, missing)
-    )
     try:
-        with closing(source) as ready:
-            for chunk, kept in ready:
+        with closing(_evaluated(study, asked, bodies, missing, executor)) as ready:
+            for number, chunk in ready:
                 if paths:
-                    write_kept(paths[chunk], keys[chunk], kept)
-                found[chunk] = kept
-                done += crew.rows(chunk).stop - crew.rows(chunk).start
+                    _write_chunk(paths[number], keys[number], chunk)
+                found[number] = chunk
+                done += sizes[number]
                 say(f"person {done} of {people}{time_left(begun, done, people - done)}")
     except InputError as error:
         if not paths or not done:
@@ -122,55 +136,119 @@ def result_chunks(
             else "nothing is kept"
         )
         raise KeyboardInterrupt(f"stopped after {done} of {people} people: {kept_words}") from None
-    return [Chunk(found[chunk]) for chunk in range(len(crew))]
+    return [found[number] for number in range(len(bodies.chunks))]
 
 
-def _chunk_keys(study: AccommodationStudy, asked: Sequence[Asked], crew: Crew) -> list[bytes]:
-    """The key of each chunk: of the study, of what is asked, and of the chunk's people, what they
-    wear and their fitted bodies."""
-    base = content_key(
-        "accommodation", study, tuple(asked), crew.task, crew.people, tuple(crew.wears)
-    )
-    return [
-        content_key("chunk", base, crew.index(chunk), tuple(crew.fits_of(chunk)))
-        for chunk in range(len(crew))
-    ]
+def _size(rows: slice) -> int:
+    return int(rows.stop - rows.start)
 
 
-def _here(
-    study: AccommodationStudy, asked: Sequence[Asked], crew: Crew, chunks: Sequence[int]
-) -> Generator[tuple[int, Kept]]:
-    """The chunks by processes of this machine, which also hand back where people sit: what is tried
-    next needs it."""
+def _numbers(rows: slice) -> Ints:
+    return np.arange(rows.start, rows.stop)
 
-    key = seat_key(study)
 
-    def work(chunk: int) -> tuple[Kept, tuple[SeatedPeople, Poses] | None]:
-        known = (key, chunk) in crew.sitting
-        sitters = seated_chunk(study, crew, chunk)
-        kept = packed(judged(study, asked, sitting(study, asked, sitters)))
-        return kept, None if known else (sitters.seat, sitters.held)
+def _chunk_keys(
+    study: AccommodationStudy, asked: Sequence[Asked], bodies: PopulationBodies
+) -> list[bytes]:
+    """Return the key of each chunk: of the study, what is asked, and the chunk's bare bodies."""
+    base = content_key("accommodation", study, tuple(asked), bodies.family)
+    return [content_key("chunk", base, _numbers(rows), bodies.rows(rows)) for rows in bodies.chunks]
 
-    if (
-        len(chunks) > 1
-    ):  # one person here first: forks then know the kernels and what obstacles are indexed by
-        row = int(crew.index(chunks[0])[0])
-        met_by(study, asked, crew.body(row), [row])
-    with closing(shared(work, chunks)) as ready:
-        for chunk, (kept, seat) in ready:
+
+def _evaluated(
+    study: AccommodationStudy,
+    asked: Sequence[Asked],
+    bodies: PopulationBodies,
+    missing: Sequence[int],
+    executor: Executor | None,
+) -> Generator[tuple[int, Chunk]]:
+    """Yield the chunks of these numbers as they are done, and note where their people sit."""
+    places = _places(study, bodies)
+    question = Shared(Question(study, tuple(asked), bodies.family))
+
+    def arguments(number: int) -> tuple[object, ...]:
+        rows = bodies.chunks[number]
+        return question, _numbers(rows), bodies.rows(rows), bodies.seats.get(places[number])
+
+    if executor is None and len(missing) > 1:
+        # one person here first: forks then have the compiled functions and the distance indexes
+        row = bodies.chunks[missing[0]].start
+        one = slice(row, row + 1)
+        evaluate_chunk(question, _numbers(one), bodies.rows(one), None)
+    with closing(completed(evaluate_chunk, missing, arguments, executor=executor)) as ready:
+        for number, (chunk, seat) in ready:
             if seat is not None:
-                crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), *seat)
-            yield chunk, kept
+                bodies.seats[places[number]] = seat
+            yield number, chunk
 
 
-def seated_chunk(study: AccommodationStudy, crew: Crew, chunk: int) -> Sitters:
-    """The people of a chunk in the seat; who has been seated already, for a study with the same
-    seat, pedals and view, stays so."""
-    at = seat_key(study), chunk
-    if at not in crew.sitting:
-        crew.sitting[at] = seated(study, crew.bodies(chunk), crew.index(chunk).tolist())
-    found: Sitters = crew.sitting[at]
-    return found
+def _places(study: AccommodationStudy, bodies: PopulationBodies) -> list[tuple[bytes, int, int]]:
+    """Return the key in `bodies.seats` of each chunk."""
+    key = seat_key(study)
+    return [(key, rows.start, rows.stop) for rows in bodies.chunks]
+
+
+def evaluate_chunk(
+    question: Shared[Question],
+    numbers: Ints,
+    rows: tuple[Ints, dict[str, Floats]],
+    seat: Seat | None,
+) -> tuple[Chunk, Seat | None]:
+    """Evaluate all requirements for some people.
+
+    Parameters
+    ----------
+    question
+        What is the same for all chunks.
+    numbers
+        (B,) numbers of the people in the study's population.
+    rows
+        Their sex and fitted fields, as `PopulationBodies.rows` gives them.
+    seat
+        Where they sit; None where that is not known yet.
+
+    Returns
+    -------
+    Chunk and Seat
+        What became of the people, and where they sit if that was not given.
+    """
+    study = question.value.study
+    asked = question.value.asked
+    body = question.value.family.body(*rows)
+    sitters = (
+        seated(study, body, numbers.tolist()) if seat is None else Sitters(body, seat[0], seat[1])
+    )
+    chunk = packed(judged(study, asked, sitting(study, asked, sitters)))
+    return chunk, (sitters.seat, sitters.held) if seat is None else None
+
+
+def seat_everybody(
+    study: AccommodationStudy, bodies: PopulationBodies, *, executor: Executor | None = None
+) -> list[Seat]:
+    """Return where the people of each chunk sit.
+
+    Who has been seated already, for a study with the same seat, pedals and view, stays so.
+    """
+    places = _places(study, bodies)
+    question = Shared(Question(study, (), bodies.family))
+    missing = [number for number, place in enumerate(places) if place not in bodies.seats]
+
+    def arguments(number: int) -> tuple[object, ...]:
+        rows = bodies.chunks[number]
+        return question, _numbers(rows), bodies.rows(rows)
+
+    with closing(completed(_seat_chunk, missing, arguments, executor=executor)) as ready:
+        for number, seat in ready:
+            bodies.seats[places[number]] = seat
+    return [bodies.seats[place] for place in places]
+
+
+def _seat_chunk(
+    question: Shared[Question], numbers: Ints, rows: tuple[Ints, dict[str, Floats]]
+) -> Seat:
+    body = question.value.family.body(*rows)
+    sitters = seated(question.value.study, body, numbers.tolist())
+    return sitters.seat, sitters.held
 
 
 @lru_cache(maxsize=16)
@@ -201,39 +279,51 @@ def time_left(begun: float, done: int, left: int) -> str:
     return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
-def chunk_result(
-    study: AccommodationStudy, asked: Sequence[Asked], body: Body, rows: Sequence[int]
-) -> Kept:
-    """The numbers of one chunk, the people of these rows, as they are kept."""
-    return packed(met_by(study, asked, body, rows))
-
-
-def packed(tried: Tried) -> Kept:
-    """What became of some people as arrays: words become numbers of a list."""
+def packed(tried: Tried) -> Chunk:
+    """What became of some people as numbers: words become indices into a list."""
     said = tried.words.ravel().tolist()
-    words = [word for word in dict.fromkeys(said) if word]
+    words = tuple(word for word in dict.fromkeys(said) if word)
     number = {word: k for k, word in enumerate(words)} | {"": -1}
     reason = np.array([number[word] for word in said], dtype=np.int64)
-    arrays = {
-        "margin": tried.margin,
-        "toward": tried.toward,
-        "seat": tried.seat,
-        "reason": reason.reshape(tried.margin.shape),
-    }
-    return Kept(arrays, {"words": words})
+    return Chunk(tried.margin, reason.reshape(tried.margin.shape), tried.toward, tried.seat, words)
 
 
-def gathered(chunks: Sequence[Chunk]) -> tuple[Chunk, tuple[str, ...]]:
-    """All chunks as one, and the words that its reasons number, in the order in which they first
-    occur."""
-    words = list(dict.fromkeys(word for chunk in chunks for word in chunk.words))
+def gathered(chunks: Sequence[Chunk]) -> Chunk:
+    """All chunks as one; its words stand in the order in which they first occur."""
+    words = tuple(dict.fromkeys(word for chunk in chunks for word in chunk.words))
     number = {word: k for k, word in enumerate(words)}
     reasons = []
     for chunk in chunks:
         table = np.array([number[word] for word in chunk.words] + [-1], dtype=np.int64)
         reasons.append(table[chunk.reason])
-    arrays = {
-        name: np.concatenate([getattr(chunk, name) for chunk in chunks])
-        for name in ("margin", "toward", "seat")
+    return Chunk(
+        np.concatenate([chunk.margin for chunk in chunks]),
+        np.concatenate(reasons),
+        np.concatenate([chunk.toward for chunk in chunks]),
+        np.concatenate([chunk.seat for chunk in chunks]),
+        words,
+    )
+
+
+def _read_chunk(path: Path, key: bytes) -> Chunk | None:
+    """Read a chunk; None where it must be worked on: not kept, damaged, or of another study."""
+    arrays = read_arrays(path, key)
+    if arrays is None:
+        return None
+    words = tuple(arrays.pop("words").tolist())
+    return Chunk(words=words, **arrays)
+
+
+def _write_chunk(path: Path, key: bytes, chunk: Chunk) -> None:
+    """Keep a chunk, written in one step; InputError where the disk does not allow it."""
+    arrays: dict[str, NDArray[Any]] = {
+        "margin": chunk.margin,
+        "reason": chunk.reason,
+        "toward": chunk.toward,
+        "seat": chunk.seat,
+        "words": np.array(chunk.words, dtype=str),
     }
-    return Chunk(Kept(arrays | {"reason": np.concatenate(reasons)}, {"words": words})), tuple(words)
+    try:
+        write_arrays(path, key, arrays)
+    except OSError as error:
+        raise InputError(f"{path.parent}: cannot be written ({error.strerror})") from None

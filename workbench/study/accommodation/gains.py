@@ -4,6 +4,7 @@ confirmed by a run with the change made."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,8 @@ import numpy as np
 from workbench.model.accommodation import AccommodationStudy, Change, Gain
 from workbench.model.arrays import Bools, Floats
 from workbench.study.accommodation.changes import borne_by, changed
-from workbench.study.accommodation.chunks import Chunk, Workers, gathered, result_chunks
-from workbench.study.accommodation.crew import Crew
+from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
+from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.proposals import growth, met_of, proposals
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.shares import share_single
@@ -31,18 +32,18 @@ Run = Callable[[AccommodationStudy, Sequence[Asked]], Chunk]
 def gains_of(
     study: AccommodationStudy,
     asked: Sequence[Asked],
-    crew: Crew,
+    bodies: PopulationBodies,
     found: Chunk,
     *,
     keep: Path | None,
     say: Callable[[str], None],
-    workers: Workers | None = None,
+    executor: Executor | None = None,
 ) -> Iterator[Gain]:
     """The gains of the study's own changes, whatever they are, or else of proposals that let more
     people meet everything."""
 
     def run(other: AccommodationStudy, some: Sequence[Asked]) -> Chunk:
-        return gathered(result_chunks(other, some, crew, keep=keep, say=say, workers=workers))[0]
+        return gathered(result_chunks(other, some, bodies, keep=keep, say=say, executor=executor))
 
     def tried(change: Change, at: int | None) -> Gain:
         say(f"trying: {change.words}")

@@ -16,7 +16,7 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb
 from workbench.posture.reaching.reach_people import reach_people
-from workbench.study.accommodation.crew import Crew
+from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat
 from workbench.study.pairs import pair_of
@@ -43,13 +43,13 @@ def hardest_rows(margin: Floats) -> tuple[int, ...]:
 def shown_people(
     study: AccommodationStudy,
     asked: Sequence[Asked],
-    crew: Crew,
+    bodies: PopulationBodies,
     which: tuple[Sequence[int], Floats],
 ) -> Iterator[Shown]:
     """Some people (rows) as found at the requirement they miss by most."""
     rows, margin = which
     for row in rows:
-        body = crew.body(row)
+        body = bodies[row]
         r = int(np.nanargmin(margin[row]))
         sitters = seated(study, body, [row])
         seat = study.environment.seat(study.seat)

@@ -4,21 +4,20 @@ for."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
 from contextlib import closing
 
 import numpy as np
 
 from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
-from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body, stack_bodies
+from workbench.model.arrays import Bools, Floats
+from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.posture.reaching.limbs import HANDS
-from workbench.posture.seating.seat_people import SeatedPeople
 from workbench.posture.seating.seating import seat_planes
-from workbench.study.accommodation.chunks import seat_key, seated_chunk
-from workbench.study.accommodation.crew import Crew
-from workbench.study.accommodation.forks import shared
-from workbench.study.accommodation.sitters import Sitters
+from workbench.study.accommodation.chunks import seat_everybody
+from workbench.study.accommodation.population_bodies import PopulationBodies
+from workbench.study.executors import completed
 from workbench.study.reach_map import groups, part_points, who_reaches
 
 __all__ = ["people_maps"]
@@ -29,66 +28,67 @@ sides count."""
 
 
 def people_maps(
-    study: AccommodationStudy, crew: Crew, *, say: Callable[[str], None]
+    study: AccommodationStudy,
+    bodies: PopulationBodies,
+    *,
+    say: Callable[[str], None],
+    executor: Executor | None = None,
 ) -> Iterator[ReachMap]:
     """The maps a study asks for, over the sides of each part that face the sitter. Obstacles do not
     count."""
-    weight = study.people.weight
     for task in study.maps:
         points, normals = _facing(study, task)
-        names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
-        limbs = [(name, task.grip, task.zone) for name in names]
-        body, poses = _everybody(study, crew)
-        some = groups(body, poses, points, names[0])
-
-        def work(number: int) -> Floats:
-            return _reached(study, (body, poses), points, (limbs, some[number]))  # noqa: B023
-
-        parts = np.zeros((len(some), len(points)))
-        with closing(shared(work, range(len(some)))) as ready:
-            for done, (number, found) in enumerate(ready):
-                parts[number] = found
-                say(f"reach map of {task.part}: {100 * (done + 1) // len(some)} %")
-        share = parts.sum(axis=0) / weight.sum()
-        yield ReachMap(task, points, normals, _flat(study, points), np.clip(share, 0.0, 1.0))
+        share = _reached_share(study, bodies, task, points, say, executor)
+        yield ReachMap(task, points, normals, _flat(study, points), share)
 
 
-def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[Body, Poses]:
-    """Everybody in the seat; who has not been seated yet is, by all processes."""
-    key = seat_key(study)
-    missing = [chunk for chunk in range(len(crew)) if (key, chunk) not in crew.sitting]
-
-    def work(chunk: int) -> tuple[SeatedPeople, Poses]:
-        found = seated_chunk(study, crew, chunk)
-        return found.seat, found.held
-
-    with closing(shared(work, missing)) as ready:
-        for chunk, (seat, held) in ready:
-            crew.sitting[key, chunk] = Sitters(crew.bodies(chunk), seat, held)
-    sitters = [crew.sitting[key, chunk] for chunk in range(len(crew))]
-    poses = [one.seat.poses for one in sitters]
-    rotations, world = (
-        np.concatenate([getattr(p, n) for p in poses])
-        for n in ("rotations", "world_from_reference")
-    )
-    body = stack_bodies([one.body for one in sitters])
-    return body, Poses(rotations, poses[0].reference, world)
-
-
-def _reached(
+def _reached_share(
     study: AccommodationStudy,
-    people: tuple[Body, Poses],
+    bodies: PopulationBodies,
+    task: MapTask,
     points: Floats,
-    what: tuple[Sequence[tuple[str, str, int]], Ints],
+    say: Callable[[str], None],
+    executor: Executor | None,
 ) -> Floats:
-    """(M,) the weight of those of some people (numbers) who reach each point with any of the
-    limbs."""
-    (body, poses), (limbs, rows) = people, what
-    own = Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
-    reached = np.zeros((len(rows), len(points)), dtype=np.bool_)
+    """(M,) the weighted share of everybody, where they sit, who reach each point."""
+    weight = study.people.weight
+    names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
+    limbs = [(name, task.grip, task.zone) for name in names]
+    sitting = [seat.poses for seat, _ in seat_everybody(study, bodies, executor=executor)]
+    poses = Poses(
+        np.concatenate([some.rotations for some in sitting]),
+        sitting[0].reference,
+        np.concatenate([some.world_from_reference for some in sitting]),
+    )
+    body = bodies[: len(bodies)]
+    parts = groups(body, poses, points, names[0])
+    jobs = completed(
+        reached_weight,
+        range(len(parts)),
+        lambda n: (body[parts[n]], poses.rows(parts[n]), weight[parts[n]], points, limbs),
+        executor=executor,
+    )
+    reached = np.zeros((len(parts), len(points)))
+    with closing(jobs):
+        for done, (number, found) in enumerate(jobs, 1):
+            reached[number] = found
+            say(f"reach map of {task.part}: {100 * done // len(parts)} %")
+    share: Floats = np.clip(reached.sum(axis=0) / weight.sum(), 0.0, 1.0)
+    return share
+
+
+def reached_weight(
+    body: Body,
+    poses: Poses,
+    weight: Floats,
+    points: Floats,
+    limbs: Sequence[tuple[str, str, int]],
+) -> Floats:
+    """(M,) the weight (B,) of those of some people who reach each point with any of the limbs."""
+    reached = np.zeros((len(body), len(points)), dtype=np.bool_)
     for limb in limbs:
-        reached = who_reaches(body[rows], own, points, limb=limb, settled=reached)
-    found: Floats = study.people.weight[rows] @ reached
+        reached = who_reaches(body, poses, points, limb=limb, settled=reached)
+    found: Floats = weight @ reached
     return found
 
 

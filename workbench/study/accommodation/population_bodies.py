@@ -1,0 +1,358 @@
+"""Bodies of a whole population: fitted in parallel, kept on disk, given out by rows.
+
+A chunk of people is fitted by itself with one thread for linear algebra. Its bytes therefore depend
+on nothing but its people: not on the number of processes, nor on who else is in the study. A fitted
+chunk is an .npz file named by the key of what it was made from (see `model.content`). The
+environment variable WORKBENCH_CACHE names the folder, or switches the files off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import closing, suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from workbench.body.scaling.measure import MEASURES
+from workbench.body.scaling.morph import morph
+from workbench.body.scaling.scale import scale, scale_many
+from workbench.body.wear import wear
+from workbench.contact.index_cache import cache_folder, forget_partial, read_arrays, write_arrays
+from workbench.errors import InputError
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import ROW_FIELDS, Body, body_of_rows, stack_bodies
+from workbench.model.content import content_key
+from workbench.model.encumbrance import Encumbrance
+from workbench.model.measures import MASS
+from workbench.model.population import SEXES, Population
+from workbench.model.poses import Poses
+from workbench.posture.seating.seat_people import SeatedPeople
+from workbench.study.executors import Shared, completed
+from workbench.study.persons import APART
+
+__all__ = [
+    "CHUNK_SIZE",
+    "EXACT_MEASURES",
+    "Family",
+    "FittedChunk",
+    "PopulationBodies",
+    "fit_chunk",
+    "fit_population",
+    "templates_by_sex",
+]
+
+CHUNK_SIZE = 64
+"""People that are fitted together: neighbours of one chunk start each other's search."""
+MAX_CHUNKS_TOGETHER = 4
+"""Fitted chunks that a study works on together at most."""
+MIN_PIECES = 8
+"""Fitted chunks are worked on together only where so many pieces of work are left."""
+MAX_FILES = 512
+"""Files kept on disk, about a megabyte each; those used longest ago are removed."""
+EXACT_MEASURES = (
+    "stature",
+    "sitting_height",
+    "eye_height_sitting",
+    "acromial_height_sitting",
+    "thumb_tip_reach",
+    "buttock_knee_length",
+    "knee_height_sitting",
+    "popliteal_height",
+    "shoulder_elbow_length",
+    "bideltoid_breadth",
+    "thigh_clearance",
+    "hip_breadth",
+    "hand_length",
+    "foot_length",
+    "abdominal_extension_depth_sitting",
+)
+"""Measures that a body shows exactly, as far as they are known of the person; it shows all others
+as nearly as it can."""
+FITTED_FIELDS = (
+    "centre",
+    "radius",
+    "joint_in_parent",
+    "joint_in_child",
+    "mass",
+    "allowance",
+    "enclosing_centre",
+    "enclosing_radius",
+    "twist_point",
+    "twist_axis",
+    "twist_share",
+    "basis_at",
+)
+"""Fields of a body that differ between people of one sex."""
+
+
+class FittedChunk(NamedTuple):
+    """Fitted bodies: the FITTED_FIELDS by name, each (B, ...), and a note for each body.
+
+    A note says why a body does not show all measures exactly; it is "" where the body does.
+    """
+
+    fields: dict[str, Floats]
+    notes: list[str]
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """What the bodies of a population share: a template with a row for each sex, and clothes."""
+
+    template: Body
+    encumbrances: tuple[Encumbrance, ...] = ()
+
+    def body(self, sex: Ints, fields: Mapping[str, Floats]) -> Body:
+        """Return dressed bodies, a row each, from their sex (B,) and FITTED_FIELDS (B, ...)."""
+        rows = {
+            name: fields[name] if name in fields else getattr(self.template, name)[sex]
+            for name in ROW_FIELDS
+        }
+        bare = body_of_rows(self.template, rows)
+        return wear(bare, self.encumbrances, like=self.template[0])
+
+
+@dataclass(frozen=True, eq=False)
+class PopulationBodies:
+    """Bodies of B people: `bodies[17]` and `bodies[rows]` are dressed bodies, a row each."""
+
+    family: Family
+    sex: Ints
+    """(B,) index into SEXES."""
+    fields: Mapping[str, Floats]
+    """FITTED_FIELDS (B, ...) of the bare bodies."""
+    notes: tuple[str, ...]
+    """(B,) why a body does not show all measures exactly, "" where it does."""
+    seats: dict[tuple[bytes, int, int], tuple[SeatedPeople, Poses]] = field(default_factory=dict)
+    """Where the people of a chunk sit, by the key of what decides it and the chunk's first and last
+    rows; filled as chunks are worked on."""
+
+    def __len__(self) -> int:
+        return len(self.sex)
+
+    def __getitem__(self, people: int | slice | Ints) -> Body:
+        if isinstance(people, (int, np.integer)):
+            people = np.array([people])
+        return self.family.body(*self.rows(people))
+
+    def rows(self, people: slice | Ints) -> tuple[Ints, dict[str, Floats]]:
+        """Return the sex and the fitted fields of some people, as `Family.body` takes them."""
+        return self.sex[people], {name: rows[people] for name, rows in self.fields.items()}
+
+    @property
+    def chunks(self) -> list[slice]:
+        """People that are worked on together; large populations have fewer, larger chunks."""
+        fitted = -(-len(self) // CHUNK_SIZE)
+        size = CHUNK_SIZE * max(1, min(MAX_CHUNKS_TOGETHER, fitted // MIN_PIECES))
+        return [slice(first, min(first + size, len(self))) for first in range(0, len(self), size)]
+
+
+def fit_population(
+    body: Body,
+    people: Population,
+    encumbrances: Sequence[Encumbrance] = (),
+    *,
+    executor: Executor | None = None,
+    progress: Callable[[str], None] = lambda text: None,
+) -> PopulationBodies:
+    """Fit a body to each person; chunks that an earlier run fitted are read from disk.
+
+    Parameters
+    ----------
+    body
+        A body of the family that people are made from.
+    people
+        B people.
+    encumbrances
+        What everybody wears.
+    executor
+        Fits the chunks: processes of this machine if None. The bytes are the same for all.
+    progress
+        Called with a line on how many people are fitted.
+
+    Raises
+    ------
+    InputError
+        If there is no body for somebody's measures.
+    """
+    templates = templates_by_sex(body)
+    family = Family(stack_bodies([templates[sex] for sex in SEXES]), tuple(encumbrances))
+    fields = {
+        name: np.empty((len(people), *getattr(family.template, name).shape[1:]))
+        for name in FITTED_FIELDS
+    }
+    notes = [""] * len(people)
+    with closing(_fitted_chunks(templates, people, executor, progress)) as chunks:
+        for first, chunk in chunks:
+            rows = slice(first, first + len(chunk.notes))
+            notes[rows] = chunk.notes
+            for name, values in chunk.fields.items():
+                fields[name][rows] = values
+    return PopulationBodies(family, people.sex, fields, tuple(notes))
+
+
+def _fitted_chunks(
+    templates: Mapping[str, Body],
+    people: Population,
+    executor: Executor | None,
+    progress: Callable[[str], None],
+) -> Generator[tuple[int, FittedChunk]]:
+    """Yield each chunk and the number of its first person: those on disk, then those to fit."""
+    base = content_key("fitting", templates, EXACT_MEASURES)
+    missing: dict[int, tuple[bytes, Population]] = {}
+    for first in range(0, len(people), CHUNK_SIZE):
+        chunk = people.rows(np.arange(first, min(first + CHUNK_SIZE, len(people))))
+        key = content_key("fitted bodies", base, chunk)
+        kept = _read_chunk(key)
+        if kept is None:
+            missing[first] = key, chunk
+        else:
+            yield first, kept
+    if not missing:
+        return
+    count = 0
+    total = sum(len(chunk) for _, chunk in missing.values())
+    progress(f"fitting bodies: 0 of {total}")
+    shared = Shared(templates)
+    jobs = completed(
+        _fit_shared,
+        list(missing),
+        lambda first: (shared, missing[first][1]),
+        executor=executor,
+    )
+    with closing(jobs):
+        for first, fitted in jobs:
+            _write_chunk(missing[first][0], fitted)
+            count += len(fitted.notes)
+            progress(f"fitting bodies: {count} of {total}")
+            yield first, fitted
+    _remove_old_files()
+
+
+def templates_by_sex(body: Body) -> dict[str, Body]:
+    """Return the body that men and the body that women are made from.
+
+    A family with a typical adult of each sex gives these two; another body serves both sexes.
+    """
+    basis = body.basis
+    if basis is None:
+        return dict.fromkeys(SEXES, body)
+    level = next(
+        name
+        for name, detail in basis.details.items()
+        if len(detail.names) == len(body.sphere_names)
+    )
+    anchors = dict(zip(basis.anchor_names, basis.anchors, strict=True))
+    if not {f"adult_{sex}" for sex in SEXES} <= set(anchors):
+        return dict.fromkeys(SEXES, body)
+    return {sex: morph(body, anchors[f"adult_{sex}"], level) for sex in SEXES}
+
+
+def _fit_shared(templates: Shared[Mapping[str, Body]], people: Population) -> FittedChunk:
+    return fit_chunk(templates.value, people)
+
+
+def fit_chunk(templates: Mapping[str, Body], people: Population) -> FittedChunk:
+    """Fit a body to each of some people, with one thread for linear algebra.
+
+    Several threads would sum in another order and give other last digits. A person whose exact
+    measures have no body gets one that shows all measures nearly, and a note. The masses of the
+    segments add up to the person's.
+
+    Parameters
+    ----------
+    templates
+        The body to start from by sex.
+    people
+        One person or more.
+
+    Raises
+    ------
+    InputError
+        If there is no body for somebody's measures.
+    """
+    with threadpool_limits(limits=1, user_api="blas"):
+        exact = [name for name in EXACT_MEASURES if name in people.names]
+        near = [n for n in people.names if n in MEASURES and n not in (*exact, *APART)]
+        rows = [dict(zip(people.names, row, strict=True)) for row in people.measures.tolist()]
+        streams = {}
+        for sex in np.unique(people.sex).tolist():
+            own = [row for row, code in zip(rows, people.sex, strict=True) if code == sex]
+            streams[sex] = scale_many(
+                templates[SEXES[sex]],
+                [{name: row[name] for name in exact} for row in own],
+                others=[{name: row[name] for name in near} for row in own],
+            )
+        bodies: list[Body] = []
+        notes: list[str] = []
+        labels = people.labels or [str(number) for number in range(len(people))]
+        for row, sex, label in zip(rows, people.sex.tolist(), labels, strict=True):
+            found = next(streams[sex])
+            note = ""
+            if isinstance(found, InputError):
+                person = f"{SEXES[sex]} {label}"
+                found, note = _fit_nearly(templates[SEXES[sex]], row, exact, near, person)
+            bodies.append(_with_mass(found, row))
+            notes.append(note)
+    fields = {name: np.concatenate([getattr(b, name) for b in bodies]) for name in FITTED_FIELDS}
+    return FittedChunk(fields, notes)
+
+
+def _fit_nearly(
+    template: Body, row: Mapping[str, float], exact: list[str], near: list[str], person: str
+) -> tuple[Body, str]:
+    """Fit the exact measures alone; failing that, all measures nearly, with a note."""
+    try:
+        return scale(template, {name: row[name] for name in exact}), ""
+    except InputError as error:
+        note = error.problems[0]
+    try:
+        return scale(template, {}, others={name: row[name] for name in (*exact, *near)}), note
+    except InputError as error:
+        raise InputError([f"{person}: {problem}" for problem in error.problems]) from None
+
+
+def _with_mass(body: Body, row: Mapping[str, float]) -> Body:
+    """Scale the masses of the segments to the person's mass, where it is known."""
+    return replace(body, mass=body.mass * (row[MASS] / body.mass.sum())) if MASS in row else body
+
+
+def _path(key: bytes) -> Path | None:
+    folder = cache_folder()
+    return folder / "people" / f"{key[:20].hex()}.npz" if folder is not None else None
+
+
+def _read_chunk(key: bytes) -> FittedChunk | None:
+    """Read a fitted chunk; None where it must be fitted: not kept, or damaged."""
+    path = _path(key)
+    arrays = read_arrays(path, key) if path is not None else None
+    if path is None or arrays is None:
+        return None
+    with suppress(OSError):
+        path.touch()  # files used longest ago are removed first
+    return FittedChunk({name: arrays[name] for name in FITTED_FIELDS}, arrays["notes"].tolist())
+
+
+def _write_chunk(key: bytes, chunk: FittedChunk) -> None:
+    """Keep a fitted chunk where the disk allows it: the file saves time and decides nothing."""
+    path = _path(key)
+    if path is not None:
+        with suppress(OSError):
+            write_arrays(path, key, chunk.fields | {"notes": np.array(chunk.notes, dtype=str)})
+
+
+def _remove_old_files() -> None:
+    """Remove what was used longest ago, and what a killed process left half written."""
+    folder = cache_folder()
+    if folder is None or not (folder / "people").is_dir():
+        return
+    with suppress(OSError):
+        files = sorted((folder / "people").iterdir(), key=lambda path: path.stat().st_mtime)
+        for path in files[:-MAX_FILES]:
+            path.unlink(missing_ok=True)
+        forget_partial(folder / "people")

@@ -1,0 +1,228 @@
+"""Run jobs in parallel: in processes of this machine, or by the workers of a Dask cluster.
+
+Compiled loops release Python's lock, the code between them does not. Whole chunks of people are
+therefore worked on in separate processes. On Linux these are forks: they have the compiled
+functions and distance indexes of this process, and start within hundredths of a second. Elsewhere
+they are new interpreters, and a script that runs a study needs `if __name__ == "__main__":`.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from functools import cached_property, lru_cache
+from itertools import islice
+from multiprocessing import current_process, get_context
+from multiprocessing.connection import Connection
+from typing import Any, Generic, TypeVar
+from uuid import uuid4
+from weakref import WeakValueDictionary
+
+from workbench.errors import InputError, MissingPartError
+from workbench.threads import THREADS, cores
+
+__all__ = ["Shared", "completed", "dask_executor", "local_executor"]
+
+K = TypeVar("K")
+T = TypeVar("T")
+
+SCHEDULER_TIMEOUT = 6
+"""Time [s] within which a Dask scheduler must answer."""
+CLUSTER_JOBS = 256
+"""Jobs handed to a cluster at a time."""
+
+
+class Shared(Generic[T]):
+    """A value that many jobs need: pickled once, and unpickled once in each process.
+
+    What is cached with the value therefore serves all jobs of a process. In this process and its
+    forks the value is never copied.
+    """
+
+    def __init__(self, value: T) -> None:
+        self.value = value
+        self._token = uuid4().hex
+        _SHARED[self._token] = self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _received, (self._token, self._pickled)
+
+    @cached_property
+    def _pickled(self) -> bytes:
+        return pickle.dumps(self.value, protocol=pickle.HIGHEST_PROTOCOL)
+
+
+_SHARED: WeakValueDictionary[str, Shared[Any]] = WeakValueDictionary()
+"""Shared values that were made in this process or in the one that it is a fork of."""
+
+
+def _received(token: str, pickled: bytes) -> Shared[Any]:
+    return _SHARED.get(token) or _unpickled(token, pickled)
+
+
+@lru_cache(maxsize=4)
+def _unpickled(token: str, pickled: bytes) -> Shared[Any]:
+    return Shared(pickle.loads(pickled))
+
+
+def completed(
+    function: Callable[..., T],
+    keys: Sequence[K],
+    arguments: Callable[[K], tuple[Any, ...]],
+    *,
+    executor: Executor | None = None,
+) -> Generator[tuple[K, T]]:
+    """Call a function once for each key, in parallel, and yield the results as they are ready.
+
+    Parameters
+    ----------
+    function
+        A function of a module. Its arguments and its result are pickled.
+    keys
+        What the jobs are called: the numbers of chunks, for example.
+    arguments
+        Returns the arguments of the job of a key. It is called shortly before the job begins, so
+        that only the arguments of a few jobs are held in memory.
+    executor
+        Runs the jobs: `local_executor` if None. A single job, or a single core, needs no other
+        process: the jobs are then run here, in order.
+
+    Yields
+    ------
+    tuple
+        The key and the result of each job, in any order.
+
+    Raises
+    ------
+    InputError
+        If a process is killed. What the function raises is raised here.
+    """
+    processes = min(cores(), len(keys))
+    if executor is None and (processes < 2 or current_process().daemon):
+        for key in keys:
+            yield key, function(*arguments(key))
+        return
+    most = CLUSTER_JOBS if executor is not None else 2 * processes
+    waiting = iter(keys)
+    futures: dict[Future[T], K] = {}
+    with nullcontext(executor) if executor is not None else local_executor(processes) as pool:
+        while True:
+            for key in islice(waiting, most - len(futures)):
+                futures[pool.submit(function, *arguments(key))] = key
+            if not futures:
+                return
+            for future in wait(futures, return_when=FIRST_COMPLETED).done:
+                yield futures.pop(future), future.result()
+
+
+@contextmanager
+def local_executor(processes: int | None = None) -> Iterator[Executor]:
+    """Start processes of this machine, each with one thread, and end them at once on an error.
+
+    Parameters
+    ----------
+    processes
+        How many; one for each core if None.
+
+    Raises
+    ------
+    InputError
+        If a process is killed.
+    """
+    context = get_context("fork" if sys.platform == "linux" else "spawn")
+    ending, held = context.Pipe(duplex=False)
+    executor = ProcessPoolExecutor(
+        processes or cores(),
+        mp_context=context,
+        initializer=_begin_worker,
+        initargs=(ending, held),
+    )
+    try:
+        with warnings.catch_warnings():
+            # Python warns of a fork beside threads: ours wait or draw the progress
+            warnings.simplefilter("ignore", DeprecationWarning)
+            executor.submit(os.getpid)  # forks all processes, before the pool's own threads start
+        yield executor
+    except BrokenProcessPool:
+        raise InputError(
+            "a process that worked on a part of the people was killed: the machine may be out of "
+            "memory (WORKBENCH_THREADS=1 works on one part at a time)"
+        ) from None
+    except BaseException:
+        held.close()
+        raise
+    finally:
+        executor.shutdown(cancel_futures=True)
+        held.close()
+        ending.close()
+
+
+def _begin_worker(ending: Connection, held: Connection) -> None:
+    """Prepare a process for jobs with one thread; it ends when its parent does, or wants it to."""
+    # Ctrl-C in a terminal reaches all processes: the parent reports it and ends the others
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    os.environ[THREADS] = "1"
+    held.close()
+    threading.Thread(target=_end_with, args=(ending,), daemon=True).start()
+
+
+def _end_with(ending: Connection) -> None:
+    """End this process when the other end of a pipe, which only the parent has, is closed."""
+    with suppress(EOFError, OSError):
+        ending.recv_bytes()
+    os._exit(1)
+
+
+@contextmanager
+def dask_executor(address: str) -> Iterator[Executor]:
+    """Connect to a Dask cluster.
+
+    Parameters
+    ----------
+    address
+        That of a scheduler, such as ``tcp://host:8786``, or ``local``: a cluster of its own with a
+        process for each core.
+
+    Raises
+    ------
+    MissingPartError
+        If Dask is not installed.
+    InputError
+        If no scheduler answers, or a job ends every worker that it is given to.
+    """
+    try:
+        from distributed import Client, KilledWorker, LocalCluster
+    except ImportError:
+        raise MissingPartError(
+            "a cluster needs Dask: pip install 'bubbleman-workbench[cluster]'"
+        ) from None
+    with ExitStack() as stack:
+        target: Any = address
+        if address == "local":
+            target = stack.enter_context(
+                LocalCluster(n_workers=cores(), threads_per_worker=1, dashboard_address=None)
+            )
+        try:
+            client = stack.enter_context(Client(target, timeout=SCHEDULER_TIMEOUT))
+        except (OSError, TimeoutError, ValueError) as error:
+            why = str(error).split("\n")[0] or type(error).__name__
+            raise InputError(
+                f"no Dask scheduler answers at {address!r} within {SCHEDULER_TIMEOUT} s ({why}); "
+                "give its address, such as tcp://host:8786, or local"
+            ) from None
+        try:
+            yield client.get_executor(pure=False)
+        except KilledWorker:
+            raise InputError(
+                "the workers of the cluster were killed by a part of the people: they may be out "
+                "of memory"
+            ) from None
