@@ -87,7 +87,7 @@ def _reached(
     own = Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
     reached = np.zeros((len(rows), len(points)), dtype=np.bool_)
     for limb in limbs:
-        reached = who_reaches(body[rows], own, points, limb=limb, settled=reached)
+        reached = who_reaches(body[rows], own, points, chain=limb, settled=reached)
     found: Floats = study.people.weight[rows] @ reached
     return found
 
