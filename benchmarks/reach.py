@@ -40,7 +40,7 @@ def legal_targets(body, arm, count):
         world = wb.place(body, poses, window=[body.segments[arm.end]]).world_from_segment[
             ok, arm.end
         ]
-        found.append(np.einsum("pij,j->pi", world[..., :3], arm.tip) + world[..., 3])
+        found.append(np.einsum("pij,j->pi", world[..., :3], arm.tip[0]) + world[..., 3])
     return np.concatenate(found)[:count]
 
 
@@ -70,7 +70,7 @@ def ikpy_chain(body, arm):
             )
             at = np.zeros(3)
         offset = -body.joint_in_child[0, j]
-    links.append(URDFLink("tip", offset + arm.tip, [0, 0, 0], joint_type="fixed"))
+    links.append(URDFLink("tip", offset + arm.tip[0], [0, 0, 0], joint_type="fixed"))
     mask = [False, *[True] * (len(links) - 2), False]
     return Chain(links, active_links_mask=mask)
 
@@ -92,7 +92,7 @@ def arm_model(body, arm):
             text += HINGE.format(name, axis, *body.stops.axes[j, axis], -low, high)
         ends = ends + "</body>"
         place = -body.joint_in_child[0, j]
-    x, y, z = place + arm.tip
+    x, y, z = place + arm.tip[0]
     tip = f'<body name="end" pos="{x} {y} {z}"><inertial pos="0 0 0" mass="0.1" diaginertia="0.01 0.01 0.01"/></body>'
     site = f'<site name="tip" pos="{x} {y} {z}"/>'
     return (
@@ -202,16 +202,17 @@ def around(bodies, seated, cab, seat):
         if control.grip == "foot" or control.name.startswith("right"):
             continue
         hand = "left hand" if control.at[1] > middle[1] else "right hand"
-        how = {"name": hand, "grip": control.grip, "zone": control.zone, "spare": 0.2}
+        arm = wb.limb(bodies, hand, grip=control.grip, zone=control.zone)
         spent = timed(
-            lambda at=control.at, how=how: wb.reach_people(
+            lambda at=control.at, arm=arm: wb.reach(
                 bodies,
                 seated.poses,
                 [at],
+                limb=arm,
                 environment=cab,
-                moves=seat.moves,
-                shift=seated.shift,
-                **how,
+                moving_parts=seat.moves,
+                displacement=seated.shift,
+                max_extension=0.2,
             )
         )
         each.append(spent / len(bodies))
@@ -244,23 +245,29 @@ def crowd(count):
     print(f"seat_people: {1000 * spent / count:.1f} ms a person")
     seated = wb.seat_people(bodies, poses, seat, eye=eye, pedals=pedals)
     at = [control.at for control in cab.controls if control.grip == "grasp" and control.zone == 2]
-    how = {"name": "right hand", "grip": "grasp", "zone": 2}
-    free = timed(lambda: wb.reach_people(bodies, seated.poses, at, **how))
-    far = timed(lambda: wb.reach_people(bodies, seated.poses, at, spare=0.2, **how))
+    arm = wb.limb(bodies, "right hand", grip="grasp", zone=2)
+    free = timed(lambda: wb.reach(bodies, seated.poses, at, limb=arm))
+    far = timed(lambda: wb.reach(bodies, seated.poses, at, limb=arm, max_extension=0.2))
     kept = timed(
-        lambda: wb.reach_people(
-            bodies, seated.poses, at, environment=cab, moves=seat.moves, shift=seated.shift, **how
+        lambda: wb.reach(
+            bodies,
+            seated.poses,
+            at,
+            limb=arm,
+            environment=cab,
+            moving_parts=seat.moves,
+            displacement=seated.shift,
         )
     )
     each = [1e6 * spent / count / len(at) for spent in (free, far, kept)]
     print(
-        "reach_people: {:.0f} us a reach, {:.0f} with 200 mm to spare, {:.0f} with obstacles".format(
+        "reach: {:.0f} us a reach, {:.0f} with 200 mm of extension, {:.0f} with obstacles".format(
             *each
         )
     )
     each = 1e6 * around(bodies, seated, cab, seat)
     print(
-        f"reach_people, {len(each)} controls one by one, with obstacles and 200 mm to spare: "
+        f"reach, {len(each)} controls one by one, with obstacles and 200 mm of extension: "
         f"{np.median(each):.0f} us a reach in the median, {each.mean():.0f} in the mean"
     )
     some = timed(

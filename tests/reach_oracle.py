@@ -46,7 +46,7 @@ def clear_ways(body, arm, pose, target, environment, *, draws, keep, seed, gap=1
     good &= _margin(body, arm, pose, angles) > -PAST
     poses = _poses(body, pose, angles[good])
     met = wb.contacts(wb.place(body, poses), environment)
-    met = met.rows(arm.solid[met.sphere] & (met.excess > 0))
+    met = met.rows(arm.solid[0, met.sphere] & (met.excess > 0))
     clear = np.setdiff1d(np.arange(len(poses)), met.pose)
     return poses.rotations[clear]
 
@@ -59,7 +59,7 @@ def _poses(body, pose, angles):
 def _tips(body, arm, pose, angles):
     placed = wb.place(body, _poses(body, pose, angles), window=[body.segments[arm.end]])
     world = placed.world_from_segment[:, arm.end]
-    return np.einsum("pij,j->pi", world[..., :3], arm.tip) + world[..., 3]
+    return np.einsum("pij,j->pi", world[..., :3], arm.tip[0]) + world[..., 3]
 
 
 def _margin(body, arm, pose, angles):
@@ -170,7 +170,7 @@ def _state(body, arm, pose, angles):
         body, _poses(body, pose, angles), window=[body.segments[segment] for segment in arm.moving]
     )
     world = placed.world_from_segment[:, arm.end]
-    tip = np.einsum("pij,j->pi", world[..., :3], arm.tip) + world[..., 3]
+    tip = np.einsum("pij,j->pi", world[..., :3], arm.tip[0]) + world[..., 3]
     return tip, np.maximum(0.0, -_margin(body, arm, pose, angles)), placed.centres
 
 
@@ -180,4 +180,4 @@ def _met(body, arm, pose, angles, environment):
     met = wb.contacts(
         wb.place(body, _poses(body, pose, angles), window=window), environment, margin=OFF
     )
-    return met.rows(arm.solid[met.sphere] & (met.excess > -OFF))
+    return met.rows(arm.solid[0, met.sphere] & (met.excess > -OFF))

@@ -92,19 +92,19 @@ def on_pedal(body, poses, pedal, floor):
     name, at, ahead = pedal
     ball = limb(body, name, grip="ball")
     heel = limb(body, name, grip="heel")
-    targets = np.broadcast_to(np.array(at), (len(poses), 3))
+    targets = np.array(at)
     free = reach(body, poses, targets, limb=ball)
-    words = [free.limit(p) for p in range(len(poses))]
+    words = [free.limit(p, 0) for p in range(len(poses))]
     rotations = free.poses.rotations
-    miss = free.miss
-    ease = free.discomfort
+    miss = free.miss[:, 0]
+    ease = free.discomfort[:, 0]
     if floor is not None:
         rise = float(np.clip((at[2] - floor) / np.linalg.norm(ball.tip - heel.tip), -0.95, 0.95))
         along = np.sqrt(1.0 - rise * rise) * ahead + rise * np.array([0.0, 0.0, 1.0])
         heeled = reach(body, poses, targets, limb=pointed_foot(body, name), direction=along)
-        down = heeled.reached
+        down = heeled.reached[:, 0]
         rotations = np.where(down[:, None, None], heeled.poses.rotations, rotations)
-        miss = np.where(down, heeled.miss, miss)
-        ease = np.where(down, heeled.discomfort, ease + HEEL_IN_AIR)
+        miss = np.where(down, heeled.miss[:, 0], miss)
+        ease = np.where(down, heeled.discomfort[:, 0], ease + HEEL_IN_AIR)
         words = ["" if down[p] else words[p] for p in range(len(poses))]
     return wb.Poses(rotations, poses.reference, poses.world_from_reference), miss, words, ease

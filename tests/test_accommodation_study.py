@@ -61,7 +61,7 @@ def reaching(study, bodies, at):
         poses = seated(study, body, [0]).seat.poses
         chain = limb(body, "right hand", grip="push", zone=1)
         found.append(
-            bool(reach(body, poses, at, limb=chain, environment=study.environment).reached[0])
+            bool(reach(body, poses, at, limb=chain, environment=study.environment).reached[0, 0])
         )
     return np.array(found)
 
@@ -104,7 +104,7 @@ def test_the_spare_of_a_reach_is_how_much_farther_it_would_still_be_reached(toy)
     way /= np.linalg.norm(way)
     chain = limb(body, "right hand", grip="push", zone=1)
     tried = [np.array([0.7, -0.18, 0.85]) + (spare + by) * way for by in (-0.002, 0.004)]
-    assert reach(body, poses, tried, limb=chain).reached.tolist() == [True, False]
+    assert reach(body, poses, tried, limb=chain).reached[0].tolist() == [True, False]
 
 
 def test_margins_of_view_and_head_room_are_heights_that_can_be_measured(toy):

@@ -191,9 +191,9 @@ def reach_side_clear(body, poses, arm, cab):
         ]
         low = corners.reshape(-1, 3).min(axis=0)
         high = corners.reshape(-1, 3).max(axis=0)
-        centres = placed.centres[:, arm.solid]
+        centres = placed.centres[:, arm.solid[0]]
         gap = np.linalg.norm(np.maximum(np.maximum(low - centres, centres - high), 0.0), axis=2)
-        clear &= np.all(gap > body.radius[0, arm.solid], axis=1)
+        clear &= np.all(gap > body.radius[0, arm.solid[0]], axis=1)
     return clear
 
 
@@ -221,7 +221,7 @@ def test_the_ends_of_the_rays_are_reached(bubbleman, free, sitting):
     poses, origin = sitting
     about = free.about
     ends = origin + about.outer[about.reached, None] * about.direction[about.reached]
-    found = wb.reach(bubbleman, poses, ends, limb=limb(bubbleman, **HAND), tries=40)
+    found = wb.reach(bubbleman, poses, ends, limb=limb(bubbleman, **HAND), restarts=40)
     assert np.mean(found.miss < 1e-3) > 0.97
 
 
@@ -351,8 +351,8 @@ def test_a_body_fitted_to_a_thumb_tip_reach_reaches_that_far_from_the_wall_and_l
     torso = np.isin(body.sphere_segment, [body.segment(code) for code in ("LT", "CT", "UT")])
     wall = (placed.centres[0, :, 0] - body.radius[0])[torso].min()
     world = placed.world_from_segment[0, arm.end]
-    tip = world[:, :3] @ arm.tip + world[:, 3]
+    tip = world[:, :3] @ arm.tip[0] + world[:, 3]
     assert tip[0] - wall == pytest.approx(given, abs=1e-3)
     ahead = np.array([[wall + given + more, tip[1], tip[2]] for more in (0.0, 0.2)])
     found = wb.reach(body, wb.pose(body, {}, reference="UT"), ahead, limb=arm)
-    assert found.reached[0] and 0.0 < found.tip[1, 0] - wall - given < 0.025
+    assert found.reached[0, 0] and 0.0 < found.tip[0, 1, 0] - wall - given < 0.025

@@ -11,7 +11,8 @@ import pytest
 from tests.accommodations import smaller_study
 from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
-from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.chunks import seat_everybody
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import fit_population
@@ -46,7 +47,6 @@ def test_shares_are_those_of_reaching_for_each_point_one_by_one(two):
     ((seat, _),) = seat_everybody(study, bodies)
     reached = np.zeros((2, len(found.points)), dtype=bool)
     for hand in ("left hand", "right hand"):
-        reached |= reach_people(
-            bodies[:], seat.poses, found.points, name=hand, grip="push", zone=2
-        ).reached
+        arm = limb(bodies[:], hand, grip="push", zone=2)
+        reached |= reach(bodies[:], seat.poses, found.points, limb=arm).reached
     assert found.share == pytest.approx(np.array([0.25, 0.75]) @ reached, abs=1e-12)

@@ -91,14 +91,14 @@ def legal(body, arm, count, seed):
 
 def tip_of(body, poses, arm):
     world = wb.place(body, poses).world_from_segment[:, arm.end]
-    return np.einsum("pij,j->pi", world[..., :3], arm.tip) + world[..., 3]
+    return np.einsum("pij,j->pi", world[..., :3], arm.tip[0]) + world[..., 3]
 
 
 def test_two_straight_links_reach_their_sum(planar, two_links):
     targets = np.array([[r, 0, 0] for r in (FARTHEST - 1e-6, FARTHEST + 0.01, FARTHEST + 0.3)])
     found = wb.reach(planar, wb.pose(planar, {}), targets, limb=two_links)
-    assert list(found.reached) == [True, False, False]
-    assert found.miss[1:] == pytest.approx([0.01, 0.3], abs=1e-6)
+    assert list(found.reached[0]) == [True, False, False]
+    assert found.miss[0, 1:] == pytest.approx([0.01, 0.3], abs=1e-6)
 
 
 def test_the_second_links_stop_gives_the_least_radius(planar, two_links):
@@ -107,13 +107,13 @@ def test_the_second_links_stop_gives_the_least_radius(planar, two_links):
     found = wb.reach(planar, wb.pose(planar, {}), way * (NEAREST + 1e-6), limb=two_links)
     assert found.reached.all()
     found = wb.reach(planar, wb.pose(planar, {}), way * (NEAREST - 0.02), limb=two_links)
-    assert found.miss == pytest.approx(np.full(5, 0.02), abs=1e-6)
-    assert {found.limit(row) for row in range(5)} == {"second (flexion)"}
+    assert found.miss[0] == pytest.approx(np.full(5, 0.02), abs=1e-6)
+    assert {found.limit(0, row) for row in range(5)} == {"second (flexion)"}
 
 
 def test_a_target_out_of_the_plane_is_missed_by_its_distance_from_the_plane(planar, two_links):
     found = wb.reach(planar, wb.pose(planar, {}), [0.4, 0.07, 0.1], limb=two_links)
-    assert found.miss[0] == pytest.approx(0.07, abs=1e-6)
+    assert found.miss[0, 0] == pytest.approx(0.07, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -166,8 +166,9 @@ def test_the_mirrored_hand_reaches_the_mirrored_target_alike(bubbleman, target):
     left = wb.reach(
         bubbleman, at_rest(bubbleman), MIRROR * target, limb=_hand(bubbleman, "left hand")
     )
-    assert left.miss[0] == pytest.approx(right.miss[0], abs=2e-4)
-    if right.reached[0] and left.discomfort[0] == pytest.approx(right.discomfort[0], abs=1e-3):
+    assert left.miss[0, 0] == pytest.approx(right.miss[0, 0], abs=2e-4)
+    ease = right.discomfort[0, 0]
+    if right.reached[0, 0] and left.discomfort[0, 0] == pytest.approx(ease, abs=1e-3):
         elbow = [
             angles_of(bubbleman, r.poses)[0, bubbleman.joint(j), 0]
             for r, j in ((left, "LE"), (right, "RE"))
@@ -235,8 +236,8 @@ def test_a_miss_is_the_least_that_dense_sampling_finds(bubbleman, targets):
     poses = legal(bubbleman, arm, 2500, seed=3)
     found = wb.reach(bubbleman, wb.pose(bubbleman, {}, reference="UT"), targets, limb=arm)
     least = np.array([_nearest_sampled(bubbleman, arm, poses, target) for target in targets])
-    assert np.all(found.miss <= least + 1e-4)
-    assert found.miss == pytest.approx(least, abs=0.012)
+    assert np.all(found.miss[0] <= least + 1e-4)
+    assert found.miss[0] == pytest.approx(least, abs=0.012)
 
 
 def test_a_batch_is_its_rows_and_the_same_each_time(bubbleman):
@@ -254,8 +255,8 @@ def test_a_limb_arrives_in_the_direction_asked_for(bubbleman):
     arm = limb(bubbleman, "right hand", zone=2)
     found = wb.reach(bubbleman, at_rest(bubbleman), [0.4, -0.2, 0.3], limb=arm, direction=[1, 0, 0])
     world = wb.place(bubbleman, found.poses).world_from_segment[0, arm.end]
-    assert found.reached[0]
-    np.testing.assert_allclose(world[:, :3] @ arm.pointing, [1, 0, 0], atol=1e-3)
+    assert found.reached.all()
+    np.testing.assert_allclose(world[:, :3] @ arm.pointing[0], [1, 0, 0], atol=1e-3)
 
 
 def test_the_hand_goes_around_a_board_and_what_is_behind_a_wall_is_told(bubbleman):
@@ -264,17 +265,17 @@ def test_the_hand_goes_around_a_board_and_what_is_behind_a_wall_is_told(bubblema
     board = environment_of(box_part("board", [0.30, -0.7, 0.16], [0.34, -0.1, 0.2]))
     free = wb.reach(bubbleman, at_rest(bubbleman), target, limb=arm)
     around = wb.reach(bubbleman, at_rest(bubbleman), target, limb=arm, environment=board)
-    assert free.reached[0] and around.reached[0] and around.overlap[0] == 0
+    assert free.reached.all() and around.reached.all() and not around.overlap.any()
     assert not len(_entered(bubbleman, around, arm, board))
     wall = environment_of(box_part("wall", [0.3, -2, -2], [0.35, 2, 2]))
     behind = wb.reach(bubbleman, at_rest(bubbleman), target, limb=arm, environment=wall)
-    assert not behind.reached[0] and behind.limit(0) == "wall" and behind.miss[0] > 0.1
+    assert not behind.reached.any() and behind.limit(0, 0) == "wall" and behind.miss[0, 0] > 0.1
     assert not len(_entered(bubbleman, behind, arm, wall))
 
 
 def _entered(body, found, arm, environment):
     met = wb.contacts(wb.place(body, found.poses), environment)
-    return met.rows(arm.solid[met.sphere] & (met.excess > 0))
+    return met.rows(arm.solid[0, met.sphere] & (met.excess > 0))
 
 
 def test_unknown_limbs_grips_and_zones_are_told_with_the_valid_ones(bubbleman, one_arm):
@@ -294,5 +295,6 @@ def test_targets_that_are_no_points_are_refused(bubbleman):
     arm = limb(bubbleman, "left hand")
     with pytest.raises(wb.UsageError, match="targets: expected finite numbers, got nan"):
         wb.reach(bubbleman, at_rest(bubbleman), [np.nan, 0, 0], limb=arm)
-    with pytest.raises(wb.UsageError, match="poses: expected 1 or 3 rows for 3 targets"):
-        wb.reach(bubbleman, wb.join_poses([at_rest(bubbleman)] * 2), np.zeros((3, 3)), limb=arm)
+    with pytest.raises(wb.UsageError, match=r"targets: expected shape \(T, 3\) or \(2, T, 3\)"):
+        two = wb.join_poses([at_rest(bubbleman)] * 2)
+        wb.reach(bubbleman, two, np.zeros((3, 1, 3)), limb=arm)

@@ -9,10 +9,9 @@ import pytest
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from tests.reach_oracle import clear_ways, slow_ways
-from workbench.body.parts import moved
 from workbench.body.scaling.scale import scale
 from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.reaching.reach import reach
 
 MEASURES = ({"stature": 1.56}, {"stature": 1.66}, {"stature": 1.75}, {"stature": 1.86})
 HOW = {"name": "left hand", "grip": "grasp", "zone": 2}
@@ -89,19 +88,14 @@ def row(poses, b):
 def _false_misses(people, seated, trainer, controls, how, *, draws, keep):
     """(person, target) said to be kept from a target by more than 5 mm by obstacles alone, that a
     drawn posture reaches; and how many were looked at."""
-    seat = trainer.seat("left")
-    shift = np.zeros((len(people), 3))
-    free = reach_people(people, seated, controls, **how)
-    found = reach_people(
-        people, seated, controls, environment=trainer, moves=seat.moves, shift=shift, **how
-    )
+    free = ask(people, seated, None, controls, how)
+    found = ask(people, seated, trainer, controls, how)
     kept = np.argwhere(free.reached & ~found.reached & (found.miss + found.overlap > 5e-3))
     wrong = []
     for b, t in kept:
         arm = limb(people[b], how["name"], grip=how["grip"], zone=how["zone"])
-        room = moved(trainer, seat.moves, shift[b])
         ways = clear_ways(
-            people[b], arm, row(seated, b), controls[t], room, draws=draws, keep=keep, seed=1
+            people[b], arm, row(seated, b), controls[t], trainer, draws=draws, keep=keep, seed=1
         )
         wrong += [(int(b), CONTROLS[t])] * bool(len(ways))
     return wrong, len(kept)
@@ -133,54 +127,32 @@ def seated_of(poses, rows):
     return wb.Poses(poses.rotations[rows], poses.reference, poses.world_from_reference[rows])
 
 
-def test_who_reaches_does_not_depend_on_who_else_is_asked(people, seated, trainer, controls):
-    seat = trainer.seat("left")
-    where = {"environment": trainer, "moves": seat.moves}
-    together = reach_people(people, seated, controls, shift=np.zeros((4, 3)), **where, **HOW)
-    for b, body in enumerate(people):
-        alone = reach_people(body, row(seated, b), controls, shift=np.zeros((1, 3)), **where, **HOW)
-        assert list(alone.reached[0]) == list(together.reached[b])
-        np.testing.assert_allclose(
-            alone.miss[0][alone.reached[0]], together.miss[b][together.reached[b]], atol=1e-4
-        )
-
-
 def test_a_hand_that_is_led_around_enters_nothing_and_keeps_its_stops(
     people, seated, trainer, controls
 ):
-    seat = trainer.seat("left")
-    shift = np.zeros((4, 3))
-    found = reach_people(
-        people,
-        seated,
-        controls,
-        environment=trainer,
-        moves=seat.moves,
-        shift=shift,
-        rotations=True,
-        **HOW,
-    )
+    found = ask(people, seated, trainer, controls, HOW)
+    count = len(controls)
     for b, body in enumerate(people):
         arm = limb(body, "left hand", grip="grasp", zone=2)
-        world = np.repeat(seated.world_from_reference[b : b + 1], len(controls), axis=0)
-        poses = wb.Poses(found.rotations[b], seated.reference, world)
-        met = wb.contacts(wb.place(body, poses), moved(trainer, seat.moves, shift[b]))
-        met = met.rows(arm.solid[met.sphere] & (met.excess > 0))
+        own = found.poses.rows(slice(b * count, (b + 1) * count))
+        poses = wb.Poses(own.rotations, own.reference, own.world_from_reference)
+        met = wb.contacts(wb.place(body, poses), trainer)
+        met = met.rows(arm.solid[0, met.sphere] & (met.excess > 0))
         assert not set(met.pose) & set(np.flatnonzero(found.reached[b]))
         assert np.degrees(wb.stops(body, poses).margin[:, list(arm.free)].min()) > -0.1
     assert found.reached.any()
 
 
-def witnessed(body, pose, arm, found, target, environment):
+def witnessed(body, arm, found, target, environment):
     """Whether the posture found for one target brings the tip there within the stops and clear."""
-    poses = wb.Poses(found.rotations[0], pose.reference, pose.world_from_reference)
+    poses = found.poses
     placed = wb.place(body, poses)
     world = placed.world_from_segment[0, arm.end]
     met = wb.contacts(placed, environment)
     return (
-        np.linalg.norm(world[:, :3] @ arm.tip + world[:, 3] - target) < 1.1e-4
+        np.linalg.norm(world[:, :3] @ arm.tip[0] + world[:, 3] - target) < 1.1e-4
         and np.degrees(wb.stops(body, poses).margin[:, list(arm.free)].min()) > -0.1
-        and not np.any(arm.solid[met.sphere] & (met.excess > 0))
+        and not np.any(arm.solid[0, met.sphere] & (met.excess > 0))
     )
 
 
@@ -193,18 +165,9 @@ def test_who_was_falsely_said_to_be_kept_reaches_within_the_stops_and_clear(
     pose = row(poses, who)
     control = one(trainer, name)
     arm = limb(body, hand, grip=control.grip, zone=zone)
-    found = reach_people(
-        body,
-        pose,
-        [control.at],
-        name=hand,
-        grip=control.grip,
-        zone=zone,
-        environment=trainer,
-        rotations=True,
-    )
+    found = reach(body, pose, [control.at], limb=arm, environment=trainer)
     assert found.reached[0, 0]
-    assert witnessed(body, pose, arm, found, control.at, trainer)
+    assert witnessed(body, arm, found, control.at, trainer)
 
 
 def one(environment, name):
@@ -220,21 +183,9 @@ def test_a_slow_search_of_its_own_finds_their_way_too(hard, trainer, who, hand, 
     assert len(slow_ways(bodies[who], arm, row(poses, who), np.array(control.at), trainer))
 
 
-def ask(bodies, poses, environment, targets, how, rows=None):
-    rows = np.arange(len(bodies)) if rows is None else np.array(rows)
-    return reach_people(
-        bodies[rows], seated_of(poses, rows), targets, environment=environment, **how
-    )
-
-
-def test_a_verdict_is_the_same_alone_permuted_and_in_half_the_crowd(hard, trainer, controls):
-    for zone in (1, 2):
-        how = {"name": "left hand", "grip": "grasp", "zone": zone}
-        crowd = ask(*hard, trainer, controls, how)
-        for rows in ([3, 1, 0, 2], [0, 2], [1], [3]):
-            some = ask(*hard, trainer, controls, how, rows)
-            np.testing.assert_array_equal(some.reached, crowd.reached[rows])
-        assert crowd.reached.any() and not crowd.reached.all()
+def ask(body, poses, environment, targets, how):
+    """Reaches of everybody with one limb, `how` being its name, grip and zone."""
+    return reach(body, poses, targets, limb=limb(body, **how), environment=environment)
 
 
 def test_a_freer_arm_reaches_what_a_tighter_one_does(hard, trainer, controls):
@@ -250,8 +201,9 @@ def test_a_target_in_a_closed_box_stays_missed_with_the_hand_at_the_box(hard):
     target = np.array([0.55, 0.1, 0.75])
     half = 0.15
     box = environment_of(box_part("box", target - half, target + half))
-    free = reach_people(bodies, poses, [target], name="right hand", zone=2)
-    found = reach_people(bodies, poses, [target], name="right hand", zone=2, environment=box)
+    how = {"name": "right hand", "zone": 2}
+    free = ask(bodies, poses, None, [target], how)
+    found = ask(bodies, poses, box, [target], how)
     assert free.reached.all() and not found.reached.any()
     assert {found.limit(b, 0) for b in range(len(bodies))} == {"box"}
     assert np.all(found.overlap == 0)

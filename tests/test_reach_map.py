@@ -10,7 +10,7 @@ import workbench as wb
 from tests.conftest import box_part, environment_of
 from workbench.body.scaling.scale import scale
 from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.reaching.reach import reach
 from workbench.study.reach_map import from_coarse_to_fine, part_points, reach_map, who_reaches
 
 
@@ -50,7 +50,7 @@ def test_the_map_is_what_each_reaches_point_by_point(board, people):
             poses.rotations[b : b + 1], poses.reference, poses.world_from_reference[b : b + 1]
         )
         for name in ("left hand", "right hand"):
-            oracle[b] |= wb.reach(body, own, found.points, limb=limb(body, name, zone=1)).reached
+            oracle[b] |= wb.reach(body, own, found.points, limb=limb(body, name, zone=1)).reached[0]
     np.testing.assert_allclose(found.share, np.array([0.25, 0.5, 0.25]) @ oracle, atol=1e-12)
     assert 0 < found.share.mean() < 1
 
@@ -97,11 +97,12 @@ def test_points_that_are_not_asked_about_are_as_if_they_had_been(board, people, 
 
     def counted(*given, **options):
         asked.append(len(given[2]))
-        return reach_people(*given, **options)
+        return reach(*given, **options)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("workbench.study.reach_map.reach_people", counted)
-        found = who_reaches(bodies, poses, points, limb=("right hand", "push", 1))
-    every = reach_people(bodies, poses, points, name="right hand", grip="push", zone=1).reached
+        patch.setattr("workbench.study.reach_map.reach", counted)
+        found = who_reaches(bodies, poses, points, chain=("right hand", "push", 1))
+    arm = limb(bodies, "right hand", grip="push", zone=1)
+    every = reach(bodies, poses, points, limb=arm).reached
     assert np.mean(found != every) <= 0.002
     assert sum(asked) < 0.8 * count and 0.1 < every.mean() < 0.9

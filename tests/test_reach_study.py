@@ -65,7 +65,7 @@ def flying(written):
 def tip(placed, name, grip):
     arm = limb(placed.body, name, grip=grip)
     world = placed.world_from_segment[0, arm.end]
-    return world[:, :3] @ arm.tip + world[:, 3]
+    return world[:, :3] @ arm.tip[0] + world[:, 3]
 
 
 def test_hands_and_feet_are_on_their_controls_without_an_angle_given(flying):
@@ -153,7 +153,7 @@ def test_what_is_reached_in_a_zone_is_reached_in_the_next(bubbleman):
         environment=trainer,
         limb=limb(body, "right hand", grip="grasp", zone=3),
     )
-    assert not alone.reached[0]
+    assert not alone.reached[0, 0]
     assert [row.zone for row in rows] == [1, 2, 3] and all(row.reached for row in rows)
 
 

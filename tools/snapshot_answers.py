@@ -203,10 +203,10 @@ def _reaches(name: str, placed: wb.Placed, around: wb.Environment) -> Named:
                 yield (
                     f"{name}/{control.name}/{limb}",
                     {
-                        "reached": bool(found.reached[row]),
-                        "miss_mm": 1000 * float(found.miss[row]),
-                        "limit": found.limit(row),
-                        "discomfort": float(found.discomfort[row]),
+                        "reached": bool(found.reached[0, row]),
+                        "miss_mm": 1000 * float(found.miss[0, row]),
+                        "limit": found.limit(0, row),
+                        "discomfort": float(found.discomfort[0, row]),
                     },
                 )
 

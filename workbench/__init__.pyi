@@ -56,7 +56,6 @@ from .model.result import Result as Result
 from .model.study import Study as Study
 from .posture.reaching.limbs import limb as limb
 from .posture.reaching.reach import reach as reach
-from .posture.reaching.reach_people import reach_people as reach_people
 from .posture.seating.driving import driving_posture as driving_posture
 from .posture.seating.driving_angles import driving_angles as driving_angles
 from .posture.seating.packaging import eyellipse as eyellipse

@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 KEPT = "_kept"
-"""Where a body holds what is kept with it, see model.kept."""
+"""Where a body or a topology holds what is kept with it, see model.kept."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -85,6 +85,9 @@ class Topology:
             value = frozen(getattr(self, name), dtype, shape, f"body.{name}")
             object.__setattr__(self, name, value)
         self._check()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in self.__dict__.items() if name != KEPT}
 
     def _check(self) -> None:
         order = np.arange(len(self.segments))

@@ -1,81 +1,146 @@
-"""Reach: what became of reaches to targets, one row a target."""
+"""Reach: what became of reaches of people to targets, one row a person, one column a target."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.body import Body
-from workbench.model.poses import Poses
+from workbench.model.poses import Poses, people_of
+from workbench.model.posing import compose
 
-__all__ = ["Reach", "limit_words"]
+__all__ = ["Reach", "join_reaches", "limit_words"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Reach:
-    """P reaches of one limb of a body.
-
-    poses: the posture found, the best there was where the target is missed; target, tip (P, 3) [m]:
-    where the limb was to go and where it got; reached (P,); miss (P,) [m]: the distance between
-    them; overlap (P,) [m]: by how much obstacles are still entered beyond what they allow, 0 where
-    they are not; discomfort (P,): the sum of squared distances from the comfort modes, in units of
-    half the comfortable range. What limits a reach that missed: joint, axis, side (P,) name a
-    motion's stop (-1 where none), part (P,) an obstacle (-1 where none); with neither, the limb is
-    straight and too short.
-    """
+    """Reaches of one limb: B people (or B poses of one person) to T targets each."""
 
     body: Body
+    """The body whose rows reach."""
     limb: str
-    poses: Poses
+    """The limb with its grip: "right hand, push"."""
+    held: Poses
+    """The B postures from which they reach, placed by the segment that the limb hangs on."""
+    joints: tuple[int, ...]
+    """The K joints of the limb, from the held segment out."""
+    free: tuple[int, ...]
+    """Those of them that are free."""
     target: Floats
+    """(B, T, 3) [m] where the limb was to go."""
     tip: Floats
+    """(B, T, 3) [m] where it got."""
+    angles: Floats
+    """(B, T, K, 3) [rad] angles of the joints: two of swing, one of twist."""
     reached: Bools
+    """(B, T) whether the tip is on the target and enters no obstacle."""
     miss: Floats
+    """(B, T) [m] distance from the tip to the target."""
     overlap: Floats
+    """(B, T) [m] depth in obstacles beyond what they allow; 0 where none is entered."""
     discomfort: Floats
+    """(B, T) sum of squared distances from the comfort modes, in units of half the comfortable
+    range."""
+    extension: Floats
+    """(B, T) [m] how much farther out the limb still reaches, on the ray from its shoulder or hip
+    through the target, obstacles aside; 0 where the target is missed."""
     joint: Ints
+    """(B, T) joint whose stop limits a reach that missed, -1 where none does."""
     axis: Ints
+    """(B, T) axis of that stop, -1 where there is none."""
     side: Ints
+    """(B, T) side of that stop, -1 where there is none."""
     part: Ints
+    """(B, T) obstacle that limits a reach that missed, -1 where none does. With neither stop nor
+    obstacle, the limb is straight and too short."""
     parts: tuple[str, ...] = ()
+    """Names of the obstacles."""
 
     def __repr__(self) -> str:
+        rows, columns = self.reached.shape
         return (
-            f"Reach({len(self)} of {self.limb} of {self.body!r}, {int(self.reached.sum())} reached)"
+            f"Reach({rows} by {columns} of {self.limb} of {self.body!r}, "
+            f"{int(self.reached.sum())} reached)"
         )
 
     def __post_init__(self) -> None:
-        rows = len(self.poses)
+        shape = np.shape(self.reached)
+        kinds = dict.fromkeys(_NUMBERS, np.float64) | dict.fromkeys(_INDICES, np.int64)
+        for name, dtype in kinds.items():
+            self._freeze(name, dtype, shape)
+        self._freeze("reached", np.bool_, shape)
         for name in ("target", "tip"):
-            object.__setattr__(
-                self, name, frozen(getattr(self, name), np.float64, (rows, 3), f"reach.{name}")
-            )
-        for name in ("miss", "overlap", "discomfort"):
-            object.__setattr__(
-                self, name, frozen(getattr(self, name), np.float64, (rows,), f"reach.{name}")
-            )
-        for name in ("joint", "axis", "side", "part"):
-            object.__setattr__(
-                self, name, frozen(getattr(self, name), np.int64, (rows,), f"reach.{name}")
-            )
-        object.__setattr__(
-            self, "reached", frozen(self.reached, np.bool_, (rows,), "reach.reached")
-        )
+            self._freeze(name, np.float64, (*shape, 3))
+        self._freeze("angles", np.float64, (*shape, len(self.joints), 3))
+
+    def _freeze(self, name: str, dtype: type, shape: tuple[int, ...]) -> None:
+        object.__setattr__(self, name, frozen(getattr(self, name), dtype, shape, f"reach.{name}"))
 
     def __len__(self) -> int:
-        return len(self.miss)
+        return len(self.reached)
 
-    def limit(self, row: int) -> str:
-        """What limits a reach, in words: "right elbow (flexion)", "instrument_panel", "length of
-        the limb"; "" where the target is reached."""
-        if self.reached[row]:
+    @property
+    def poses(self) -> Poses:
+        """The B T postures found, the targets of the first person first.
+
+        Where a target is missed, the posture is the best there was.
+        """
+        count = self.reached.shape[1]
+        rows = np.repeat(np.arange(len(self)), count)
+        every = np.zeros((len(rows), len(self.body.joints), 3))
+        every[:, self.joints] = self.angles.reshape(len(rows), -1, 3)
+        free = list(self.free)
+        rotations = self.held.rotations[rows]
+        rotations[:, free] = compose(self.body, every)[:, free]
+        person = people_of(self.body, self.held)[rows] if len(self.body) > 1 else None
+        world = self.held.world_from_reference[rows]
+        return Poses(rotations, self.held.reference, world, person=person)
+
+    def limit(self, row: int, target: int) -> str:
+        """What limits a reach in words: "right elbow (flexion)", "instrument_panel", "length of the
+        limb"; "" where the target is reached."""
+        if self.reached[row, target]:
             return ""
-        if self.part[row] >= 0:
-            return self.parts[int(self.part[row])]
-        return limit_words(self.body, (int(a[row]) for a in (self.joint, self.axis, self.side)))
+        if self.part[row, target] >= 0:
+            return self.parts[int(self.part[row, target])]
+        stop = (int(values[row, target]) for values in (self.joint, self.axis, self.side))
+        return limit_words(self.body, stop)
+
+
+_NUMBERS = ("miss", "overlap", "discomfort", "extension")
+_INDICES = ("joint", "axis", "side", "part")
+
+
+def join_reaches(parts: Sequence[Reach], body: Body, held: Poses) -> Reach:
+    """The rows of several reaches of the same limb, in their order, as those of one body.
+
+    held: the postures of all of them.
+    """
+
+    def whole(name: str) -> Any:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    return replace(
+        parts[0],
+        body=body,
+        held=held,
+        target=whole("target"),
+        tip=whole("tip"),
+        angles=whole("angles"),
+        reached=whole("reached"),
+        miss=whole("miss"),
+        overlap=whole("overlap"),
+        discomfort=whole("discomfort"),
+        extension=whole("extension"),
+        joint=whole("joint"),
+        axis=whole("axis"),
+        side=whole("side"),
+        part=whole("part"),
+    )
 
 
 def limit_words(body: Body, stop: Iterable[int]) -> str:

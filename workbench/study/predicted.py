@@ -220,13 +220,12 @@ def _hands(
         for zone in range(1, control.zone + 1):
             chain = limb(person.body, name, grip=control.grip, zone=zone)
             found = reach(person.body, poses, control.at, limb=chain, environment=environment)
-            if found.reached[0]:
+            if found.reached[0, 0]:
                 break
-        poses = Poses(
-            found.poses.rotations, found.poses.reference, found.poses.world_from_reference
-        )
-        if not found.reached[0]:
+        poses = found.poses
+        if not found.reached[0, 0]:
             told.append(
-                f"the {name} stays {1000 * found.miss[0]:.0f} mm from {held}, limited by {found.limit(0)}"
+                f"the {name} stays {1000 * found.miss[0, 0]:.0f} mm from {held}, "
+                f"limited by {found.limit(0, 0)}"
             )
     return poses, told

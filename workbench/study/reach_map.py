@@ -25,8 +25,8 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses, row_for_each
-from workbench.posture.reaching.limbs import HANDS
-from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.reaching.limbs import HANDS, Limb, limb
+from workbench.posture.reaching.reach import reach
 
 __all__ = ["from_coarse_to_fine", "groups", "part_points", "reach_map", "who_reaches"]
 
@@ -75,7 +75,7 @@ def reach_map(
     reached = np.zeros((len(poses), len(point)), dtype=np.bool_)
     for name in names:
         reached |= who_reaches(
-            people, poses, point, limb=(name, grip, zone), settled=reached, threads=threads
+            people, poses, point, chain=(name, grip, zone), settled=reached, threads=threads
         )
     task = MapTask(part, grip, zone, hand or "either", points)
     return ReachMap(task, point, normal, _flat(point, normal), weight @ reached / weight.sum())
@@ -86,7 +86,7 @@ def who_reaches(
     poses: Poses,
     points: Floats,
     *,
-    limb: tuple[str, str, int],
+    chain: tuple[str, str, int],
     settled: Bools | None = None,
     threads: int | None = None,
 ) -> Bools:
@@ -96,14 +96,14 @@ def who_reaches(
         np.zeros((len(poses), len(points)), dtype=np.bool_) if settled is None else settled.copy()
     )
     order, far = from_coarse_to_fine(points)
-    for at in groups(body, poses, points, limb[0]):
+    for at in groups(body, poses, points, chain[0]):
         own = Poses(poses.rotations[at], poses.reference, poses.world_from_reference[at])
         some = body[at]
+        name, grip, zone = chain
+        arm = limb(some, name, grip=grip, zone=zone)
 
-        def ask(rows: Ints, some: Body = some, own: Poses = own) -> Bools:
-            return reach_people(
-                some, own, points[rows], name=limb[0], grip=limb[1], zone=limb[2], threads=threads
-            ).reached
+        def ask(rows: Ints, some: Body = some, own: Poses = own, arm: Limb = arm) -> Bools:
+            return reach(some, own, points[rows], limb=arm, threads=threads).reached
 
         reached[at] = _asked(points, (order, far), reached[at], ask)
     return reached
@@ -159,7 +159,8 @@ def _asked(
         open_ = new[(known[:, new] == 0).any(axis=0)]
         if len(open_):
             found = np.where(ask(open_), 1, -1).astype(np.int8)
-            known[:, open_] = np.where(settled[:, open_], 1, found)
+            # who else is asked must not matter: what a person's own neighbours tell stays
+            known[:, open_] = np.where(known[:, open_] == 0, found, known[:, open_])
         done = count
         count = min(FINER * count, len(rows))
     return np.asarray(known == 1)

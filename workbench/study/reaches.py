@@ -79,9 +79,9 @@ def _case_reaches(
             ]
             for number, control in enumerate(group):
                 limb_name, best = min(found, key=lambda entry: _rank(entry[1], number))
-                if number in tighter and not best.reached[number]:
+                if number in tighter and not best.reached[0, number]:
                     limb_name, best = tighter[number]  # who may do more can still do that
-                if best.reached[number]:
+                if best.reached[0, number]:
                     tighter[number] = (limb_name, best)
                 yield ControlReach(
                     person=person.name,
@@ -89,11 +89,11 @@ def _case_reaches(
                     zone=zone,
                     own_zone=control.zone,
                     limb=limb_name,
-                    reached=bool(best.reached[number]),
-                    miss=float(best.miss[number]),
-                    overlap=float(best.overlap[number]),
-                    limit=best.limit(number),
-                    discomfort=float(best.discomfort[number]),
+                    reached=bool(best.reached[0, number]),
+                    miss=float(best.miss[0, number]),
+                    overlap=float(best.overlap[0, number]),
+                    limit=best.limit(0, number),
+                    discomfort=float(best.discomfort[0, number]),
                     case=asked.case,
                     hand=asked.hand,
                 )
@@ -121,11 +121,11 @@ def _without_seat(environment: Environment, seat: str | None) -> Environment:
 
 
 def _rank(found: Reach, row: int) -> tuple[bool, float, float]:
-    reached = bool(found.reached[row])
+    reached = bool(found.reached[0, row])
     return (
         not reached,
-        0.0 if reached else float(found.miss[row] + found.overlap[row]),
-        float(found.discomfort[row]),
+        0.0 if reached else float(found.miss[0, row] + found.overlap[0, row]),
+        float(found.discomfort[0, row]),
     )
 
 

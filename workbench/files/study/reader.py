@@ -156,7 +156,9 @@ def _case_faults(work: Work) -> None:
 def _other_faults(work: Work, known: Known) -> None:
     """Report names of nothing in what the study asks for beside its criteria."""
     cases = [case.name for _, case in work.parts.cases]
-    postures: list[str | None] = [None] if any(not case.moves for _, case in work.parts.cases) else []
+    postures: list[str | None] = (
+        [None] if any(not case.moves for _, case in work.parts.cases) else []
+    )
     postures += [case.name for _, case in work.parts.cases if not case.moves]
     for key, rows in (("reach_maps", work.parts.maps), ("reach_envelopes", work.parts.envelopes)):
         for row, task in rows:

@@ -29,7 +29,7 @@ from workbench.posture.kernels.descent import (
     take,
     take_row,
 )
-from workbench.posture.kernels.inverse import LEGAL, holder, next_seed, worth
+from workbench.posture.kernels.inverse import LEGAL, holder, next_seed, place_seeds, worth
 from workbench.posture.kernels.limits import within
 from workbench.posture.kernels.linkage import new_state
 from workbench.posture.kernels.newton import equations, go, new_work, newton
@@ -276,17 +276,17 @@ def _ease(job, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _starts(job, settings, lot, desk, state, work, space):  # type: ignore[no-untyped-def]
+def _starts(job, seeds, lot, desk, state, work, space):  # type: ignore[no-untyped-def]
     """Up to `lot` postures of all kinds that reach the target but for obstacles, from seeds not yet
     tried, into desk.kept, and how deep they enter into desk.depth; returns how many."""
     link, _, b, problem, _, _, p = job
     base, goal = problem
-    seeds, seed_tips = settings
+    place_seeds(link, b, seeds, state)
     count = 0
     none = np.int64(0)
     desk.depth[:] = np.inf
     for _ in range(lot):
-        at = next_seed(base, goal, p, seed_tips, desk.tried)
+        at = next_seed(base, goal, p, seeds, b, desk.tried)
         if at < 0:
             break
         desk.tried[at] = 1
@@ -294,7 +294,7 @@ def _starts(job, settings, lot, desk, state, work, space):  # type: ignore[no-un
         for d in range(link.mode.shape[0]):
             k = link.free_joint[d]
             axis = link.free_axis[d]
-            state.angles[k, axis] = seeds[at, k, axis]
+            state.angles[k, axis] = seeds.angles[at, k, axis]
         desk.many[0] = 0
         work.press[:] = 0.0
         approach(link, b, problem, p, desk.planes, (none, none), np.int64(STEPS), state, work)
@@ -307,7 +307,7 @@ def _starts(job, settings, lot, desk, state, work, space):  # type: ignore[no-un
 
 
 @inner
-def _search(job, settings, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
+def _search(job, seeds, trail, desk, state, work, space):  # type: ignore[no-untyped-def]
     """Seek a posture that arrives, from the free one and then from those of all kinds; True where
     state is one."""
     take(desk.free, state.angles)
@@ -315,7 +315,7 @@ def _search(job, settings, trail, desk, state, work, space):  # type: ignore[no-
         return True
     desk.tried[:] = 0
     for lot in LOTS:
-        for _ in range(_starts(job, settings, lot, desk, state, work, space)):
+        for _ in range(_starts(job, seeds, lot, desk, state, work, space)):
             least = 0
             for i in range(desk.depth.shape[0]):
                 if desk.depth[i] < desk.depth[least]:
@@ -343,18 +343,18 @@ def _stand(job, angles, near, desk, state, work, space):  # type: ignore[no-unty
 
 
 @inner
-def _walk(job, settings, desk, state, space):  # type: ignore[no-untyped-def]
+def _walk(job, seeds, desk, state, space):  # type: ignore[no-untyped-def]
     """From postures of all kinds that enter nothing straight toward the free one, as far as nothing
     is entered: into desk.kept[0] where the tip is nearest to the target then; False where there is
     none."""
-    link, _, _, problem, _, _, p = job
+    link, _, b, problem, _, _, p = job
     base, goal = problem
-    seeds, seed_tips = settings
+    place_seeds(link, b, seeds, state)
     least = np.inf
     desk.tried[:] = 0
     desk.many[0] = 0
     for _ in range(WALKS):
-        at = next_seed(base, goal, p, seed_tips, desk.tried)
+        at = next_seed(base, goal, p, seeds, b, desk.tried)
         if at < 0:
             break
         desk.tried[at] = 1
@@ -365,7 +365,7 @@ def _walk(job, settings, desk, state, space):  # type: ignore[no-untyped-def]
                 k = link.free_joint[d]
                 axis = link.free_axis[d]
                 state.angles[k, axis] = (
-                    share * desk.free[k, axis] + (1.0 - share) * seeds[at, k, axis]
+                    share * desk.free[k, axis] + (1.0 - share) * seeds.angles[at, k, axis]
                 )
             error, breach, overlap, _, _ = _look_at(job, desk, state, space)
             if overlap > 0.0 or breach >= LEGAL:
@@ -392,11 +392,11 @@ def _begin(job, trail, desk, state, work):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def settle(link, limbs, who, held, problem, room, settings, asked, trail, begin, end):  # type: ignore[no-untyped-def]
+def settle(link, limbs, who, held, problem, room, seeds, asked, trail, begin, end):  # type: ignore[no-untyped-def]
     """Keep reaches off obstacles, rows begin..end of P, each by itself.
 
     link, limbs: of B bodies; who (P,), held (P, J, 4), problem: base (P, 3, 4) and goal (P, 12).
-    settings: seeds (M, K, 3) and their tips (M, 6). asked (P,): 1 where the target may be reached
+    seeds: postures to begin at. asked (P,): 1 where the target may be reached
     but for obstacles, so that a search is worth it. trail: free postures in, what they have come to
     out.
     """
@@ -405,7 +405,7 @@ def settle(link, limbs, who, held, problem, room, settings, asked, trail, begin,
     state = new_state(joints, link.mode.shape[0], stops + MOST_WALLS)
     work = new_work(joints, link.mode.shape[0], stops + MOST_WALLS)
     space = new_space(limbs, held.shape[1])
-    desk = new_desk(joints, len(settings[0]))
+    desk = new_desk(joints, len(seeds.angles))
     anew = np.bool_(False)
     easy = np.bool_(True)
     hard = np.bool_(False)
@@ -424,12 +424,12 @@ def settle(link, limbs, who, held, problem, room, settings, asked, trail, begin,
                 continue
         elif worthy[0] < REACHED:
             continue
-        if asked[p] and _search(job, settings, trail, desk, state, work, space):
+        if asked[p] and _search(job, seeds, trail, desk, state, work, space):
             _ease(job, trail, desk, state, work, space)
             continue
         if asked[p] or trail.overlap[p] > 0.0:
             _stand(job, desk.free, CLEAR, desk, state, work, space)
             _rounds(job, np.int64(MOST_TURNS), hard, trail, desk, state, work, space)
-        if trail.overlap[p] > 0.0 and _walk(job, settings, desk, state, space):
+        if trail.overlap[p] > 0.0 and _walk(job, seeds, desk, state, space):
             _stand(job, desk.kept[0], NEAR, desk, state, work, space)
             _rounds(job, np.int64(MOST_TURNS), hard, trail, desk, state, work, space)

@@ -1,15 +1,17 @@
-"""Batch inverse kinematics: a chain a row, each from its own start, from seeds, or from the row
-that it follows.
+"""Batch inverse kinematics: a chain a row, each from its own start, from a solution near by, or
+from seeds.
 
-A row that follows another starts from that one's solution with that one's multipliers, and is there
-in a few steps.
+A solution near by comes with its multipliers, so that the row is there in a few steps. Rows know
+nothing of one another.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.compiled import njit
 from workbench.contact.kernels.inner import inlined, inner
@@ -27,18 +29,44 @@ from workbench.posture.kernels.limits import within
 from workbench.posture.kernels.linkage import move, new_state
 from workbench.posture.kernels.newton import new_work
 
-__all__ = ["LEGAL", "breaches", "holder", "next_seed", "solve_chains", "tips", "worth"]
+__all__ = [
+    "LEGAL",
+    "Seeds",
+    "breaches",
+    "holder",
+    "next_seed",
+    "place_seeds",
+    "solve_chains",
+    "tips",
+    "worth",
+]
 
 COLD = 0
 WARM = 1
 FAR = 2
 """How a descent begins: from nothing, with multipliers, with those of a target that was missed."""
 HASTE = 10
-"""Steps after which a descent from another row's solution is given up for one from the start."""
+"""Steps after which a descent with multipliers is given up for one without."""
 WIDE = 0.03
-"""Miss [m] of the row before beyond which its own start is not tried."""
+"""Miss [m] of the solution near by beyond which nothing else is tried."""
+FEW_AGAIN = 2
+"""Seeds that are tried at most after a solution near by that reached its own target."""
 LEGAL = 5e-4
 """Breach [rad, m] below which a solution is within the stops."""
+
+
+class Seeds(NamedTuple):
+    """Postures to begin again from, the same ones for all rows of a body."""
+
+    angles: NDArray[np.float64]
+    """(M, K, 3) joint angles [rad] within the stops."""
+    tips: NDArray[np.float64]
+    """(B, M, 6) tip [m] and direction in the frame of the held link, by row of the body; filled
+    when first needed."""
+    placed: NDArray[np.int64]
+    """(B,) 1 where the tips of a row are filled."""
+    origin: NDArray[np.float64]
+    """(1, 3, 4) the frame of the held link in itself."""
 
 
 @inlined
@@ -54,12 +82,26 @@ def worth(goal, p, state):  # type: ignore[no-untyped-def]
 
 
 @inner
-def next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
-    """The seed not yet tried whose tip and direction (M, 6), in the frame of the held link, are
-    nearest to the goal."""
+def place_seeds(link, b, seeds, state):  # type: ignore[no-untyped-def]
+    """Fill the tips of the seeds for row b of a body, where they are not."""
+    if seeds.placed[b] == 1:
+        return
+    none = np.int64(0)  # a plain 0 would have all compiled for itself
+    for s in range(seeds.angles.shape[0]):
+        take_row(seeds.angles, s, state.angles)
+        move(link, b, seeds.origin, none, state)
+        for i in range(6):
+            seeds.tips[b, s, i] = state.at[i]
+    seeds.placed[b] = 1
+
+
+@inner
+def next_seed(base, goal, p, seeds, b, tried):  # type: ignore[no-untyped-def]
+    """The seed not yet tried whose tip and direction, for row b of the body, are nearest to the
+    goal of row p; -1 where none is left."""
     best = -1
     least = np.inf
-    for s in range(seeds.shape[0]):
+    for s in range(seeds.angles.shape[0]):
         gap = 0.0
         for i in range(6):
             local = 0.0
@@ -67,7 +109,7 @@ def next_seed(base, goal, p, seeds, tried):  # type: ignore[no-untyped-def]
                 local += base[p, m, i % 3] * (
                     goal[p, m + i - i % 3] - (base[p, m, 3] if i < 3 else 0.0)
                 )
-            gap += (goal[p, 6 + i] * (local - seeds[s, i])) ** 2
+            gap += (goal[p, 6 + i] * (local - seeds.tips[b, s, i])) ** 2
         if gap < least and tried[s] == 0:
             best = s
             least = gap
@@ -131,49 +173,47 @@ def _attempt(link, b, problem, planes, most, out, p, mode, before, state, work, 
 
 
 @inner
-def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried, best):  # type: ignore[no-untyped-def]
-    """Solve row p: from where the row it follows has come to, from its own start, from seeds."""
+def _row(link, b, problem, planes, settings, out, p, near, state, work, tried, best):  # type: ignore[no-untyped-def]
+    """Solve row p: from the solution near by that out holds, from its own start, from seeds."""
     base, goal = problem
-    most, seeds, seed_tips, again = settings
+    most, seeds, again = settings
     angles, numbers, held = out
     stops = link.rows.shape[0]
     free = link.mode.shape[0]
-    lead = follow[p]
     error = np.inf
     breach = np.inf
     mode = COLD
     few = again
     take_row(angles, p, best)
     tried[:] = 0
-    if lead >= 0 and numbers[lead, 1] < LEGAL:
+    if near and numbers[p, 1] < LEGAL:
         mode, few = (
-            (WARM, again)
-            if numbers[lead, 0] < REACHED
-            else (FAR, min(again, 1 if numbers[lead, 0] < WIDE else -1))
+            (WARM, min(again, FEW_AGAIN))
+            if numbers[p, 0] < REACHED
+            else (FAR, min(again, 1 if numbers[p, 0] < WIDE else -1))
         )
         work.press[:] = 0.0
         for i in range(6 + stops):
             if i < 6:
-                work.pushed[i] = held[lead, i]
+                work.pushed[i] = held[p, i]
             else:
-                work.press[i - 6] = held[lead, i]
+                work.press[i - 6] = held[p, i]
     for i in range(8):
         numbers[p, i] = 0.0
     for attempt in range(-1 if mode != COLD else 0, again + 1):
         at = attempt
         if attempt > 0:
-            at = next_seed(base, goal, p, seed_tips, tried)
+            place_seeds(link, b, seeds, state)
+            at = next_seed(base, goal, p, seeds, b, tried)
             if at < 0:
                 break
             tried[at] = 1
         take_row(angles, p, state.angles)
-        for d in range(free):
-            k = link.free_joint[d]
-            axis = link.free_axis[d]
-            if attempt < 0:
-                state.angles[k, axis] = angles[lead, k, axis]
-            elif attempt > 0:
-                state.angles[k, axis] = seeds[at, k, axis]
+        if attempt > 0:
+            for d in range(free):
+                k = link.free_joint[d]
+                axis = link.free_axis[d]
+                state.angles[k, axis] = seeds.angles[at, k, axis]
         error, breach = _attempt(
             link, b, problem, planes, most, out, p, mode, (error, breach), state, work, best
         )
@@ -186,17 +226,15 @@ def _row(link, b, problem, planes, settings, out, p, follow, state, work, tried,
 
 
 @njit(cache=True, nogil=True)
-def solve_chains(link, who, problem, planes, settings, out, follow, begin, end):  # type: ignore[no-untyped-def]
-    """Solve the chains begin..end of P, chain p of body who[p].
+def solve_chains(link, who, problem, planes, settings, out, near, begin, end):  # type: ignore[no-untyped-def]
+    """Solve the chains begin..end of P, each by itself, chain p of body who[p].
 
     problem: base (P, 3, 4), goal (P, 12): target, direction, weights of each. planes: rows of
-    Planes and start (P + 1,). settings: most steps, seeds (M, K, 3) to begin again from with their
-    tips and directions (M, 6), how many of them. out: angles (P, K, 3), the start in and the
-    solution out; numbers (P, 8): error, breach, steps, and what holds (5); held (P, 6 + R):
-    multipliers of target and stops. follow (P,): the row, in begin..p, from whose solution to
-    begin, -1 for the row's own start, p where out already holds what was found for the row, with
-    another target or other planes. Where the one followed has missed, at most the row's own start
-    is tried besides.
+    Planes and start (P + 1,). settings: most steps, Seeds to begin again from, and from how many.
+    out: angles (P, K, 3), the start in and the solution out; numbers (P, 8): error, breach, steps,
+    and what holds (5); held (P, 6 + R): multipliers of target and stops. near (P,): 1 where out
+    holds a solution near by: of the row with another target or other planes, or of its guide. Then
+    few seeds are tried, and none where that solution is far from its own target.
     """
     start = planes[1]
     joints = link.axes.shape[0]
@@ -206,10 +244,12 @@ def solve_chains(link, who, problem, planes, settings, out, follow, begin, end):
         widest = max(widest, start[p + 1] - start[p])
     state = new_state(joints, free, len(link.rows) + widest)
     work = new_work(joints, free, len(link.rows) + widest)
-    tried = np.zeros(len(settings[1]), np.int64)
+    tried = np.zeros(len(settings[1].angles), np.int64)
     best = np.zeros((joints, 3))
     for p in range(begin, end):
-        _row(link, who[p], problem, planes, settings, out, p, follow, state, work, tried, best)
+        _row(
+            link, who[p], problem, planes, settings, out, p, near[p] == 1, state, work, tried, best
+        )
 
 
 @njit(cache=True, nogil=True)

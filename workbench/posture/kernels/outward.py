@@ -1,5 +1,5 @@
 """How far out along a ray a chain still reaches: the tip held to the ray and pushed outward until
-stops and length hold it, each row from where the one before has come to.
+stops and length hold it, each row from its own start or from a solution near by.
 
 What is made least is the push's potential and a little comfort, held to the ray (equalities) and to
 the stops (inequalities) by the method of multipliers, each step damped by how much of what it
@@ -138,9 +138,9 @@ def _extend(link, b, base, goal, planes, most, warm, state, work):  # type: igno
 
 
 @inner
-def _along(ray, p, base, own, goal):  # type: ignore[no-untyped-def]
+def _along(ray, p, base, turn, own, goal):  # type: ignore[no-untyped-def]
     """Turn the world so that ray[p], a point and a direction, runs along x: base[p] into own, the
-    ray into goal."""
+    ray into goal; fills turn (3, 3), whose rows are the new axes."""
     x = ray[p, 3]
     y = ray[p, 4]
     z = ray[p, 5]
@@ -154,9 +154,12 @@ def _along(ray, p, base, own, goal):  # type: ignore[no-untyped-def]
     u = u / size
     v = v / size
     w = w / size
-    turn = ((x, y, z), (u, v, w), (y * w - z * v, z * u - x * w, x * v - y * u))
+    axes = ((x, y, z), (u, v, w), (y * w - z * v, z * u - x * w, x * v - y * u))
     for i in range(3):
-        a, b, c = turn[i]
+        a, b, c = axes[i]
+        turn[i, 0] = a
+        turn[i, 1] = b
+        turn[i, 2] = c
         for m in range(4):
             own[0, i, m] = a * base[p, 0, m] + b * base[p, 1, m] + c * base[p, 2, m]
         goal[0, i] = a * ray[p, 0] + b * ray[p, 1] + c * ray[p, 2]
@@ -164,32 +167,32 @@ def _along(ray, p, base, own, goal):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _begin(link, p, lead, out, state, work):  # type: ignore[no-untyped-def]
-    """Angles and multipliers of row p from where a row has come to, or of its own where lead is
-    -1."""
-    angles, held, _, _ = out
+def _begin(link, p, turn, angles, held, state, work):  # type: ignore[no-untyped-def]
+    """Stand at angles[p] with the multipliers held[p], those of the ray turned into its axes."""
     take_row(angles, p, state.angles)
-    for i in range(6 + link.rows.shape[0]):
-        value = held[lead, i] if lead >= 0 else 0.0
-        if i < 6:
-            work.pushed[i] = value
-        else:
-            work.press[i - 6] = value
-    if lead >= 0:
-        for d in range(link.mode.shape[0]):
-            k = link.free_joint[d]
-            axis = link.free_axis[d]
-            state.angles[k, axis] = angles[lead, k, axis]
+    for i in range(3):
+        work.pushed[i] = turn[i, 0] * held[p, 0] + turn[i, 1] * held[p, 1] + turn[i, 2] * held[p, 2]
+        work.pushed[3 + i] = 0.0
+    for i in range(link.rows.shape[0]):
+        work.press[i] = held[p, 6 + i]
 
 
 @inner
-def _try(link, b, own, goals, planes, most, p, far, capped, lead, out, state, work, best):  # type: ignore[no-untyped-def]
-    """Bring row p to the far end of its ray, or as far as it goes; True where it came to rest.
-    Keeps what is better."""
+def _rest(link, work):  # type: ignore[no-untyped-def]
+    """Drop all multipliers."""
+    for i in range(6):
+        work.pushed[i] = 0.0
+    for i in range(link.rows.shape[0]):
+        work.press[i] = 0.0
+
+
+@inner
+def _try(link, b, own, turn, goals, planes, most, p, far, capped, warm, out, state, work, best):  # type: ignore[no-untyped-def]
+    """Bring row p from a state to the far end of its ray, or as far as it goes; True where it came
+    to rest. Keeps what is better."""
     goal, end = goals
-    warm = lead >= 0
+    _, held, ways, steps = out
     none = np.int64(0)  # a plain 0 would have all compiled for itself
-    _begin(link, p, lead, out, state, work)
     if capped:
         count, left = descend(
             link, b, (own, end), none, planes, (none, none), most, warm, state, work
@@ -197,7 +200,7 @@ def _try(link, b, own, goals, planes, most, p, far, capped, lead, out, state, wo
         rested = not left
     else:
         rested, count = _extend(link, b, own, goal, planes, most, warm, state, work)
-    out[3][p] += count
+    steps[p] += count
     within(link, state.angles)
     look(link, b, own, none, planes, (none, none), state)
     off = math.sqrt((state.at[1] - goal[0, 1]) ** 2 + (state.at[2] - goal[0, 2]) ** 2)
@@ -208,64 +211,75 @@ def _try(link, b, own, goals, planes, most, p, far, capped, lead, out, state, wo
     if capped:
         rested = abs(way - far) < REACHED
         way = far if rested else way
-    if off < 2.0 * ON_RAY and breach < LEGAL and way > out[2][p]:
-        out[2][p] = way
+    if off < 2.0 * ON_RAY and breach < LEGAL and way > ways[p]:
+        ways[p] = way
         take(state.angles, best)
-        for i in range(6 + link.rows.shape[0]):
-            out[1][p, i] = work.pushed[i] if i < 6 else work.press[i - 6]
+        for i in range(3):
+            held[p, i] = (
+                turn[0, i] * work.pushed[0]
+                + turn[1, i] * work.pushed[1]
+                + turn[2, i] * work.pushed[2]
+            )
+        for i in range(link.rows.shape[0]):
+            held[p, 6 + i] = work.press[i]
         return rested
     return False
 
 
 @njit(cache=True, nogil=True)
-def reach_outward(link, who, base, rays, planes, far, most, out, follow, begin, end):  # type: ignore[no-untyped-def]
+def reach_outward(link, who, base, rays, planes, far, most, near, out, begin, end):  # type: ignore[no-untyped-def]
     """How far the chains begin..end of P reach along rays (P, 6), a point and a unit direction
     each, up to `far` [m].
 
-    base (P, 3, 4); planes: none. out: angles (P, K, 3), in a start that reaches the point, out
-    where it came to; held (P, 6 + R): multipliers of ray and stops; ways (P,) [m]: how far beyond
-    the point, `far` itself where that is reached, -inf where nothing on the ray was; steps (P,).
-    follow (P,): the row, in begin..p, from whose solution to begin, -1 for the row's own start;
-    that is tried besides where the other leads nowhere.
+    base (P, 3, 4); planes: none. near: what guides have come to: angles (P, K, 3), multipliers (P,
+    6 + R) of the world and the stops, and their ways (P,) [m], -inf where there is no guide. out:
+    angles (P, K, 3), in a start that reaches the point, out where it came to; held (P, 6 + R):
+    multipliers; ways (P,) [m]: how far beyond the point, `far` itself where that is reached, -inf
+    where nothing on the ray was; steps (P,). The row's own start is tried where the guide leads
+    nowhere.
     """
     joints = link.axes.shape[0]
     stops = link.rows.shape[0]
+    guides, pressed, came = near
     ways = out[2]
     state = new_state(joints, link.mode.shape[0], stops)
     work = new_work(joints, link.mode.shape[0], stops)
     own = np.zeros((1, 3, 4))
+    turn = np.zeros((3, 3))
     best = np.zeros((joints, 3))
     goal = np.zeros((1, 12))
     last = np.zeros((1, 12))
     for p in range(begin, end):
-        _along(rays, p, base, own, goal)
+        _along(rays, p, base, turn, own, goal)
         last[:] = goal
         last[0, 0] = goal[0, 0] + far
         last[0, 6] = 1.0
         ways[p] = -np.inf
-        lead = follow[p]
         take_row(out[0], p, best)
-        if lead >= 0 and ways[lead] == -np.inf:
-            lead = -1
-        # what the one before could do is tried first, then the other, then both from the row's own
-        # start
-        for attempt in range(0 if lead >= 0 else 2, 4):
-            like = attempt >= 2 or lead < 0
-            capped = attempt % 2 == 0 if like else (ways[lead] == far) == (attempt == 0)
-            some = min(MOST_WARM, most) if attempt < 2 else most
+        # what the guide could do is tried first, then the other, then both from the row's own start
+        for attempt in range(0 if came[p] > -np.inf else 2, 4):
+            guided = attempt < 2
+            capped = (came[p] == far) == (attempt == 0) if guided else attempt == 2
+            some = min(MOST_WARM, most) if guided else most
             if attempt == 1 and not capped and ways[p] > -np.inf:
                 continue
+            if guided:
+                _begin(link, p, turn, guides, pressed, state, work)
+            else:
+                take_row(out[0], p, state.angles)
+                _rest(link, work)
             if _try(
                 link,
                 who[p],
                 own,
+                turn,
                 (goal, last),
                 planes,
                 some,
                 p,
                 far,
                 capped,
-                lead if attempt < 2 else -1,
+                guided,
                 out,
                 state,
                 work,

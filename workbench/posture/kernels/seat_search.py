@@ -151,7 +151,7 @@ def seat_rows(sit, legs, grid, first, every, out, begin, end):  # type: ignore[n
     begun = new_sitter(links, stops, joints)
     high = new_sitter(links, stops, joints)
     sitters = (now, kept, begun, high)
-    desk = new_desk(legs.seeds.shape[1])
+    desk = new_desk()
     table = np.zeros((len(grid), ROW))
     for b in range(begin, end):
         begin_sitter(sit, legs, b, rotations, now, desk)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from workbench.body.kernels.rotation import swing_twist_quaternion
 from workbench.compiled import njit
 from workbench.posture.kernels.contacts import Limbs, least_heights
-from workbench.posture.kernels.inverse import solve_chains, tips
+from workbench.posture.kernels.inverse import Seeds, solve_chains
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.kernels.linkage import Linkage
 
@@ -88,14 +88,14 @@ class Sitting(NamedTuple):
 class Legs(NamedTuple):
     """The legs of B people, two (the second not looked at where `feet` is 1): links; goal (B, 2, 2,
     12): of each foot with the heel on the floor and in the air; start (B, 2, K, 3): angles in
-    comfort; seeds (2, M, K, 3) to begin again from; again (3,): from how many, with the heel down,
+    comfort; seeds of each to begin again from; again (3,): from how many, with the heel down,
     in the air, and at first; joints (2, K) of the body; axes (J, 3, 3); floor: 1 where heels have
     one; in_air: the discomfort of a heel that is not on it."""
 
     links: tuple[Linkage, Linkage]
     goal: NDArray[np.float64]
     start: NDArray[np.float64]
-    seeds: NDArray[np.float64]
+    seeds: tuple[Seeds, Seeds]
     again: NDArray[np.int64]
     joints: NDArray[np.int64]
     axes: NDArray[np.float64]
@@ -124,19 +124,16 @@ class _Sitter(NamedTuple):
 
 class _Desk(NamedTuple):
     """What the search of one person works with: the person's number `own` (1,) and for each row
-    `who` (4,), goal (4, 12), follow (4,); lap (1, 3, 4), heights (1, 2); seed_tips (2, M, 6) with
-    told (2,), seed_who (M,), seed_base (M, 3, 4); planes (none) and first (5,)."""
+    `who` (4,), goal (4, 12), near (4,); lap (1, 3, 4), heights (1, 2); tried (2,): 1 for a foot
+    that was begun again from seeds; planes (none) and first (5,)."""
 
     own: NDArray[np.int64]
     who: NDArray[np.int64]
     goal: NDArray[np.float64]
-    follow: NDArray[np.int64]
+    near: NDArray[np.int64]
     lap: NDArray[np.float64]
     heights: NDArray[np.float64]
-    seed_tips: NDArray[np.float64]
-    told: NDArray[np.int64]
-    seed_who: NDArray[np.int64]
-    seed_base: NDArray[np.float64]
+    tried: NDArray[np.int64]
     planes: Planes
     first: NDArray[np.int64]
 
@@ -161,11 +158,8 @@ def new_sitter(links, stops, joints):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def new_desk(seeds):  # type: ignore[no-untyped-def]
-    """An empty desk, for so many seeds."""
-    base = np.zeros((seeds, 3, 4))
-    for i in range(3 * seeds):
-        base[i // 3, i % 3, i % 3] = 1.0
+def new_desk():  # type: ignore[no-untyped-def]
+    """An empty desk."""
     planes = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
     return _Desk(
         np.zeros(1, np.int64),
@@ -174,10 +168,7 @@ def new_desk(seeds):  # type: ignore[no-untyped-def]
         np.zeros(4, np.int64),
         np.zeros((1, 3, 4)),
         np.zeros((1, 2)),
-        np.zeros((2, seeds, 6)),
         np.zeros(2, np.int64),
-        np.zeros(seeds, np.int64),
-        base,
         planes,
         np.zeros(5, np.int64),
     )
@@ -227,25 +218,24 @@ def _stretch(legs, foot, r, sitter, desk):  # type: ignore[no-untyped-def]
     """Solve a row of a foot, from where it was or from comfort, again from seeds where that fails;
     returns the miss."""
     link = legs.links[0] if foot == 0 else legs.links[1]
-    seeds = legs.seeds[foot]
+    seeds = legs.seeds[0] if foot == 0 else legs.seeds[1]
     out = (sitter.angles, sitter.numbers, sitter.held)
     problem = (sitter.base, desk.goal)
     planes = (desk.planes, desk.first)
     new = sitter.known[r] == 0.0
     steps = np.int64(STEPS)
     again = legs.again[r % 2]
-    desk.follow[r] = -1 if new else r
-    near = new or sitter.numbers[r, 0] < REACHED
-    settings = (steps, seeds, desk.seed_tips[foot], legs.again[2])
-    solve_chains(link, desk.who, problem, planes, settings, out, desk.follow, r, r + 1)
+    desk.near[r] = 0 if new else 1
+    try_again = new or sitter.numbers[r, 0] < REACHED
+    settings = (steps, seeds, legs.again[2])
+    solve_chains(link, desk.who, problem, planes, settings, out, desk.near, r, r + 1)
     sitter.known[r] = 1.0
-    if sitter.numbers[r, 0] >= REACHED and near and again > 0:
-        if desk.told[foot] == 0:
-            tips(link, desk.seed_who, desk.seed_base, seeds, desk.seed_tips[foot])
-            desk.told[foot] = 1
-            desk.follow[r] = -1
-        settings = (steps, seeds, desk.seed_tips[foot], again)
-        solve_chains(link, desk.who, problem, planes, settings, out, desk.follow, r, r + 1)
+    if sitter.numbers[r, 0] >= REACHED and try_again and again > 0:
+        if desk.tried[foot] == 0:
+            desk.tried[foot] = 1
+            desk.near[r] = 0
+        settings = (steps, seeds, again)
+        solve_chains(link, desk.who, problem, planes, settings, out, desk.near, r, r + 1)
     return sitter.numbers[r, 0]
 
 
@@ -303,10 +293,8 @@ def begin_sitter(sit, legs, b, rotations, sitter, desk):  # type: ignore[no-unty
     """Begin with person b, nothing known of any foot."""
     desk.own[0] = b
     for i in range(2):
-        desk.told[i] = 0
+        desk.tried[i] = 0
         sitter.missed[i, 3] = 0.0
-    for i in range(desk.seed_who.shape[0]):
-        desk.seed_who[i] = b
     copy_row(sit.lap[b].reshape(-1), desk.lap.reshape(-1))
     copy_row(rotations[b].reshape(-1), sitter.rotations.reshape(-1))
     for r in range(4):

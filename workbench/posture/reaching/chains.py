@@ -1,5 +1,5 @@
-"""Limbs of the rows of a body that reach for targets, a row a reach: tasks, their solution free of
-obstacles, seeds."""
+"""Limbs of the rows of a body that reach for targets, a row a reach: tasks, and their solution free
+of obstacles."""
 
 from __future__ import annotations
 
@@ -9,54 +9,70 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
-from workbench.model.kept import kept_with_body
 from workbench.model.posing import compose
-from workbench.posture.kernels.inverse import breaches, solve_chains, tips
+from workbench.posture.kernels.inverse import Seeds, breaches, solve_chains, tips
 from workbench.posture.kernels.limits import Planes
 from workbench.posture.kernels.linkage import Linkage
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between
 from workbench.posture.reaching.packing import packed_links
+from workbench.posture.reaching.seeds import NO_PLANES, packed_seeds
 from workbench.threads import in_pieces
 
 __all__ = [
     "AGAIN",
-    "NO_PLANES",
     "PIECE",
+    "REACHED",
+    "TURN_LEVER",
     "Found",
     "Task",
     "Walls",
+    "apply",
     "cold",
+    "goals_of",
     "legal",
+    "limb_task",
     "posed",
     "rows_of",
-    "seeds_of",
     "solved",
+    "stopped_by",
     "tips_of",
 ]
 
 STEPS = 90
+"""Steps of a descent at most."""
 AGAIN = 12
-SEEDS = 128
+"""Seeds that a search begins again from, where a target is missed."""
+REACHED = 1e-4
+"""Distance [m] of the tip within which a target is reached."""
+TURN_LEVER = 0.2
+"""Distance [m] that a radian between wanted and actual direction counts as."""
+SLACK = 0.03
+"""A stop that gives less than this [m/rad] is not what limits a reach."""
 PIECE = 128
-"""Rows that a thread takes at a time; within them a row may follow the one before."""
-NO_PLANES = Planes(np.zeros(0, np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+"""Rows that a thread takes at a time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """One limb of the rows of a body reaching for P targets: row p is that of row who[p] (P,), whose
-    joints stand at held (P, J, 4) and whose held segment at base (P, 3, 4); goal (P, 12):
-    target, direction, weights of each."""
+    """One limb of the rows of a body that reaches for P targets, a row a reach."""
 
     body: Body
     limb: Limb
     link: Linkage
+    """The chain of the limb, by row of the body."""
+    seeds: Seeds
+    """Postures to begin again from, by row of the body."""
     joints: list[int]
+    """The K joints of the chain, from the held segment out."""
     who: Ints
+    """(P,) the row of the body that reaches."""
     held: Floats
+    """(P, J, 4) the rotations that the joints stand at."""
     base: Floats
+    """(P, 3, 4) [m] where the held segment stands in the world."""
     goal: Floats
+    """(P, 12) the target [m], the direction, and the weights of their six numbers."""
 
     def __len__(self) -> int:
         return len(self.who)
@@ -81,6 +97,16 @@ class Found:
             self.held[rows],
             self.overlap[rows],
             self.part[rows],
+        )
+
+    def joined(self, other: Found) -> Found:
+        """The rows of both."""
+        return Found(
+            np.concatenate([self.angles, other.angles]),
+            np.concatenate([self.numbers, other.numbers]),
+            np.concatenate([self.held, other.held]),
+            np.concatenate([self.overlap, other.overlap]),
+            np.concatenate([self.part, other.part]),
         )
 
     def changed(self, rows: Ints, other: Found) -> Found:
@@ -108,6 +134,36 @@ class Walls:
     start: Ints
 
 
+def limb_task(
+    body: Body, limb: Limb, who: Ints, *, held: Floats, base: Floats, goal: Floats
+) -> Task:
+    """A task of a limb; arguments as the fields of `Task`."""
+    link = packed_links(body, limb)
+    joints = joints_between(body, limb.base, limb.end)
+    # arrays of one kind only: each new kind would have the kernels compiled again
+    return Task(body, limb, link, packed_seeds(body, limb), joints, who, np.array(held), base, goal)
+
+
+def goals_of(targets: Floats) -> Floats:
+    """(P, 12) goals of the kernels for targets (P, 3) [m], from any direction."""
+    goal = np.zeros((len(targets), 12))
+    goal[:, :3] = targets
+    goal[:, 6:9] = 1.0
+    return goal
+
+
+def apply(matrices: Floats, vectors: Floats) -> Floats:
+    """(P, 3) matrices (P, 3, 3) times vectors (P, 3), to the last bit as of each alone."""
+    x, y, z = vectors[:, 0, None], vectors[:, 1, None], vectors[:, 2, None]
+    product: Floats = matrices[:, :, 0] * x + matrices[:, :, 1] * y + matrices[:, :, 2] * z
+    return product
+
+
+def root_joint(body: Body, limb: Limb) -> int:
+    """The shoulder of a hand, or the hip of a foot."""
+    return body.joint(body.segments[limb.end][0] + ("H" if "foot" in limb.name else "S"))
+
+
 def rows_of(task: Task, rows: Ints | Bools) -> Task:
     """Some rows of a task."""
     return replace(
@@ -128,13 +184,25 @@ def solved(
     again: int,
     *,
     walls: Walls | None = None,
-    follow: Ints | None = None,
-    before: Found | None = None,
+    near: Found | None = None,
     threads: int | None = None,
 ) -> Found:
-    """Solve all rows from their start angles (P, K, 3), again from `again` other postures where a
-    row fails; or from the row of the same piece that they follow; or from what was found before for
-    another target or other walls."""
+    """Solve all rows of a task, each by itself.
+
+    Parameters
+    ----------
+    start
+        (P, K, 3) [rad] angles to start from.
+    again
+        Seeds to begin again from where a row fails.
+    walls
+        Planes that the limbs must stay behind.
+    near
+        Solutions near by, of the same rows with another target or other walls, or of their guides;
+        the search starts at these instead. Few seeds are tried then.
+    threads
+        All cores if None. The answer does not depend on it.
+    """
     count = len(task)
     link = task.link
     # in one order always: for each other one the kernels would be compiled again
@@ -147,40 +215,17 @@ def solved(
         )
         planes = Planes(walls.planes[:, 0].astype(np.int64), at, normal, offset)
         first = walls.start
-    settings = (STEPS, *seeds_of(task.body, task.limb), again)
+    settings = (STEPS, task.seeds, again)
     problem = (task.base, task.goal)
-    if before is not None:
-        out = np.array(before.angles), np.array(before.numbers), np.array(before.held)
-        follow = np.arange(count)
-    lead = np.full(count, -1) if follow is None else follow
+    if near is not None:
+        out = np.array(near.angles), np.array(near.numbers), np.array(near.held)
+    known = np.full(count, int(near is not None))
 
     def work(begin: int, end: int) -> None:
-        solve_chains(link, task.who, problem, (planes, first), settings, out, lead, begin, end)
+        solve_chains(link, task.who, problem, (planes, first), settings, out, known, begin, end)
 
     in_pieces(work, count, PIECE, threads=threads)
     return Found(*out, np.zeros(count), np.full(count, -1))
-
-
-@kept_with_body
-def seeds_of(body: Body, limb: Limb) -> tuple[Floats, Floats]:
-    """Legal angles (M, K, 3) spread over the chain's range, and where they bring tip and direction
-    (M, 6) in the frame of the held segment; the same ones each time."""
-    link = packed_links(body[0], limb)
-    joints = joints_between(body, limb.base, limb.end)
-    limits = body.stops.limits[joints]
-    share = np.random.default_rng(1).uniform(size=(4 * SEEDS, len(joints), 3))
-    angles = np.where(link.free_of >= 0, -limits[..., 1] + share * limits.sum(axis=-1), 0.0)
-    swing = np.linalg.norm(angles[..., :2], axis=-1, keepdims=True)
-    angles[..., :2] *= np.minimum(1.0, 3.0 / np.maximum(swing, 1e-9))
-    breach = np.zeros(len(angles))
-    breaches(link, NO_PLANES, angles, breach)
-    # the legal ones first, then the least wrong: a start need not be legal
-    order = np.argsort(breach, kind="stable")[:SEEDS]
-    angles = np.ascontiguousarray(angles[order])
-    at = np.zeros((SEEDS, 6))
-    base = np.ascontiguousarray(np.broadcast_to(np.eye(3, 4), (SEEDS, 3, 4)))
-    tips(link, np.zeros(SEEDS, np.int64), base, angles, at)
-    return angles, at
 
 
 def legal(task: Task, angles: Floats) -> Bools:
@@ -195,6 +240,22 @@ def tips_of(task: Task, angles: Floats) -> Floats:
     at = np.zeros((len(angles), 6))
     tips(task.link, task.who, task.base, angles, at)
     return at
+
+
+def stopped_by(task: Task, found: Found, reached: Bools) -> tuple[Ints, Ints, Ints]:
+    """Joint, axis and side (P,) of the stop that limits each reach, -1 where none does."""
+    numbers = found.numbers
+    stopped = (
+        ~reached
+        & (found.part < 0)
+        & (numbers[:, 7] > 0)
+        & (numbers[:, 3] >= 0)
+        & (numbers[:, 6] > SLACK)
+    )
+    joint = np.array(task.joints)[numbers[:, 3].astype(np.int64)]
+    values = joint, numbers[:, 4], numbers[:, 5]
+    first, second, third = (np.where(stopped, value, -1).astype(np.int64) for value in values)
+    return first, second, third
 
 
 def posed(task: Task, angles: Floats) -> Floats:

@@ -10,17 +10,17 @@ surface of the palm.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.model.arrays import Bools, Floats
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.kept import kept_with_body
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "landmarks", "limb", "solids"]
+__all__ = ["FEET", "GRIPS", "HANDS", "ZONES", "Limb", "limb"]
 
 HANDS = ("left hand", "right hand")
 FEET = ("left foot", "right foot")
@@ -32,31 +32,63 @@ _LEG = ("H", "K", "A")
 
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """A chain of a body that reaches: from segment `base` (held) to segment `end`, the joints
-    `free` free.
+    """A chain of the rows of a body that reaches: from a held segment out to the one that arrives.
 
-    tip (3,) [m]: the point that reaches of the first row of a body, pointing (3,): the direction it reaches in, both in the
-    frame of `end`. moving: the segments that go along; solid (S,): the spheres that may meet
-    obstacles. The fingers of a hand that reaches are not among them: the body holds them straight,
-    where a person bends them out of the way.
+    A limb is of the body that it was made for: its arrays have a row for each row of that body.
     """
 
     name: str
+    """The limb and its grip in words: "right hand, push"."""
     base: int
+    """The segment that is held."""
     end: int
+    """The segment that arrives."""
     free: tuple[int, ...]
+    """The joints that are free."""
     tip: Floats
+    """(B, 3) [m] the point that arrives, in the frame of `end`."""
     pointing: Floats
+    """(B, 3) unit vector of the direction that the limb points in, in the frame of `end`."""
     moving: tuple[int, ...]
+    """The segments that go along."""
     solid: Bools
+    """(B, S) the spheres that may meet obstacles. The fingers of a hand that reaches are not among
+    them: the body holds them straight, where a person bends them out of the way."""
+
+    def __post_init__(self) -> None:
+        for name, dtype in (("tip", np.float64), ("pointing", np.float64), ("solid", np.bool_)):
+            rows = np.atleast_2d(np.array(getattr(self, name), dtype=dtype))
+            rows.flags.writeable = False
+            object.__setattr__(self, name, rows)
+
+    def __len__(self) -> int:
+        return len(self.tip)
+
+    def rows(self, keep: slice | Ints) -> Limb:
+        """The limb of some of the rows of the body."""
+        return replace(
+            self, tip=self.tip[keep], pointing=self.pointing[keep], solid=self.solid[keep]
+        )
 
 
 def limb(body: Body, name: str, *, grip: str | None = None, zone: int = 1) -> Limb:
-    """A hand or foot of a human body.
+    """Describe a hand or foot of the rows of a human body.
 
-    name: left hand, right hand, left foot or right foot; grip: push, pinch or grasp of a hand, ball
-    or heel of a foot (the first of them where None); zone: 1, 2 or 3 (of a hand). InputError for
-    unknown names, and where the body lacks the landmark.
+    Parameters
+    ----------
+    body
+        B rows; the limb is of these.
+    name
+        "left hand", "right hand", "left foot" or "right foot".
+    grip
+        "push", "pinch" or "grasp" of a hand, "ball" or "heel" of a foot; the first of them if None.
+    zone
+        Harness zone 1, 2 or 3 of a hand.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, or the body lacks the landmark.
     """
     return _limb(body, name, grip, zone)
 
@@ -87,42 +119,24 @@ def _limb(body: Body, name: str, grip: str | None, zone: int) -> Limb:
     moving = tuple(
         sorted({joint + 1 for joint in free} | {body.segment(segment) for segment in more})
     )
-    tip, pointing = _landmark(body[0], (end, grip))
-    solid = np.isin(body.sphere_segment, moving)
+    tip, pointing = _landmark(body, end, grip)
+    solid = np.repeat(np.isin(body.sphere_segment, moving)[None], len(body), axis=0)
     if kind == "hand":
-        solid &= ~(_beyond_knuckle(body[0], end)[0] & (body.sphere_segment == end))
-    return Limb(f"{name}, {grip}", base, end, free, tip[0], pointing[0], moving, solid)
-
-
-def solids(body: Body, limb: Limb) -> Bools:
-    """(B, S) the spheres that may meet obstacles: those of the limb, but of a hand that reaches not
-    those farther out than the index knuckle."""
-    found = np.repeat(limb.solid[None], len(body), axis=0)
-    if len(body) == 1 or limb.name.split()[1].rstrip(",") != "hand":
-        return found
-    hand = body.sphere_segment == limb.end
-    found[:, hand] = ~_beyond_knuckle(body, limb.end)[:, hand]
-    return found
+        hand = body.sphere_segment == end
+        solid[:, hand] = ~_beyond_knuckle(body, end)[:, hand]
+    return Limb(f"{name}, {grip}", base, end, free, tip, pointing, moving, solid)
 
 
 def _beyond_knuckle(body: Body, hand: int) -> Bools:
     """(B, S) the spheres that lie farther out than the index knuckle of a hand."""
     top = body.directions[hand, DIRECTIONS.index("top")]
     knuckle = body.centre[:, _row(body, hand, "index knuckle")]
-    beyond: Bools = np.einsum("bsi,i->bs", body.centre - knuckle[:, None], top) > 1e-6
+    beyond: Bools = np.sum((body.centre - knuckle[:, None]) * top, axis=2) > 1e-6
     return beyond
 
 
-def landmarks(body: Body, limb: Limb) -> tuple[Floats, Floats]:
-    """(B, 3) the points of a limb that arrive and the ways they point, of all rows of a body."""
-    tip, pointing = _landmark(body, (limb.end, limb.name.split(", ")[1]))
-    return np.ascontiguousarray(tip), np.ascontiguousarray(pointing)
-
-
-def _landmark(body: Body, which: tuple[int, str]) -> tuple[Floats, Floats]:
-    """(B, 3) the point of a hand or foot (a segment) that arrives, and the way it points, by
-    grip."""
-    segment, grip = which
+def _landmark(body: Body, segment: int, grip: str) -> tuple[Floats, Floats]:
+    """(B, 3) the point of a hand or foot that arrives by a grip, and the direction it points in."""
 
     def named(name: str) -> tuple[Floats, Floats]:
         row = _row(body, segment, name)

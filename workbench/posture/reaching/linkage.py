@@ -32,15 +32,15 @@ def joints_between(body: Body, base: int, end: int) -> list[int]:
 
 
 def linkage(
-    body: Body, ends: tuple[int, int], free: Iterable[int], tip: tuple[Floats, Floats]
+    body: Body, base: int, end: int, free: Iterable[int], tip: Floats, pointing: Floats
 ) -> Linkage:
-    """The chain from segment ends[0] (held) to ends[1], with the angles of the joints `free` free.
+    """Pack the chain from segment `base`, which is held, to `end`, with some joints free.
 
-    tip: the point (3,) [m] that reaches and the direction (3,) it reaches in, both in the last
-    segment. A hinge has one free angle, and its twist where the stops give it a range; other joints
-    have three.
+    tip (B, 3) [m]: the point that arrives, pointing (B, 3): the direction it points in, both in the
+    last segment, by row of the body. A hinge has one free angle, and its twist where the stops give
+    it a range; other joints have three.
     """
-    joints = joints_between(body, *ends)
+    joints = joints_between(body, base, end)
     chosen = set(free)
     stops = body.stops
     rows = [
@@ -59,8 +59,8 @@ def linkage(
     sides, link = _polygon(body, joints, k)
     coupled, coupling = _couplings(body, joints)
     return Linkage(
-        at_parent=np.ascontiguousarray(body.joint_in_parent[0, joints].reshape(1, -1, 3)),
-        at_child=np.ascontiguousarray(body.joint_in_child[0, joints].reshape(1, -1, 3)),
+        at_parent=np.ascontiguousarray(body.joint_in_parent[:, joints]),
+        at_child=np.ascontiguousarray(body.joint_in_child[:, joints]),
         axes=np.ascontiguousarray(stops.axes[joints].reshape(-1, 3, 3)),
         rows=_rows(body, joints, free_of),
         limits=np.ascontiguousarray(stops.limits[joints].reshape(-1, 3, 2)),
@@ -74,8 +74,8 @@ def linkage(
         sides=sides,
         limb=np.ascontiguousarray(stops.limb[joints[max(k, 0)]]),
         polygon_link=link,
-        tip=np.array(tip[0], dtype=np.float64).reshape(1, 3),
-        pointing=np.array(tip[1], dtype=np.float64).reshape(1, 3),
+        tip=np.array(tip),
+        pointing=np.array(pointing),
     )
 
 

@@ -29,11 +29,11 @@ from workbench.posture.kernels.contacts import Limbs, Obstacles, overlaps
 from workbench.posture.reaching.chains import (
     AGAIN,
     PIECE,
+    REACHED,
     Found,
     Task,
     cold,
     rows_of,
-    seeds_of,
     solved,
 )
 from workbench.posture.reaching.packing import packed_limbs
@@ -43,10 +43,8 @@ __all__ = ["Room", "cleared", "obstacles_of"]
 
 CLEAR = 2e-4
 """Overlap [m] below which nothing is touched."""
-REACHED = 1e-4
 NEARLY = 2e-3
-"""Distances [m] within which a target is reached, and within which a search may still find that it
-is."""
+"""Distance [m] within which a search may still find that a target is reached."""
 SMALL = 8
 """Rows that a thread searches for at a time."""
 
@@ -62,9 +60,8 @@ class Room:
     threads: int | None = None
 
 
-def cleared(task: Task, found: Found, room: Room, *, anew: bool = False) -> Found:
-    """The same reaches kept off obstacles. anew: whether the rows have followed one another, so
-    that one in doubt is to be solved again by itself."""
+def cleared(task: Task, found: Found, room: Room) -> Found:
+    """The same reaches kept off obstacles. One in doubt is solved again from the comfort modes."""
     overlap = _overlap(task, found.angles, room)
     miss = found.numbers[:, 0]
     clear = overlap <= 0.0
@@ -73,11 +70,10 @@ def cleared(task: Task, found: Found, room: Room, *, anew: bool = False) -> Foun
         return found
     some = rows_of(task, doubt)
     own = found.rows(doubt)
-    if anew:
-        nearly = np.flatnonzero(miss[doubt] <= NEARLY)
-        alone = rows_of(some, nearly)
-        start = cold(alone, own.angles[nearly])
-        own = own.changed(nearly, solved(alone, start, AGAIN, threads=room.threads))
+    nearly = np.flatnonzero(miss[doubt] <= NEARLY)
+    alone = rows_of(some, nearly)
+    start = cold(alone, own.angles[nearly])
+    own = own.changed(nearly, solved(alone, start, AGAIN, threads=room.threads))
     return found.changed(doubt, _settled(some, own, room))
 
 
@@ -93,7 +89,6 @@ def _settled(task: Task, found: Found, room: Room) -> Found:
     )
     limbs, obstacles = _packed(task, room)
     asked = (found.numbers[:, 0] <= NEARLY).astype(np.int64)
-    seeds = seeds_of(task.body, task.limb)
 
     def work(begin: int, end: int) -> None:
         settle(
@@ -103,7 +98,7 @@ def _settled(task: Task, found: Found, room: Room) -> Found:
             task.held,
             (task.base, task.goal),
             obstacles,
-            seeds,
+            task.seeds,
             asked,
             trail,
             begin,

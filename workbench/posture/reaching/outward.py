@@ -2,44 +2,89 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from workbench.model.arrays import Floats, Ints
 from workbench.posture.kernels.outward import reach_outward
-from workbench.posture.reaching.chains import NO_PLANES, PIECE, Found, Task
+from workbench.posture.reaching.chains import PIECE, Found, Task
+from workbench.posture.reaching.seeds import NO_PLANES
 from workbench.threads import in_pieces
 
-__all__ = ["outward"]
+__all__ = ["Lead", "no_lead", "outward"]
 
 STEPS = 60
+"""Steps of an attempt at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lead:
+    """How far P limbs have come outward."""
+
+    angles: Floats
+    """(P, K, 3) [rad] their postures."""
+    held: Floats
+    """(P, 6 + R) multipliers of the ray, in the world, and of the stops."""
+    ways: Floats
+    """(P,) [m] how far beyond the target, minus infinity where nothing on the ray was reached."""
+
+    def rows(self, rows: Ints) -> Lead:
+        """Some of the rows."""
+        return Lead(self.angles[rows], self.held[rows], self.ways[rows])
+
+    def joined(self, other: Lead) -> Lead:
+        """The rows of both."""
+        return Lead(
+            np.concatenate([self.angles, other.angles]),
+            np.concatenate([self.held, other.held]),
+            np.concatenate([self.ways, other.ways]),
+        )
+
+
+def no_lead(task: Task) -> Lead:
+    """Nothing known for the rows of a task."""
+    count = len(task)
+    return Lead(
+        np.zeros((count, len(task.joints), 3)),
+        np.zeros((count, 6 + len(task.link.rows))),
+        np.full(count, -np.inf),
+    )
 
 
 def outward(
-    task: Task, found: Found, ways: Floats, alike: Ints, *, most: float, threads: int | None = None
-) -> Floats:
-    """(P,) [m] how far beyond the targets, which all are reached, limbs get along ways (P, 3), at
-    `most` [m].
+    task: Task,
+    found: Found,
+    ways: Floats,
+    lead: Lead,
+    *,
+    most: float,
+    threads: int | None = None,
+) -> Lead:
+    """Lead limbs outward from targets that they reach, each by itself.
 
-    alike (P,): rows of the same number are for the same target, sorted by how far people must
-    stretch, so that each starts from where the one before has come to.
+    Parameters
+    ----------
+    found
+        The solutions of the task.
+    ways
+        (P, 3) the directions of the rays, of any length.
+    lead
+        How far a guide of each row came.
+    most
+        How far to go [m].
     """
     count = len(task)
-    place = np.arange(count)
-    follow = np.where((place % PIECE == 0) | (np.append(-1, alike[:-1]) != alike), -1, place - 1)
-    size = np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), 1e-9)
-    rays = np.concatenate([task.goal[:, :3], ways / size], axis=1)
-    far = np.zeros(count)
-    out = (
-        np.array(found.angles),
-        np.zeros((count, 6 + len(task.link.rows))),
-        far,
-        np.zeros(count, dtype=np.int64),
-    )
+    size = np.sqrt(ways[:, :1] ** 2 + ways[:, 1:2] ** 2 + ways[:, 2:] ** 2)
+    rays = np.concatenate([task.goal[:, :3], ways / np.maximum(size, 1e-9)], axis=1)
+    known = lead.angles, lead.held, lead.ways
+    held = np.zeros((count, 6 + len(task.link.rows)))
+    out = np.array(found.angles), held, np.zeros(count), np.zeros(count, dtype=np.int64)
 
     def work(begin: int, end: int) -> None:
         reach_outward(
-            task.link, task.who, task.base, rays, NO_PLANES, most, STEPS, out, follow, begin, end
+            task.link, task.who, task.base, rays, NO_PLANES, most, STEPS, known, out, begin, end
         )
 
     in_pieces(work, count, PIECE, threads=threads)
-    return np.clip(far, 0.0, most)
+    return Lead(*out[:3])

@@ -15,7 +15,7 @@ from workbench.model.kept import kept_with_body
 from workbench.model.window import logical_window
 from workbench.posture.kernels.contacts import Limbs
 from workbench.posture.kernels.linkage import Linkage
-from workbench.posture.reaching.limbs import Limb, landmarks, solids
+from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.linkage import joints_between, linkage
 
 __all__ = ["packed_limbs", "packed_links"]
@@ -24,14 +24,7 @@ __all__ = ["packed_limbs", "packed_links"]
 @kept_with_body
 def packed_links(body: Body, limb: Limb) -> Linkage:
     """The chain of a limb, with the lengths of all rows of the body."""
-    one = linkage(body, (limb.base, limb.end), limb.free, (limb.tip, limb.pointing))
-    if len(body) == 1:
-        return one
-    joints = joints_between(body, limb.base, limb.end)
-    tip, pointing = landmarks(body, limb)
-    parent = np.ascontiguousarray(body.joint_in_parent[:, joints])
-    child = np.ascontiguousarray(body.joint_in_child[:, joints])
-    return one._replace(at_parent=parent, at_child=child, tip=tip, pointing=pointing)
+    return linkage(body, limb.base, limb.end, limb.free, limb.tip, limb.pointing)
 
 
 @kept_with_body
@@ -63,7 +56,7 @@ def packed_limbs(body: Body, limb: Limb) -> Limbs:
         blend_point=np.ascontiguousarray(blend_point(body)[:, sphere]),
         at_came=np.ascontiguousarray(np.where(up, below, above)),
         at_to=np.ascontiguousarray(np.where(up, above, below)),
-        solid=np.ascontiguousarray(solids(body, limb)[:, sphere].astype(np.int64)),
+        solid=np.ascontiguousarray(limb.solid[:, sphere].astype(np.int64)),
         segment=segment,
         link=link[segment],
         carrier=carrier[segment],

@@ -4,31 +4,60 @@ stops and clear of obstacles; or how far it is missed and what limits it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.body.forward import segment_frames
 from workbench.errors import UsageError
-from workbench.model.arrays import Bools, Floats
-from workbench.model.body import Body, check_one
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses, check_joints
+from workbench.model.poses import Poses, check_joints, people_of
 from workbench.model.posing import angles_of
-from workbench.model.reach import Reach
-from workbench.posture.reaching.chains import AGAIN, Found, Task, cold, posed, solved, tips_of
+from workbench.model.reach import Reach, join_reaches
+from workbench.posture.reaching.chains import (
+    AGAIN,
+    REACHED,
+    TURN_LEVER,
+    Found,
+    Task,
+    apply,
+    cold,
+    goals_of,
+    limb_task,
+    root_joint,
+    rows_of,
+    solved,
+    stopped_by,
+    tips_of,
+)
+from workbench.posture.reaching.guides import Guides, Guiding, guides_of
 from workbench.posture.reaching.limbs import Limb
-from workbench.posture.reaching.linkage import joints_between
 from workbench.posture.reaching.obstacles import Room, cleared
-from workbench.posture.reaching.packing import packed_links
+from workbench.posture.reaching.outward import Lead, no_lead, outward
 
-__all__ = ["REACHED", "TURN_LEVER", "goals_of", "reach", "stopped_by"]
+__all__ = ["reach"]
 
-REACHED = 1e-4
-"""A target is reached where the tip is this near to it [m]."""
-TURN_LEVER = 0.2
-"""What a radian between wanted and actual direction counts [m]."""
-SLACK = 0.03
-"""A stop that gives less than this [m/rad] is not what limits a reach."""
+MOST_PEOPLE = 512
+"""Rows of a body that are packed at a time, which bounds the memory."""
+MOST_EXTENSION = 1.0
+"""[m] No limb reaches farther beyond a target that it reaches."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Ask:
+    """What is asked of everybody: how to search, and what to keep clear of."""
+
+    initial: Poses | None
+    restarts: int | None
+    directed: bool
+    environment: Environment | None
+    moving_parts: Sequence[str]
+    most: float
+    threads: int | None
 
 
 def reach(
@@ -39,111 +68,284 @@ def reach(
     limb: Limb,
     direction: ArrayLike | None = None,
     environment: Environment | None = None,
-    start: Poses | None = None,
-    tries: int = AGAIN,
+    moving_parts: Sequence[str] = (),
+    displacement: ArrayLike | None = None,
+    initial: Poses | None = None,
+    restarts: int | None = None,
+    max_extension: float = 0.0,
+    threads: int | None = None,
 ) -> Reach:
-    """Reach for targets (P, 3) [m] from poses of the same number, or from one pose for all.
+    """Solve the inverse kinematics of one limb for B people with T targets each.
 
-    What the limb does not move stays as the poses have it. direction (3,) or (P, 3): the way the
-    limb is to point on arrival, any where None. environment: obstacles, with their allowances.
-    start: postures near to the solutions, which then is quicker; from the comfort modes where None.
-    tries: from how many other postures to begin again where a target is missed. UsageError where
-    the numbers of rows do not fit.
+    Each reach depends on the person, the posture, the target and the obstacles alone. So the same
+    person gets the same answer alone, in any order, and in any crowd.
+
+    Parameters
+    ----------
+    body, poses
+        B poses of the rows of a body: of one person, of each row in their order, or of the rows
+        that `poses.person` names. What the limb does not move stays as the poses have it.
+    targets
+        (T, 3) targets for everybody, or (B, T, 3) for each person, in the world [m].
+    limb
+        The limb that reaches, made for this body by `limb`.
+    direction
+        (3,), (T, 3) or (B, T, 3): where the limb is to point on arrival; anywhere if None.
+    environment
+        Obstacles, with the contact that they allow; none if None.
+    moving_parts, displacement
+        The names of obstacles that are displaced, and (B, 3) [m] by how much for each person.
+    initial
+        1 or B poses near the solutions, from which the search starts. If None it starts from the
+        solution of a standard limb for a target near by.
+    restarts
+        How many other postures to start again from where a target is missed. If given, the search
+        starts from `initial`, or from the comfort modes.
+    max_extension
+        How far [m] to search beyond a reached target, on the ray from the shoulder or hip.
+    threads
+        All cores if None. No answer depends on it.
+
+    Returns
+    -------
+    Reach
+        Arrays (B, T), and the postures.
+
+    Raises
+    ------
+    UsageError
+        If the numbers of rows do not match, or the limb is of another body.
     """
-    task = _task(body, poses, np.atleast_2d(np.asarray(targets, dtype=np.float64)), limb, direction)
-    given = Poses(task.held, poses.reference, np.repeat(np.eye(3, 4)[None], len(task), axis=0))
-    angles = cold(task, angles_of(body, given)[:, task.joints])
-    if start is not None:
-        if len(start) not in (1, len(task)):
-            raise UsageError(
-                f"start: expected 1 or {len(task)} rows for {len(task)} targets, got {len(start)}"
-            )
-        free = (slice(None), task.link.free_joint, task.link.free_axis)
-        angles[free] = angles_of(body, start)[:, task.joints][free]
-    found = solved(task, angles, tries)
-    if environment is not None:
-        still = np.zeros(len(environment.parts), dtype=np.int64)
-        found = cleared(task, found, Room(environment, still, np.zeros((1, 3))))
-    return _answer(task, found, environment)
-
-
-def _task(
-    body: Body, poses: Poses, targets: Floats, limb: Limb, direction: ArrayLike | None
-) -> Task:
-    if targets.ndim != 2 or targets.shape[1] != 3 or not np.all(np.isfinite(targets)):
-        raise UsageError(f"targets: expected finite points (P, 3), got an array {targets.shape}")
-    if len(poses) not in (1, len(targets)):
+    goals, ways = _goals(body, poses, targets, direction)
+    count = len(poses)
+    displaced = np.zeros((count, 3)) if displacement is None else np.asarray(displacement, float)
+    if displaced.shape != (count, 3):
         raise UsageError(
-            f"poses: expected 1 or {len(targets)} rows for {len(targets)} targets, got {len(poses)}"
+            f"displacement: expected shape ({count}, 3) for {count} poses, got {displaced.shape}"
         )
-    check_one(body)
-    check_joints(body, poses)
-    base = segment_frames(body, poses, limb.base)
-    rotations = poses.rotations
-    if len(poses) != len(targets):
-        base, rotations = (np.repeat(array, len(targets), axis=0) for array in (base, rotations))
-    goal = goals_of(targets)
-    if direction is not None:
-        given = np.asarray(direction, dtype=np.float64)
-        if given.shape not in ((3,), targets.shape):
-            raise UsageError(
-                f"direction: expected a vector (3,) or {targets.shape}, got an array {given.shape}"
-            )
-        way = np.broadcast_to(given, targets.shape)
-        size = np.linalg.norm(way, axis=1, keepdims=True)
-        if not np.all(size > 1e-9):
-            raise UsageError("direction: expected vectors that have a length, got one of length 0")
-        goal[:, 3:6] = way / size
-        goal[:, 9:] = TURN_LEVER
-    joints = joints_between(body, limb.base, limb.end)
-    # arrays of one kind only: each new kind would have the kernels compiled again
-    who = np.zeros(len(targets), dtype=np.int64)
-    return Task(body, limb, packed_links(body, limb), joints, who, np.array(rotations), base, goal)
-
-
-def goals_of(targets: Floats) -> Floats:
-    """(P, 12) goals of the kernels for targets (P, 3), from any direction."""
-    goal = np.zeros((len(targets), 12))
-    goal[:, :3] = targets
-    goal[:, 6:9] = 1.0
-    return goal
-
-
-def stopped_by(task: Task, found: Found, reached: Bools) -> tuple[Floats, Floats, Floats]:
-    """Joint, axis and side (P,) of the stop that limits each reach, -1 where none does."""
-    numbers = found.numbers
-    stopped = (
-        ~reached
-        & (found.part < 0)
-        & (numbers[:, 7] > 0)
-        & (numbers[:, 3] >= 0)
-        & (numbers[:, 6] > SLACK)
+    if not 0 <= max_extension <= MOST_EXTENSION:
+        raise UsageError(
+            f"max_extension: expected 0 to {MOST_EXTENSION:g} m, got {max_extension:g}"
+        )
+    if len(limb) != len(body):
+        raise UsageError(
+            f"limb: expected one of a body of {len(body)} rows, got one of {len(limb)}; "
+            f"make it by limb(body, ...)"
+        )
+    if initial is not None and len(initial) not in (1, count):
+        raise UsageError(
+            f"initial: expected 1 or {count} rows for {count} poses, got {len(initial)}"
+        )
+    ask = _Ask(
+        initial, restarts, direction is not None, environment, moving_parts, max_extension, threads
     )
-    joint = np.array(task.joints)[numbers[:, 3].astype(np.int64)]
-    values = joint, numbers[:, 4], numbers[:, 5]
-    first, second, third = (np.where(stopped, value, -1) for value in values)
-    return first, second, third
+    person = people_of(body, poses)
+    held = Poses(poses.rotations, limb.base, segment_frames(body, poses, limb.base), person=person)
+    parts = []
+    for first in range(0, count, MOST_PEOPLE):
+        some = slice(first, first + MOST_PEOPLE)
+        crowd = _crowd(body, limb, held.rows(some), goals[some], ways[some], displaced[some])
+        own = initial.rows(some) if initial is not None and len(initial) == count else initial
+        parts.append(_crowd_reach(crowd, replace(ask, initial=own)))
+    return join_reaches(parts, body, held)
 
 
-def _answer(task: Task, found: Found, environment: Environment | None) -> Reach:
-    link = task.link
-    at = tips_of(task, found.angles)
-    off = found.angles[:, link.free_joint, link.free_axis] - link.mode
+def _goals(
+    body: Body, poses: Poses, targets: ArrayLike, direction: ArrayLike | None
+) -> tuple[Floats, Floats]:
+    """Targets and unit directions (B, T, 3); UsageError where numbers of rows do not match."""
+    check_joints(body, poses)
+    if not len(poses):
+        raise UsageError("poses: expected one row at least, got none")
+    given = np.atleast_2d(np.asarray(targets, dtype=np.float64))
+    count = len(poses)
+    if given.ndim not in (2, 3) or given.shape[-1] != 3 or not np.all(np.isfinite(given)):
+        raise UsageError(
+            f"targets: expected finite points (T, 3) or ({count}, T, 3), got an array {given.shape}"
+        )
+    if given.ndim == 3 and len(given) != count:
+        raise UsageError(
+            f"targets: expected shape (T, 3) or ({count}, T, 3) for {count} poses, got {given.shape}"
+        )
+    goals = np.broadcast_to(given, (count, *given.shape[-2:]))
+    if direction is None:
+        return goals, np.zeros(goals.shape)
+    ways = np.asarray(direction, dtype=np.float64)
+    if ways.shape not in ((3,), goals.shape[1:], goals.shape):
+        raise UsageError(
+            f"direction: expected a vector (3,), {goals.shape[1:]} or {goals.shape}, "
+            f"got an array {ways.shape}"
+        )
+    size = np.linalg.norm(ways, axis=-1, keepdims=True)
+    if not np.all(size > 1e-9):
+        raise UsageError("direction: expected vectors that have a length, got one of length 0")
+    return goals, np.broadcast_to(ways / size, goals.shape)
+
+
+@dataclass(frozen=True, eq=False)
+class _Crowd:
+    """People whose reaches are solved at once."""
+
+    body: Body
+    limb: Limb
+    held: Poses
+    """(B,) the postures that they reach from, placed by the segment that the limb hangs on."""
+    person: Ints
+    """(B,) the row of the body of each."""
+    goals: Floats
+    """(B, T, 3) [m]"""
+    ways: Floats
+    """(B, T, 3) unit vectors, zero where no direction is asked for."""
+    displacement: Floats
+    """(rows of the body, 3) [m] of the parts that move."""
+
+
+def _crowd(
+    body: Body, limb: Limb, held: Poses, goals: Floats, ways: Floats, displaced: Floats
+) -> _Crowd:
+    """People as a crowd. A body that is small enough stays whole, so that what is packed of it
+    serves again."""
+    person = people_of(body, held)
+    alike = len(np.unique(person)) < len(person)
+    if len(body) > MOST_PEOPLE or (alike and displaced.any()):
+        body, limb, person = body[person], limb.rows(person), np.arange(len(person))
+        held = replace(held, person=None)
+    displacement = np.zeros((len(body), 3))
+    displacement[person] = displaced
+    return _Crowd(body, limb, held, person, goals, ways, displacement)
+
+
+def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
+    """The reaches of a crowd, obstacles and extension included."""
+    task = _task(crowd, ask)
+    whose = np.repeat(np.arange(len(crowd.held)), crowd.goals.shape[1])
+    start = _start(task, crowd, ask, whose)
+    guided = _guided(task, crowd, ask, whose)
+    near = None if guided is None else guided.guides.near(guided.cubes, guided.how, start)
+    found = solved(
+        task, start, AGAIN if ask.restarts is None else ask.restarts, near=near, threads=ask.threads
+    )
+    if ask.environment is not None:
+        moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
+        room = Room(ask.environment, moving, crowd.displacement, ask.threads)
+        found = cleared(task, found, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
+    extension = np.zeros(len(task))
+    rows = np.flatnonzero(reached)
+    if ask.most > 0 and len(rows):
+        some = rows_of(task, rows)
+        root = _roots(task, crowd.held)[whose[rows]]
+        lead = no_lead(some) if guided is None else guided.beyond(rows, start[rows], ask.most)
+        led = outward(
+            some,
+            found.rows(rows),
+            some.goal[:, :3] - root,
+            lead,
+            most=ask.most,
+            threads=ask.threads,
+        )
+        extension[rows] = np.clip(led.ways, 0.0, ask.most)
+    return _answer(task, crowd, found, reached, extension, ask.environment)
+
+
+def _task(crowd: _Crowd, ask: _Ask) -> Task:
+    """A row for each reach, the targets of the first person first."""
+    count = crowd.goals.shape[1]
+    goal = goals_of(crowd.goals.reshape(-1, 3))
+    if ask.directed:
+        goal[:, 3:6] = crowd.ways.reshape(-1, 3)
+        goal[:, 9:] = TURN_LEVER
+    return limb_task(
+        crowd.body,
+        crowd.limb,
+        np.repeat(crowd.person, count),
+        held=np.repeat(crowd.held.rotations, count, axis=0),
+        base=np.repeat(crowd.held.world_from_reference, count, axis=0),
+        goal=goal,
+    )
+
+
+def _start(task: Task, crowd: _Crowd, ask: _Ask, whose: Ints) -> Floats:
+    """(P, K, 3) [rad] the angles as the poses have them, the free ones at their comfort modes or as
+    in the initial poses."""
+    angles = cold(task, angles_of(task.body, crowd.held)[whose][:, task.joints])
+    if ask.initial is not None:
+        link = task.link
+        given = angles_of(task.body, ask.initial)[:, task.joints]
+        given = np.repeat(given, len(crowd.held), axis=0) if len(given) == 1 else given
+        angles = np.where(link.free_of >= 0, given[whose], angles)
+    return angles
+
+
+@dataclass(frozen=True, eq=False)
+class _Guided:
+    """The guides of a limb, how the people stand to them, and the cube of each reach."""
+
+    guides: Guides
+    how: Guiding
+    cubes: Ints
+
+    def beyond(self, rows: Ints, start: Floats, most: float) -> Lead:
+        """How far outward the guides of some rows get."""
+        return self.guides.beyond(self.cubes[rows], self.how.rows(rows), start, most)
+
+
+def _guided(task: Task, crowd: _Crowd, ask: _Ask, whose: Ints) -> _Guided | None:
+    """The guides of a task; None where the search starts elsewhere."""
+    if ask.initial is not None or ask.restarts is not None or ask.directed:
+        return None
+    guides = guides_of(task.body, task.limb)
+    if guides is None:
+        return None
+    how = guides.guiding(task, crowd.held, whose)
+    return _Guided(guides, how, guides.cubes(task.goal[:, :3], how))
+
+
+def _roots(task: Task, held: Poses) -> Floats:
+    """(B, 3) [m] the shoulder or hip in the postures that people reach from."""
+    joint = root_joint(task.body, task.limb)
+    world = segment_frames(task.body, held, joint + 1)
+    person = people_of(task.body, held)
+    return apply(world[:, :, :3], task.body.joint_in_child[person, joint]) + world[:, :, 3]
+
+
+def _answer(
+    task: Task,
+    crowd: _Crowd,
+    found: Found,
+    reached: Bools,
+    extension: Floats,
+    environment: Environment | None,
+) -> Reach:
+    """The answers of the rows (P,), a row (T,) for each person."""
+    link = task.link
+    shape = crowd.goals.shape[:2]
+    tip = tips_of(task, found.angles)[:, :3]
+    arm = tip - task.goal[:, :3]
+    miss = np.sqrt(arm[:, 0] ** 2 + arm[:, 1] ** 2 + arm[:, 2] ** 2)
+    discomfort = np.zeros(len(task))
+    for k, axis, mode, weight in zip(
+        link.free_joint, link.free_axis, link.mode, link.weight, strict=True
+    ):
+        discomfort += weight * (found.angles[:, k, axis] - mode) ** 2
     joint, axis, side = stopped_by(task, found, reached)
     return Reach(
         body=task.body,
         limb=task.limb.name,
-        poses=Poses(posed(task, found.angles), task.limb.base, task.base),
-        target=task.goal[:, :3],
-        tip=at[:, :3],
-        reached=reached,
-        miss=np.linalg.norm(at[:, :3] - task.goal[:, :3], axis=1),
-        overlap=found.overlap,
-        discomfort=np.sum(link.weight * off * off, axis=1),
-        joint=joint.astype(np.int64),
-        axis=axis.astype(np.int64),
-        side=side.astype(np.int64),
-        part=np.where(reached, -1, found.part),
+        held=crowd.held,
+        joints=tuple(task.joints),
+        free=task.limb.free,
+        target=crowd.goals,
+        tip=tip.reshape(*shape, 3),
+        angles=found.angles.reshape(*shape, -1, 3),
+        reached=reached.reshape(shape),
+        miss=miss.reshape(shape),
+        overlap=found.overlap.reshape(shape),
+        discomfort=discomfort.reshape(shape),
+        extension=extension.reshape(shape),
+        joint=joint.reshape(shape),
+        axis=axis.reshape(shape),
+        side=side.reshape(shape),
+        part=np.where(reached, -1, found.part).reshape(shape),
         parts=environment.parts if environment is not None else (),
     )

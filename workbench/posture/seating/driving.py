@@ -22,10 +22,18 @@ from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
 from workbench.model.poses import Poses, check_rows
 from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
-from workbench.posture.reaching.chains import AGAIN, Task, cold, posed, rows_of, solved
+from workbench.posture.reaching.chains import (
+    AGAIN,
+    REACHED,
+    TURN_LEVER,
+    cold,
+    goals_of,
+    limb_task,
+    posed,
+    rows_of,
+    solved,
+)
 from workbench.posture.reaching.limbs import FEET
-from workbench.posture.reaching.linkage import joints_between
-from workbench.posture.reaching.reach import REACHED, TURN_LEVER, goals_of
 from workbench.posture.seating.driving_angles import drawn_angles, driving_angles, h_point_offset
 from workbench.posture.seating.driving_legs import Sole, hips_from_pedal, soles_on
 from workbench.posture.seating.spine import SPINE, Spine, side_view, spine_of, spine_tilts
@@ -237,25 +245,22 @@ def _stepped(crew: _Crew, rows: Drivers) -> Drivers:
         goal = goals_of(sole.at)
         goal[:, 3:6] = sole.along
         goal[:, 9:] = TURN_LEVER
-        joints = joints_between(crew.body, sole.limb.base, sole.limb.end)
-        base = seated.world_from_reference
-        task = Task(
+        task = limb_task(
             crew.body,
             sole.limb,
-            sole.link,
-            joints,
             who,
-            np.array(seated.rotations),
-            np.array(base),
-            goal,
+            held=seated.rotations,
+            base=np.array(seated.world_from_reference),
+            goal=goal,
         )
-        found = solved(task, cold(task, angles_of(task.body, seated)[:, joints]), AGAIN)
+        start = cold(task, angles_of(task.body, seated)[:, task.joints])
+        found = solved(task, start, AGAIN)
         off = np.flatnonzero(found.numbers[:, 0] > REACHED)
         rotations = posed(task, found.angles)
         numbers = found.numbers.copy()
         if len(off):
             free = replace(rows_of(task, off), goal=goals_of(sole.at[off]))
-            found = solved(free, cold(free, angles_of(task.body, seated)[off][:, joints]), AGAIN)
+            found = solved(free, start[off], AGAIN)
             rotations[off] = posed(free, found.angles)
             numbers[off] = found.numbers
         seated = Poses(rotations, seated.reference, seated.world_from_reference)

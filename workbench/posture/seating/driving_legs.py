@@ -49,7 +49,7 @@ def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Pac
     link = packed_links(body, chain)
     heel = limb(body, foot, grip="heel")
     ball = link.tip
-    back = packed_links(body, heel).tip
+    back = heel.tip
     sole = ball - back
     length = np.linalg.norm(sole, axis=1)
     start = np.array([package.heel[0], at[1], package.heel[2]])
@@ -62,7 +62,6 @@ def soles_on(body: Body, foot: str, at: tuple[float, float, float], package: Pac
     up_plane = (body.radius[:, row] + under) * np.tan(0.5 * slope) + length
     lift = np.array([-plane[2], 0.0, plane[0]])
     where = start + up_plane[:, None] * plane + under[:, None] * lift
-    link = link._replace(pointing=np.ascontiguousarray(sole / length[:, None]))
     return Sole(np.ascontiguousarray(where), plane, chain, link, sole)
 
 

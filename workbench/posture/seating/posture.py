@@ -43,4 +43,4 @@ def pointed_foot(body: Body, name: str) -> Limb:
     ball = limb(body, name, grip="ball")
     heel = limb(body, name, grip="heel")
     sole = ball.tip - heel.tip
-    return replace(ball, pointing=sole / np.linalg.norm(sole))
+    return replace(ball, pointing=sole / np.linalg.norm(sole, axis=1, keepdims=True))

@@ -164,5 +164,6 @@ def _by_legs(body: Body, lap: int) -> Bools:
 @kept_with_body
 def _rests(body: Body, base: int, segments: tuple[int, ...]) -> Limb:
     """Some segments that rest on a seat, as a limb without joints."""
-    none = np.zeros(len(body.sphere_names), dtype=np.bool_)
-    return Limb("what rests", base, base, (), np.zeros(3), np.zeros(3), segments, none)
+    nowhere = np.zeros((len(body), 3))
+    none = np.zeros((len(body), len(body.sphere_names)), dtype=np.bool_)
+    return Limb("what rests", base, base, (), nowhere, nowhere, segments, none)

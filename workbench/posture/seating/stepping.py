@@ -12,12 +12,19 @@ from workbench.model.posing import motion_of
 from workbench.model.quaternions import exponential, multiply, swing_twist
 from workbench.model.reach import limit_words
 from workbench.posture.kernels.sitting import Legs
-from workbench.posture.reaching.chains import AGAIN, Found, Task, cold, seeds_of
+from workbench.posture.reaching.chains import (
+    AGAIN,
+    REACHED,
+    TURN_LEVER,
+    Found,
+    Task,
+    cold,
+    goals_of,
+    limb_task,
+    stopped_by,
+)
 from workbench.posture.reaching.comfort import comfort_modes
 from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.linkage import joints_between
-from workbench.posture.reaching.packing import packed_links
-from workbench.posture.reaching.reach import REACHED, TURN_LEVER, goals_of, stopped_by
 from workbench.posture.seating.posture import Pedals, pointed_foot
 
 __all__ = ["comfortable", "first_places", "foot_tasks", "legs_of", "limits_of"]
@@ -34,23 +41,20 @@ def foot_tasks(body: Body, poses: Poses, pedals: Pedals, ahead: Floats) -> list[
     the floor: pointing in the heading `ahead` (3,), rising as far as the ball is above the heel."""
     count = len(body)
     tasks = []
-    who = np.arange(count)
-    base = np.zeros((count, 3, 4))
     for name, at in pedals.at.items():
-        chain = pointed_foot(body, name)
-        link = packed_links(body, chain)
-        sole = link.tip - packed_links(body, limb(body, name, grip="heel")).tip
-        size = np.linalg.norm(sole, axis=1)
+        ball = pointed_foot(body, name)
+        sole = ball.tip - limb(body, name, grip="heel").tip
         goal = goals_of(np.repeat(np.array(at, dtype=np.float64)[None], count, axis=0))
         if pedals.floor is not None:
+            size = np.linalg.norm(sole, axis=1)
             rise = np.clip((at[2] - pedals.floor) / size, -0.95, 0.95)
             goal[:, 3:6] = np.sqrt(1.0 - rise * rise)[:, None] * ahead + rise[:, None] * np.array(
                 [0.0, 0.0, 1.0]
             )
             goal[:, 9:] = TURN_LEVER
-        link = link._replace(pointing=np.ascontiguousarray(sole / size[:, None]))
-        joints = joints_between(body, chain.base, chain.end)
-        tasks.append(Task(body, chain, link, joints, who, poses.rotations, base, goal))
+        base = np.zeros((count, 3, 4))
+        who = np.arange(count)
+        tasks.append(limb_task(body, ball, who, held=poses.rotations, base=base, goal=goal))
     return tasks
 
 
@@ -65,7 +69,7 @@ def legs_of(tasks: list[Task], pedals: Pedals) -> Legs:
         links=(two[0].link, two[1].link),
         goal=goal,
         start=np.stack([cold(task, _angles(task)) for task in two], axis=1),
-        seeds=np.stack([seeds_of(task.body, task.limb)[0] for task in two]),
+        seeds=(two[0].seeds, two[1].seeds),
         again=np.array([HEEL_AGAIN, AGAIN, 0]),
         joints=np.array([task.joints for task in two]),
         axes=np.ascontiguousarray(tasks[0].body.stops.axes),
@@ -166,5 +170,5 @@ def limits_of(task: Task, numbers: Floats) -> tuple[str, ...]:
     found = Found(
         np.zeros((count, 0, 3)), numbers, np.zeros((count, 0)), np.zeros(count), np.full(count, -1)
     )
-    stop = np.stack(stopped_by(task, found, reached)).astype(np.int64)
+    stop = np.stack(stopped_by(task, found, reached))
     return tuple("" if reached[b] else limit_words(task.body, stop[:, b]) for b in range(count))

@@ -13,9 +13,9 @@ from workbench.model.accommodation import MET, AccommodationStudy, Shown
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed, Poses
+from workbench.model.poses import Placed
 from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb
-from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat
@@ -114,24 +114,18 @@ def _reaching(
     grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)
     tries = []
     for name in sides:
-        found = reach_people(
+        found = reach(
             body,
             seat.poses,
             [one.control.at],
-            name=name,
-            grip=grip,
-            zone=zone,
+            limb=limb(body, name, grip=grip, zone=zone),
             environment=room,
-            moves=study.environment.seat(study.seat).moves,
-            shift=seat.shift,
-            rotations=True,
+            moving_parts=study.environment.seat(study.seat).moves,
+            displacement=seat.shift,
         )
         tries.append((float(found.miss[0, 0] + found.overlap[0, 0]), name, found))
     _, name, best = min(tries, key=lambda entry: entry[:2])
-    assert best.rotations is not None
-    placed = place(
-        body, Poses(best.rotations[:, 0], seat.poses.reference, seat.poses.world_from_reference)
-    )
+    placed = place(body, best.poses)
     tip = _tip(placed, limb(body, name, grip=grip, zone=zone))
     return Shown(row, r, placed, environment, name, one.control.at, _xyz(tip))
 
@@ -139,7 +133,7 @@ def _reaching(
 def _tip(placed: Placed, chain: Limb) -> Floats:
     """(3,) [m] where the end of a limb is."""
     world = placed.world_from_segment[0, chain.end]
-    point: Floats = world[:, :3] @ chain.tip + world[:, 3]
+    point: Floats = world[:, :3] @ chain.tip[0] + world[:, 3]
     return point
 
 

@@ -87,7 +87,7 @@ def reached_weight(
     """(M,) the weight (B,) of those of some people who reach each point with any of the limbs."""
     reached = np.zeros((len(body), len(points)), dtype=np.bool_)
     for limb in limbs:
-        reached = who_reaches(body, poses, points, limb=limb, settled=reached)
+        reached = who_reaches(body, poses, points, chain=limb, settled=reached)
     found: Floats = weight @ reached
     return found
 

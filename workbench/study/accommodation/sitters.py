@@ -17,8 +17,8 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
-from workbench.posture.reaching.limbs import FEET, HANDS
-from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.reaching.limbs import FEET, HANDS, limb
+from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving_people import seat_drivers
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat_people import SeatedPeople, seat_people
@@ -55,7 +55,7 @@ def seated(study: AccommodationStudy, body: Body, rows: Sequence[int]) -> Sitter
     environment = study.environment
     aims = study.aims
     controls = {control.name: control for control in environment.controls}
-    at = {limb: controls[name].at for limb, name in aims.controls.items() if limb in FEET}
+    at = {foot: controls[name].at for foot, name in aims.controls.items() if foot in FEET}
     pedals = Pedals(at, environment.points[aims.heels][2] if aims.heels else None)
     eye = environment.points[aims.eyes][2] if aims.eyes else None
     assert study.pose is not None
@@ -94,7 +94,7 @@ def seating_study(study: AccommodationStudy) -> AccommodationStudy:
     """
     room = study.environment
     aims = study.aims
-    feet = {limb: name for limb, name in aims.controls.items() if limb in FEET}
+    feet = {foot: name for foot, name in aims.controls.items() if foot in FEET}
     nothing = np.zeros((0, 3))
     whole = np.zeros(0, dtype=np.int64)
     empty = Environment(
@@ -137,40 +137,35 @@ def with_hands(study: AccommodationStudy, sitters: Sitters) -> Sitters:
     """The hands on the controls that they hold, each in the tightest harness zone that will do."""
     controls = {control.name: control for control in study.environment.controls}
     poses = sitters.held
-    for limb, name in study.aims.controls.items():
-        if limb in HANDS:
-            poses = _hand(study, Sitters(sitters.body, sitters.seat, poses), (limb, controls[name]))
+    for hand, name in study.aims.controls.items():
+        if hand in HANDS:
+            poses = _hand(study, Sitters(sitters.body, sitters.seat, poses), hand, controls[name])
     return Sitters(sitters.body, sitters.seat, poses)
 
 
-def _hand(study: AccommodationStudy, sitters: Sitters, what: tuple[str, Control]) -> Poses:
-    limb, control = what
-    rotations = sitters.held.rotations.copy()
-    left = np.arange(len(sitters.body))
+def _hand(study: AccommodationStudy, sitters: Sitters, name: str, control: Control) -> Poses:
+    """The postures with one hand on its control, in the tightest harness zone that will do."""
+    body = sitters.body
+    held = sitters.held
+    rotations = held.rotations.copy()
+    left = np.arange(len(body))
     for zone in range(1, control.zone + 1):
-        poses = Poses(
-            sitters.held.rotations[left],
-            sitters.held.reference,
-            sitters.held.world_from_reference[left],
-        )
-        found = reach_people(
-            sitters.body[left],
-            poses,
+        found = reach(
+            body,
+            Poses(
+                held.rotations[left], held.reference, held.world_from_reference[left], None, left
+            ),
             [control.at],
-            name=limb,
-            grip=control.grip,
-            zone=zone,
+            limb=limb(body, name, grip=control.grip, zone=zone),
             environment=study.environment,
-            moves=study.environment.seat(study.seat).moves,
-            shift=sitters.seat.shift[left],
-            rotations=True,
+            moving_parts=study.environment.seat(study.seat).moves,
+            displacement=sitters.seat.shift[left],
         )
-        assert found.rotations is not None
-        rotations[left] = found.rotations[:, 0]
+        rotations[left] = found.poses.rotations
         left = left[~found.reached[:, 0]]
         if not len(left):
             break
-    return Poses(rotations, sitters.held.reference, sitters.held.world_from_reference)
+    return Poses(rotations, held.reference, held.world_from_reference)
 
 
 def without_seat(environment: Environment, seat: str) -> Environment:

@@ -21,7 +21,8 @@ from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
-from workbench.posture.reaching.reach_people import reach_people
+from workbench.posture.reaching.limbs import limb
+from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.seating import seat_planes
 from workbench.posture.stops import stops
 from workbench.study.accommodation.own_contacts import own_margins
@@ -145,25 +146,24 @@ def _tried(
     who: Ints,
 ) -> None:
     """Let some people reach with one limb for some controls; what is better than before counts."""
-    (sitters, tried), (limb, grip, zone, environment) = people, how
+    (sitters, tried), (name, grip, zone, environment) = people, how
+    body = sitters.body
     poses = sitters.seat.poses
-    root = _root(sitters.body, poses, limb)[who]
-    some = Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who])
+    root = _root(body, poses, name)[who]
+    some = Poses(poses.rotations[who], poses.reference, poses.world_from_reference[who], None, who)
     targets = [asked[r].control.at for r in rows]  # type: ignore[union-attr]
-    found = reach_people(
-        sitters.body[who],
+    found = reach(
+        body,
         some,
         targets,
-        name=limb,
-        grip=grip,
-        zone=zone,
+        limb=limb(body, name, grip=grip, zone=zone),
         environment=environment,
-        moves=study.environment.seat(study.seat).moves,
-        shift=sitters.seat.shift[who],
-        spare=MOST_SPARE,
+        moving_parts=study.environment.seat(study.seat).moves,
+        displacement=sitters.seat.shift[who],
+        max_extension=MOST_SPARE,
     )
     worst = np.maximum(found.miss + found.overlap, 1e-4)
-    margin = np.where(found.reached, found.spare, -worst)
+    margin = np.where(found.reached, found.extension, -worst)
     for t, r in enumerate(rows):
         before = tried.margin[who, r]
         better = np.isnan(before) | ((before < -MET) & (margin[:, t] > before))

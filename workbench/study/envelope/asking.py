@@ -12,11 +12,17 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.model.posing import angles_of
-from workbench.posture.reaching.chains import Found, Task, cold, legal, rows_of, tips_of
+from workbench.posture.reaching.chains import (
+    Found,
+    Task,
+    cold,
+    goals_of,
+    legal,
+    limb_task,
+    rows_of,
+    tips_of,
+)
 from workbench.posture.reaching.limbs import Limb
-from workbench.posture.reaching.linkage import joints_between
-from workbench.posture.reaching.packing import packed_links
-from workbench.posture.reaching.reach import goals_of
 
 __all__ = [
     "Drawn",
@@ -58,19 +64,13 @@ class Drawn:
 def asked(body: Body, poses: Poses, chain: Limb) -> Task:
     """One row for each of the B rows of a body in its own pose (B rows of poses), as yet without a
     goal."""
-    who = np.arange(len(body))
-    joints = joints_between(body, chain.base, chain.end)
-    base = segment_frames(body, poses, chain.base)
-    goal = goals_of(np.zeros((len(body), 3)))
-    return Task(
+    return limb_task(
         body,
         chain,
-        packed_links(body, chain),
-        joints,
-        who,
-        np.array(poses.rotations),
-        base,
-        goal,
+        np.arange(len(body)),
+        held=poses.rotations,
+        base=segment_frames(body, poses, chain.base),
+        goal=goals_of(np.zeros((len(body), 3))),
     )
 
 

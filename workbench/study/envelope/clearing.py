@@ -98,7 +98,7 @@ def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:
         rows = rows[on]
         before = current.rows(on)
         current = solved(
-            rows_of(task, rows), before.angles, 0, walls=_walls(history[::-1], rows), before=before
+            rows_of(task, rows), before.angles, 0, walls=_walls(history[::-1], rows), near=before
         )
     return found, good
 

@@ -128,7 +128,7 @@ def _nearest(some: Task, postures: Drawn | None, before: Found | Floats) -> Foun
     posture where one comes nearer than that did; at first from given angles."""
     if not isinstance(before, Found):
         return solved(some, before, 0)
-    found = solved(some, before.angles, 0, before=before)
+    found = solved(some, before.angles, 0, near=before)
     if postures is None:
         return found
     number, gap = postures.nearest(some.who, some.goal[:, :3])
