@@ -476,7 +476,8 @@ def test_angles_beyond_the_stops_warn_and_still_run(tmp_path, capsys):
     assert bent == "anna, forward: elbow is 8.0 degrees past its stop in flexion"
     assert told.err == f"warning: {pieces}\nwarning: {bent}\n"
     margin = {
-        (row["case"], row["joint"]): row["margin_deg"] for row in result["people"][0]["stops"]
+        (row["case"], row["joint"]): row["margin_deg"]
+        for row in result["postures"]["people"][0]["stops"]
     }
     assert margin[("forward", "ELBOW")] == pytest.approx(-8.0, abs=1e-6)
 
