@@ -1,1 +1,1 @@
-"""Vector displays: circles and outlines, with what is hidden removed."""
+"""Vector displays: outlines, circles, and edges with hidden lines removed."""

@@ -1,5 +1,4 @@
-"""The paper's vector display: every sphere's outline circle, stronger the nearer, as a
-self-contained SVG text."""
+"""Draw the paper's vector display as SVG: the outline circle of every sphere, stronger the nearer."""
 
 from __future__ import annotations
 
@@ -12,7 +11,7 @@ from workbench.draw.camera import Camera, projective_depth
 from workbench.draw.colours import INKS, PAPER, hexadecimal
 from workbench.draw.kernels.occlusion import hidden_arcs
 from workbench.draw.lines.arcs import rim_ellipses, rim_planes
-from workbench.draw.lines.hidden_lines import Surroundings, surroundings
+from workbench.draw.lines.hidden_lines import Surroundings, ellipse_frames, surroundings
 from workbench.draw.lines.outline import ghost_paths
 from workbench.draw.lines.svg import environment_paths, number_rows, page, section_paths
 from workbench.draw.scene import Scene
@@ -21,118 +20,129 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["circles", "max_outline_difference"]
 
-_LEVELS = 64  # of depth, as strengths of line
+_STRENGTH_LEVELS = 64
+"""Number of strengths of line, from far to near."""
 
 
 class _Rims(NamedTuple):
-    """The outlines of a scene's spheres, back to front: ellipses, circles where they are the
-    paper's.
-
-    sphere (K,); disk (K, 3) middle and longer half axis [pixels]; squeeze (K, 2) the shorter as a
-    share of it and the direction [rad] of the longer; planes (K, 3): projective depth at the middle
-    and its change a pixel right and down.
-    """
+    """Outlines of spheres, back to front: ellipses, or the paper's circles."""
 
     sphere: Ints
+    """(K,)."""
     disk: Floats
+    """(K, 3) middle and longer half axis [pixels]."""
     squeeze: Floats
-    planes: Floats
+    """(K, 2) shorter half axis as a share of the longer, and direction [rad] of the longer."""
+    depth: Floats
+    """(K,) projective depth at the middle."""
+    tilt: Floats
+    """(K, 2) change of the projective depth per pixel right and down."""
 
 
 def circles(scene: Scene, camera: Camera, *, exact: bool = False, hidden: str = "veiled") -> str:
-    """SVG text of width x height of the camera: environment's edges, then circles back to front,
-    then marks.
+    """Draw a scene: edges of the environment, then circles back to front, then marks.
 
-    exact: in perspective the spheres' true outlines, ellipses, in place of the paper's circles;
-    those of spheres that reach beside the eye are none and are left out. The largest difference is
-    told in the group's description. hidden: veiled draws what of a circle is behind a wall pale;
-    hidden_line leaves it out. No script, no reference to anything outside; labels are escaped. Of
-    more than 9,000 line pieces the longest stay.
+    The text holds no script and no reference to anything outside; labels are escaped. Of more than
+    9,000 pieces of lines the longest stay.
+
+    Parameters
+    ----------
+    scene, camera
+        What is drawn, and from where.
+    exact
+        Whether perspective shows the true outlines, ellipses, in place of the paper's circles.
+        Spheres that reach beside the eye have none and are left out. The description of the group
+        gives the largest difference.
+    hidden
+        veiled: what of a circle is behind a wall is pale. hidden_line: it is left out.
+
+    Returns
+    -------
+    str
+        SVG text in the size of the camera.
     """
     walls = surroundings(scene, camera, hidden)
-    flat = projected_disks(scene, camera)
-    true = exact and math.isfinite(camera.distance)
-    rims = _ellipses(flat, camera) if true else _plain(flat, camera)
-    shapes = _shapes(rims, true)
-    styles = _looks(scene, flat, rims)
-    parts = [shape + style for shape, style in zip(shapes, styles, strict=True)]
+    disks = projected_disks(scene, camera)
+    true_outlines = exact and math.isfinite(camera.distance)
+    rims = _true_rims(disks, camera) if true_outlines else _paper_rims(disks, camera)
+    shapes = _rim_shapes(rims, true_outlines)
+    styles = _rim_styles(scene, disks, rims)
+    elements = [shape + style for shape, style in zip(shapes, styles, strict=True)]
     if walls is not None:
-        for number, path in _cut_rims(rims, true, walls).items():
-            pale = f'{parts[number][:-2]} stroke-opacity="0.3"/>' if hidden == "veiled" else ""
-            parts[number] = pale + (
-                f'<path class="rim" fill="none"{styles[number]}'.replace("/>", f' d="{path}"/>')
-                if path
-                else ""
-            )
-    start = f'<g class="bodies" fill="{hexadecimal(PAPER)}" fill-opacity="0.45">'
-    shown = [part for part in (_said(flat, camera, true), *parts) if part]
-    parts = [*ghost_paths(scene, camera), start, *shown, "</g>"]
+        for number, path in _partly_hidden_rims(rims, walls).items():
+            pale = f'{elements[number][:-2]} stroke-opacity="0.3"/>' if hidden == "veiled" else ""
+            style = styles[number].replace("/>", f' d="{path}"/>')
+            elements[number] = pale + (f'<path class="rim" fill="none"{style}' if path else "")
+    parts = [
+        *ghost_paths(scene, camera),
+        f'<g class="bodies" fill="{hexadecimal(PAPER)}" fill-opacity="0.45">',
+        *_difference_note(disks, camera, true_outlines),
+        *(element for element in elements if element),
+        "</g>",
+    ]
     if walls is not None:
         parts = [*environment_paths(walls.lines), *parts, *section_paths(walls.sections, hidden)]
     return page(scene, camera, "the outline circle of every sphere", parts)
 
 
 def max_outline_difference(disks: Disks, camera: Camera) -> float:
-    """[pixels] how far the true outline of any sphere, an ellipse, lies at most from the paper's
-    circle; 0 in parallel.
+    """Return the largest distance [pixels] between a true outline and the paper's circle.
 
-    Of spheres that are drawn and do not reach beside the eye. The ellipse is farthest from the
-    circle on the line through the middle of the picture, at its outer end.
+    It is 0 in a parallel view. Spheres that reach beside the eye do not count.
     """
     if math.isinf(camera.distance):
         return 0.0
-    rims = _ellipses(disks, camera)
+    # The ellipse is farthest from the circle on the line through the middle of the picture, at one
+    # of the ends of its longer axis, or across it.
+    rims = _true_rims(disks, camera)
     circle = disks.disk[rims.sphere]
     middle = np.array([camera.width, camera.height]) / 2.0
-    off = [np.hypot(*(disk[:, :2] - middle).T) for disk in (rims.disk, circle)]
-    ends = [off[0] + way * rims.disk[:, 2] - off[1] - way * circle[:, 2] for way in (1.0, -1.0)]
+    ellipse_offset, circle_offset = (
+        np.hypot(*(disk[:, :2] - middle).T) for disk in (rims.disk, circle)
+    )
+    ends = [
+        ellipse_offset + side * rims.disk[:, 2] - circle_offset - side * circle[:, 2]
+        for side in (1.0, -1.0)
+    ]
     across = rims.disk[:, 2] * rims.squeeze[:, 0] - circle[:, 2]
     return float(np.max(np.abs([*ends, across]), initial=0.0))
 
 
-def _said(flat: Disks, camera: Camera, exact: bool) -> str:
-    """The largest difference as an element, none in a parallel view, where there is no
-    difference."""
+def _difference_note(disks: Disks, camera: Camera, true_outlines: bool) -> list[str]:
+    """Return an element with the largest difference; none in a parallel view."""
     if math.isinf(camera.distance):
-        return ""
-    apart = f"{max_outline_difference(flat, camera):.1f} pixels"
-    told = (
-        f"True outlines, ellipses; at most {apart} from circles about the centres"
-        if exact
-        else f"Circles about the centres; at most {apart} from the true outlines, ellipses"
-    )
-    return f"<desc>{told}</desc>"
+        return []
+    difference = f"{max_outline_difference(disks, camera):.1f} pixels"
+    if true_outlines:
+        text = f"True outlines, ellipses; at most {difference} from circles about the centres"
+    else:
+        text = f"Circles about the centres; at most {difference} from the true outlines, ellipses"
+    return [f"<desc>{text}</desc>"]
 
 
-def _plain(flat: Disks, camera: Camera) -> _Rims:
-    """The paper's circles."""
-    order = flat.order
-    zero = np.zeros(len(flat.order))
-    depth = projective_depth(camera, flat.centre[order])
-    return _Rims(
-        order,
-        flat.disk[order],
-        np.column_stack([zero + 1.0, zero]),
-        np.column_stack([depth, zero, zero]),
-    )
+def _paper_rims(disks: Disks, camera: Camera) -> _Rims:
+    """Return the paper's circles."""
+    order = disks.order
+    count = len(order)
+    depth = projective_depth(camera, disks.centre[order])
+    circle = np.tile([1.0, 0.0], (count, 1))
+    return _Rims(order, disks.disk[order], circle, depth, np.zeros((count, 2)))
 
 
-def _ellipses(flat: Disks, camera: Camera) -> _Rims:
-    """The true outlines in perspective, of what does not reach beside the eye or the nearest
-    plane."""
-    balls = flat.view[flat.order] * [1.0, -1.0, -1.0, 1.0] + [0.0, 0.0, camera.distance, 0.0]
+def _true_rims(disks: Disks, camera: Camera) -> _Rims:
+    """Return the outlines in perspective, of spheres that do not reach beside the near plane."""
+    balls = disks.view[disks.order] * [1.0, -1.0, -1.0, 1.0] + [0.0, 0.0, camera.distance, 0.0]
     ahead = balls[:, 2] - balls[:, 3] > camera.distance - camera.nearest
     balls = balls[ahead]
-    order = flat.order[ahead]
     disk, squeeze = rim_ellipses(camera, balls)
     tangent = np.sqrt(np.sum(balls[:, :3] ** 2, axis=1) - balls[:, 3] ** 2)
     depth, tilt = rim_planes(camera, balls[:, :3], tangent, disk)
-    return _Rims(order, disk, squeeze, np.column_stack([depth, tilt]))
+    return _Rims(disks.order[ahead], disk, squeeze, depth, tilt)
 
 
-def _shapes(rims: _Rims, exact: bool) -> list[str]:
-    """The beginning of one element a rim."""
-    if not exact:
+def _rim_shapes(rims: _Rims, true_outlines: bool) -> list[str]:
+    """Return the beginning of the element of each rim."""
+    if not true_outlines:
         return number_rows('<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}"', rims.disk)
     x, y, longer = rims.disk.T
     turn = np.degrees(rims.squeeze[:, 1])
@@ -142,21 +152,19 @@ def _shapes(rims: _Rims, exact: bool) -> list[str]:
     )
 
 
-def _looks(scene: Scene, flat: Disks, rims: _Rims) -> list[str]:
-    """The line of each rim, by its sphere's depth, and the end of its element."""
-    level = (
-        np.round(depth_share(flat.front) * (_LEVELS - 1)).astype(np.int64)
-        + _LEVELS * scene.spheres.body
-    )
-    styles = [text for shown in scene.bodies for text in _styles(shown.colour)]
-    return [styles[k] for k in level[rims.sphere].tolist()]
+def _rim_styles(scene: Scene, disks: Disks, rims: _Rims) -> list[str]:
+    """Return the end of the element of each rim: its line, by the depth of its sphere."""
+    level = np.round(depth_share(disks.front) * (_STRENGTH_LEVELS - 1)).astype(np.int64)
+    row = level + _STRENGTH_LEVELS * scene.spheres.body
+    styles = [text for shown in scene.bodies for text in _level_styles(shown.colour)]
+    return [styles[k] for k in row[rims.sphere].tolist()]
 
 
-def _styles(colour: str) -> list[str]:
-    """How the line looks in each level of depth, far to near, and the end of the element."""
+def _level_styles(colour: str) -> list[str]:
+    """Return the line of each level of depth, far to near."""
     paper = np.array(PAPER, dtype=np.float64)
     ink = np.array(INKS[colour], dtype=np.float64)
-    near = np.linspace(0.0, 1.0, _LEVELS)
+    near = np.linspace(0.0, 1.0, _STRENGTH_LEVELS)
     strokes = paper + (ink - paper) * (0.5 + 0.5 * near[:, None])
     return [
         f' stroke="{hexadecimal(stroke)}" stroke-width="{0.5 + 0.7 * share:.2f}"/>'
@@ -164,35 +172,28 @@ def _styles(colour: str) -> list[str]:
     ]
 
 
-def _cut_rims(rims: _Rims, exact: bool, walls: Surroundings) -> dict[int, str]:
-    """Of the rims, by number, that a polygon hides in part or whole: path commands of what is
-    seen."""
-    ratio, turn = rims.squeeze.T
-    along = np.column_stack([np.cos(turn), np.sin(turn)]) * rims.disk[:, 2:]
-    across = np.column_stack([-np.sin(turn), np.cos(turn)]) * (rims.disk[:, 2] * ratio)[:, None]
-    depths = [rims.planes[:, 0]] + [
-        np.sum(rims.planes[:, 1:] * way, axis=1) for way in (along, across)
-    ]
-    columns = zip((rims.disk[:, :2], along, across), depths, strict=True)
-    frames = np.stack([np.column_stack(column) for column in columns], axis=1)
-    of, angle, behind = hidden_arcs(
-        frames, np.tile([0.0, 2.0 * math.pi], (len(frames), 1)), walls.hiders
-    )
-    found: dict[int, str] = {}
-    for row in np.flatnonzero(np.isin(of, of[behind == 1])):
-        number = int(of[row])
-        seen = "" if behind[row] else _arc(frames[number], rims, number, angle[row].tolist())
-        found[number] = found.get(number, "") + seen
-    return found
+def _partly_hidden_rims(rims: _Rims, walls: Surroundings) -> dict[int, str]:
+    """Return path commands of the visible arcs of each rim that a polygon hides in part or whole,
+    by the number of the rim."""
+    frames = ellipse_frames(rims.disk, rims.squeeze, rims.depth, rims.tilt)
+    whole_turn = np.tile([0.0, 2.0 * math.pi], (len(frames), 1))
+    source, angle, hidden = hidden_arcs(frames, whole_turn, walls.occluders)
+    paths: dict[int, str] = {}
+    for row in np.flatnonzero(np.isin(source, source[hidden == 1])):
+        number = int(source[row])
+        visible = "" if hidden[row] else _arc_path(frames[number], rims, number, angle[row])
+        paths[number] = paths.get(number, "") + visible
+    return paths
 
 
-def _arc(frame: Floats, rims: _Rims, number: int, angle: list[float]) -> str:
-    """Path commands of an arc, in two halves: an arc of near a whole turn is ill-determined by its
-    ends."""
-    ends = (angle[0], (angle[0] + angle[1]) / 2.0, angle[1])
-    turns = np.array([[1.0, math.cos(turn), math.sin(turn)] for turn in ends])
-    (a, b), (c, d), (e, f) = (turns @ frame[:, :2]).tolist()
+def _arc_path(frame: Floats, rims: _Rims, number: int, angle: Floats) -> str:
+    """Write an arc (2,) [rad] in two halves, since the ends of nearly a whole turn are too close to
+    determine it."""
+    first, last = angle.tolist()
+    turns = (first, (first + last) / 2.0, last)
+    weights = np.array([[1.0, math.cos(turn), math.sin(turn)] for turn in turns])
+    (a, b), (c, d), (e, f) = (weights @ frame[:, :2]).tolist()
     longer = rims.disk[number, 2]
     shorter = rims.disk[number, 2] * rims.squeeze[number, 0]
-    round_ = f"A{longer:.1f} {shorter:.1f} {math.degrees(rims.squeeze[number, 1]):.4g} 0 1"
-    return f"M{a:.1f} {b:.1f}{round_} {c:.1f} {d:.1f}{round_} {e:.1f} {f:.1f}"
+    command = f"A{longer:.1f} {shorter:.1f} {math.degrees(rims.squeeze[number, 1]):.4g} 0 1"
+    return f"M{a:.1f} {b:.1f}{command} {c:.1f} {d:.1f}{command} {e:.1f} {f:.1f}"

@@ -1,9 +1,11 @@
-"""The lines that draw an environment: feature edges, silhouettes, cut edges; and what of them is
-visible.
+"""Find the lines that draw an environment, and the visible pieces of them.
 
-A feature edge is an open edge of a part, or one between two polygons that meet at more than
-FEATURE_ANGLE. A silhouette is an edge between a polygon that faces the viewer and one that does
-not. A cut edge is where the cutting plane of the view goes through a triangle.
+Three kinds of edges are drawn:
+
+- feature edges: open edges of a part, and edges between polygons that meet at more than
+  `FEATURE_ANGLE`;
+- silhouettes: edges between a polygon that faces the viewer and one that does not;
+- section edges: where the near plane of the view cuts a triangle.
 """
 
 from __future__ import annotations
@@ -16,82 +18,133 @@ import numpy as np
 from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
 from workbench.draw.clipping import clip_segments, plane_intersections
 from workbench.draw.kernels.edge_lines import edge_pieces
-from workbench.draw.visibility import DepthBuffers, triangle_polygons
+from workbench.draw.visibility import DepthBuffers, triangle_polygons, triangles_shown
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 
 __all__ = ["FEATURE_ANGLE", "Lines", "drawn_edges", "visible_lines"]
 
 FEATURE_ANGLE = np.radians(25.0)
-_WELD = (
-    1e-5  # [m] corners nearer than about this are one: some mesh files hold a copy for each face
-)
-_STEP = 2.0  # [pixels] between the points at which an edge is tested
-_BIAS = 1e-3  # [m] an edge lies on its own surface: so much in front counts as visible
+"""Angle [rad] between two polygons from which their common edge is sharp."""
+_WELD_DISTANCE = 1e-5
+"""Spacing [m] of the grid to which corners are rounded; corners in one cell are one. Some mesh
+files hold a copy of a corner for each face."""
+_SAMPLE_STEP = 2.0
+"""Distance [pixels] between the points at which an edge is tested."""
+_DEPTH_BIAS = 1e-3
+"""Depth [m] by which an edge may lie behind a surface and still count as visible, since it lies on
+the surface of its own polygons."""
+_TO_VIEWER = np.array([0.0, 0.0, 1.0])
 
 
 class Lines(NamedTuple):
-    """Visible pieces of edges: ends (M, 2, 2) x, y [pixels]; depth (M,) [m]; faint (M,): seen
-    through or as a veil."""
+    """Visible pieces of edges."""
 
     ends: Floats
+    """(M, 2, 2) x, y [pixels]."""
     depth: Floats
+    """(M,) [m]."""
     faint: Bools
+    """(M,) whether it belongs to a see-through part or lies in front of a body."""
 
 
-class _Sides(NamedTuple):
-    """Undirected edges of parts that are shown: corners (M, 2) vertices; clear (M,): of a
-    see-through part.
-
-    first, second (M,): the polygons on both sides; sense (M,): 1 where they are wound alike, -1
-    where not, 0 where there are not two; always (M,): drawn from wherever it is seen, as an open or
-    sharp edge.
-    """
+class _EdgeTopology(NamedTuple):
+    """Undirected edges of shown parts, with the polygons on both sides."""
 
     corners: Ints
-    clear: Bools
+    """(M, 2) vertices."""
+    see_through: Bools
+    """(M,) whether the part is see-through."""
     first: Ints
+    """(M,) polygon on one side."""
     second: Ints
+    """(M,) polygon on the other side."""
     sense: Floats
-    always: Bools
+    """(M,) 1 for polygons of the same winding, -1 for opposite ones, 0 unless there are two."""
+    sharp: Bools
+    """(M,) whether it is an open or a sharp edge, drawn wherever it is visible."""
 
 
 def drawn_edges(
     environment: Environment, camera: Camera, cut: float, *, seen: Floats | None = None
 ) -> tuple[Floats, Bools]:
-    """Edges (M, 2, 3) x, y [pixels], depth [m] to be drawn in this view, and whether each is of a
-    see-through part.
+    """Return the edges to be drawn in a view. They are clipped where they come too near the eye.
 
-    cut [m]: the depth of the cutting plane. Edges are cut where they come too near the eye. seen
-    (V, 3): the environment's vertices in view coordinates, where they are known already.
+    Parameters
+    ----------
+    environment, camera
+        What is seen, and from where.
+    cut
+        Depth [m] of the near plane.
+    seen
+        (V, 3) view coordinates of the vertices, if they are known already.
+
+    Returns
+    -------
+    tuple[Floats, Bools]
+        Ends (M, 2, 3) as x, y [pixels] and depth [m], and whether (M,) the part is see-through.
     """
-    sides = _sides(environment)
+    edges = _edge_topology(environment)
     front = facing(camera, environment.normal, environment.offset)
-    turned = front[sides.first] * front[sides.second] * sides.sense < 0.0
-    wanted = np.flatnonzero(sides.always | turned)
-    ahead = np.array([0.0, 0.0, 1.0])
+    silhouette = front[edges.first] * front[edges.second] * edges.sense < 0.0
+    chosen = np.flatnonzero(edges.sharp | silhouette)
     points = to_view(camera, environment.vertices) if seen is None else seen
-    edges, kept = clip_segments(points[sides.corners[wanted]], ahead, camera.closest)
-    clear = sides.clear[wanted[kept]]
+    ends, kept = clip_segments(points[edges.corners[chosen]], _TO_VIEWER, camera.closest)
+    see_through = edges.see_through[chosen[kept]]
     if np.isfinite(cut):
-        part = environment.polygon_part[triangle_polygons(environment)]
-        shown = np.flatnonzero(~environment.hidden[part])
-        cut_edges, of = plane_intersections(points[environment.triangles[shown]], ahead, cut)
-        edges = np.concatenate([edges, cut_edges])
-        clear = np.append(clear, environment.see_through[part[shown[of]]])
-    return view_to_pixels(camera, edges), clear
+        shown = triangles_shown(environment)
+        section, source = plane_intersections(points[environment.triangles[shown]], _TO_VIEWER, cut)
+        part = environment.polygon_part[triangle_polygons(environment)[shown[source]]]
+        ends = np.concatenate([ends, section])
+        see_through = np.append(see_through, environment.see_through[part])
+    return view_to_pixels(camera, ends), see_through
 
 
 @lru_cache(maxsize=8)
-def _sides(environment: Environment) -> _Sides:
-    """Pair the polygons' directed edges within each part; remembered, for it is the same in every
+def _edge_topology(environment: Environment) -> _EdgeTopology:
+    """Pair the directed edges of polygons within each part; cached, as it is the same in every
     view."""
-    grid = np.round(environment.vertices / _WELD).astype(np.int64)
-    _, welded = np.unique(grid, axis=0, return_inverse=True)
     polygon = np.repeat(np.arange(len(environment.normal)), np.diff(environment.edge_start))
-    part = environment.polygon_part[polygon]
+    first, second, sense = _paired_edges(environment, polygon)
+    one = polygon[first]
+    other = polygon[second]
+    cosine = np.sum(environment.normal[one] * (environment.normal[other] * sense[:, None]), axis=1)
+    sharp = (sense == 0.0) | (cosine < np.cos(FEATURE_ANGLE))
+    # two polygons of one plane and winding face the viewer together, so are never a silhouette
+    coplanar = (environment.normal[one] == environment.normal[other]).all(axis=1)
+    coplanar &= (environment.offset[one] == environment.offset[other]) & (sense > 0.0)
+    part = environment.polygon_part[one]
+    shown = np.flatnonzero(~environment.hidden[part] & (sharp | ~coplanar))
+    return _EdgeTopology(
+        environment.edges[first][shown],
+        environment.see_through[part][shown],
+        one[shown],
+        other[shown],
+        sense[shown],
+        sharp[shown],
+    )
+
+
+def _paired_edges(environment: Environment, polygon: Ints) -> tuple[Ints, Ints, Floats]:
+    """Group the directed edges that join the same two corners of a part.
+
+    Parameters
+    ----------
+    environment
+        The environment.
+    polygon
+        (E,) polygon of each directed edge.
+
+    Returns
+    -------
+    tuple[Ints, Ints, Floats]
+        Of each group its first two directed edges (M,), and its sense, see `_EdgeTopology`.
+    """
+    grid = np.round(environment.vertices / _WELD_DISTANCE).astype(np.int64)
+    _, welded = np.unique(grid, axis=0, return_inverse=True)
     ends = welded.reshape(-1)[environment.edges]
     count = np.int64(len(environment.vertices))
+    part = environment.polygon_part[polygon]
     key = (part * count + ends.min(axis=1)) * count + ends.max(axis=1)
     order = np.argsort(key, kind="stable")
     order = order[ends[order, 0] != ends[order, 1]]
@@ -99,43 +152,40 @@ def _sides(environment: Environment) -> _Sides:
     members = np.diff(start, append=len(order))
     first = order[start]
     second = order[np.minimum(start + 1, max(len(order) - 1, 0))]
-    against = (
-        ends[first, 0] == ends[second, 1]
-    )  # two neighbours of one winding run along their edge in two directions
-    lone = members != 2
-    sense = np.where(lone, 0.0, np.where(against, 1.0, -1.0))
-    one = environment.normal[polygon[first]]
-    other = environment.normal[polygon[second]] * sense[:, None]
-    sharp = lone | (np.sum(one * other, axis=1) < np.cos(FEATURE_ANGLE))
-    level = (environment.normal[polygon[first]] == environment.normal[polygon[second]]).all(
-        axis=1
-    ) & (sense > 0.0)
-    level &= (
-        environment.offset[polygon[first]] == environment.offset[polygon[second]]
-    )  # these face one way together
-    shown = np.flatnonzero(~environment.hidden[part[first]] & (sharp | ~level))
-    clear = environment.see_through[part[first]]
-    columns = (environment.edges[first], clear, polygon[first], polygon[second], sense, sharp)
-    return _Sides(*(column[shown] for column in columns))
+    # neighbours of one winding run along their common edge in opposite directions
+    opposed = ends[first, 0] == ends[second, 1]
+    sense = np.where(members != 2, 0.0, np.where(opposed, 1.0, -1.0))
+    return first, second, sense
 
 
-def visible_lines(edges: Floats, clear: Bools, layers: DepthBuffers) -> Lines:
-    """The pieces of edges (M, 2, 3) that no opaque surface hides, tested every two pixels or
-    closer.
+def visible_lines(edges: Floats, see_through: Bools, buffers: DepthBuffers) -> Lines:
+    """Return the pieces of edges that no opaque surface hides, tested every two pixels or closer.
 
-    A piece is faint where it is of a see-through part or in front of a body, and is left out behind
-    a body.
+    Edges of see-through parts and in front of a body are faint. Edges behind a body are left out.
+
+    Parameters
+    ----------
+    edges
+        (M, 2, 3) ends as x, y [pixels] and depth [m].
+    see_through
+        (M,) whether the part is see-through.
+    buffers
+        Depth buffers of the scene.
     """
-    height, width = layers.depth.shape
-    low = edges[:, :, :2].min(axis=1)
-    high = edges[:, :, :2].max(axis=1)
-    inside = np.all((high >= 0) & (low <= (width, height)), axis=1) & (
-        edges[:, :, 2].min(axis=1) <= layers.cut + _BIAS
-    )
+    height, width = buffers.depth.shape
+    low = edges.min(axis=1)
+    high = edges.max(axis=1)
+    inside = np.all((high[:, :2] >= 0) & (low[:, :2] <= (width, height)), axis=1)
+    inside &= low[:, 2] <= buffers.cut + _DEPTH_BIAS
     edges = edges[inside]
-    camera = layers.camera
-    edges = np.concatenate([edges[:, :, :2], projective_depth(camera, edges[:, :, 2:])], axis=2)
-    seen = (layers.depth, layers.sphere, layers.body_depth)
-    limits = np.array([_BIAS, layers.cut])
-    pieces = edge_pieces(edges, clear[inside], seen, limits, _STEP, camera.inverse_distance)
+    camera = buffers.camera
+    edges[:, :, 2] = projective_depth(camera, edges[:, :, 2])
+    pieces = edge_pieces(
+        edges,
+        see_through[inside],
+        (buffers.depth, buffers.sphere, buffers.body_depth),
+        np.array([_DEPTH_BIAS, buffers.cut]),
+        _SAMPLE_STEP,
+        camera.inverse_distance,
+    )
     return Lines(pieces[:, :4].reshape(-1, 2, 2), pieces[:, 4], pieces[:, 5] == 1.0)

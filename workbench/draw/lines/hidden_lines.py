@@ -1,8 +1,7 @@
-"""Polygons hide arcs and lines in vector pictures: exact, by kernels.pictures.hiding, at any size
-of picture.
+"""Remove hidden lines from vector pictures, exactly and at any size of picture.
 
-Only opaque parts hide, and only what of them lies behind the cutting plane. Bodies hide the lines
-of the environment: a line is cut where it goes behind the outline of a sphere.
+Only opaque parts of the environment hide, and only what of them lies behind the near plane. Bodies
+hide the lines of the environment: a line is cut where it goes behind the outline of a sphere.
 """
 
 from __future__ import annotations
@@ -12,7 +11,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.draw.camera import Camera, metric_depth, projective_depth, to_view, view_to_pixels
+from workbench.draw.camera import (
+    Camera,
+    metric_depth,
+    projective_depth,
+    to_view,
+    view_to_pixels,
+)
 from workbench.draw.clipping import (
     chain_segments,
     clip_segments,
@@ -29,7 +34,12 @@ from workbench.draw.kernels.occlusion import (
 from workbench.draw.lines.arcs import Arcs
 from workbench.draw.lines.edges import Lines, drawn_edges
 from workbench.draw.scene import Scene
-from workbench.draw.visibility import cut_depth, projected_disks, triangle_polygons
+from workbench.draw.visibility import (
+    cut_depth,
+    projected_disks,
+    triangle_polygons,
+    triangles_shown,
+)
 from workbench.errors import UsageError, one_of
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
@@ -38,6 +48,7 @@ __all__ = [
     "HIDDEN",
     "Surroundings",
     "build_occluders",
+    "ellipse_frames",
     "sections",
     "split_hidden_arcs",
     "surroundings",
@@ -45,62 +56,126 @@ __all__ = [
 ]
 
 HIDDEN = ("veiled", "hidden_line")
-_BIAS = 1e-3  # [m] a polygon that touches a rim or an edge does not hide it
-_AHEAD = np.array([0.0, 0.0, 1.0])
-_CELL = 24.0  # [pixels]
+"""Styles of hidden lines: drawn pale, or left out."""
+_DEPTH_BIAS = 1e-3
+"""Depth [m] by which a polygon must lie in front of a rim or an edge to hide it, so that one that
+touches it does not."""
+_TO_VIEWER = np.array([0.0, 0.0, 1.0])
+_CELL_SIZE = 24.0
+"""Width [pixels] of the cells of the grid in which occluders are found."""
 
 
 class Surroundings(NamedTuple):
-    """What vector displays draw of an environment: its triangles as they hide, its visible lines,
-    its cut faces."""
+    """What vector displays draw of an environment."""
 
-    hiders: Occluders
+    occluders: Occluders
+    """The opaque triangles, as they hide."""
     lines: Lines
+    """The visible lines."""
     sections: list[list[Floats]]
+    """Loops (K, 2) [pixels] of the cut face of each solid part."""
 
 
 def surroundings(scene: Scene, camera: Camera, hidden: str) -> Surroundings | None:
-    """The environment of a scene as lines, None where there is none. hidden: one of HIDDEN,
-    UsageError for others."""
+    """Prepare the environment of a scene for vector displays, None without an environment.
+
+    Parameters
+    ----------
+    scene, camera
+        What is seen, and from where.
+    hidden
+        One of `HIDDEN`.
+
+    Raises
+    ------
+    UsageError
+        If there is no such style.
+    """
     if hidden not in HIDDEN:
         raise UsageError(f"no style {hidden!r}; {one_of(hidden, HIDDEN)}")
     if scene.environment is None:
         return None
     cut = cut_depth(projected_disks(scene, camera), camera)
-    hiders = build_occluders(scene.environment, camera, cut)
-    edges, clear = drawn_edges(scene.environment, camera, cut)
-    lines = visible_edge_lines(edges, clear, scene, camera, hiders, cut)
-    return Surroundings(hiders, lines, sections(scene.environment, camera, cut))
+    occluders = build_occluders(scene.environment, camera, cut)
+    edges, see_through = drawn_edges(scene.environment, camera, cut)
+    lines = visible_edge_lines(edges, see_through, scene, camera, occluders, cut)
+    return Surroundings(occluders, lines, sections(scene.environment, camera, cut))
+
+
+def _to_projective(camera: Camera, seen: Floats) -> Floats:
+    """Return x, y [pixels] and projective depth (..., 3) of view coordinates (..., 3)."""
+    points = view_to_pixels(camera, seen)
+    points[..., 2] = projective_depth(camera, points[..., 2])
+    return points
+
+
+def _from_projective(camera: Camera, points: Floats) -> Floats:
+    """Return view coordinates (..., 3) [m] of x, y [pixels] and projective depth (..., 3)."""
+    depth = metric_depth(camera, points[..., 2])
+    scale = camera.scale / (1.0 - depth * camera.inverse_distance)
+    x = (points[..., 0] - camera.width / 2.0) / scale
+    y = (camera.height / 2.0 - points[..., 1]) / scale
+    return np.stack([x, y, depth], axis=-1)
+
+
+class _PictureBoxes(NamedTuple):
+    """Bounding boxes of things in the picture, in pixels."""
+
+    low: Floats
+    """(M, 2)."""
+    high: Floats
+    """(M, 2)."""
+    inside: Bools
+    """(M,) whether they meet the picture."""
+
+
+def _picture_boxes(camera: Camera, points: Floats) -> _PictureBoxes:
+    """Return the boxes of M things with K points (M, K, 3) each."""
+    low = points[:, :, :2].min(axis=1)
+    high = points[:, :, :2].max(axis=1)
+    inside = np.all((high >= 0.0) & (low <= (camera.width, camera.height)), axis=1)
+    return _PictureBoxes(low, high, inside)
 
 
 def build_occluders(environment: Environment, camera: Camera, cut: float) -> Occluders:
-    """The opaque triangles of an environment as they hide things behind the depth `cut` [m], in a
-    grid."""
-    part = environment.polygon_part[triangle_polygons(environment)]
-    chosen = np.flatnonzero(~environment.hidden[part] & ~environment.see_through[part])
-    seen = to_view(camera, environment.vertices)[environment.triangles[chosen]]
-    seen, _ = clip_triangles(seen, _AHEAD, min(cut, camera.closest))
-    corners = view_to_pixels(camera, seen)
-    corners[..., 2] = projective_depth(camera, corners[..., 2])
-    low = corners[:, :, :2].min(axis=1)
-    high = corners[:, :, :2].max(axis=1)
-    here = np.all((high >= 0.0) & (low <= (camera.width, camera.height)), axis=1)
-    columns = math.ceil(camera.width / _CELL)
-    rows = math.ceil(camera.height / _CELL)
-    start, inside = _grid(low[here], high[here], columns, rows)
-    planes = occluder_planes(np.ascontiguousarray(corners[here]), _BIAS)
-    return Occluders(planes, _CELL, columns, rows, start, inside)
+    """Collect the opaque triangles of an environment behind a near plane, in a grid.
+
+    Parameters
+    ----------
+    environment, camera
+        What is seen, and from where.
+    cut
+        Depth [m] of the near plane.
+    """
+    shown = triangles_shown(environment)
+    part = environment.polygon_part[triangle_polygons(environment)[shown]]
+    opaque = shown[~environment.see_through[part]]
+    seen = to_view(camera, environment.vertices)[environment.triangles[opaque]]
+    seen, _ = clip_triangles(seen, _TO_VIEWER, min(cut, camera.closest))
+    corners = _to_projective(camera, seen)
+    boxes = _picture_boxes(camera, corners)
+    columns = math.ceil(camera.width / _CELL_SIZE)
+    rows = math.ceil(camera.height / _CELL_SIZE)
+    start, members = _cell_lists(boxes.low[boxes.inside], boxes.high[boxes.inside], columns, rows)
+    planes = occluder_planes(np.ascontiguousarray(corners[boxes.inside]), _DEPTH_BIAS)
+    return Occluders(planes, _CELL_SIZE, columns, rows, start, members)
 
 
-def _grid(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Ints]:
-    """start (columns rows + 1,) and the boxes that meet each cell, row by row."""
+def _cell_lists(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Ints]:
+    """List the boxes from `low` to `high` (M, 2) [pixels] that meet each cell of a grid.
+
+    Returns
+    -------
+    tuple[Ints, Ints]
+        Where (columns rows + 1,) the list of each cell starts, row by row, and the boxes (K,).
+    """
     most = np.array([columns - 1, rows - 1])
-    first = np.clip(np.floor(low / _CELL).astype(np.int64), 0, most)
-    last = np.clip(np.floor(high / _CELL).astype(np.int64), 0, most)
+    first = np.clip(np.floor(low / _CELL_SIZE).astype(np.int64), 0, most)
+    last = np.clip(np.floor(high / _CELL_SIZE).astype(np.int64), 0, most)
     span = last - first + 1
     count = span[:, 0] * span[:, 1]
     box = np.repeat(np.arange(len(count)), count)
-    number = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)
+    number = np.arange(len(box)) - np.repeat(np.cumsum(count) - count, count)  # within its box
     column = first[box, 0] + number % span[box, 0]
     row = first[box, 1] + number // span[box, 0]
     cell = row * columns + column
@@ -109,80 +184,118 @@ def _grid(low: Floats, high: Floats, columns: int, rows: int) -> tuple[Ints, Int
     return start.astype(np.int64), box[order]
 
 
-def split_hidden_arcs(arcs: Arcs, hiders: Occluders) -> Arcs:
-    """The arcs cut where a polygon comes in front of them or goes; those behind one are
-    `veiled`."""
-    ratio, turn = arcs.squeeze.T
-    along = np.column_stack([np.cos(turn), np.sin(turn)]) * arcs.disk[:, 2:]
-    across = np.column_stack([-np.sin(turn), np.cos(turn)]) * (arcs.disk[:, 2] * ratio)[:, None]
-    rows = [(arcs.disk[:, :2], arcs.depth)] + [
-        (way, np.sum(arcs.tilt * way, axis=1)) for way in (along, across)
-    ]
-    rims = np.stack([np.column_stack(row) for row in rows], axis=1)
-    of, angle, hidden = hidden_arcs(rims, arcs.angle, hiders)
-    lead = arcs.lead[of].copy()
-    lead[angle[:, 0] > arcs.angle[of, 0], 0] = -1
-    lead[angle[:, 1] < arcs.angle[of, 1], 1] = -1
-    pieces = Arcs._make(column[of] for column in arcs)
+def ellipse_frames(disk: Floats, squeeze: Floats, depth: Floats, tilt: Floats) -> Floats:
+    """Return ellipses as p(t) = frame[0] + cos(t) frame[1] + sin(t) frame[2].
+
+    Parameters
+    ----------
+    disk, squeeze
+        (S, 3) and (S, 2) the ellipses, see `arcs.Arcs`.
+    depth, tilt
+        (S,) and (S, 2) projective depth at the middle, and its change per pixel right and down.
+
+    Returns
+    -------
+    Floats
+        (S, 3, 3) x, y [pixels] and projective depth of each row.
+    """
+    ratio, turn = squeeze.T
+    longer = np.column_stack([np.cos(turn), np.sin(turn)]) * disk[:, 2:]
+    shorter = np.column_stack([-np.sin(turn), np.cos(turn)]) * (disk[:, 2] * ratio)[:, None]
+    rows = [np.column_stack([disk[:, :2], depth])]
+    for axis in (longer, shorter):
+        rows.append(np.column_stack([axis, np.sum(tilt * axis, axis=1)]))
+    return np.stack(rows, axis=1)
+
+
+def split_hidden_arcs(arcs: Arcs, occluders: Occluders) -> Arcs:
+    """Cut arcs where a polygon starts or ends to hide them, and mark the hidden ones `veiled`."""
+    frames = ellipse_frames(arcs.disk, arcs.squeeze, arcs.depth, arcs.tilt)
+    source, angle, hidden = hidden_arcs(frames, arcs.angle, occluders)
+    lead = arcs.lead[source].copy()
+    lead[angle[:, 0] > arcs.angle[source, 0], 0] = -1
+    lead[angle[:, 1] < arcs.angle[source, 1], 1] = -1
+    pieces = Arcs._make(column[source] for column in arcs)
     return pieces._replace(angle=angle, lead=lead, veiled=hidden == 1)
 
 
 def visible_edge_lines(
-    edges: Floats, clear: Bools, scene: Scene, camera: Camera, hiders: Occluders, cut: float
+    edges: Floats,
+    see_through: Bools,
+    scene: Scene,
+    camera: Camera,
+    occluders: Occluders,
+    cut: float,
 ) -> Lines:
-    """The pieces of edges (M, 2, 3) x, y [pixels], depth [m] behind the depth `cut` that nothing
-    hides.
+    """Return the pieces of edges that nothing hides.
 
-    A piece is faint where it is of a see-through part (clear) or in front of a body. What is beside
-    the picture is left out.
+    A piece is faint if it belongs to a see-through part or lies in front of a body. Edges beside
+    the picture are left out.
+
+    Parameters
+    ----------
+    edges, see_through
+        (M, 2, 3) ends as x, y [pixels] and depth [m], and whether (M,) the part is see-through.
+    scene, camera, occluders
+        Whose bodies hide, from where, and which triangles hide.
+    cut
+        Depth [m] of the near plane.
     """
-    edges = np.concatenate([edges[:, :, :2], projective_depth(camera, edges[:, :, 2:])], axis=2)
-    seen, kept = clip_segments(_from_picture(camera, edges), _AHEAD, cut + _BIAS)
-    ends = view_to_pixels(camera, seen)
-    ends[..., 2] = projective_depth(camera, ends[..., 2])
-    low = ends[:, :, :2].min(axis=1)
-    high = ends[:, :, :2].max(axis=1)
-    here = np.all((high >= 0.0) & (low <= (camera.width, camera.height)), axis=1)
-    ends = ends[here]
-    kept = kept[here]
-    of, share, hidden = hidden_lines(np.ascontiguousarray(ends), hiders)
-    of = of[hidden == 0]
+    source, seen = _behind_near_plane(edges, camera, cut)
+    ends = _to_projective(camera, seen)
+    inside = _picture_boxes(camera, ends).inside
+    ends = ends[inside]
+    source = source[inside]
+    piece, share, hidden = hidden_lines(np.ascontiguousarray(ends), occluders)
+    piece = piece[hidden == 0]
     share = share[hidden == 0]
-    pieces = ends[of, :1] * (1.0 - share[:, :, None]) + ends[of, 1:] * share[:, :, None]
-    seen = _from_picture(camera, pieces)
+    visible = _from_projective(camera, _subsegments(ends[piece], share))
     spheres = scene.spheres
     balls = np.column_stack([to_view(camera, spheres.centre), spheres.radius])
-    rows = lines_among_balls(np.ascontiguousarray(seen), balls, camera.distance)
-    which = rows[:, 0].astype(np.int64)
-    share = rows[:, 1:3, None]
-    drawn = view_to_pixels(camera, seen[which, :1] * (1.0 - share) + seen[which, 1:] * share)
-    return Lines(
-        drawn[:, :, :2], drawn[:, :, 2].mean(axis=1), clear[kept[of[which]]] | (rows[:, 3] == 1.0)
-    )
+    # rows: segment, share from, share to, whether it is in front of a body
+    rows = lines_among_balls(np.ascontiguousarray(visible), balls, camera.distance)
+    segment = rows[:, 0].astype(np.int64)
+    drawn = view_to_pixels(camera, _subsegments(visible[segment], rows[:, 1:3]))
+    faint = see_through[source[piece[segment]]] | (rows[:, 3] == 1.0)
+    return Lines(drawn[:, :, :2], drawn[:, :, 2].mean(axis=1), faint)
 
 
-def _from_picture(camera: Camera, points: Floats) -> Floats:
-    """View coordinates (..., 3) [m] of x, y [pixels] and projective depth (..., 3)."""
-    depth = metric_depth(camera, points[..., 2])
-    size = camera.scale / (1.0 - depth * camera.inverse_distance)
-    x = (points[..., 0] - camera.width / 2.0) / size
-    y = (camera.height / 2.0 - points[..., 1]) / size
-    return np.stack([x, y, depth], axis=-1)
+def _behind_near_plane(edges: Floats, camera: Camera, cut: float) -> tuple[Ints, Floats]:
+    """Clip edges at the near plane; returns their indices and view coordinates (K, 2, 3)."""
+    points = edges.copy()
+    points[:, :, 2] = projective_depth(camera, edges[:, :, 2])
+    seen, source = clip_segments(_from_projective(camera, points), _TO_VIEWER, cut + _DEPTH_BIAS)
+    return source, seen
+
+
+def _subsegments(ends: Floats, share: Floats) -> Floats:
+    """Return the parts of segments (K, 2, 3) between shares (K, 2) of their length."""
+    return ends[:, :1] * (1.0 - share[:, :, None]) + ends[:, 1:] * share[:, :, None]
 
 
 def sections(environment: Environment, camera: Camera, cut: float) -> list[list[Floats]]:
-    """Where the plane at depth `cut` [m] goes through solid parts: of each part its loops (K, 2)
-    [pixels].
+    """Intersect the near plane with solid parts.
 
-    To be filled by the even-odd rule. Nothing for a plane at infinity.
+    Parameters
+    ----------
+    environment, camera
+        What is seen, and from where.
+    cut
+        Depth [m] of the near plane; infinity gives nothing.
+
+    Returns
+    -------
+    list[list[Floats]]
+        Of each part its loops (K, 2) [pixels], to be filled by the even-odd rule.
     """
     if not math.isfinite(cut):
         return []
     part = environment.polygon_part[triangle_polygons(environment)]
     solid = environment.solid & ~environment.hidden & ~environment.see_through
     seen = to_view(camera, environment.vertices)
-    found = []
+    faces = []
     for number in np.flatnonzero(solid):
-        lines, _ = plane_intersections(seen[environment.triangles[part == number]], _AHEAD, cut)
-        found.append([view_to_pixels(camera, loop)[:, :2] for loop in chain_segments(lines)])
-    return [loops for loops in found if loops]
+        triangles = seen[environment.triangles[part == number]]
+        lines, _ = plane_intersections(triangles, _TO_VIEWER, cut)
+        faces.append([view_to_pixels(camera, loop)[:, :2] for loop in chain_segments(lines)])
+    return [loops for loops in faces if loops]

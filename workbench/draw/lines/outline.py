@@ -1,19 +1,20 @@
-"""The paper's line drawing: the visible outline of the bodies as exact circular arcs, as a
-self-contained SVG text.
+"""Draw the paper's line drawing as SVG: the visible outline of the bodies as exact arcs.
 
-Each rim is cut where other spheres hide it, in closed form (kernels.pictures.arcs); nothing is
-traced. Between spheres of one segment or of segments that a joint joins only steps of depth above
-JOINT_STEP, and above JOINT_SHARE of the rim's radius, are drawn: creases vanish and a limb fades
-into the body at its joint, while an arm in front of the chest keeps its outline. Other bodies hide
-without that allowance. Specks are left out: lines of a few pixels that connect nothing, and chinks
-between fingers.
+Each rim is cut in closed form where other spheres hide it (see `kernels.arcs`); nothing is traced.
 
-What stands between the viewer and a body must not hide it: arcs behind an opaque polygon are drawn
-as a thin, pale line, or left out in the style hidden_line. Where they change is exact too (see
-hiding). Ghosts lie under the bodies.
+- Between spheres of one segment, or of segments that a joint joins, only steps of depth above
+  `JOINT_STEP` and above `JOINT_SHARE` of the rim's radius are drawn. Creases vanish and a limb
+  fades into the body at its joint, while an arm in front of the chest keeps its outline. Other
+  bodies hide without that allowance.
+- Specks are left out: lines of a few pixels that connect nothing, and chinks between fingers.
+- What stands between the viewer and a body must not hide it. Arcs behind an opaque polygon are thin
+  and pale, or left out in the style hidden_line.
+- Ghosts lie under the bodies.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -30,32 +31,73 @@ from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = ["body_paths", "ghost_paths", "outline"]
 
-_SPECK = 9.0  # [pixels] shorter lines that connect nothing are not drawn
-_CHINK = 24.0  # [pixels] so is the rim of a smaller hole
-_MEET = 0.5  # [pixels] a line that ends so near another one meets it
-_TINY = 0.3  # [pixels] shorter arcs are run together
-# [rad] longer arcs are drawn in pieces: rounded ends leave those near half a turn ill-determined
-_WIDEST = 2.1
-_PENS = (  # what is drawn first, and how: class, outer, veiled, stroke width and opacity
-    ("veiled", False, True, 'stroke-width="0.6" stroke-opacity="0.4"'),
-    ("veiled", True, True, 'stroke-width="0.8" stroke-opacity="0.5"'),
-    ("inner", False, False, 'stroke-width="1.1"'),
-    ("outer", True, False, 'stroke-width="1.8"'),
+_MIN_LINE = 9.0
+"""Length [pixels] below which a line that connects nothing is a speck."""
+_MIN_HOLE = 24.0
+"""Length [pixels] below which the rim of a hole is a speck."""
+_MEETING_DISTANCE = 0.5
+"""Distance [pixels] from the end of a line to another one within which they meet."""
+_MIN_ARC = 0.3
+"""Length [pixels] below which arcs of a chain are merged."""
+_MAX_ARC_ANGLE = 2.1
+"""Angle [rad] above which an arc is drawn in pieces: rounded ends determine an arc of nearly half a
+turn badly."""
+
+
+class _Pen(NamedTuple):
+    """How some of the chains of arcs are drawn."""
+
+    name: str
+    outer: bool
+    """For arcs against the background, or for those inside a body's outline."""
+    veiled: bool
+    """For arcs behind an opaque polygon."""
+    style: str
+
+
+_PENS = (
+    _Pen("veiled", False, True, 'stroke-width="0.6" stroke-opacity="0.4"'),
+    _Pen("veiled", True, True, 'stroke-width="0.8" stroke-opacity="0.5"'),
+    _Pen("inner", False, False, 'stroke-width="1.1"'),
+    _Pen("outer", True, False, 'stroke-width="1.8"'),
 )
+"""In the order in which they are drawn."""
+
+
+class _Chains(NamedTuple):
+    """Visible arcs that run into one another, in the order of the chains."""
+
+    arcs: Arcs
+    start: Ints
+    """(C,) first arc of each chain."""
+    last: Ints
+    """(C,) last arc of each chain."""
+    closed: Bools
+    """(C,) whether the last arc runs into the first."""
 
 
 def outline(scene: Scene, camera: Camera, *, hidden: str = "veiled") -> str:
-    """SVG text of width x height of the camera: environment's edges, then the bodies' outlines,
-    then marks.
+    """Draw a scene: edges of the environment, then the outlines of bodies, then marks.
 
-    hidden: veiled draws what is behind a wall as a thin, pale line; hidden_line leaves it out.
-    Outer contours are heavier than those inside. No script, no reference to anything outside;
-    labels are escaped.
+    Outer contours are heavier than those inside. The text holds no script and no reference to
+    anything outside; labels are escaped.
+
+    Parameters
+    ----------
+    scene, camera
+        What is drawn, and from where.
+    hidden
+        veiled: what is behind a wall is thin and pale. hidden_line: it is left out.
+
+    Returns
+    -------
+    str
+        SVG text in the size of the camera.
     """
     arcs = outline_arcs(scene, camera)
     walls = surroundings(scene, camera, hidden)
     if walls is not None:
-        arcs = split_hidden_arcs(arcs, walls.hiders)
+        arcs = split_hidden_arcs(arcs, walls.occluders)
         if hidden == "hidden_line":
             arcs = Arcs._make(column[~arcs.veiled] for column in arcs)
     parts = [*ghost_paths(scene, camera), *body_paths(scene, arcs)]
@@ -65,132 +107,155 @@ def outline(scene: Scene, camera: Camera, *, hidden: str = "veiled") -> str:
 
 
 def ghost_paths(scene: Scene, camera: Camera) -> list[str]:
-    """The outlines of a scene's ghosts, pale, and the bodies' disks in paper, which hide them."""
+    """Return the pale outlines of a scene's ghosts, and the bodies' disks in paper, which hide
+    them."""
     if not scene.ghosts:
         return []
     parts = []
     for shown, strength in zip(scene.ghosts, ghost_strengths(scene).tolist(), strict=True):
         alone = Scene((shown,))
-        parts += [
-            f'<g class="ghost" stroke-opacity="{strength:.2f}">',
-            *body_paths(alone, outline_arcs(alone, camera)),
-        ]
+        parts.append(f'<g class="ghost" stroke-opacity="{strength:.2f}">')
+        parts += body_paths(alone, outline_arcs(alone, camera))
         parts.append("</g>")
     flat = projected_disks(scene, camera)
     disks = number_rows('<circle cx="{:.1f}" cy="{:.1f}" r="{:.1f}"/>', flat.disk[flat.order])
     return [*parts, f'<g class="cover" fill="{hexadecimal(PAPER)}">', *disks, "</g>"]
 
 
-def _following(arcs: Arcs) -> Ints:
-    """(A,) the arc that goes on where one ends, -1 for none: by the pair of spheres that meet
-    there."""
+def body_paths(scene: Scene, arcs: Arcs) -> list[str]:
+    """Return SVG elements of a scene's arcs: a path for each pen and body."""
+    parts = ['<g class="bodies" fill="none" stroke-linecap="round" stroke-linejoin="round">']
+    chains = _chain_arcs(arcs)
+    texts = _chain_texts(chains, _long_enough(chains))
+    first = Arcs._make(column[chains.start] for column in chains.arcs)
+    for pen in _PENS:
+        of_pen = (first.outer == pen.outer) & (first.veiled == pen.veiled)
+        for body, shown in enumerate(scene.bodies):
+            own = np.flatnonzero(of_pen & (first.body == body))
+            path = "".join(texts[chain] for chain in own)
+            if path:
+                ink = hexadecimal(INKS[shown.colour])
+                parts.append(f'<path class="{pen.name}" stroke="{ink}" {pen.style} d="{path}"/>')
+    return [*parts, "</g>"]
+
+
+def _chain_arcs(arcs: Arcs) -> _Chains:
+    """Sort arcs into chains that run into one another."""
+    following = _following_arc(arcs)
+    order, start = arc_chains(following)
+    last = np.append(start[1:], len(order))[: len(start)] - 1
+    closed = following[order[last]] == order[start]
+    return _Chains(Arcs._make(column[order] for column in arcs), start, last, closed)
+
+
+def _following_arc(arcs: Arcs) -> Ints:
+    """Return the arc (A,) that goes on where one ends, by the two spheres that meet there; -1 for
+    none."""
     base = int(arcs.sphere.max(initial=0)) + 2
     kind = (arcs.veiled * 2 + arcs.outer) * base * base
     start = kind + (arcs.lead[:, 0] + 1) * base + arcs.sphere + 1
     end = kind + (arcs.sphere + 1) * base + arcs.lead[:, 1] + 1
     order = np.argsort(start, kind="stable")
-    found = order[np.minimum(np.searchsorted(start[order], end), len(order) - 1)]
-    return np.where((start[found] == end) & (arcs.lead[:, 1] >= 0), found, -1)
+    candidate = order[np.minimum(np.searchsorted(start[order], end), len(order) - 1)]
+    return np.where((start[candidate] == end) & (arcs.lead[:, 1] >= 0), candidate, -1)
 
 
-def body_paths(scene: Scene, arcs: Arcs) -> list[str]:
-    """SVG elements of a scene's arcs: a path for each pen and body."""
-    parts = ['<g class="bodies" fill="none" stroke-linecap="round" stroke-linejoin="round">']
-    following = _following(arcs)
-    order, start = arc_chains(following)
-    last = np.append(start[1:], len(order))[: len(start)] - 1
-    drawn = Arcs._make(column[order] for column in arcs)
-    closed = following[order[last]] == order[start]
-    texts = _chain_texts(drawn, start, closed, _wanted(drawn, start, last, closed))
-    first = order[start]
-    for name, outer, veiled, style in _PENS:
-        for body, shown in enumerate(scene.bodies):
-            mine = (
-                (arcs.outer[first] == outer)
-                & (arcs.veiled[first] == veiled)
-                & (arcs.body[first] == body)
-            )
-            path = "".join(texts[chain] for chain in np.flatnonzero(mine))
-            if path:
-                ink = hexadecimal(INKS[shown.colour])
-                parts.append(f'<path class="{name}" stroke="{ink}" {style} d="{path}"/>')
-    return [*parts, "</g>"]
+def _long_enough(chains: _Chains) -> Bools:
+    """Return which (C,) of the chains are no specks.
 
-
-def _wanted(arcs: Arcs, start: Ints, last: Ints, closed: Bools) -> Bools:
-    """(C,) the chain from arc start to arc last is no speck: it is long, or goes round a body, or
-    is a bridge."""
+    A chain is drawn if it is long, if it is the outer contour of a body, or if it bridges others.
+    """
+    arcs, start, last, closed = chains
     if not len(start):
         return closed
     each = np.arange(len(arcs.sphere))
     begin = arc_points(arcs, each, arcs.angle[:, 0])
     end = arc_points(arcs, each, arcs.angle[:, 1])
     length = np.add.reduceat(arc_lengths(arcs), start)
-    turn = np.add.reduceat(begin[:, 0] * end[:, 1] - begin[:, 1] * end[:, 0], start)
-    hole = closed & (turn < 0.0)  # its chain runs round against its arcs
-    least = np.where(hole, _CHINK, np.where(closed & arcs.outer[start], _TINY, _SPECK))
-    wanted: Bools = length >= least
-    short = np.flatnonzero(~wanted & (length >= _TINY) & ~closed)
-    wanted[short] = _bridges(
-        arcs, begin[start[short]], end[last[short]], short, wanted, last - start + 1
-    )
-    return wanted
+    # twice the signed area of the polygon; a hole's chain runs round against its arcs
+    area = np.add.reduceat(begin[:, 0] * end[:, 1] - begin[:, 1] * end[:, 0], start)
+    hole = closed & (area < 0.0)
+    contour = closed & arcs.outer[start]
+    least = np.where(hole, _MIN_HOLE, np.where(contour, _MIN_ARC, _MIN_LINE))
+    drawn: Bools = length >= least
+    short = np.flatnonzero(~drawn & (length >= _MIN_ARC) & ~closed)
+    drawn[short] = _is_bridge(chains, short, begin[start[short]], end[last[short]], drawn)
+    return drawn
 
 
-def _bridges(
-    arcs: Arcs, begin: Floats, end: Floats, short: Ints, long: Bools, count: Ints
-) -> Bools:
-    """Which of the `short` chains, from begin to end, meet another one at both ends, and a long one
-    at least at one.
+def _is_bridge(chains: _Chains, short: Ints, begin: Floats, end: Floats, drawn: Bools) -> Bools:
+    """Return which of some short chains meet others at both ends, at least one of them drawn.
 
-    long (C,), count (C,): of all chains, their arcs.
+    Parameters
+    ----------
+    chains
+        All C chains.
+    short
+        (K,) the short chains.
+    begin, end
+        (K, 2) their ends [pixels].
+    drawn
+        (C,) whether a chain is drawn in any case.
     """
+    arcs = chains.arcs
     rims = np.column_stack([arcs.disk, arcs.squeeze])
-    points = np.concatenate([begin, end])
-    own = np.tile(short, 2)
+    count = chains.last - chains.start + 1
     chain = np.repeat(np.arange(len(count)), count)
-    met = ends_met(points, own, rims, arcs.angle, chain, long, _MEET).reshape(2, -1, 2)
-    both: Bools = met[:, :, 0].all(axis=0) & met[:, :, 1].any(axis=0)
-    return both
+    points = np.concatenate([begin, end])
+    meets = ends_met(
+        points, np.tile(short, 2), rims, arcs.angle, chain, drawn, _MEETING_DISTANCE
+    ).reshape(2, -1, 2)
+    bridges: Bools = meets[:, :, 0].all(axis=0) & meets[:, :, 1].any(axis=0)
+    return bridges
 
 
-def _chain_texts(arcs: Arcs, start: Ints, closed: Bools, wanted: Bools) -> list[str]:
-    """Path commands of each chain: of the arcs from its start (C,) to the next one's; "" where it
-    is not wanted."""
+def _chain_texts(chains: _Chains, drawn: Bools) -> list[str]:
+    """Return the path commands of each chain, "" for one that is not drawn."""
+    arcs = chains.arcs
+    arc, to = _pieces(chains)
+    commands = _arc_commands(arcs, arc, to)
+    chain = np.repeat(np.arange(len(chains.start)), chains.last - chains.start + 1)
+    bounds = np.searchsorted(chain[arc], np.arange(len(chains.start) + 1)).tolist()
+    begin = arc_points(arcs, chains.start, arcs.angle[chains.start, 0]).tolist()
+    texts = []
+    for k, (x, y) in enumerate(begin):
+        path = "".join(commands[bounds[k] : bounds[k + 1]]) if drawn[k] else ""
+        close = "Z" if chains.closed[k] else ""
+        texts.append(f"M{x:.2f} {y:.2f}{path}{close}" if path else "")
+    return texts
+
+
+def _pieces(chains: _Chains) -> tuple[Ints, Floats]:
+    """Divide long arcs into pieces, and merge arcs until they are `_MIN_ARC` long.
+
+    Returns
+    -------
+    tuple[Ints, Floats]
+        Of each piece its arc (M,) and its end (M, 2) [pixels].
+    """
+    arcs = chains.arcs
     width = arcs.angle[:, 1] - arcs.angle[:, 0]
     length = arc_lengths(arcs)
     end = np.cumsum(length)
-    chain = np.repeat(np.arange(len(start)), np.diff(start, append=len(width)))
-    run = (
-        end - (end - length)[start][chain]
-    )  # [pixels] from the chain's beginning to each arc's end
-    kept = np.floor(run / _TINY) > np.floor((run - length) / _TINY)
-    pieces = np.where(kept, np.ceil(width / _WIDEST).astype(np.int64), 0)
-    arc = np.repeat(np.arange(len(width)), pieces)
-    number = np.arange(len(arc)) - np.repeat(np.cumsum(pieces) - pieces, pieces) + 1
-    to = arc_points(arcs, arc, arcs.angle[arc, 0] + width[arc] * number / pieces[arc])
-    drawn = _commands(arcs, arc, to)
-    cut = np.searchsorted(chain[arc], np.arange(len(start) + 1)).tolist()
-    begin = arc_points(arcs, start, arcs.angle[start, 0]).tolist()
-    return [
-        f"M{x:.2f} {y:.2f}{''.join(drawn[low:high])}{'Z' if whole else ''}"
-        if here and high > low
-        else ""
-        for (x, y), low, high, whole, here in zip(
-            begin, cut, cut[1:], closed.tolist(), wanted.tolist(), strict=False
-        )
-    ]
+    chain = np.repeat(np.arange(len(chains.start)), chains.last - chains.start + 1)
+    run = end - (end - length)[chains.start][chain]  # from the beginning of the chain [pixels]
+    kept = np.floor(run / _MIN_ARC) > np.floor((run - length) / _MIN_ARC)
+    count = np.where(kept, np.ceil(width / _MAX_ARC_ANGLE).astype(np.int64), 0)
+    arc = np.repeat(np.arange(len(width)), count)
+    number = np.arange(len(arc)) - np.repeat(np.cumsum(count) - count, count) + 1
+    angle = arcs.angle[arc, 0] + width[arc] * number / count[arc]
+    return arc, arc_points(arcs, arc, angle)
 
 
-def _commands(arcs: Arcs, which: Ints, to: Floats) -> list[str]:
-    """SVG's arc command for each piece of the arcs `which` (M,) that ends at `to` (M, 2)."""
-    longer = arcs.disk[which, 2]
-    if not arcs.tilt.any():
+def _arc_commands(arcs: Arcs, arc: Ints, to: Floats) -> list[str]:
+    """Write SVG's arc command for pieces of arcs (M,) that end at `to` (M, 2)."""
+    longer = arcs.disk[arc, 2]
+    if not arcs.tilt.any():  # circles
         return number_rows(
             "A{:.1f} {:.1f} 0 0 1 {:.2f} {:.2f}", np.column_stack([longer, longer, to])
         )
-    shorter = longer * arcs.squeeze[which, 0]
-    turn = np.degrees(arcs.squeeze[which, 1])
+    shorter = longer * arcs.squeeze[arc, 0]
+    turn = np.degrees(arcs.squeeze[arc, 1])
     return number_rows(
         "A{:.2f} {:.2f} {:.1f} 0 1 {:.2f} {:.2f}", np.column_stack([longer, shorter, turn, to])
     )
