@@ -20,7 +20,7 @@ from workbench.files.study.reader import load_study
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.executors import Shared, completed, local_executor
+from workbench.study.executors import Shared, completed
 from workbench.study.pipelines import population_study
 from workbench.threads import cores
 
@@ -145,14 +145,31 @@ def test_who_stops_listening_ends_the_processes():
     assert not multiprocessing.active_children()
 
 
+def long_after_the_first(number):
+    time.sleep(600 * (number > 0))
+
+
 def test_an_interruption_ends_running_jobs_at_once():
+    ready = completed(long_after_the_first, range(4), alone)
+    next(ready)
     begun = time.monotonic()
-    with pytest.raises(KeyboardInterrupt), local_executor(2) as executor:
-        executor.submit(time.sleep, 600)
-        time.sleep(0.2)
+    with pytest.raises(KeyboardInterrupt), closing(ready):
         raise KeyboardInterrupt
     assert time.monotonic() - begun < 60
     assert not multiprocessing.active_children()
+
+
+def large(number):
+    time.sleep(0.01 * number)
+    return bytes(10_000_000)
+
+
+def test_a_result_on_its_way_never_stops_an_interruption():
+    for _ in range(5):
+        ready = completed(large, range(20), alone)
+        next(ready)
+        ready.close()
+        assert not multiprocessing.active_children()
 
 
 ORPHANS = """

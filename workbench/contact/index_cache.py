@@ -1,11 +1,12 @@
-"""Indexes kept on disk between runs, by the key of what they were made from (see `solve.content`).
+"""Indexes kept on disk between runs, by the key of what they were made from (see `model.content`).
 
 A file holds a hash of its key and contents before the contents, so that one that is torn, altered,
 of another version or of somebody else is not believed: it is made anew. Names, types and places of
 the arrays come first, as JSON, then the arrays as they lie in memory: a large index is read in one
-go and only added up, for its checksum. WORKBENCH_CACHE names another folder, or "off" keeps
-nothing. Where a file cannot be written the run goes on without: the cache saves time and decides
-nothing.
+go and only added up, for its checksum. That reads the 21 MB of the trainer three times as fast as
+an .npz file (11 ms instead of 33), so indexes have this format of their own; smaller arrays are
+kept by `write_arrays` as .npz. WORKBENCH_CACHE names another folder, or "off" keeps nothing. Where
+a file cannot be written the run goes on without: the cache saves time and decides nothing.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ import pickle
 import signal
 import sys
 import threading
+import time
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
@@ -36,6 +37,8 @@ T = TypeVar("T")
 
 SCHEDULER_TIMEOUT = 6
 """Time [s] within which a Dask scheduler must answer."""
+SENDING_TIME = 5
+"""Time [s] after which a process whose parent is gone no longer tries to send a result."""
 CLUSTER_JOBS = 256
 """Jobs handed to a cluster at a time."""
 
@@ -116,7 +119,7 @@ def completed(
     with nullcontext(executor) if executor is not None else local_executor(processes) as pool:
         while True:
             for key in islice(waiting, most - len(futures)):
-                futures[pool.submit(function, *arguments(key))] = key
+                futures[pool.submit(_run_job, function, arguments(key))] = key
             if not futures:
                 return
             for future in wait(futures, return_when=FIRST_COMPLETED).done:
@@ -125,7 +128,9 @@ def completed(
 
 @contextmanager
 def local_executor(processes: int | None = None) -> Iterator[Executor]:
-    """Start processes of this machine, each with one thread, and end them at once on an error.
+    """Start processes of this machine, each with one thread, and end them on an error.
+
+    A process within a job of `completed` ends at once.
 
     Parameters
     ----------
@@ -151,35 +156,72 @@ def local_executor(processes: int | None = None) -> Iterator[Executor]:
             warnings.simplefilter("ignore", DeprecationWarning)
             executor.submit(os.getpid)  # forks all processes, before the pool's own threads start
         yield executor
+        executor.shutdown()
     except BrokenProcessPool:
         raise InputError(
             "a process that worked on a part of the people was killed: the machine may be out of "
             "memory (WORKBENCH_THREADS=1 works on one part at a time)"
         ) from None
-    except BaseException:
-        held.close()
-        raise
     finally:
+        held.close()  # a process within a job ends at once
         executor.shutdown(cancel_futures=True)
-        held.close()
         ending.close()
 
 
+def _run_job(function: Callable[..., T], args: tuple[Any, ...]) -> T:
+    with _WORKER.job():
+        return function(*args)
+
+
+class _Worker:
+    """What a process of a pool does when its parent ends, or wants it to end.
+
+    Within a job it ends at once. It never ends while it sends a result: who reads half a result
+    waits for the other half forever.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._in_job = False
+        self._wanted = True
+
+    @contextmanager
+    def job(self) -> Iterator[None]:
+        """Mark the time in which the process may end."""
+        with self._lock:
+            if not self._wanted:
+                os._exit(1)
+            self._in_job = True
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._in_job = False
+
+    def end_with(self, ending: Connection) -> None:
+        """Wait until the other end of a pipe, which only the parent has, is closed; then end."""
+        with suppress(EOFError, OSError):
+            ending.recv_bytes()
+        with self._lock:
+            self._wanted = False
+            if self._in_job:
+                os._exit(1)
+        time.sleep(SENDING_TIME)
+        os._exit(1)
+
+
+_WORKER = _Worker()
+"""This process, where it belongs to a pool."""
+
+
 def _begin_worker(ending: Connection, held: Connection) -> None:
-    """Prepare a process for jobs with one thread; it ends when its parent does, or wants it to."""
+    """Prepare a process for jobs with one thread each, and let it end with its parent."""
     # Ctrl-C in a terminal reaches all processes: the parent reports it and ends the others
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     os.environ[THREADS] = "1"
     held.close()
-    threading.Thread(target=_end_with, args=(ending,), daemon=True).start()
-
-
-def _end_with(ending: Connection) -> None:
-    """End this process when the other end of a pipe, which only the parent has, is closed."""
-    with suppress(EOFError, OSError):
-        ending.recv_bytes()
-    os._exit(1)
+    threading.Thread(target=_WORKER.end_with, args=(ending,), daemon=True).start()
 
 
 @contextmanager

@@ -45,6 +45,7 @@ __all__ = [
 Say = Callable[[str], None]
 Seat = tuple[SeatedPeople, Poses]
 """Where people sit, and their poses with the hands at rest."""
+_KEPT = "what was done is kept, and the same command goes on from there"
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,40 +104,69 @@ def result_chunks(
     InputError
         If a chunk cannot be written; those written before stay.
     """
-    keys = _chunk_keys(study, asked, bodies) if keep is not None else []
-    paths = [keep / f"{n:05d}-{key[:8].hex()}.chunk" for n, key in enumerate(keys) if keep]
-    found = {
-        number: chunk
-        for number, path in enumerate(paths)
-        if (chunk := _read_chunk(path, keys[number])) is not None
-    }
+    files = _Files(keep, _chunk_keys(study, asked, bodies) if keep is not None else [])
+    found = files.read()
     missing = [number for number in range(len(bodies.chunks)) if number not in found]
-    sizes = {number: _size(bodies.chunks[number]) for number in missing}
-    people = sum(sizes.values())
+    people = sum(_size(bodies.chunks[number]) for number in missing)
     begun = monotonic()
     done = 0
     say(f"person 0 of {people}")
     try:
         with closing(_evaluated(study, asked, bodies, missing, executor)) as ready:
             for number, chunk in ready:
-                if paths:
-                    _write_chunk(paths[number], keys[number], chunk)
+                files.write(number, chunk)
                 found[number] = chunk
-                done += sizes[number]
+                done += _size(bodies.chunks[number])
                 say(f"person {done} of {people}{time_left(begun, done, people - done)}")
     except InputError as error:
-        if not paths or not done:
+        if keep is None or not done:
             raise
         went = f"{done} of {people} people are done and kept: the same command goes on from there"
         raise InputError([*error.problems, went]) from None
     except KeyboardInterrupt:
-        kept_words = (
-            "what was done is kept, and the same command goes on from there"
-            if paths
-            else "nothing is kept"
-        )
-        raise KeyboardInterrupt(f"stopped after {done} of {people} people: {kept_words}") from None
+        raise KeyboardInterrupt(
+            f"stopped after {done} of {people} people: "
+            + ("nothing is kept" if keep is None else _KEPT)
+        ) from None
     return [found[number] for number in range(len(bodies.chunks))]
+
+
+@dataclass(frozen=True)
+class _Files:
+    """Chunks on disk, one .npz file each, named by its number and key."""
+
+    folder: Path | None
+    keys: list[bytes]
+
+    def read(self) -> dict[int, Chunk]:
+        """Return the chunks that are kept, by their numbers, without those that are damaged."""
+        found = {}
+        for number, key in enumerate(self.keys):
+            arrays = read_arrays(self._path(number), key)
+            if arrays is not None:
+                words = tuple(arrays.pop("words").tolist())
+                found[number] = Chunk(words=words, **arrays)
+        return found
+
+    def write(self, number: int, chunk: Chunk) -> None:
+        """Keep a chunk, written in one step; InputError where the disk does not allow it."""
+        if self.folder is None:
+            return
+        arrays: dict[str, NDArray[Any]] = {
+            "margin": chunk.margin,
+            "reason": chunk.reason,
+            "toward": chunk.toward,
+            "seat": chunk.seat,
+            "words": np.array(chunk.words, dtype=str),
+        }
+        try:
+            write_arrays(self._path(number), self.keys[number], arrays)
+        except OSError as error:
+            raise InputError(f"{self.folder}: cannot be written ({error.strerror})") from None
+
+    def _path(self, number: int) -> Path:
+        assert self.folder is not None
+        return self.folder / f"{number:05d}-{self.keys[number][:8].hex()}.chunk"
 
 
 def _size(rows: slice) -> int:
@@ -303,27 +333,3 @@ def gathered(chunks: Sequence[Chunk]) -> Chunk:
         np.concatenate([chunk.seat for chunk in chunks]),
         words,
     )
-
-
-def _read_chunk(path: Path, key: bytes) -> Chunk | None:
-    """Read a chunk; None where it must be worked on: not kept, damaged, or of another study."""
-    arrays = read_arrays(path, key)
-    if arrays is None:
-        return None
-    words = tuple(arrays.pop("words").tolist())
-    return Chunk(words=words, **arrays)
-
-
-def _write_chunk(path: Path, key: bytes, chunk: Chunk) -> None:
-    """Keep a chunk, written in one step; InputError where the disk does not allow it."""
-    arrays: dict[str, NDArray[Any]] = {
-        "margin": chunk.margin,
-        "reason": chunk.reason,
-        "toward": chunk.toward,
-        "seat": chunk.seat,
-        "words": np.array(chunk.words, dtype=str),
-    }
-    try:
-        write_arrays(path, key, arrays)
-    except OSError as error:
-        raise InputError(f"{path.parent}: cannot be written ({error.strerror})") from None

@@ -14,6 +14,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.posture.reaching.limbs import HANDS
+from workbench.posture.seating.seat_people import SeatedPeople
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.chunks import seat_everybody
 from workbench.study.accommodation.population_bodies import PopulationBodies
@@ -54,12 +55,7 @@ def _reached_share(
     weight = study.people.weight
     names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
     limbs = [(name, task.grip, task.zone) for name in names]
-    sitting = [seat.poses for seat, _ in seat_everybody(study, bodies, executor=executor)]
-    poses = Poses(
-        np.concatenate([some.rotations for some in sitting]),
-        sitting[0].reference,
-        np.concatenate([some.world_from_reference for some in sitting]),
-    )
+    poses = _everybody([seat for seat, _ in seat_everybody(study, bodies, executor=executor)])
     body = bodies[: len(bodies)]
     parts = groups(body, poses, points, names[0])
     jobs = completed(
@@ -75,6 +71,16 @@ def _reached_share(
             say(f"reach map of {task.part}: {100 * done // len(parts)} %")
     share: Floats = np.clip(reached.sum(axis=0) / weight.sum(), 0.0, 1.0)
     return share
+
+
+def _everybody(seats: Sequence[SeatedPeople]) -> Poses:
+    """The poses of all chunks of people, where they sit."""
+    poses = [seat.poses for seat in seats]
+    return Poses(
+        np.concatenate([some.rotations for some in poses]),
+        poses[0].reference,
+        np.concatenate([some.world_from_reference for some in poses]),
+    )
 
 
 def reached_weight(

@@ -213,17 +213,24 @@ def _fitted_chunks(
             missing[first] = key, chunk
         else:
             yield first, kept
-    if not missing:
-        return
-    count = 0
-    total = sum(len(chunk) for _, chunk in missing.values())
-    progress(f"fitting bodies: 0 of {total}")
+    if missing:
+        yield from _fit_missing(templates, missing, executor, progress)
+        _remove_old_files()
+
+
+def _fit_missing(
+    templates: Mapping[str, Body],
+    missing: Mapping[int, tuple[bytes, Population]],
+    executor: Executor | None,
+    progress: Callable[[str], None],
+) -> Generator[tuple[int, FittedChunk]]:
+    """Fit chunks, by key and people, in parallel; keep each and yield it as it is ready."""
     shared = Shared(templates)
+    count = 0
+    total = sum(len(people) for _, people in missing.values())
+    progress(f"fitting bodies: 0 of {total}")
     jobs = completed(
-        _fit_shared,
-        list(missing),
-        lambda first: (shared, missing[first][1]),
-        executor=executor,
+        _fit_shared, list(missing), lambda first: (shared, missing[first][1]), executor=executor
     )
     with closing(jobs):
         for first, fitted in jobs:
@@ -231,7 +238,6 @@ def _fitted_chunks(
             count += len(fitted.notes)
             progress(f"fitting bodies: {count} of {total}")
             yield first, fitted
-    _remove_old_files()
 
 
 def templates_by_sex(body: Body) -> dict[str, Body]:
@@ -276,50 +282,71 @@ def fit_chunk(templates: Mapping[str, Body], people: Population) -> FittedChunk:
     InputError
         If there is no body for somebody's measures.
     """
+    persons = _persons(people)
     with threadpool_limits(limits=1, user_api="blas"):
-        exact = [name for name in EXACT_MEASURES if name in people.names]
-        near = [n for n in people.names if n in MEASURES and n not in (*exact, *APART)]
-        rows = [dict(zip(people.names, row, strict=True)) for row in people.measures.tolist()]
-        streams = {}
-        for sex in np.unique(people.sex).tolist():
-            own = [row for row, code in zip(rows, people.sex, strict=True) if code == sex]
-            streams[sex] = scale_many(
-                templates[SEXES[sex]],
-                [{name: row[name] for name in exact} for row in own],
-                others=[{name: row[name] for name in near} for row in own],
+        streams = {
+            sex: scale_many(
+                templates[sex],
+                [person.exact for person in persons if person.sex == sex],
+                others=[person.near for person in persons if person.sex == sex],
             )
-        bodies: list[Body] = []
-        notes: list[str] = []
-        labels = people.labels or [str(number) for number in range(len(people))]
-        for row, sex, label in zip(rows, people.sex.tolist(), labels, strict=True):
-            found = next(streams[sex])
-            note = ""
-            if isinstance(found, InputError):
-                person = f"{SEXES[sex]} {label}"
-                found, note = _fit_nearly(templates[SEXES[sex]], row, exact, near, person)
-            bodies.append(_with_mass(found, row))
-            notes.append(note)
+            for sex in SEXES
+        }
+        found = [_fit(templates[one.sex], one, next(streams[one.sex])) for one in persons]
+    bodies = [body for body, _ in found]
     fields = {name: np.concatenate([getattr(b, name) for b in bodies]) for name in FITTED_FIELDS}
-    return FittedChunk(fields, notes)
+    return FittedChunk(fields, [note for _, note in found])
 
 
-def _fit_nearly(
-    template: Body, row: Mapping[str, float], exact: list[str], near: list[str], person: str
-) -> tuple[Body, str]:
+@dataclass(frozen=True)
+class _Person:
+    """What a body is fitted to: lengths [m] to show exactly and nearly, and the mass [kg]."""
+
+    name: str
+    sex: str
+    exact: dict[str, float]
+    near: dict[str, float]
+    mass: float | None
+
+
+def _persons(people: Population) -> list[_Person]:
+    exact = [name for name in EXACT_MEASURES if name in people.names]
+    near = [n for n in people.names if n in MEASURES and n not in (*exact, *APART)]
+    persons = []
+    labels = people.labels or [str(number) for number in range(len(people))]
+    for label, code, values in zip(labels, people.sex, people.measures.tolist(), strict=True):
+        row = dict(zip(people.names, values, strict=True))
+        one = _Person(
+            name=f"{SEXES[code]} {label}",
+            sex=SEXES[code],
+            exact={name: row[name] for name in exact},
+            near={name: row[name] for name in near},
+            mass=row.get(MASS),
+        )
+        persons.append(one)
+    return persons
+
+
+def _fit(template: Body, person: _Person, found: Body | InputError) -> tuple[Body, str]:
+    """Return the body found, or the next best one with a note, with the person's mass."""
+    note = ""
+    if isinstance(found, InputError):
+        found, note = _fit_nearly(template, person)
+    if person.mass is not None:
+        found = replace(found, mass=found.mass * (person.mass / found.mass.sum()))
+    return found, note
+
+
+def _fit_nearly(template: Body, person: _Person) -> tuple[Body, str]:
     """Fit the exact measures alone; failing that, all measures nearly, with a note."""
     try:
-        return scale(template, {name: row[name] for name in exact}), ""
+        return scale(template, person.exact), ""
     except InputError as error:
         note = error.problems[0]
     try:
-        return scale(template, {}, others={name: row[name] for name in (*exact, *near)}), note
+        return scale(template, {}, others=person.exact | person.near), note
     except InputError as error:
-        raise InputError([f"{person}: {problem}" for problem in error.problems]) from None
-
-
-def _with_mass(body: Body, row: Mapping[str, float]) -> Body:
-    """Scale the masses of the segments to the person's mass, where it is known."""
-    return replace(body, mass=body.mass * (row[MASS] / body.mass.sum())) if MASS in row else body
+        raise InputError([f"{person.name}: {problem}" for problem in error.problems]) from None
 
 
 def _path(key: bytes) -> Path | None:
