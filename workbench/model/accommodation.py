@@ -108,6 +108,7 @@ class AccommodationStudy:
     changes: tuple[Change, ...] = ()
     pose: Poses | None = None
     interval: IntervalRule = IntervalRule()
+    share_criteria: tuple[Criterion, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -197,15 +198,37 @@ class Shown:
 class PopulationFound:
     """What was found of a population: P people, R requirements.
 
-    margin (P, R) [m]: what is to spare, negative where the requirement is not met by so much; NaN
-    where it does not apply; reason (P, R): index into `reasons` (what limits, in words), -1 where
-    nothing does. seat (P, 2) [m]: forward and up. limiting (P,): the name of the measure that is
-    oddest of the person and bears on the worst requirement, "" for whom all is met. shares: joint,
-    by group; single (R), without (R): the share that meets this requirement, and that would meet
-    all others if it were dropped; alone (R): the share left out by nothing but it. spread (R, 5)
-    [m]: margins at 1, 5, 50, 95 and 99 % of the (weighted) people. hardest: rows of the people
-    farthest from being served, worst first, at most five; shown: the same people in the same order,
-    to be drawn, () where nobody is.
+    A person fits who meets all requirements in some position of the seat.
+
+    Parameters
+    ----------
+    margin
+        (P, R) [m] to spare in the fitting position nearest to the comfortable one; where none fits,
+        in that of the least shortfall. Negative where the requirement is not met by so much, NaN
+        where it does not apply.
+    reason, reasons
+        (P, R) index into `reasons`, what limits in words; -1 where nothing does.
+    seat, comfortable
+        (P, 2) [m] that position and the comfortable one, forward and up.
+    window
+        (P, 4) [m] the least and greatest forward, least and greatest up of the positions tried that
+        fit. NaN where the comfortable one fits (then no other is tried) and where none does.
+    sets
+        (P, K) whether some position meets all requirements without one (the first R), without
+        those of a criterion (the next C), or those of a share that is asked for.
+    limiting
+        (P,) the measure that is oddest of the person and bears on the worst requirement, "" for
+        whom all is met.
+    shares
+        Who fits, by group.
+    single, without, alone
+        (R,) the share that meets a requirement in the position of the margins; that would fit if it
+        were dropped; that is left out by nothing but it.
+    spread
+        (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
+    hardest, shown
+        Rows of the people farthest from being served, worst first, at most five; and the same
+        people to be drawn.
     """
 
     study: AccommodationStudy
@@ -214,6 +237,9 @@ class PopulationFound:
     reason: Ints
     reasons: tuple[str, ...]
     seat: Floats
+    comfortable: Floats
+    window: Floats
+    sets: Bools
     limiting: tuple[str, ...]
     shares: tuple[GroupShare, ...]
     single: Floats
@@ -225,6 +251,11 @@ class PopulationFound:
     maps: tuple[ReachMap, ...]
     warnings: tuple[str, ...]
     shown: tuple[Shown, ...] = ()
+
+    @property
+    def moved(self) -> Bools:
+        """(P,) who fits, but not in the comfortable position."""
+        return np.asarray(np.isfinite(self.window[:, 0]) & self.served, dtype=np.bool_)
 
     @property
     def met(self) -> Bools:

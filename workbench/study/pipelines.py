@@ -170,6 +170,7 @@ def population_study(study: Study) -> AccommodationStudy:
         changes=study.changes,
         pose=action.poses,
         interval=study.shares.interval,
+        share_criteria=tuple(c for c in study.criteria if c.check == "share"),
     )
 
 

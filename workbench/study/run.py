@@ -128,7 +128,7 @@ def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) 
             found = accommodation_study(people, keep=keep, say=say, executor=executor)
     return Result(
         study=study,
-        verdicts=share_verdicts(found, study.criteria, _crowd(study)),
+        verdicts=share_verdicts(found, _crowd(study)),
         warnings=found.warnings,
         provenance=_provenance(study, found),
         population=found,

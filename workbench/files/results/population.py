@@ -46,7 +46,9 @@ class PeopleRow(Row):
     and reasons.
 
     margin_mm: null where it does not apply, negative where it is not met; reason: index into
-    `reasons`, -1 where nothing limits; seat_mm: forward and up; stature_mm: null where it is not
+    `reasons`, -1 where nothing limits; seat_mm: forward and up in the position that the margins are
+    of; comfortable_mm: in the comfortable one; window_mm: least and greatest forward, least and
+    greatest up of the positions tried that fit, null where the comfortable one fits or none does; stature_mm: null where it is not
     known; limiting: the measure that leaves the person out, "" for whom all is met.
     """
 
@@ -57,6 +59,8 @@ class PeopleRow(Row):
     served: list[bool]
     limiting: list[str]
     seat_mm: list[tuple[float, float]]
+    comfortable_mm: list[tuple[float, float]]
+    window_mm: list[tuple[float, float, float, float] | None]
     margin_mm: list[list[float | None]]
     reason: list[list[int]]
 

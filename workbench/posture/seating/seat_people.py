@@ -67,6 +67,22 @@ class SeatedPeople:
     def __len__(self) -> int:
         return len(self.forward)
 
+    def rows(self, keep: Ints) -> SeatedPeople:
+        """The people at indices, in their order."""
+        return SeatedPeople(
+            poses=self.poses.rows(keep),
+            forward=self.forward[keep],
+            up=self.up[keep],
+            shift=self.shift[keep],
+            eye=self.eye[keep],
+            eye_off=self.eye_off[keep],
+            miss={foot: miss[keep] for foot, miss in self.miss.items()},
+            limit={foot: tuple(words[k] for k in keep) for foot, words in self.limit.items()},
+            spare_travel=self.spare_travel[keep],
+            discomfort=self.discomfort[keep],
+            tried=self.tried[keep],
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class _Ask:

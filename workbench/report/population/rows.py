@@ -129,6 +129,10 @@ def _people(result: PopulationFound) -> PeopleRow:
         served=result.served.tolist(),
         limiting=list(result.limiting),
         seat_mm=_rows(result.seat),
+        comfortable_mm=_rows(result.comfortable),
+        window_mm=[
+            _row(window) if math.isfinite(window[0]) else None for window in result.window.tolist()
+        ],
         margin_mm=_cells(result.margin),
         reason=result.reason.tolist(),
     )
@@ -235,6 +239,12 @@ def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[obje
         "limiting",
         "seat_forward_mm",
         "seat_up_mm",
+        "comfortable_forward_mm",
+        "comfortable_up_mm",
+        "fits_forward_from_mm",
+        "fits_forward_to_mm",
+        "fits_up_from_mm",
+        "fits_up_to_mm",
         *(f"{name} [mm]" for name in names),
         *(f"{name}: limited by" for name in names),
         *measures,
@@ -247,7 +257,7 @@ def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[obje
             result.reason
         ].tolist()  # -1: the last, nothing
         served = result.served.tolist()
-        seat = _cells(result.seat)
+        seat = _cells(np.hstack([result.seat, result.comfortable, result.window]))
         margins = _cells(result.margin)
         for p, label in enumerate(_labels(result)):
             yield [
@@ -272,7 +282,11 @@ def _labels(result: PopulationFound) -> list[str]:
 
 def _rows(values: Floats) -> list[Any]:
     """Lengths [m] as rows of millimetres."""
-    return [tuple(_mm(value) for value in row) for row in values.tolist()]
+    return [_row(row) for row in values.tolist()]
+
+
+def _row(metres: Iterable[float]) -> Any:
+    return tuple(_mm(value) for value in metres)
 
 
 def _cells(metres: Floats) -> list[list[float | None]]:

@@ -30,6 +30,7 @@ from workbench.report.population.charts import (
     whisker,
 )
 from workbench.report.population.words import (
+    elsewhere_words,
     gain_sentence,
     millimetres_short,
     no_gain_words,
@@ -70,6 +71,7 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
         group_axis=Markup(share_axis(least)),
         confidence=f"{100 * result.study.confidence:g}",
         worst=requirement_sentence(result),
+        elsewhere=elsewhere_words(result),
         criteria=_criteria(result),
         requirements=_requirements(result, ends),
         margin_axis=Markup(margin_axis(ends)),
@@ -130,17 +132,17 @@ def _criteria(result: PopulationFound) -> list[dict[str, Any]]:
     met = result.met
     count = len(met)
     rows: list[dict[str, Any]] = []
-    for name in dict.fromkeys(r.criterion for r in result.requirements):
+    for number, name in enumerate(dict.fromkeys(r.criterion for r in result.requirements)):
         mine = np.array([r.criterion == name for r in result.requirements])
         failed = ~met[:, mine].all(axis=1)
-        others = met[:, ~mine].all(axis=1)
+        others = ~result.served & result.sets[:, len(result.requirements) + number]
         rows.append(
             {
                 "name": plain(name),
                 "count": int(mine.sum()),
                 "people": int(failed.sum()),
                 "out": float(weight @ failed),
-                "alone": float(weight @ (failed & others)),
+                "alone": float(weight @ others),
             }
         )
     rows.sort(key=lambda row: -row["out"])

@@ -11,6 +11,7 @@ from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
 
 __all__ = [
+    "elsewhere_words",
     "gain_sentence",
     "interval_words",
     "limiting_words",
@@ -67,6 +68,25 @@ def _worst(result: PopulationFound) -> str:
     alone = float(result.alone[worst])
     only = f"{percent(alone, count)} by this alone" if alone > 0 else "nobody by this alone"
     return f" Most are left out by “{plain(name)}”: {percent(float(out[worst]), count)} of the people, {only}."
+
+
+def elsewhere_words(result: PopulationFound) -> str:
+    """How many people fit only in another position than the comfortable one, "" where nobody does
+    and for a seat without travel."""
+    count = int(result.moved.sum())
+    if not count:
+        return ""
+    weight = result.study.people.weight
+    share = percent(float(weight @ result.moved) / float(weight.sum()), len(weight))
+    way = np.linalg.norm(result.seat - result.comfortable, axis=1)[result.moved]
+    far = f"{1000 * float(np.median(way)):.0f} mm"
+    who = f"{count:,} of them" if count > 1 else "One of them"
+    fit = "fit" if count > 1 else "fits"
+    middle = f"half of these within {far} of it" if count > 1 else f"{far} away from it"
+    return (
+        f"{who} ({share}) {fit} only in another position of the seat than the most comfortable "
+        f"one, {middle}."
+    )
 
 
 def requirement_sentence(result: PopulationFound) -> str:

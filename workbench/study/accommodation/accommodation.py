@@ -22,7 +22,7 @@ from workbench.model.accommodation import (
 from workbench.model.arrays import Bools
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
 from workbench.study.accommodation.gains import gains_of
-from workbench.study.accommodation.hardest import hardest_rows, shown_people
+from workbench.study.accommodation.hardest import hardest_rows, in_position, shown_people
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
@@ -34,7 +34,6 @@ from workbench.study.accommodation.shares import (
     share_without,
     spread_of,
 )
-from workbench.study.accommodation.sitters import seated
 from workbench.study.reaches import buried_controls
 from workbench.study.warnings import enclosure_warnings
 
@@ -75,21 +74,24 @@ def accommodation_study(
         reason=found.reason,
         reasons=found.words,
         seat=found.seat,
+        comfortable=found.comfortable,
+        window=found.window,
+        sets=found.sets,
         limiting=_limiting(study, asked, found),
         shares=_shares(study, np.asarray(met.all(axis=1))),
         single=share_single(met, weight),
-        without=share_without(met, weight),
-        alone=left_out_alone(met, weight),
+        without=share_without(found.sets[:, : len(asked)], weight),
+        alone=left_out_alone(met, found.sets[:, : len(asked)], weight),
         spread=spread_of(found.margin, weight),
         hardest=hardest,
         gains=tuple(gains_of(study, asked, bodies, found, keep=keep, say=say, executor=executor)),
         maps=tuple(people_maps(study, bodies, say=say, executor=executor)),
         warnings=(
             *_warnings(study, asked, bodies, met),
-            *_around(study, bodies, hardest),
+            *_around(study, bodies, found, hardest),
             *study.warnings,
         ),
-        shown=tuple(shown_people(study, asked, bodies, (hardest, found.margin))),
+        shown=tuple(shown_people(study, asked, bodies, found, hardest)),
     )
 
 
@@ -142,14 +144,14 @@ def _told(bodies: PopulationBodies) -> list[str]:
 
 
 def _around(
-    study: AccommodationStudy, bodies: PopulationBodies, hardest: tuple[int, ...]
+    study: AccommodationStudy, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
 ) -> list[str]:
     """Report open parts that enclose the hardest person, or the first, in the seat."""
     if not study.environment.undecided:
         return []
     row = hardest[0] if hardest else 0
     body = bodies[row]
-    sitters = seated(study, body, [row])
+    sitters = in_position(study, body, row, found)
     environment = moved(
         study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0]
     )
@@ -169,7 +171,7 @@ def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
     expected = np.outer(count, count) / len(met)
     for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
         told.append(
-            f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r}: "
-            f"they contradict each other"
+            f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r} in the "
+            "position of the seat that suits best: they may contradict each other"
         )
     return told

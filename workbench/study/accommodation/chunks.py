@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 from workbench.contact.index_cache import PARTIAL, read_arrays, write_arrays
 from workbench.errors import InputError
 from workbench.model.accommodation import AccommodationStudy
-from workbench.model.arrays import Floats, Ints
+from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.poses import Poses
 from workbench.posture.seating.seat_people import SeatedPeople
 from workbench.study.accommodation.population_bodies import Family, PopulationBodies
-from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.positions import Fitted, fitted_positions
+from workbench.study.accommodation.requirements import Asked, sets_of
 from workbench.study.accommodation.sitters import Sitters, seated, seating_study
-from workbench.study.accommodation.tried import Tried, judged, sitting
 from workbench.study.executors import Shared, completed
 
 __all__ = [
@@ -52,14 +52,17 @@ _KEPT = "what was done is kept, and the same command goes on from there"
 class Chunk:
     """What became of B people and R requirements, as numbers.
 
-    margin (B, R); reason (B, R): index into `words`, -1 where there is none; toward (B, R, 3); seat
-    (B, 2).
+    margin (B, R); reason (B, R): index into `words`, -1 where there is none; toward (B, R, 3); seat,
+    comfortable (B, 2), window (B, 4), sets (B, K): see `positions.Fitted`.
     """
 
     margin: Floats
     reason: Ints
     toward: Floats
     seat: Floats
+    comfortable: Floats
+    window: Floats
+    sets: Bools
     words: tuple[str, ...]
 
 
@@ -157,6 +160,9 @@ class _Files:
             "reason": chunk.reason,
             "toward": chunk.toward,
             "seat": chunk.seat,
+            "comfortable": chunk.comfortable,
+            "window": chunk.window,
+            "sets": chunk.sets,
             "words": np.array(chunk.words, dtype=str),
         }
         try:
@@ -248,7 +254,8 @@ def evaluate_chunk(
     sitters = (
         seated(study, body, numbers.tolist()) if seat is None else Sitters(body, seat[0], seat[1])
     )
-    chunk = packed(judged(study, asked, sitting(study, asked, sitters)))
+    fitted = fitted_positions(study, asked, sets_of(study, asked), sitters, numbers.tolist())
+    chunk = packed(fitted)
     return chunk, (sitters.seat, sitters.held) if seat is None else None
 
 
@@ -309,13 +316,23 @@ def time_left(begun: float, done: int, left: int) -> str:
     return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
-def packed(tried: Tried) -> Chunk:
+def packed(fitted: Fitted) -> Chunk:
     """What became of some people as numbers: words become indices into a list."""
+    tried = fitted.tried
     said = tried.words.ravel().tolist()
     words = tuple(word for word in dict.fromkeys(said) if word)
     number = {word: k for k, word in enumerate(words)} | {"": -1}
     reason = np.array([number[word] for word in said], dtype=np.int64)
-    return Chunk(tried.margin, reason.reshape(tried.margin.shape), tried.toward, tried.seat, words)
+    return Chunk(
+        margin=tried.margin,
+        reason=reason.reshape(tried.margin.shape),
+        toward=tried.toward,
+        seat=tried.seat,
+        comfortable=fitted.comfortable,
+        window=fitted.window,
+        sets=fitted.sets,
+        words=words,
+    )
 
 
 def gathered(chunks: Sequence[Chunk]) -> Chunk:
@@ -327,9 +344,12 @@ def gathered(chunks: Sequence[Chunk]) -> Chunk:
         table = np.array([number[word] for word in chunk.words] + [-1], dtype=np.int64)
         reasons.append(table[chunk.reason])
     return Chunk(
-        np.concatenate([chunk.margin for chunk in chunks]),
-        np.concatenate(reasons),
-        np.concatenate([chunk.toward for chunk in chunks]),
-        np.concatenate([chunk.seat for chunk in chunks]),
-        words,
+        margin=np.concatenate([chunk.margin for chunk in chunks]),
+        reason=np.concatenate(reasons),
+        toward=np.concatenate([chunk.toward for chunk in chunks]),
+        seat=np.concatenate([chunk.seat for chunk in chunks]),
+        comfortable=np.concatenate([chunk.comfortable for chunk in chunks]),
+        window=np.concatenate([chunk.window for chunk in chunks]),
+        sets=np.concatenate([chunk.sets for chunk in chunks]),
+        words=words,
     )

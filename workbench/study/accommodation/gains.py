@@ -71,8 +71,8 @@ def _gain(
     (found, run), (change, at) = runs, what
     rows = borne_by(study, asked, change)
     other = changed(study, change)
-    margin = found.margin.copy()
-    margin[:, rows] = run(other, [_renewed(other, asked[r]) for r in rows]).margin
+    # all requirements, not only those that the change bears on: another position may suit now
+    margin = run(other, [_renewed(other, one) for one in asked]).margin
     before = met_of(found.margin)
     after = met_of(margin)
     weight = study.people.weight

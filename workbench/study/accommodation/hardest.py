@@ -16,12 +16,19 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb
 from workbench.posture.reaching.reach import reach
+from workbench.study.accommodation.chunks import Chunk
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.accommodation.requirements import Asked
-from workbench.study.accommodation.sitters import Sitters, seated, with_hands, without_seat
+from workbench.study.accommodation.sitters import (
+    Sitters,
+    seated,
+    seated_at,
+    with_hands,
+    without_seat,
+)
 from workbench.study.pairs import pair_of
 
-__all__ = ["hardest_rows", "shown_people"]
+__all__ = ["hardest_rows", "in_position", "shown_people"]
 
 MOST = 5
 
@@ -40,18 +47,26 @@ def hardest_rows(margin: Floats) -> tuple[int, ...]:
     return tuple(sorted(chosen, key=order.index))
 
 
+def in_position(study: AccommodationStudy, body: Body, row: int, found: Chunk) -> Sitters:
+    """A person in the position of the seat that the margins are of."""
+    if np.array_equal(found.seat[row], found.comfortable[row]):
+        return seated(study, body, [row])
+    forward, up = found.seat[row].tolist()
+    return seated_at(study, body, [row], (forward, up))
+
+
 def shown_people(
     study: AccommodationStudy,
     asked: Sequence[Asked],
     bodies: PopulationBodies,
-    which: tuple[Sequence[int], Floats],
+    found: Chunk,
+    rows: Sequence[int],
 ) -> Iterator[Shown]:
-    """Some people (rows) as found at the requirement they miss by most."""
-    rows, margin = which
+    """Some people (rows) as found, in their position, at the requirement they miss by most."""
     for row in rows:
         body = bodies[row]
-        r = int(np.nanargmin(margin[row]))
-        sitters = seated(study, body, [row])
+        r = int(np.nanargmin(found.margin[row]))
+        sitters = in_position(study, body, row, found)
         seat = study.environment.seat(study.seat)
         environment = moved(study.environment, seat.moves, sitters.seat.shift[0])
         yield _shown(study, (asked[r], r), (row, body, environment, sitters))

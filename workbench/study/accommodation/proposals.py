@@ -40,7 +40,7 @@ def proposals(
     weight = study.people.weight
     met = met_of(found.margin)
     single = share_single(met, weight)
-    alone = left_out_alone(met, weight)
+    alone = left_out_alone(met, found.sets[:, : len(asked)], weight)
     tried: set[str] = set()
     for r in np.lexsort((single, -alone)).tolist():
         target = asked[r].requirement.target

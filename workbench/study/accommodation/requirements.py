@@ -3,14 +3,17 @@ seat."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from workbench.model.accommodation import AccommodationStudy, Requirement
+from workbench.model.arrays import Bools
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Control
 
-__all__ = ["Asked", "asked_of"]
+__all__ = ["Asked", "asked_of", "sets_of"]
 
 
 @dataclass(frozen=True)
@@ -73,3 +76,22 @@ def _target(study: AccommodationStudy, criterion: Criterion) -> str:
     return (
         ", ".join(criterion.parts) if len(criterion.parts) <= 3 else f"{len(criterion.parts)} parts"
     )
+
+
+def sets_of(study: AccommodationStudy, asked: Sequence[Asked]) -> Bools:
+    """The sets of requirements that somebody may meet in a position of the seat of his own.
+
+    Returns
+    -------
+    (R, K) array
+        The requirements of each set: without each of the R requirements, without those of each
+        criterion, and those of each share that the study asks for.
+    """
+    names = np.array([one.requirement.criterion for one in asked])
+    without = ~np.eye(len(asked), dtype=np.bool_)
+    criteria = [names != name for name in dict.fromkeys(names.tolist())]
+    shares = [
+        np.isin(names, criterion.of) if criterion.of else np.ones(len(asked), dtype=np.bool_)
+        for criterion in study.share_criteria
+    ]
+    return np.column_stack([without, *criteria, *shares])

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-import numpy as np
-
 from workbench.model.accommodation import PopulationFound
+from workbench.model.arrays import Bools
 from workbench.model.criterion import Criterion
 from workbench.model.result import Finding, Verdict
 from workbench.study.accommodation.shares import group_shares
@@ -17,27 +14,23 @@ _TOLERANCE = 1e-9
 """A share this much below the one asked for counts as it: less than one person in any sample."""
 
 
-def share_verdicts(
-    found: PopulationFound, criteria: Sequence[Criterion], role: str
-) -> tuple[Verdict, ...]:
+def share_verdicts(found: PopulationFound, role: str) -> tuple[Verdict, ...]:
     """Judge each criterion that asks for a share of the population, which takes a role.
 
     The estimate decides; its interval stands beside it.
     """
+    criteria = found.study.share_criteria
+    served = found.sets[:, found.sets.shape[1] - len(criteria) :]
     return tuple(
-        _share_verdict(found, criterion, role)
-        for criterion in criteria
-        if criterion.check == "share"
+        _share_verdict(found, criterion, served[:, k], role) for k, criterion in enumerate(criteria)
     )
 
 
-def _share_verdict(found: PopulationFound, criterion: Criterion, role: str) -> Verdict:
+def _share_verdict(
+    found: PopulationFound, criterion: Criterion, served: Bools, role: str
+) -> Verdict:
+    """The verdict of a criterion that so many people (P,) meet."""
     study = found.study
-    asked = [
-        not criterion.of or requirement.criterion in criterion.of
-        for requirement in found.requirements
-    ]
-    served = np.asarray(found.met[:, asked].all(axis=1), dtype=np.bool_)
     groups = group_shares(
         served, study.people, {}, confidence=study.confidence, interval=study.interval
     )

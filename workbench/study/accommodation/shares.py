@@ -95,18 +95,19 @@ def share_single(met: Bools, weight: Floats) -> Floats:
     return share
 
 
-def share_without(met: Bools, weight: Floats) -> Floats:
-    """(R,) the share that would meet everything if one requirement were dropped: nobody who misses
-    another."""
-    others = (~met).sum(axis=1)[:, None] - ~met
-    share: Floats = weight @ (others == 0) / weight.sum()
+def share_without(others: Bools, weight: Floats) -> Floats:
+    """(R,) the share that would fit if one requirement were dropped; others (P, R): whether a
+    person meets all others in some position."""
+    share: Floats = weight @ others / weight.sum()
     return share
 
 
-def left_out_alone(met: Bools, weight: Floats) -> Floats:
-    """(R,) the share left out by nothing but one requirement."""
-    missed = ~met
-    share: Floats = weight @ (missed & (missed.sum(axis=1) == 1)[:, None]) / weight.sum()
+def left_out_alone(met: Bools, others: Bools, weight: Floats) -> Floats:
+    """(R,) the share left out by nothing but one requirement: who does not meet all (P, R) and
+    would fit without it."""
+    out: Bools = np.logical_not(met.all(axis=1))
+    alone = out[:, None] & others
+    share: Floats = weight @ alone / weight.sum()
     return share
 
 

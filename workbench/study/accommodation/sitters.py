@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.model.accommodation import AccommodationStudy
+from workbench.model.arrays import Ints
 from workbench.model.body import Body
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
@@ -29,6 +30,7 @@ __all__ = [
     "SEAT_FORWARD",
     "Sitters",
     "seated",
+    "seated_at",
     "seating_study",
     "with_hands",
     "without_seat",
@@ -46,6 +48,10 @@ class Sitters:
     body: Body
     seat: SeatedPeople
     held: Poses
+
+    def rows(self, keep: Ints) -> Sitters:
+        """The people at indices, in their order."""
+        return Sitters(self.body[keep], self.seat.rows(keep), self.held.rows(keep))
 
 
 def seated(study: AccommodationStudy, body: Body, rows: Sequence[int]) -> Sitters:
@@ -83,6 +89,21 @@ def seated(study: AccommodationStudy, body: Body, rows: Sequence[int]) -> Sitter
             numbers=list(rows),
         )
     return Sitters(body, found, found.poses)
+
+
+def seated_at(
+    study: AccommodationStudy, body: Body, rows: Sequence[int], position: tuple[float, float]
+) -> Sitters:
+    """The same with the seat in one position for everybody, forward and up [m]."""
+    forward, up = position
+    seats = tuple(
+        replace(seat, travel_forward=(forward, forward), travel_up=(up, up))
+        if seat.name == study.seat
+        else seat
+        for seat in study.environment.seats
+    )
+    held = replace(study, environment=replace(study.environment, seats=seats))
+    return seated(held, body, rows)
 
 
 def seating_study(study: AccommodationStudy) -> AccommodationStudy:

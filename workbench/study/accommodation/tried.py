@@ -60,6 +60,17 @@ class Tried:
     toward: Floats
     seat: Floats
 
+    def rows(self, keep: Ints) -> Tried:
+        """A copy of what became of the people at indices, in their order."""
+        return Tried(self.margin[keep], self.words[keep], self.toward[keep], self.seat[keep])
+
+    def put(self, rows: Ints, other: Tried) -> None:
+        """Replace what became of the people at indices."""
+        self.margin[rows] = other.margin
+        self.words[rows] = other.words
+        self.toward[rows] = other.toward
+        self.seat[rows] = other.seat
+
 
 def met_by(
     study: AccommodationStudy, asked: Sequence[Asked], body: Body, rows: Sequence[int]

@@ -1,0 +1,223 @@
+"""Find for each person the seat position in which every requirement is met.
+
+A person fits a workplace if some position within the travel of the seat meets all requirements at
+once. The comfortable position comes first. For people who miss something there, the travel is
+searched:
+
+1. Positions on a lattice over the whole travel are tried, at most ``SPACING`` apart and with the
+   ends of the travel. What seating alone answers is asked first (view, pedals). Clearances and
+   reaches follow only where a person may do better than in the positions so far.
+2. Where no position fits, the neighbours of the best one are tried at halved distances down to
+   ``FINEST``.
+
+The same search says who would fit if a requirement were dropped: each of several sets of
+requirements counts as met where some position meets all of it.
+
+A person who fits only within a region smaller than the lattice, away from the best position that
+was tried, is not found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.model.accommodation import MET, AccommodationStudy
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
+from workbench.model.environment import Seat
+from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.sitters import Sitters, seated_at
+from workbench.study.accommodation.tried import Tried, judged, sitting
+
+__all__ = ["FINEST", "SPACING", "Fitted", "fitted_positions", "lattice"]
+
+SPACING = 0.02
+"""Distance [m] between neighbours of the lattice, at most."""
+FINEST = 0.005
+"""Distance [m] down to which the neighbours of the best position are tried."""
+_FIRST = ("eye_height", "view_over", "pedals")
+"""Checks that seating alone answers: they come first."""
+_NOWHERE = ("preferred_seat",)
+"""Checks whose margin is the same in every position."""
+_AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """People in the positions that suit them best.
+
+    Parameters
+    ----------
+    tried
+        B people, R requirements: margins and reasons in the fitting position nearest to the
+        comfortable one; where none fits, in that of the greatest least margin.
+    comfortable
+        (B, 2) [m] forward and up.
+    window
+        (B, 4) [m] the least and greatest forward, the least and greatest up of the positions tried
+        that fit. NaN where none fits, and where the comfortable one does: then no other is tried.
+    sets
+        (B, K) whether some position meets all requirements of each set.
+    """
+
+    tried: Tried
+    comfortable: Floats
+    window: Floats
+    sets: Bools
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Who is searched for, and what was found so far; `best` is in the order of these people.
+
+    score (B,) [m]: the least margin in the best position of the requirements that depend on it.
+    """
+
+    study: AccommodationStudy
+    asked: Sequence[Asked]
+    members: Bools
+    body: Body
+    rows: Ints
+    best: Fitted
+    score: Floats
+
+
+def fitted_positions(
+    study: AccommodationStudy,
+    asked: Sequence[Asked],
+    members: Bools,
+    sitters: Sitters,
+    rows: Sequence[int],
+) -> Fitted:
+    """Judge people in the fitting position nearest to the comfortable one.
+
+    Parameters
+    ----------
+    members
+        (R, K) the requirements of each set.
+    sitters
+        B people in their comfortable positions.
+    rows
+        (B,) their rows in the study's population.
+    """
+    tried = judged(study, asked, sitting(study, asked, sitters))
+    comfortable = tried.seat.copy()
+    window = np.full((len(comfortable), 4), np.nan)
+    found = Fitted(tried, comfortable, window, _met_sets(tried.margin, members))
+    positions = lattice(study.environment.seat(study.seat))
+    short = np.flatnonzero((tried.margin[:, _movable(asked)] < -MET).any(axis=1))
+    if len(positions) < 2 or not len(short):
+        return found
+    best = Fitted(tried.rows(short), comfortable[short], window[short], found.sets[short])
+    score = _score(best.tried.margin, asked)
+    numbers = np.asarray(rows)[short]
+    search = _Search(study, asked, members, sitters.body[short], numbers, best, score)
+    everybody = np.arange(len(short))
+    for position in positions:
+        _try_position(search, position, everybody)
+    _refine(search)
+    tried.put(short, best.tried)
+    window[short] = best.window
+    found.sets[short] = best.sets
+    return found
+
+
+def lattice(seat: Seat) -> Floats:
+    """(M, 2) [m] positions all over the travel of a seat, forward and up, with its ends."""
+    axes = [_axis(*seat.travel_forward), _axis(*seat.travel_up)]
+    forward, up = np.meshgrid(*axes, indexing="ij")
+    return np.stack([forward.ravel(), up.ravel()], axis=1)
+
+
+def _axis(low: float, high: float) -> Floats:
+    return np.linspace(low, high, 1 + int(np.ceil((high - low) / SPACING - 1e-9)))
+
+
+def _movable(asked: Sequence[Asked]) -> Bools:
+    """(R,) the requirements whose margins depend on the position."""
+    return np.array([one.requirement.check not in _NOWHERE for one in asked], dtype=np.bool_)
+
+
+def _score(margin: Floats, asked: Sequence[Asked]) -> Floats:
+    """(B,) [m] the least margin of the requirements that depend on the position."""
+    known = np.where(np.isnan(margin), np.inf, margin)[:, _movable(asked)]
+    score: Floats = known.min(axis=1, initial=np.inf)
+    return score
+
+
+def _met_sets(margin: Floats, members: Bools) -> Bools:
+    """(B, K) whether margins (B, R) [m] meet all requirements of each set (R, K)."""
+    missed = (margin < -MET).astype(np.int64) @ members.astype(np.int64)
+    return np.asarray(missed == 0, dtype=np.bool_)
+
+
+def _try_position(search: _Search, position: Floats, people: Ints) -> None:
+    """Judge some people (rows of the search) in one position, and keep what is better."""
+    best = search.best
+    sitters = seated_at(
+        search.study, search.body[people], search.rows[people].tolist(), tuple(position.tolist())
+    )
+    first = np.array([one.requirement.check in _FIRST for one in search.asked], dtype=np.bool_)
+    if first.any():
+        asked = [search.asked[r] for r in np.flatnonzero(first).tolist()]
+        margin = judged(search.study, asked, sitters).margin
+        hopeful = _score(margin, asked) > np.minimum(search.score[people], -MET)
+        hopeful |= (_met_sets(margin, search.members[first]) & ~best.sets[people]).any(axis=1)
+        if not hopeful.any():
+            return
+        people = people[hopeful]
+        sitters = sitters.rows(np.flatnonzero(hopeful))
+    tried = judged(search.study, search.asked, sitting(search.study, search.asked, sitters))
+    same = ~_movable(search.asked)
+    tried.margin[:, same] = best.tried.margin[np.ix_(people, same)]
+    best.sets[people] |= _met_sets(tried.margin, search.members)
+    score = _score(tried.margin, search.asked)
+    _widen(best.window, people[score >= -MET], position)
+    better = np.flatnonzero(_is_better(search, people, score, position))
+    best.tried.put(people[better], tried.rows(better))
+    search.score[people[better]] = score[better]
+
+
+def _is_better(search: _Search, people: Ints, score: Floats, position: Floats) -> Bools:
+    """Whether a position is better than the best so far: one that fits before one that does not,
+    of those that fit the nearer to the comfortable one, else that of the greater least margin."""
+    best = search.best
+    before = search.score[people]
+    fits = score >= -MET
+    fitted = before >= -MET
+    way = np.linalg.norm(position - best.comfortable[people], axis=1)
+    known = np.linalg.norm(best.tried.seat[people] - best.comfortable[people], axis=1)
+    nearer = way < known - 1e-9
+    better: Bools = np.where(fits & fitted, nearer, np.where(fits | fitted, fits, score > before))
+    return better
+
+
+def _widen(window: Floats, people: Ints, position: Floats) -> None:
+    """Take a position that fits into the windows (B, 4) of people."""
+    window[people, ::2] = np.fmin(window[people, ::2], position)
+    window[people, 1::2] = np.fmax(window[people, 1::2], position)
+
+
+def _refine(search: _Search) -> None:
+    """Try the neighbours of the best position of those for whom none fits, nearer and nearer."""
+    seat = search.study.environment.seat(search.study.seat)
+    low, high = np.array([seat.travel_forward, seat.travel_up]).T
+    step = SPACING / 2
+    while step >= FINEST - 1e-9:
+        people = np.flatnonzero(search.score < -MET)
+        centres = search.best.tried.seat[people]
+        for way in _AROUND:
+            wanted = np.clip(centres + step * np.array(way), low, high)
+            for position, some in _groups(wanted):
+                _try_position(search, position, people[some])
+        step /= 2
+
+
+def _groups(positions: Floats) -> Iterator[tuple[Floats, Ints]]:
+    """The distinct positions of (B, 2), with the rows that have each."""
+    distinct, which = np.unique(np.round(positions, 6), axis=0, return_inverse=True)
+    for k, position in enumerate(distinct):
+        yield position, np.flatnonzero(which.ravel() == k)
