@@ -24,7 +24,7 @@ from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.content import content_key
 from workbench.model.poses import Poses
-from workbench.posture.seating.seat_people import SeatedPeople
+from workbench.posture.seating.seat import Seated
 from workbench.study.accommodation.crew import Crew
 from workbench.study.accommodation.crew_files import Kept, read_kept, write_kept
 from workbench.study.accommodation.forks import shared
@@ -145,7 +145,7 @@ def _here(
 
     key = seat_key(study)
 
-    def work(chunk: int) -> tuple[Kept, tuple[SeatedPeople, Poses] | None]:
+    def work(chunk: int) -> tuple[Kept, tuple[Seated, Poses] | None]:
         known = (key, chunk) in crew.sitting
         sitters = seated_chunk(study, crew, chunk)
         kept = packed(judged(study, asked, sitting(study, asked, sitters)))

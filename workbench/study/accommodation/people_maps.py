@@ -13,7 +13,7 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, stack_bodies
 from workbench.model.poses import Poses
 from workbench.posture.reaching.limbs import HANDS
-from workbench.posture.seating.seat_people import SeatedPeople
+from workbench.posture.seating.seat import Seated
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.chunks import seat_key, seated_chunk
 from workbench.study.accommodation.crew import Crew
@@ -58,7 +58,7 @@ def _everybody(study: AccommodationStudy, crew: Crew) -> tuple[Body, Poses]:
     key = seat_key(study)
     missing = [chunk for chunk in range(len(crew)) if (key, chunk) not in crew.sitting]
 
-    def work(chunk: int) -> tuple[SeatedPeople, Poses]:
+    def work(chunk: int) -> tuple[Seated, Poses]:
         found = seated_chunk(study, crew, chunk)
         return found.seat, found.held
 
