@@ -241,9 +241,9 @@ def crowd(count):
         {"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0
     )
     eye = cab.points["left_design_eye"][2]
-    spent = timed(lambda: wb.seat_people(bodies, poses, seat, eye=eye, pedals=pedals))
-    print(f"seat_people: {1000 * spent / count:.1f} ms a person")
-    seated = wb.seat_people(bodies, poses, seat, eye=eye, pedals=pedals)
+    spent = timed(lambda: wb.seat(bodies, poses, seat, eye=eye, pedals=pedals))
+    print(f"seat: {1000 * spent / count:.1f} ms a person")
+    seated = wb.seat(bodies, poses, seat, eye=eye, pedals=pedals)
     at = [control.at for control in cab.controls if control.grip == "grasp" and control.zone == 2]
     arm = wb.limb(bodies, "right hand", grip="grasp", zone=2)
     free = timed(lambda: wb.reach(bodies, seated.poses, at, limb=arm))

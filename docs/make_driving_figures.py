@@ -39,7 +39,7 @@ def driven(
         body,
         posture_pose(body, library, "driving"),
         car.seat("driver"),
-        driver=driver,
+        drivers=[driver],
         package=Package(
             at["accelerator_heel"], at["accelerator"], at["wheel_centre"], at["driver_h_point"]
         ),
@@ -47,12 +47,11 @@ def driven(
         eye=at["low_eye"][2],
         seed=seed,
     )
-    car = moved(car, car.seat("driver").moves, np.array([found.forward, 0.0, found.up]))
+    car = moved(car, car.seat("driver").moves, found.shift[0])
     poses = found.poses
     for side, control in (("left", "wheel_ten"), ("right", "wheel_two")):
         arm = wb.limb(body, f"{side} hand", grip="grasp", zone=2)
-        rotations = wb.reach(body, poses, at[control], limb=arm, environment=car).poses.rotations
-        poses = wb.Poses(rotations, poses.reference, poses.world_from_reference)
+        poses = wb.reach(body, poses, at[control], limb=arm, environment=car).poses
     return poses, body, car
 
 

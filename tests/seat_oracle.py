@@ -9,7 +9,7 @@ import workbench as wb
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.posture import pointed_foot, positions
-from workbench.posture.seating.seating import seat_attitude, seat_body, seat_planes
+from workbench.posture.seating.seating import seat_attitude, seat_planes
 
 TURNS = 3
 LIFTS = 4
@@ -79,13 +79,26 @@ def stepped(body, poses, seat, travel, pedals):
 
 
 def sat(body, poses, seat, shift):
+    """The poses moved until the body rests on cushion and back with the stated depths."""
     world = poses.world_from_reference.copy()
     world[:, :, :3] = seat_attitude(seat)
-    world = seat_body(
-        body, wb.Poses(poses.rotations, poses.reference, world), seat
-    ).world_from_reference.copy()
-    world[:, :, 3] += shift
+    placed = wb.place(body, wb.Poses(poses.rotations, poses.reference, world))
+    cushion, back, centre = seat_planes(seat)
+    point = np.array(seat.srp)
+    low = least_height(placed, cushion, seat.cushion) - cushion @ point
+    rear = least_height(placed, back, seat.back) - back @ point
+    aside = world[:, :, 3] @ centre - centre @ point
+    wanted = np.stack([-seat.cushion.depth - low, -seat.back.depth - rear, -aside], axis=1)
+    world[:, :, 3] += np.linalg.solve(np.stack([cushion, back, centre]), wanted.T).T + shift
     return wb.Poses(poses.rotations, poses.reference, world)
+
+
+def least_height(placed, normal, rest):
+    """(P,) least height along a normal of the spheres of the segments that rest there."""
+    body = placed.body
+    names = body.segments if "all" in rest.segments else rest.segments
+    rows = np.isin(body.sphere_segment, [body.segments.index(n) for n in names])
+    return (placed.centres[:, rows] @ normal - body.radius[0, rows]).min(axis=1)
 
 
 def on_pedal(body, poses, pedal, floor):

@@ -258,12 +258,12 @@ def human_cases(tmp_path):
             "body": body,
             "poses": upright,
             "seat": seat,
-            "driver": driver,
+            "drivers": [driver],
             "package": package,
             "feet": feet,
             "eye": 1.1,
             "seed": 1,
-            "person": 0,
+            "numbers": [0],
         },
         "eyellipse": {
             "ball": (0.9, 0, 0),
@@ -321,7 +321,7 @@ def human_cases(tmp_path):
         },
         "read_ansur": {"paths": rows, "measures": ("stature",), "unit": 0.001, "weights": None},
         "seat_curve": {"height": 0.25, "percentile": 95.0},
-        "seat_people": {
+        "seat": {
             "body": body,
             "poses": upright,
             "seat": seat,

@@ -16,7 +16,7 @@ from tests.seat_oracle import seat_slowly
 from workbench.files.study.reader import load_study
 from workbench.model.environment import Rest, Seat
 from workbench.posture.seating.posture import Pedals, positions
-from workbench.posture.seating.seat_people import seat_people
+from workbench.posture.seating.seat import seat as sit
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.pipelines import population_study
@@ -65,7 +65,7 @@ def missed(found):
 
 def test_everybody_sits_as_trying_all_places_slowly_finds(people, seat):
     poses = poses_of(people)
-    found = seat_people(people, poses, seat, eye=EYE, pedals=TRAINER)
+    found = sit(people, poses, seat, eye=EYE, pedals=TRAINER)
     for b, body in enumerate(people):
         one = seat_slowly(body, row(poses, b), seat, eye=EYE, pedals=TRAINER)
         assert found.forward[b] == pytest.approx(one["forward"], abs=1e-9)
@@ -112,7 +112,7 @@ def test_downhill_comes_to_the_place_that_trying_all_comes_to(crowd, seat, name)
     own, eye, pedals = CASES[name]
     poses = poses_of(crowd)
     quick, slow = (
-        seat_people(crowd, poses, own or seat, eye=eye, pedals=pedals, every=every)
+        sit(crowd, poses, own or seat, eye=eye, pedals=pedals, every=every)
         for every in (False, True)
     )
     same = np.isclose(quick.forward, slow.forward)
@@ -155,26 +155,34 @@ def test_drawn_people_sit_where_trying_all_places_puts_them(tmp_path, study, dri
     own = plan.environment.seat(plan.seat)
     eye = plan.environment.points[plan.aims.eyes][2]
     quick, slow = (
-        seat_people(bodies, poses, own, eye=eye, pedals=pedals, every=every)
-        for every in (False, True)
+        sit(bodies, poses, own, eye=eye, pedals=pedals, every=every) for every in (False, True)
     )
     np.testing.assert_allclose(quick.forward, slow.forward, atol=1e-9)
+
+
+FIELDS = ("forward", "up", "shift", "eye", "eye_off", "spare_travel", "discomfort", "tried")
 
 
 def test_no_answer_depends_on_threads_nor_on_who_else_is_seated(crowd, seat):
     poses = poses_of(crowd)
     one, two = (
-        seat_people(crowd, poses, seat, eye=EYE, pedals=TRAINER, threads=threads)
-        for threads in (1, 2)
+        sit(crowd, poses, seat, eye=EYE, pedals=TRAINER, threads=threads) for threads in (1, 2)
     )
     for name in ("forward", "up", "eye", "discomfort"):
         assert np.array_equal(getattr(one, name), getattr(two, name))
-    for b in (0, 7, 23):
-        alone = seat_people(crowd[b : b + 1], row(poses, b), seat, eye=EYE, pedals=TRAINER)
-        np.testing.assert_allclose(
-            alone.poses.world_from_reference[0], one.poses.world_from_reference[b], atol=1e-9
-        )
-        np.testing.assert_allclose(alone.poses.rotations[0], one.poses.rotations[b], atol=1e-7)
+    order = np.arange(len(crowd))
+    for rows in ([0], [7], [23], order[::-1]):
+        who = np.array(rows)
+        some = sit(crowd[who], poses.rows(who), seat, eye=EYE, pedals=TRAINER)
+        for name in FIELDS:
+            np.testing.assert_array_equal(getattr(some, name), getattr(one, name)[who], name)
+        for name in ("rotations", "world_from_reference"):
+            np.testing.assert_array_equal(
+                getattr(some.poses, name), getattr(one.poses, name)[who], name
+            )
+        for foot in TRAINER.at:
+            np.testing.assert_array_equal(some.miss[foot], one.miss[foot][who])
+            assert some.limit[foot] == tuple(one.limit[foot][k] for k in who)
 
 
 @pytest.mark.parametrize(
@@ -188,7 +196,7 @@ def test_mirrored_pedals_give_the_mirrored_sitter(bubbleman, seat, left):
     for one, other, sign in ((left, right, 1), (right, left, -1)):
         at = {"left foot": one, "right foot": other}
         pedals = Pedals({name: (x, side + sign * y, z) for name, (x, y, z) in at.items()}, 0.0)
-        found.append(seat_people(bubbleman, poses, seat, eye=EYE, pedals=pedals))
+        found.append(sit(bubbleman, poses, seat, eye=EYE, pedals=pedals))
     one, two = found
     assert one.forward == two.forward
     np.testing.assert_allclose(
@@ -206,9 +214,7 @@ def test_more_travel_never_misses_more(crowd_and_seat, ends, farther):
     pedals = Pedals({n: (x + farther, y, z) for n, (x, y, z) in TRAINER.at.items()}, 0.0)
     less = replace(seat, travel_forward=(-rear, front))
     more = replace(seat, travel_forward=(-rear - more_rear, front + more_front))
-    short, long = (
-        seat_people(crowd, poses_of(crowd), one, eye=EYE, pedals=pedals) for one in (less, more)
-    )
+    short, long = (sit(crowd, poses_of(crowd), one, eye=EYE, pedals=pedals) for one in (less, more))
     assert np.all(missed(long) <= missed(short) + 2e-4)
 
 
@@ -223,12 +229,12 @@ def test_longer_legs_on_the_same_trunk_sit_no_farther_forward(bubbleman, seat):
         for leg in (0.72, 0.78, 0.84, 0.90)
     ]
     legs = wb.stack_bodies(legs)
-    found = seat_people(legs, poses_of(legs), seat, eye=EYE, pedals=TRAINER)
+    found = sit(legs, poses_of(legs), seat, eye=EYE, pedals=TRAINER)
     assert np.all(np.diff(found.forward) <= 1e-9) and found.forward[0] > found.forward[-1]
 
 
 def test_the_seat_is_the_lowest_that_brings_the_eyes_to_their_height(crowd, seat):
-    found = seat_people(crowd, poses_of(crowd), seat, eye=EYE, pedals=TRAINER)
+    found = sit(crowd, poses_of(crowd), seat, eye=EYE, pedals=TRAINER)
     low, high = seat.travel_up
     inside = (found.up > low + 1e-9) & (found.up < high - 1e-9)
     assert np.all(np.abs(found.eye_off[inside]) < 1e-6)
@@ -238,7 +244,7 @@ def test_the_seat_is_the_lowest_that_brings_the_eyes_to_their_height(crowd, seat
 
 
 def test_hips_rest_as_deep_in_cushion_and_back_as_the_seat_says(people, seat):
-    found = seat_people(people, poses_of(people), seat, eye=EYE, pedals=TRAINER)
+    found = sit(people, poses_of(people), seat, eye=EYE, pedals=TRAINER)
     for b, body in enumerate(people):
         placed = wb.place(body, row(found.poses, b))
         point = np.array(seat.srp) + found.shift[b]
@@ -250,7 +256,7 @@ def test_hips_rest_as_deep_in_cushion_and_back_as_the_seat_says(people, seat):
 
 
 def test_no_stop_of_a_sitters_legs_is_breached(people, seat):
-    found = seat_people(people, poses_of(people), seat, eye=EYE, pedals=TRAINER)
+    found = sit(people, poses_of(people), seat, eye=EYE, pedals=TRAINER)
     for b, body in enumerate(people):
         legs = [body.joint(name) for name in ("LH", "LK", "LA", "RH", "RK", "RA")]
         assert wb.stops(body, row(found.poses, b)).margin[0, legs].min() > -1e-3
@@ -259,7 +265,7 @@ def test_no_stop_of_a_sitters_legs_is_breached(people, seat):
 def test_a_seat_without_travel_stays_and_says_by_how_much_pedals_are_missed(people, seat):
     fixed = replace(seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
     far = Pedals({"right foot": (1.9, 0.195, 0.144)}, 0.0)
-    found = seat_people(people, poses_of(people), fixed, eye=EYE, pedals=far)
+    found = sit(people, poses_of(people), fixed, eye=EYE, pedals=far)
     assert np.all(found.forward == 0) and np.all(found.up == 0) and np.all(found.tried == 1)
     assert np.all(found.miss["right foot"] > 0.5)
     assert set(found.limit["right foot"]) <= {"length of the limb", "right ankle (plantarflexion)"}
@@ -267,22 +273,20 @@ def test_a_seat_without_travel_stays_and_says_by_how_much_pedals_are_missed(peop
 
 def test_pedals_beyond_everybody_bring_the_seat_to_its_front_end(people, seat):
     far = Pedals({n: (1.9, y, z) for n, (_, y, z) in TRAINER.at.items()}, 0.0)
-    found = seat_people(people, poses_of(people), seat, eye=EYE, pedals=far)
+    found = sit(people, poses_of(people), seat, eye=EYE, pedals=far)
     assert np.all(found.forward == 0.09)
 
 
 def test_a_seat_that_stands_ahead_of_its_rest_goes_no_farther_back(people, seat):
     ahead = replace(seat, travel_forward=(0.03, 0.06))
     assert positions(ahead.travel_forward) == pytest.approx([0.03, 0.04, 0.05, 0.06])
-    found = seat_people(people, poses_of(people), ahead, eye=EYE, pedals=TRAINER)
+    found = sit(people, poses_of(people), ahead, eye=EYE, pedals=TRAINER)
     assert np.all((found.forward >= 0.03) & (found.forward <= 0.06))
-    assert np.all(
-        seat_people(people, poses_of(people), ahead, eye=EYE, pedals=Pedals({})).forward == 0.03
-    )
+    assert np.all(sit(people, poses_of(people), ahead, eye=EYE, pedals=Pedals({})).forward == 0.03)
 
 
 def test_who_has_no_pedals_sits_where_the_seat_stands(people, seat):
-    found = seat_people(people, poses_of(people), seat, eye=None, pedals=Pedals({}))
+    found = sit(people, poses_of(people), seat, eye=None, pedals=Pedals({}))
     assert np.all(found.forward == 0) and np.all(found.up == 0) and not found.miss
     placed = wb.place(people[2], row(found.poses, 2))
     on = np.isin(people[2].sphere_segment, [people[2].segment("LT")])
@@ -298,8 +302,8 @@ def test_a_seat_that_faces_another_way_is_sat_in_the_same_way(people, seat):
     x, y, z = seat.srp
     aside = replace(seat, srp=(-y, x, z), yaw=turn)
     pedals = Pedals({name: (-b, a, c) for name, (a, b, c) in TRAINER.at.items()}, 0.0)
-    one = seat_people(people, poses, seat, eye=EYE, pedals=TRAINER)
-    two = seat_people(people, poses, aside, eye=EYE, pedals=pedals)
+    one = sit(people, poses, seat, eye=EYE, pedals=TRAINER)
+    two = sit(people, poses, aside, eye=EYE, pedals=pedals)
     np.testing.assert_allclose(one.forward, two.forward, atol=1e-9)
     np.testing.assert_allclose(
         np.stack([-one.eye[:, 1], one.eye[:, 0], one.eye[:, 2]], 1), two.eye, atol=1e-5
@@ -309,9 +313,9 @@ def test_a_seat_that_faces_another_way_is_sat_in_the_same_way(people, seat):
 def test_what_cannot_be_seated_is_refused(people, seat):
     poses = poses_of(people)
     with pytest.raises(wb.UsageError, match="poses: expected 2 rows for 2 bodies"):
-        seat_people(people[:2], poses, seat, eye=None, pedals=Pedals({}))
+        sit(people[:2], poses, seat, eye=None, pedals=Pedals({}))
     dog = wb.load_body("dog")
     with pytest.raises(wb.InputError, match="no spheres in"):
-        seat_people(dog, wb.pose(dog, {}), seat, eye=None, pedals=Pedals({}))
+        sit(dog, wb.pose(dog, {}), seat, eye=None, pedals=Pedals({}))
     with pytest.raises(wb.InputError, match="no limb 'third foot'"):
-        seat_people(people, poses, seat, eye=None, pedals=Pedals({"third foot": (1, 0, 0)}))
+        sit(people, poses, seat, eye=None, pedals=Pedals({"third foot": (1, 0, 0)}))

@@ -12,7 +12,7 @@ from tests.conftest import ONE_ARM, box_part, environment_of
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Allowance, Rest, Seat
 from workbench.model.posture_study import Person, PostureStudy
-from workbench.posture.seating.seating import seat_attitude, seat_body, seat_planes
+from workbench.posture.seating.seating import seat_planes
 from workbench.study.clearance import clearance_study
 from workbench.study.placement import adjusted_environment, place_person
 
@@ -36,10 +36,9 @@ def seat(**changes):
 @pytest.mark.parametrize("yaw", [0.0, 90.0, 180.0, -35.0])
 def test_a_sitter_sinks_into_cushion_and_back_by_exactly_the_stated_depth(bubbleman, yaw):
     place = seat(yaw=np.radians(yaw))
-    world = np.concatenate([seat_attitude(place), np.zeros((3, 1))], axis=1)[None]
-    pose = wb.pose(bubbleman, {"LH": {"flexion": 90}, "RH": {"flexion": 90}})
-    poses = wb.Poses(pose.rotations, bubbleman.segment("LT"), world)
-    placed = wb.place(bubbleman, seat_body(bubbleman, poses, place))
+    legs = {"LH": {"flexion": 90}, "RH": {"flexion": 90}}
+    poses = wb.pose(bubbleman, legs, reference="LT")
+    placed = wb.place(bubbleman, wb.seat(bubbleman, poses, place).poses)
     cushion, back, centre = seat_planes(place)
     for normal, rest in ((cushion, place.cushion), (back, place.back)):
         rows = np.isin(bubbleman.sphere_segment, [bubbleman.segment(s) for s in rest.segments])

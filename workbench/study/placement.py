@@ -3,6 +3,8 @@ them."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.body.forward import place
@@ -11,7 +13,8 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
 from workbench.model.posture_study import Person, PostureStudy
-from workbench.posture.seating.seating import seat_attitude, seat_body, seat_planes
+from workbench.posture.seating.seat import seat
+from workbench.posture.seating.seating import seat_planes
 
 __all__ = ["adjusted_environment", "place_person", "seat_point"]
 
@@ -31,13 +34,9 @@ def place_person(person: Person, environment: Environment) -> Placed:
     say."""
     poses = person.poses
     if person.seat is not None:
-        seat = environment.seat(person.seat)
-        world = poses.world_from_reference.copy()
-        world[:, :, :3] = seat_attitude(seat)
-        srp = seat_point(person, environment)
-        sitting = seat_body(
-            person.body, Poses(poses.rotations, poses.reference, world), seat, srp=srp
-        )
+        stands = environment.seat(person.seat)
+        stands = replace(stands, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
+        sitting = seat(person.body, poses, stands).poses
         if any(person.held):
             held = np.array(person.held)[:, None, None]
             world = np.where(held, poses.world_from_reference, sitting.world_from_reference)

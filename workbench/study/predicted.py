@@ -3,7 +3,6 @@ controls; drivers by the statistical posture."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 from workbench.body.forward import place
@@ -15,7 +14,7 @@ from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import DrivingPosture, driving_posture
 from workbench.posture.seating.posture import Pedals
-from workbench.posture.seating.seat_people import SeatedPeople, seat_people
+from workbench.posture.seating.seat import Seated, seat
 from workbench.study.accommodation.drivers import driver_of, feet_of, package_of
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment
@@ -92,23 +91,23 @@ def _seat(
             rows.append(None)
             fits.append(None)
             continue
-        seat = study.environment.seat(person.seat)
+        stands = study.environment.seat(person.seat)
         pedals = _pedals(aims, study.environment)
         wanted = study.environment.points[aims.eyes][2] if aims.eyes else None
         pose = _one(person.poses, case)
         if aims.driving is not None:
             driven = _driven((person, number), (aims, pose), study.environment, settled)
-            person = replace(person, forward=driven.forward, up=driven.up)
+            person = replace(person, forward=float(driven.forward[0]), up=float(driven.up[0]))
             settled = True
             rows.append(driven.poses)
-            fits.append(_driver_fit(driven, seat))
+            fits.append(_driver_fit(driven, stands))
             told += [
                 f"{person.name}, {study.cases[case]}: {line}" for line in _off(driven, aims, wanted)
             ]
             continue
         if settled:
-            seat = replace(seat, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
-        found = seat_people(person.body, pose, seat, eye=wanted, pedals=pedals)
+            stands = _fixed(stands, person)
+        found = seat(person.body, pose, stands, eye=wanted, pedals=pedals)
         person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
         settled = True
         rows.append(found.poses)
@@ -119,22 +118,28 @@ def _seat(
     return (replace(person, fits=tuple(fits)), rows), told
 
 
-def _sitter_fit(found: SeatedPeople) -> SeatFit:
+def _fixed(stands: Seat, person: Person) -> Seat:
+    """The seat without travel, where the person has put it."""
+    return replace(stands, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
+
+
+def _sitter_fit(found: Seated) -> SeatFit:
     """How seat and pedals came out for the one who sits."""
-    miss = {foot: float(by[0]) for foot, by in found.miss.items()}
-    limit = {foot: words[0] for foot, words in found.limit.items()}
-    return _fit(miss, limit, float(found.spare_travel[0, :2].min()))
+    return _fit(found, float(found.spare_travel[0, :2].min()))
 
 
-def _driver_fit(found: DrivingPosture, seat: Seat) -> SeatFit:
+def _driver_fit(found: DrivingPosture, stands: Seat) -> SeatFit:
     """How seat and pedals came out for a driver, who wants the seat at one place."""
-    rear, front = seat.travel_forward
-    return _fit(found.miss, found.limit, min(found.wanted - rear, front - found.wanted))
+    rear, front = stands.travel_forward
+    wanted = float(found.wanted[0])
+    return _fit(found, min(wanted - rear, front - wanted))
 
 
-def _fit(miss: Mapping[str, float], limit: Mapping[str, str], spare: float) -> SeatFit:
-    foot = max(miss, key=lambda name: miss[name], default="")
-    return SeatFit(miss.get(foot, 0.0), foot, limit.get(foot, ""), spare)
+def _fit(found: Seated, spare: float) -> SeatFit:
+    foot = max(found.miss, key=lambda name: float(found.miss[name][0]), default="")
+    if not foot:
+        return SeatFit(0.0, "", "", spare)
+    return SeatFit(float(found.miss[foot][0]), foot, found.limit[foot][0], spare)
 
 
 def _driven(
@@ -143,42 +148,44 @@ def _driven(
     """A driver's posture, in the seat where it stands already or where the driver puts it."""
     (person, number), (aims, pose) = who, what
     assert aims.driving is not None
-    seat = environment.seat(person.seat or "")
-    if settled:
-        seat = replace(seat, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
+    stands = environment.seat(person.seat or "")
     return driving_posture(
         person.body,
         pose,
-        seat,
-        driver=driver_of(person, aims.driving),
+        _fixed(stands, person) if settled else stands,
+        drivers=[driver_of(person, aims.driving)],
         package=package_of(aims, environment),
         feet=feet_of(aims, environment),
         eye=environment.points[aims.eyes][2] if aims.eyes else None,
         seed=aims.driving.seed,
-        person=number,
+        numbers=[number],
     )
 
 
 def _off(found: DrivingPosture, aims: Aims, wanted: float | None) -> list[str]:
     """What the seat and the feet of a driver could not give."""
     told = []
-    if wanted is not None and wanted - found.eye[2] > TOLD:
-        below = 1000 * (wanted - found.eye[2])
+    if wanted is not None and wanted - found.eye[0, 2] > TOLD:
+        below = 1000 * (wanted - found.eye[0, 2])
         told.append(
             f"the eyes stay {below:.0f} mm below {aims.eyes}, the seat is as high as it goes"
         )
-    beyond = found.wanted - found.forward
+    beyond = float(found.wanted[0] - found.forward[0])
     if abs(beyond) > TOLD:
         way = "forward" if beyond > 0 else "back"
         told.append(
             f"the seat would go {1000 * abs(beyond):.0f} mm farther {way} than its travel lets it"
         )
+    return told + _feet_off(found, aims)
+
+
+def _feet_off(found: Seated, aims: Aims) -> list[str]:
+    """What feet stay from their pedals."""
+    told = []
     for foot, miss in found.miss.items():
-        if miss > TOLD:
-            told.append(
-                f"the {foot} stays {1000 * miss:.0f} mm from {aims.controls[foot]}, limited by "
-                f"{found.limit[foot]}"
-            )
+        if miss[0] > TOLD:
+            what = f"the {foot} stays {1000 * miss[0]:.0f} mm from {aims.controls[foot]}"
+            told.append(f"{what}, limited by {found.limit[foot][0]}")
     return told
 
 
@@ -188,7 +195,7 @@ def _pedals(aims: Aims, environment: Environment) -> Pedals:
     return Pedals(at, environment.points[aims.heels][2] if aims.heels else None)
 
 
-def _short(found: SeatedPeople, aims: Aims, wanted: float | None) -> list[str]:
+def _short(found: Seated, aims: Aims, wanted: float | None) -> list[str]:
     """What the seat and the feet could not give."""
     told = []
     if wanted is not None and wanted - found.eye[0, 2] > TOLD:
@@ -199,11 +206,7 @@ def _short(found: SeatedPeople, aims: Aims, wanted: float | None) -> list[str]:
     if wanted is not None and found.eye[0, 2] - wanted > TOLD:
         above = 1000 * (found.eye[0, 2] - wanted)
         told.append(f"the eyes are {above:.0f} mm above {aims.eyes}, the seat is as low as it goes")
-    for foot, miss in found.miss.items():
-        if miss[0] > TOLD:
-            what = f"the {foot} stays {1000 * miss[0]:.0f} mm from {aims.controls[foot]}"
-            told.append(f"{what}, limited by {found.limit[foot][0]}")
-    return told
+    return told + _feet_off(found, aims)
 
 
 def _hands(

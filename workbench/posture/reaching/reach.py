@@ -119,6 +119,30 @@ def reach(
     goals, ways = _goals(body, poses, targets, direction)
     count = len(poses)
     displaced = np.zeros((count, 3)) if displacement is None else np.asarray(displacement, float)
+    _check(body, limb, count, displaced, initial, max_extension)
+    ask = _Ask(
+        initial, restarts, direction is not None, environment, moving_parts, max_extension, threads
+    )
+    person = people_of(body, poses)
+    held = Poses(poses.rotations, limb.base, segment_frames(body, poses, limb.base), person=person)
+    parts = []
+    for first in range(0, count, MOST_PEOPLE):
+        some = slice(first, first + MOST_PEOPLE)
+        crowd = _crowd(body, limb, held.rows(some), goals[some], ways[some], displaced[some])
+        own = initial.rows(some) if initial is not None and len(initial) == count else initial
+        parts.append(_crowd_reach(crowd, replace(ask, initial=own)))
+    return join_reaches(parts, body, held)
+
+
+def _check(
+    body: Body,
+    limb: Limb,
+    count: int,
+    displaced: Floats,
+    initial: Poses | None,
+    max_extension: float,
+) -> None:
+    """UsageError for the first option that does not fit `count` poses of a body."""
     if displaced.shape != (count, 3):
         raise UsageError(
             f"displacement: expected shape ({count}, 3) for {count} poses, got {displaced.shape}"
@@ -136,18 +160,6 @@ def reach(
         raise UsageError(
             f"initial: expected 1 or {count} rows for {count} poses, got {len(initial)}"
         )
-    ask = _Ask(
-        initial, restarts, direction is not None, environment, moving_parts, max_extension, threads
-    )
-    person = people_of(body, poses)
-    held = Poses(poses.rotations, limb.base, segment_frames(body, poses, limb.base), person=person)
-    parts = []
-    for first in range(0, count, MOST_PEOPLE):
-        some = slice(first, first + MOST_PEOPLE)
-        crowd = _crowd(body, limb, held.rows(some), goals[some], ways[some], displaced[some])
-        own = initial.rows(some) if initial is not None and len(initial) == count else initial
-        parts.append(_crowd_reach(crowd, replace(ask, initial=own)))
-    return join_reaches(parts, body, held)
 
 
 def _goals(
@@ -236,16 +248,16 @@ def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
         some = rows_of(task, rows)
         root = _roots(task, crowd.held)[whose[rows]]
         lead = no_lead(some) if guided is None else guided.beyond(rows, start[rows], ask.most)
-        led = outward(
-            some,
-            found.rows(rows),
-            some.goal[:, :3] - root,
-            lead,
-            most=ask.most,
-            threads=ask.threads,
-        )
-        extension[rows] = np.clip(led.ways, 0.0, ask.most)
+        extension[rows] = _extension(some, found.rows(rows), root, lead, ask)
     return _answer(task, crowd, found, reached, extension, ask.environment)
+
+
+def _extension(task: Task, found: Found, root: Floats, lead: Lead, ask: _Ask) -> Floats:
+    """(P,) [m] how much farther out limbs reach than their targets, on rays from root (P, 3) [m]."""
+    ways = task.goal[:, :3] - root
+    led = outward(task, found, ways, lead, most=ask.most, threads=ask.threads)
+    beyond: Floats = np.clip(led.ways, 0.0, ask.most)
+    return beyond
 
 
 def _task(crowd: _Crowd, ask: _Ask) -> Task:

@@ -14,14 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.body.forward import place, segment_frames
+from workbench.body.forward import segment_frames
 from workbench.errors import InputError, UsageError
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
 from workbench.model.driving import Driver, Package
 from workbench.model.environment import Seat
-from workbench.model.poses import Poses, check_rows
-from workbench.model.posing import angles_of, attitude_matrix, compose, motion_of
+from workbench.model.poses import Poses, row_for_each
+from workbench.model.posing import angles_of, attitude_matrix, compose, join_poses, motion_of
 from workbench.posture.reaching.chains import (
     AGAIN,
     REACHED,
@@ -36,10 +36,11 @@ from workbench.posture.reaching.chains import (
 from workbench.posture.reaching.limbs import FEET
 from workbench.posture.seating.driving_angles import drawn_angles, driving_angles, h_point_offset
 from workbench.posture.seating.driving_legs import Sole, hips_from_pedal, soles_on
-from workbench.posture.seating.spine import SPINE, Spine, side_view, spine_of, spine_tilts
+from workbench.posture.seating.seat import MOST_PEOPLE, Seated
+from workbench.posture.seating.spine import SPINE, Spine, spine_of, spine_tilts
 from workbench.posture.seating.stepping import limits_of
 
-__all__ = ["Drivers", "DrivingCase", "DrivingPosture", "at_wheel", "driving_posture"]
+__all__ = ["DrivingPosture", "driving_posture"]
 
 LIFTS = 4
 LIFTED = 1e-4
@@ -48,24 +49,22 @@ LIFTED = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class DrivingPosture:
-    """One driver at the wheel (hands as they were): poses (P = 1) in the world; the seat's
-    `forward` and `up` [m], and `wanted` [m], the forward position without an end of travel; eye,
-    hips, h_point (3,) [m]: the middle of the eyes, of the hip joints, and the seat's hip point;
-    expected, found (8,) [rad]: the angles of ANGLES as predicted (or drawn) and as the body has
-    them; by foot, how far it stays from its place [m] and what limits it."""
+class DrivingPosture(Seated):
+    """B drivers at the wheel, a row each, with their hands as they were.
 
-    poses: Poses
-    forward: float
-    up: float
-    wanted: float
-    eye: Floats
+    A foot's `miss` is the distance from its pedal or rest. Where the travel ends before the seat is
+    where the driver wants it, `spare_travel` is negative by what is lacking.
+    """
+
+    wanted: Floats
+    """(B,) [m] `forward` without an end of travel."""
     hips: Floats
+    """(B, 3) [m] the middle of the hip joints."""
     h_point: Floats
+    """(B, 3) [m] the hip point of the seat."""
     expected: Floats
-    found: Floats
-    miss: Mapping[str, float]
-    limit: Mapping[str, str]
+    """(B, 8) [rad] the angles of ANGLES as predicted, or drawn; `side_view` has those of the
+    body."""
 
 
 def driving_posture(
@@ -73,44 +72,92 @@ def driving_posture(
     poses: Poses,
     seat: Seat,
     *,
-    driver: Driver,
+    drivers: Sequence[Driver],
     package: Package,
     feet: Mapping[str, tuple[float, float, float]],
     eye: float | None = None,
     seed: int | None = None,
-    person: int = 0,
+    numbers: Sequence[int] = (),
 ) -> DrivingPosture:
-    """The driving posture of a body whose arms are as in `poses` (P = 1), in a seat that faces
-    along +x.
+    """Find the driving postures of B drivers, in a seat that faces along +x.
 
-    feet: by "left foot" and "right foot" a point [m] of the pedal or rest that it is on, its heel
-    on the floor. eye [m]: the seat stands as low as brings the eyes to this height; at its
-    reference height where None. seed: the angles are drawn for the so-numbered `person`; the mean
-    posture where None. The seat's hip point comes to where the body wants it by `h_point_offset`,
-    as far as the travel goes. InputError for a seat that faces elsewhere, and for a body without
-    hips, eyes and ears.
+    The seat's hip point comes to where the body wants it by `h_point_offset`, as far as the travel
+    goes. A driver gets the same posture alone and in any company.
+
+    Parameters
+    ----------
+    body, poses
+        B poses of the rows of a body, from which the arms are taken: of one person, of each row in
+        their order, or of the rows that `poses.person` names.
+    seat
+        The seat with its travel.
+    drivers
+        B drivers: sex, size and age.
+    package
+        The car's dimensions.
+    feet
+        By "left foot" and "right foot" the point [m] of the pedal or rest that it is on, its heel
+        on the floor.
+    eye
+        Height [m] of the eyes; the seat stands as low as gives it. At its reference height if None.
+    seed
+        The angles are drawn about their means; the means if None.
+    numbers
+        B numbers by which the angles of each are drawn; 0 to B - 1 if empty.
+
+    Raises
+    ------
+    InputError
+        If the seat faces elsewhere, or a body lacks hips, eyes or ears.
+    UsageError
+        If the numbers of rows do not match.
     """
-    case = DrivingCase(seat, package, feet, eye, seed)
-    found = at_wheel(body, poses, case, drivers=[driver], numbers=[person])
-    placed = place(body, found.poses)
-    forward, up, wanted = (float(value) for value in found.travel[0])
+    count = len(poses)
+    people = row_for_each(body, poses)
+    who = list(drivers)
+    drawn = list(numbers) or list(range(count))
+    if not len(who) == len(drawn) == count:
+        got = f"{len(who)} and {len(drawn)}"
+        raise UsageError(f"drivers, numbers: expected {count} of each for {count} poses, got {got}")
+    case = _Case(seat, package, feet, eye, seed)
+    parts = []
+    for first in range(0, count, MOST_PEOPLE):
+        some = slice(first, first + MOST_PEOPLE)
+        own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
+        parts.append(_at_wheel(people[some], own, case, who[some], drawn[some]))
+    return _driving(parts, case, poses.person)
+
+
+def _driving(parts: Sequence[_Drivers], case: _Case, person: Ints | None) -> DrivingPosture:
+    """Drivers as postures of the rows `person` of a body."""
+    forward, up, wanted = np.concatenate([part.travel for part in parts]).T
+    eyes = np.concatenate([part.eye for part in parts])
+    poses = join_poses([part.poses for part in parts])
+    count = len(forward)
+    feet = list(parts[0].miss)
+    (rear, front), (low, high) = case.seat.travel_forward, case.seat.travel_up
+    shift = np.stack([forward, np.zeros(count), up], axis=1)
     return DrivingPosture(
-        poses=found.poses,
+        poses=replace(poses, person=person),
         forward=forward,
         up=up,
+        shift=shift,
+        eye=eyes,
+        eye_off=eyes[:, 2] - case.eye if case.eye is not None else np.zeros(count),
+        miss={foot: np.concatenate([part.miss[foot] for part in parts]) for foot in feet},
+        limit={foot: tuple(words for part in parts for words in part.limit[foot]) for foot in feet},
+        spare_travel=np.stack([wanted - rear, front - wanted, up - low, high - up], axis=1),
+        discomfort=np.zeros(count),
+        tried=np.ones(count, dtype=np.int64),
         wanted=wanted,
-        eye=found.eye[0],
-        hips=found.hips[0],
-        h_point=np.array(package.h_point) + np.array([forward, 0.0, up]),
-        expected=found.expected[0],
-        found=side_view(placed)[0],
-        miss={foot: float(miss[0]) for foot, miss in found.miss.items()},
-        limit={foot: words[0] for foot, words in found.limit.items()},
+        hips=np.concatenate([part.hips for part in parts]),
+        h_point=np.array(case.package.h_point) + shift,
+        expected=np.concatenate([part.expected for part in parts]),
     )
 
 
 @dataclass(frozen=True, eq=False)
-class DrivingCase:
+class _Case:
     """What drivers share: the seat, the package, where the feet go [m], the height of the eyes [m],
     the seed."""
 
@@ -122,7 +169,7 @@ class DrivingCase:
 
 
 @dataclass(frozen=True, eq=False)
-class Drivers:
+class _Drivers:
     """B drivers at the wheel: poses; travel (B, 3) [m]: forward, up, and forward without an end of
     travel; eye, hips (B, 3) [m]; expected (B, 8) [rad]; by foot the miss (B,) [m] and what limits
     it."""
@@ -149,18 +196,12 @@ class _Crew:
     poses: Poses
 
 
-def at_wheel(
-    body: Body,
-    poses: Poses,
-    case: DrivingCase,
-    *,
-    drivers: Sequence[Driver],
-    numbers: Sequence[int],
-) -> Drivers:
-    """Drivers at the wheel, a row of poses each: trunk, then seat, lifted until the eyes have their
-    height, then feet.
+def _at_wheel(
+    body: Body, poses: Poses, case: _Case, drivers: Sequence[Driver], numbers: Sequence[int]
+) -> _Drivers:
+    """Drivers at the wheel: trunk, then seat, lifted until the eyes have their height, then feet.
 
-    Poses come back by the segment that they were given by. InputError as of `driving_posture`.
+    Poses come back by the segment that they were given by.
     """
     seat = case.seat
     if abs(np.sin(seat.yaw)) > 1e-9 or np.cos(seat.yaw) < 0:
@@ -168,7 +209,6 @@ def at_wheel(
             f"seat {seat.name!r} faces {np.degrees(seat.yaw):g} degrees off +x; driving postures are for "
             f"drivers who face along +x"
         )
-    check_rows(poses, len(body), "bodies")
     if not {"right foot"} <= set(case.feet) <= set(FEET):
         raise UsageError(
             f"feet: expected 'right foot', and 'left foot' or not, got {', '.join(case.feet) or 'none'}"
@@ -190,7 +230,7 @@ def at_wheel(
     return _stepped(crew, rows)
 
 
-def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
+def _seated(crew: _Crew, case: _Case, up: Floats) -> _Drivers:
     """The drivers with the seat lifted by `up` (B,) [m], feet as they were."""
     body = crew.body
     x, y, z = case.package.h_point
@@ -213,7 +253,7 @@ def _seated(crew: _Crew, case: DrivingCase, up: Floats) -> Drivers:
         np.einsum("bij,bj->bi", head[:, :, :3], body.centre[:, sphere].mean(axis=1)) + head[:, :, 3]
     )
     expected = np.array([one.mean for one in angles])
-    return Drivers(seated, np.stack([forward, up, wanted], axis=1), eye, hips, expected, {}, {})
+    return _Drivers(seated, np.stack([forward, up, wanted], axis=1), eye, hips, expected, {}, {})
 
 
 def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
@@ -234,7 +274,7 @@ def _placed(crew: _Crew, tilts: Floats, hips: Floats) -> Poses:
     return Poses(rotations, body.segment("LT"), world)
 
 
-def _stepped(crew: _Crew, rows: Drivers) -> Drivers:
+def _stepped(crew: _Crew, rows: _Drivers) -> _Drivers:
     """Every foot with its ball on its point and its sole along its way where that can be, else as
     near as it gets."""
     seated = rows.poses

@@ -23,6 +23,7 @@ from workbench.model.kept import kept_with_body
 from workbench.model.poses import Placed
 from workbench.model.posing import motion_of
 from workbench.posture.kernels.trunk import trunk_turns
+from workbench.posture.reaching.chains import apply
 
 __all__ = ["SPINE", "Spine", "side_view", "spine_of", "spine_tilts"]
 
@@ -56,8 +57,8 @@ def spine_of(body: Body) -> Spine:
         body.joint_in_parent[0, body.joint("LH")] + body.joint_in_parent[0, body.joint("RH")]
     )
     joints = [body.joint(name) for name in SPINE[1:]]
-    ear = _middle(body, "ear")
-    eye = _middle(body, "eye")
+    ear = _middle(body, "ear")[0]
+    eye = _middle(body, "eye")[0]
     points = [body.joint_in_parent[0][joints[0]] - hips]
     points += [body.joint_in_parent[0, b] - body.joint_in_child[0, a] for a, b in pairwise(joints)]
     points += [ear - body.joint_in_child[0][joints[3]], eye - ear]
@@ -70,7 +71,7 @@ def spine_of(body: Body) -> Spine:
 
 
 def _middle(body: Body, name: str) -> Floats:
-    """Midway between a left and a right sphere of the head (3,) [m]."""
+    """(B, 3) [m] midway between a left and a right sphere of the head."""
     rows = []
     for side in ("left", "right"):
         if f"{side} {name}" not in body.sphere_names:
@@ -78,7 +79,7 @@ def _middle(body: Body, name: str) -> Floats:
             raise InputError(
                 f"body {body.name} has no sphere '{side} {name}'; {one_of(f'{side} {name}', known)}"
             )
-        rows.append(body.centre[0, body.sphere_names.index(f"{side} {name}")])
+        rows.append(body.centre[:, body.sphere_names.index(f"{side} {name}")])
     middle: Floats = 0.5 * (rows[0] + rows[1])
     return middle
 
@@ -118,12 +119,14 @@ def side_view(placed: Placed) -> Floats:
     def joint(name: str) -> Floats:
         j = body.joint(name)
         frame = world[:, body.parent[j + 1]]
-        at: Floats = frame[:, :, :3] @ body.joint_in_parent[0, j] + frame[:, :, 3]
-        return at
+        return apply(frame[:, :, :3], body.joint_in_parent[placed.person, j]) + frame[:, :, 3]
 
     hips = 0.5 * (joint("LH") + joint("RH"))
     head = world[:, body.segment("H")]
-    ear, eye = (head[:, :, :3] @ _middle(body, name) + head[:, :, 3] for name in ("ear", "eye"))
+    ear, eye = (
+        apply(head[:, :, :3], _middle(body, name)[placed.person]) + head[:, :, 3]
+        for name in ("ear", "eye")
+    )
     waist = joint("W")
     plexus = joint("SP")
     neck = joint("NP")

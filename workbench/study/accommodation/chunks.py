@@ -25,7 +25,7 @@ from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
 from workbench.model.poses import Poses
-from workbench.posture.seating.seat_people import SeatedPeople
+from workbench.posture.seating.seat import Seated
 from workbench.study.accommodation.population_bodies import Family, PopulationBodies
 from workbench.study.accommodation.positions import Fitted, fitted_positions
 from workbench.study.accommodation.requirements import Asked, sets_of
@@ -43,7 +43,7 @@ __all__ = [
 ]
 
 Say = Callable[[str], None]
-Seat = tuple[SeatedPeople, Poses]
+Seat = tuple[Seated, Poses]
 """Where people sit, and their poses with the hands at rest."""
 _KEPT = "what was done is kept, and the same command goes on from there"
 

@@ -14,7 +14,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.poses import Poses
 from workbench.posture.reaching.limbs import HANDS
-from workbench.posture.seating.seat_people import SeatedPeople
+from workbench.posture.seating.seat import Seated
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.chunks import seat_everybody
 from workbench.study.accommodation.population_bodies import PopulationBodies
@@ -73,7 +73,7 @@ def _reached_share(
     return share
 
 
-def _everybody(seats: Sequence[SeatedPeople]) -> Poses:
+def _everybody(seats: Sequence[Seated]) -> Poses:
     """The poses of all chunks of people, where they sit."""
     poses = [seat.poses for seat in seats]
     return Poses(

@@ -31,7 +31,7 @@ from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
 from workbench.model.poses import Poses
-from workbench.posture.seating.seat_people import SeatedPeople
+from workbench.posture.seating.seat import Seated
 from workbench.study.executors import Shared, completed
 from workbench.study.persons import APART
 
@@ -128,7 +128,7 @@ class PopulationBodies:
     """FITTED_FIELDS (B, ...) of the bare bodies."""
     notes: tuple[str, ...]
     """(B,) why a body does not show all measures exactly, "" where it does."""
-    seats: dict[tuple[bytes, int, int], tuple[SeatedPeople, Poses]] = field(default_factory=dict)
+    seats: dict[tuple[bytes, int, int], tuple[Seated, Poses]] = field(default_factory=dict)
     """Where the people of a chunk sit, by the key of what decides it and the chunk's first and last
     rows; filled as chunks are worked on."""
 

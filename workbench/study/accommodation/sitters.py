@@ -20,9 +20,9 @@ from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.reaching.reach import reach
-from workbench.posture.seating.driving_people import seat_drivers
+from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.posture import Pedals
-from workbench.posture.seating.seat_people import SeatedPeople, seat_people
+from workbench.posture.seating.seat import Seated, seat
 from workbench.study.accommodation.drivers import drivers_among, feet_of, package_of
 
 __all__ = [
@@ -46,7 +46,7 @@ class Sitters:
     and with hands on their controls."""
 
     body: Body
-    seat: SeatedPeople
+    seat: Seated
     held: Poses
 
     def rows(self, keep: Ints) -> Sitters:
@@ -72,15 +72,15 @@ def seated(study: AccommodationStudy, body: Body, rows: Sequence[int]) -> Sitter
         lap,
         np.repeat(world, len(body), axis=0),
     )
-    seat = environment.seat(study.seat)
+    own_seat = environment.seat(study.seat)
     driving = aims.driving
     if driving is None:
-        found = seat_people(body, poses, seat, eye=eye, pedals=pedals)
+        found = seat(body, poses, own_seat, eye=eye, pedals=pedals)
     else:
-        found = seat_drivers(
+        found = driving_posture(
             body,
             poses,
-            seat,
+            own_seat,
             drivers=drivers_among(study.people, rows, body, driving.age),
             seed=driving.seed,
             package=package_of(aims, environment),

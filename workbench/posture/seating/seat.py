@@ -8,8 +8,8 @@ short.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -33,43 +33,47 @@ from workbench.posture.seating.stepping import (
 )
 from workbench.threads import in_pieces
 
-__all__ = ["SeatedPeople", "seat_people"]
+__all__ = ["MOST_PEOPLE", "Seated", "seat"]
 
 MOST_PEOPLE = 256
+"""Rows of a body that are packed at a time, which bounds the memory."""
 PIECE = 16
+"""People that a thread takes at a time."""
 
 
 @dataclass(frozen=True, eq=False)
-class SeatedPeople:
-    """B seated people, a row each: poses in the world (B rows, for each its own body), the seat's
-    `forward` and `up` (B,) [m] from where it stands at rest, and shift (B, 3) [m], the same as a
-    vector for the parts that go along.
-
-    eye (B, 3) [m]: midway between the eyes; eye_off (B,) [m]: how much it stays above (+) or below
-    (-) the height asked for, 0 where none is. miss (B,) [m] and limit of each foot: how far it
-    stays from its pedal, and what limits it in words ("" where nothing does). spare_travel (B, 4)
-    [m]: what is left of the seat's travel to the rear, to the front, down and up. discomfort (B,):
-    of both legs; tried (B,): how many places of the seat were.
-    """
+class Seated:
+    """B seated people, a row each."""
 
     poses: Poses
+    """(B,) their postures in the world, each of its own row of the body."""
     forward: Floats
+    """(B,) [m] travel of the seat, forward from where it stands at rest."""
     up: Floats
+    """(B,) [m] travel of the seat, up from where it stands at rest."""
     shift: Floats
+    """(B, 3) [m] displacement of the parts that move with the seat."""
     eye: Floats
+    """(B, 3) [m] the middle between the eyes, NaN for a body without eyes."""
     eye_off: Floats
+    """(B,) [m] how much the eyes stay above (+) or below (-) the height asked for; 0 if none is."""
     miss: Mapping[str, Floats]
+    """(B,) [m] by foot: its distance from its pedal."""
     limit: Mapping[str, tuple[str, ...]]
+    """(B,) by foot: what limits it in words, "" where nothing does."""
     spare_travel: Floats
+    """(B, 4) [m] travel that is left to the rear, to the front, down and up."""
     discomfort: Floats
+    """(B,) of both legs; 0 for drivers."""
     tried: Ints
+    """(B,) how many places of the seat were tried."""
 
     def __len__(self) -> int:
         return len(self.forward)
 
-    def rows(self, keep: Ints) -> SeatedPeople:
+    def rows(self, keep: Ints) -> Seated:
         """The people at indices, in their order."""
-        return SeatedPeople(
+        return Seated(
             poses=self.poses.rows(keep),
             forward=self.forward[keep],
             up=self.up[keep],
@@ -96,39 +100,62 @@ class _Ask:
     threads: int | None
 
 
-def seat_people(
+def seat(
     body: Body,
     poses: Poses,
     seat: Seat,
     *,
-    eye: float | None,
-    pedals: Pedals,
+    eye: float | None = None,
+    pedals: Pedals | None = None,
     every: bool = False,
     threads: int | None = None,
-) -> SeatedPeople:
-    """Seat B people, rows of a body and a row of poses each, where view and pedals are had.
+) -> Seated:
+    """Seat B people where the view and the pedals are had.
 
-    Trunk, head and arms stay as the poses have them. eye: the height [m] that the eyes are to
-    reach, any where None; the seat is as low as gives it. pedals: where the balls of the feet go,
-    and the floor that the heels stand on. The seat stands at one of the places 10 mm apart along
-    its travel: where the feet miss least, then most comfortably, then nearest to where it stands at
-    rest. These are looked for downhill from a guess; every: all are tried, which takes many times
-    as long and comes to the same. threads: all cores where None; no answer depends on it, nor on
-    who else is seated. UsageError where there are not as many poses as rows; InputError where
-    nothing of a body rests on the seat, or eyes are asked for that it does not have.
+    The segment that the poses are placed by leans with the seat's back. Trunk, head and arms stay
+    as the poses have them. Without pedals the legs stay too, and the seat stays where it stands at
+    rest, or as near to that as its travel allows.
+
+    With pedals, the seat stands at one of the places 10 mm apart along its travel: where the feet
+    miss least, then most comfortably, then nearest to where it stands at rest. These are looked for
+    downhill from a guess. The same person is seated alike alone and in any company.
+
+    Parameters
+    ----------
+    body, poses
+        B poses of the rows of a body: of one person, of each row in their order, or of the rows
+        that `poses.person` names.
+    seat
+        The seat with its travel.
+    eye
+        Height [m] that the eyes are to reach; the seat is as low as gives it. Any height if None.
+    pedals
+        Where the balls of the feet go, and the floor that the heels stand on.
+    every
+        Whether every place is tried. This takes many times as long and comes to the same.
+    threads
+        All cores if None. No answer depends on it.
+
+    Raises
+    ------
+    UsageError
+        If there are not as many poses as rows.
+    InputError
+        If nothing of a body rests on the seat, or if the eyes are asked for and it has none.
     """
     check_rows(poses, len(poses), "people")
     people = row_for_each(body, poses)
-    ask = _Ask(seat, eye, pedals, every, threads)
+    ask = _Ask(seat, eye, Pedals({}) if pedals is None else pedals, every, threads)
     found = []
     for first in range(0, len(poses), MOST_PEOPLE):
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
         found.append(_some_people(people[some], own, ask))
-    return found[0] if len(found) == 1 else _joined(found)
+    seated = found[0] if len(found) == 1 else _joined(found)
+    return replace(seated, poses=replace(seated.poses, time=poses.time, person=poses.person))
 
 
-def _some_people(body: Body, poses: Poses, ask: _Ask) -> SeatedPeople:
+def _some_people(body: Body, poses: Poses, ask: _Ask) -> Seated:
     seat = ask.seat
     segment = body.segment("LT") if ask.pedals.at else poses.reference
     lap = lap_of(body, poses, seat, segment=segment, eye=ask.eye)
@@ -145,7 +172,7 @@ def _some_people(body: Body, poses: Poses, ask: _Ask) -> SeatedPeople:
     world[:, :, 3] = found.lap - lap.lean[:, :, 3]
     (rear, front), (low, high) = seat.travel_forward, seat.travel_up
     forward, up = found.travel.T
-    return SeatedPeople(
+    return Seated(
         poses=Poses(found.rotations, poses.reference, world),
         forward=forward,
         up=up,
@@ -207,14 +234,14 @@ def _resting(sitting: Sitting, rotations: Floats, ask: _Ask) -> _Found:
     return _Found(rotations, lap, np.stack([forward, up], axis=1), np.zeros((count, 0, 8)), row)
 
 
-def _joined(parts: list[SeatedPeople]) -> SeatedPeople:
-    """All parts of a crowd as one."""
+def _joined(parts: Sequence[Seated]) -> Seated:
+    """The rows of several parts, in their order."""
 
     def whole(name: str) -> Floats:
         return np.concatenate([getattr(part, name) for part in parts])
 
     feet = list(parts[0].miss)
-    return SeatedPeople(
+    return Seated(
         poses=join_poses([part.poses for part in parts]),
         forward=whole("forward"),
         up=whole("up"),
