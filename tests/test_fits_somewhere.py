@@ -12,8 +12,11 @@ import workbench as wb
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.files.study.reader import load_study
-from workbench.study.accommodation.positions import SPACING, lattice
+from workbench.model.accommodation import Change
+from workbench.study.accommodation.changes import borne_by, changed
+from workbench.study.accommodation.chunks import gathered, result_chunks
 from workbench.study.accommodation.population_bodies import fit_population
+from workbench.study.accommodation.positions import SPACING, Before, lattice
 from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seated_at
 from workbench.study.accommodation.tried import judged, sitting
@@ -126,6 +129,25 @@ def test_a_seat_without_travel_leaves_everybody_where_it_stands(tmp_path):
     population = wb.run(load_study(path)).population
     assert not population.moved.any()
     np.testing.assert_array_equal(population.seat, population.comfortable)
+
+
+def test_a_change_asks_only_what_it_bears_on_and_finds_the_same_people_fitting(found):
+    _, study, population = found
+    bodies = fit_population(study.body, study.people, study.wears)
+    asked = asked_of(study)
+    options = {"keep": None, "say": lambda text: None}
+    change = Change("nearer", control="knob", move=(-0.03, 0.0, 0.0))
+    other = changed(study, change)
+    renewed = asked_of(other)
+    borne = borne_by(study, asked, change)
+    assert 0 < len(borne) < len(asked)
+    stays = population.served & ~population.moved
+    before = Before(population.margin, stays, tuple(borne))
+    short = gathered(result_chunks(other, renewed, bodies, before=before, **options))
+    whole = gathered(result_chunks(other, renewed, bodies, **options))
+    np.testing.assert_array_equal(short.margin, whole.margin)
+    np.testing.assert_array_equal(short.seat, whole.seat)
+    np.testing.assert_array_equal(short.sets, whole.sets)
 
 
 def test_tables_and_page_say_who_fits_where(found, tmp_path, capsys):

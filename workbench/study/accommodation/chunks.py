@@ -27,7 +27,7 @@ from workbench.model.content import content_key
 from workbench.model.poses import Poses
 from workbench.posture.seating.seat import Seated
 from workbench.study.accommodation.population_bodies import Family, PopulationBodies
-from workbench.study.accommodation.positions import Fitted, fitted_positions
+from workbench.study.accommodation.positions import Before, Fitted, fitted_positions
 from workbench.study.accommodation.requirements import Asked, sets_of
 from workbench.study.accommodation.sitters import Sitters, seated, seating_study
 from workbench.study.executors import Shared, completed
@@ -73,6 +73,8 @@ class Question:
     study: AccommodationStudy
     asked: tuple[Asked, ...]
     family: Family
+    before: Before | None = None
+    """Of a changed design: how everybody came out without the change."""
 
 
 def result_chunks(
@@ -83,6 +85,7 @@ def result_chunks(
     keep: Path | None,
     say: Say,
     executor: Executor | None = None,
+    before: Before | None = None,
 ) -> list[Chunk]:
     """Evaluate the chunks of a study, or read those that an earlier run kept.
 
@@ -96,6 +99,8 @@ def result_chunks(
         Called with a line on how many people are done.
     executor
         Does the work: processes of this machine if None. The numbers are the same for all.
+    before
+        Of a changed design: how everybody came out without the change.
 
     Returns
     -------
@@ -107,7 +112,8 @@ def result_chunks(
     InputError
         If a chunk cannot be written; those written before stay.
     """
-    files = _Files(keep, _chunk_keys(study, asked, bodies) if keep is not None else [])
+    question = Question(study, tuple(asked), bodies.family, before)
+    files = _Files(keep, _chunk_keys(question, bodies) if keep is not None else [])
     found = files.read()
     missing = [number for number in range(len(bodies.chunks)) if number not in found]
     people = sum(_size(bodies.chunks[number]) for number in missing)
@@ -115,7 +121,7 @@ def result_chunks(
     done = 0
     say(f"person 0 of {people}")
     try:
-        with closing(_evaluated(study, asked, bodies, missing, executor)) as ready:
+        with closing(_evaluated(question, bodies, missing, executor)) as ready:
             for number, chunk in ready:
                 files.write(number, chunk)
                 found[number] = chunk
@@ -183,34 +189,31 @@ def _numbers(rows: slice) -> Ints:
     return np.arange(rows.start, rows.stop)
 
 
-def _chunk_keys(
-    study: AccommodationStudy, asked: Sequence[Asked], bodies: PopulationBodies
-) -> list[bytes]:
+def _chunk_keys(question: Question, bodies: PopulationBodies) -> list[bytes]:
     """Return the key of each chunk: of the study, what is asked, and the chunk's bare bodies."""
-    base = content_key("accommodation", study, tuple(asked), bodies.family)
+    base = content_key("accommodation", question)
     return [content_key("chunk", base, _numbers(rows), bodies.rows(rows)) for rows in bodies.chunks]
 
 
 def _evaluated(
-    study: AccommodationStudy,
-    asked: Sequence[Asked],
+    question: Question,
     bodies: PopulationBodies,
     missing: Sequence[int],
     executor: Executor | None,
 ) -> Generator[tuple[int, Chunk]]:
     """Yield the chunks of these numbers as they are done, and note where their people sit."""
-    places = _places(study, bodies)
-    question = Shared(Question(study, tuple(asked), bodies.family))
+    places = _places(question.study, bodies)
+    shared = Shared(question)
 
     def arguments(number: int) -> tuple[object, ...]:
         rows = bodies.chunks[number]
-        return question, _numbers(rows), bodies.rows(rows), bodies.seats.get(places[number])
+        return shared, _numbers(rows), bodies.rows(rows), bodies.seats.get(places[number])
 
     if executor is None and len(missing) > 1:
         # one person here first: forks then have the compiled functions and the distance indexes
         row = bodies.chunks[missing[0]].start
         one = slice(row, row + 1)
-        evaluate_chunk(question, _numbers(one), bodies.rows(one), None)
+        evaluate_chunk(shared, _numbers(one), bodies.rows(one), None)
     with closing(completed(evaluate_chunk, missing, arguments, executor=executor)) as ready:
         for number, (chunk, seat) in ready:
             if seat is not None:
@@ -254,7 +257,15 @@ def evaluate_chunk(
     sitters = (
         seated(study, body, numbers.tolist()) if seat is None else Sitters(body, seat[0], seat[1])
     )
-    fitted = fitted_positions(study, asked, sets_of(study, asked), sitters, numbers.tolist())
+    before = question.value.before
+    fitted = fitted_positions(
+        study,
+        asked,
+        sets_of(study, asked),
+        sitters,
+        numbers.tolist(),
+        before.rows(numbers) if before is not None else None,
+    )
     chunk = packed(fitted)
     return chunk, (sitters.seat, sitters.held) if seat is None else None
 

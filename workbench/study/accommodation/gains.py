@@ -14,6 +14,7 @@ from workbench.model.arrays import Bools, Floats
 from workbench.study.accommodation.changes import borne_by, changed
 from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
 from workbench.study.accommodation.population_bodies import PopulationBodies
+from workbench.study.accommodation.positions import Before
 from workbench.study.accommodation.proposals import growth, met_of, proposals
 from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.shares import share_single
@@ -26,7 +27,7 @@ MOST_TRIES = 5
 proposed."""
 NEAR = 5e-3
 """Half the move [m] over which the rate of a gain is taken."""
-Run = Callable[[AccommodationStudy, Sequence[Asked]], Chunk]
+Run = Callable[[AccommodationStudy, Sequence[Asked], Before | None], Chunk]
 
 
 def gains_of(
@@ -42,8 +43,11 @@ def gains_of(
     """The gains of the study's own changes, whatever they are, or else of proposals that let more
     people meet everything."""
 
-    def run(other: AccommodationStudy, some: Sequence[Asked]) -> Chunk:
-        return gathered(result_chunks(other, some, bodies, keep=keep, say=say, executor=executor))
+    def run(other: AccommodationStudy, some: Sequence[Asked], before: Before | None) -> Chunk:
+        chunks = result_chunks(
+            other, some, bodies, keep=keep, say=say, executor=executor, before=before
+        )
+        return gathered(chunks)
 
     def tried(change: Change, at: int | None) -> Gain:
         say(f"trying: {change.words}")
@@ -71,8 +75,7 @@ def _gain(
     (found, run), (change, at) = runs, what
     rows = borne_by(study, asked, change)
     other = changed(study, change)
-    # all requirements, not only those that the change bears on: another position may suit now
-    margin = run(other, [_renewed(other, one) for one in asked]).margin
+    margin = run(other, [_renewed(other, one) for one in asked], _before(asked, found, rows)).margin
     before = met_of(found.margin)
     after = met_of(margin)
     weight = study.people.weight
@@ -97,6 +100,15 @@ def _gain(
         joint_before=_joint(before, weight),
         joint_after=_joint(after, weight),
     )
+
+
+def _before(asked: Sequence[Asked], found: Chunk, rows: Sequence[int]) -> Before | None:
+    """How people came out without a change that bears on these requirements, None where it bears
+    on all of them."""
+    if len(rows) == len(asked):
+        return None
+    stays = met_of(found.margin).all(axis=1) & (found.seat == found.comfortable).all(axis=1)
+    return Before(found.margin, stays, tuple(rows))
 
 
 def _renewed(study: AccommodationStudy, one: Asked) -> Asked:

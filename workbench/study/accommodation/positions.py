@@ -32,7 +32,7 @@ from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.sitters import Sitters, seated_at
 from workbench.study.accommodation.tried import Tried, judged, sitting
 
-__all__ = ["FINEST", "SPACING", "Fitted", "fitted_positions", "lattice"]
+__all__ = ["FINEST", "SPACING", "Before", "Fitted", "fitted_positions", "lattice"]
 
 SPACING = 0.02
 """Distance [m] between neighbours of the lattice, at most."""
@@ -70,6 +70,29 @@ class Fitted:
 
 
 @dataclass(frozen=True, eq=False)
+class Before:
+    """How people came out before a change of the design that bears on some requirements only.
+
+    Parameters
+    ----------
+    margin
+        (B, R) [m].
+    stays
+        (B,) who met everything in the comfortable position, where this person still sits.
+    borne
+        The requirements that the change bears on, by number.
+    """
+
+    margin: Floats
+    stays: Bools
+    borne: tuple[int, ...]
+
+    def rows(self, keep: Ints) -> Before:
+        """The people at indices, in their order."""
+        return Before(self.margin[keep], self.stays[keep], self.borne)
+
+
+@dataclass(frozen=True, eq=False)
 class _Search:
     """Who is searched for, and what was found so far; `best` is in the order of these people.
 
@@ -91,6 +114,7 @@ def fitted_positions(
     members: Bools,
     sitters: Sitters,
     rows: Sequence[int],
+    before: Before | None = None,
 ) -> Fitted:
     """Judge people in the fitting position nearest to the comfortable one.
 
@@ -102,8 +126,14 @@ def fitted_positions(
         B people in their comfortable positions.
     rows
         (B,) their rows in the study's population.
+    before
+        Of a changed design: how the same people came out without the change. Who met everything
+        where he sits, and still meets what the change bears on, is asked nothing else.
     """
-    tried = judged(study, asked, sitting(study, asked, sitters))
+    if before is None:
+        tried = judged(study, asked, sitting(study, asked, sitters))
+    else:
+        tried = _judged_again(study, asked, sitters, before)
     comfortable = tried.seat.copy()
     window = np.full((len(comfortable), 4), np.nan)
     found = Fitted(tried, comfortable, window, _met_sets(tried.margin, members))
@@ -123,6 +153,28 @@ def fitted_positions(
     window[short] = best.window
     found.sets[short] = best.sets
     return found
+
+
+def _judged_again(
+    study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, before: Before
+) -> Tried:
+    """People of a changed design in their comfortable positions."""
+    people = len(sitters.seat)
+    nothing = np.full((people, len(asked)), "", dtype=object)
+    toward = np.full((people, len(asked), 3), np.nan)
+    seat = np.stack([sitters.seat.forward, sitters.seat.up], axis=1)
+    tried = Tried(before.margin.copy(), nothing, toward, seat)
+    borne = np.array(before.borne, dtype=np.int64)
+    stays = np.flatnonzero(before.stays)
+    if len(stays) and len(borne):
+        some = [asked[r] for r in before.borne]
+        again = judged(study, some, sitting(study, some, sitters.rows(stays)))
+        tried.margin[np.ix_(stays, borne)] = again.margin
+    short = (tried.margin < -MET).any(axis=1) | ~before.stays
+    rest = np.flatnonzero(short)
+    if len(rest):
+        tried.put(rest, judged(study, asked, sitting(study, asked, sitters.rows(rest))))
+    return tried
 
 
 def lattice(seat: Seat) -> Floats:
