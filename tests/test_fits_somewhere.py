@@ -161,3 +161,32 @@ def test_tables_and_page_say_who_fits_where(found, tmp_path, capsys):
     page = (tmp_path / "out/report.html").read_text()
     assert "only in another position of the seat than the most comfortable one" in page
     capsys.readouterr()
+
+
+def alone(folder, stature):
+    """The study of one person of a stature in the toy cockpit, seat free."""
+    people = "population: {people: 4, seed: 3}"
+    size = f"size: {{sex: male, measures: {{stature: {stature}}}}}"
+    path = write_toy(folder, knob=KNOB, people=4, swap={people: size})
+    room = folder / "environments/toy/environment.yaml"
+    room.write_text(
+        room.read_text().replace("forward: [0, 0], up: [0, 0]", "forward: [-60, 40], up: [-30, 30]")
+    )
+    return path
+
+
+def test_the_free_seat_of_one_person_goes_to_where_all_criteria_are_met(tmp_path):
+    moved = 0
+    for stature in (1640, 1700, 1760):
+        result = wb.run(load_study(alone(tmp_path / str(stature), stature)))
+        person = result.postures[0].study.people[0]
+        words = [line for line in result.warnings if "of the most comfortable position" in line]
+        if words and "meets more criteria" in words[0]:
+            moved += 1
+            assert result.passed, [v.criterion.name for v in result.verdicts if not v.passed]
+            assert (person.forward, person.up) != (0.0, 0.0)
+        elif not words:
+            assert result.passed
+        else:
+            assert not result.passed
+    assert moved

@@ -16,6 +16,7 @@ from workbench.posture.seating.driving import DrivingPosture, driving_posture
 from workbench.posture.seating.posture import Pedals
 from workbench.posture.seating.seat import Seated, seat
 from workbench.study.accommodation.drivers import driver_of, feet_of, package_of
+from workbench.study.own_position import own_position
 from workbench.study.persons import sized
 from workbench.study.placement import adjusted_environment
 
@@ -39,10 +40,12 @@ def predicted(study: PostureStudy) -> tuple[PostureStudy, list[str]]:
     told: list[str] = []
     if not any(aims for person in study.people for aims in person.aims):
         return study, told
-    people = []
+    people: list[Person] = []
     sitting = []
     for number, person in enumerate(study.people):
-        found, words = _seat(person, study, number)
+        # a later one heeds where those before have put their seats
+        environment = adjusted_environment(replace(study, people=tuple(people)))
+        found, words = _seat(person, study, number, environment)
         people.append(found[0])
         sitting.append(found[1])
         told += words
@@ -78,7 +81,7 @@ def _one(poses: Poses, case: int) -> Poses:
 
 
 def _seat(
-    person: Person, study: PostureStudy, number: int
+    person: Person, study: PostureStudy, number: int, environment: Environment
 ) -> tuple[tuple[Person, list[Poses | None]], list[str]]:
     """The person with the seat where it is to be, and for each predicted case the posture with the
     feet placed; a driver's is drawn by the person's number."""
@@ -108,10 +111,17 @@ def _seat(
         if settled:
             stands = _fixed(stands, person)
         found = seat(person.body, pose, stands, eye=wanted, pedals=pedals)
-        person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
+        spare = float(found.spare_travel[0, :2].min())
+        if not settled:
+            person = replace(person, forward=float(found.forward[0]), up=float(found.up[0]))
+            person, words = own_position(study, person, case, environment)
+            if words:
+                told.append(f"{person.name}, {study.cases[case]}: {words}")
+                stands = _fixed(stands, person)
+                found = seat(person.body, pose, stands, eye=wanted, pedals=pedals)
         settled = True
         rows.append(found.poses)
-        fits.append(_sitter_fit(found))
+        fits.append(_fit(found, spare))
         told += [
             f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)
         ]
@@ -121,11 +131,6 @@ def _seat(
 def _fixed(stands: Seat, person: Person) -> Seat:
     """The seat without travel, where the person has put it."""
     return replace(stands, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
-
-
-def _sitter_fit(found: Seated) -> SeatFit:
-    """How seat and pedals came out for the one who sits."""
-    return _fit(found, float(found.spare_travel[0, :2].min()))
 
 
 def _driver_fit(found: DrivingPosture, stands: Seat) -> SeatFit:
