@@ -20,8 +20,8 @@ import numpy as np
 
 import workbench as wb
 from benchmarks.workload import cockpit, seated_poses
-from workbench.files.motions.lines import Pick
 from workbench.files.motions.markers import read_c3d
+from workbench.files.motions.number_rows import Pick
 from workbench.files.motions.tables import angle_table_text, read_angle_table
 from workbench.model.arrays import Floats
 from workbench.model.moving import poses_at

@@ -11,8 +11,8 @@ from tests.conftest import SHARED, real_input
 from workbench import InputError, Poses, UsageError
 from workbench.body.forward import place
 from workbench.files.body.bodies import load_body
-from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
+from workbench.files.motions.number_rows import ALL, Pick
 from workbench.files.names import unique_names
 from workbench.model.motion import Markers
 from workbench.model.posing import angles_of, compose, motion_of

@@ -14,7 +14,7 @@ from workbench.body.scaling.lengthen import lengthened
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.motions.bvh_writer import bvh_text
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import Pick
 from workbench.files.study.reader import load_study
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose

@@ -15,7 +15,7 @@ from workbench import InputError
 from workbench.errors import has_controls, printable
 from workbench.files.ansur import read_ansur
 from workbench.files.kinds import check_file
-from workbench.files.motions.lines import numbered
+from workbench.files.motions.number_rows import numbered
 from workbench.files.results import load_result
 from workbench.files.yaml_text import MOST_DEPTH, parse_yaml, read_yaml
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.files.motions.bvh import bone_pieces
-from workbench.files.motions.lines import ALL, Pick
+from workbench.files.motions.number_rows import ALL, Pick
 from workbench.files.motions.opensim import Coordinates, coordinate_pieces
 from workbench.files.motions.tables import segment_pieces
 from workbench.model.motion import Bones, SegmentTrack

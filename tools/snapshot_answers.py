@@ -44,7 +44,7 @@ from workbench.errors import InputError
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
 from workbench.files.growth import load_growth
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import Pick
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
 from workbench.model.posture_study import Person

@@ -157,7 +157,7 @@ def _read(
     import math
 
     from workbench.files.body.bodies import load_body
-    from workbench.files.motions.lines import Pick
+    from workbench.files.motions.number_rows import Pick
     from workbench.study.motions import MotionOptions, load_motion
     from workbench.study.subject import subject_body
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.files.motions.lines import ALL, Pick
+from workbench.files.motions.number_rows import ALL, Pick
 from workbench.files.motions.opensim import Coordinates, coordinate_poses
 from workbench.files.motions.reading import Recorded, read_motion
 from workbench.model.body import Body

@@ -17,7 +17,7 @@ from workbench.body.scaling.scale import morph_to
 from workbench.body.wear import wear
 from workbench.errors import InputError, UsageError
 from workbench.files.crash.simulations import load_simulation, with_airbags
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import Pick
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
 from workbench.model.crash import CrashStudy, SignalPoint

@@ -15,7 +15,7 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.scene_builder import PEOPLE_COLOURS, Source, build_source, source_kind
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.body.bodies import load_body
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import Pick
 from workbench.files.motions.reading import MOTIONS
 from workbench.model.arrays import Floats
 from workbench.model.body import Body

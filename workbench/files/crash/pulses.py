@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.motions.lines import number_rows, numbered
+from workbench.files.motions.number_rows import number_rows, numbered
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, table_pulse
 
 __all__ = ["read_pulse"]

@@ -8,12 +8,12 @@ from pathlib import Path
 from workbench.errors import InputError
 from workbench.model.arrays import Ints
 
-__all__ = ["MOST_CORNERS", "MOST_PLACED", "check_corners", "check_faces", "free_memory"]
+__all__ = ["MAX_CORNERS", "MAX_INSTANCES", "check_corners", "check_faces", "free_memory"]
 
-MOST_CORNERS = 10_000
+MAX_CORNERS = 10_000
 """Corners of one face at most. The time to triangulate one grows with their square: 2 s for a
 tangle of as many."""
-MOST_PLACED = 100_000
+MAX_INSTANCES = 100_000
 """Nodes or components placed at most: those within others can name one any number of times."""
 _FACE_BYTES = 1100
 """Memory that a triangle takes until it is part of an environment (measured on meshes of a million
@@ -51,7 +51,7 @@ def check_faces(path: Path, faces: int, corners: int) -> None:
 def check_corners(path: Path, counts: Ints) -> None:
     """Raise InputError if a face (counts: the corners of each) has more than `MOST_CORNERS`."""
     most = int(counts.max(initial=0))
-    if most > MOST_CORNERS:
+    if most > MAX_CORNERS:
         raise InputError(
-            f"{path}: a face has {most} corners, at most {MOST_CORNERS} are read: export it as triangles"
+            f"{path}: a face has {most} corners, at most {MAX_CORNERS} are read: export it as triangles"
         )

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MOST_PLACED, check_corners, check_faces
-from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
+from workbench.files.meshes.bounds import MAX_INSTANCES, check_corners, check_faces
+from workbench.files.meshes.parts import RawMesh, RawPart, triangulate
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_dae"]
@@ -185,9 +185,9 @@ def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:
     while stack:
         one = stack.pop()
         count += 1
-        if count > MOST_PLACED:
+        if count > MAX_INSTANCES:
             raise ValueError(
-                f"nodes are placed more than {MOST_PLACED} times, or within themselves"
+                f"nodes are placed more than {MAX_INSTANCES} times, or within themselves"
             )
         if isinstance(one.node, collada.scene.GeometryNode):
             yield one.node.geometry, one.world, one.name
@@ -252,7 +252,7 @@ def _part(collada: Any, path: Path, placed: _Placed) -> Iterator[RawPart]:
         check_corners(path, counts)
         if corners.min(initial=0) < 0 or counts.min(initial=3) < 3 or counts.sum() != len(corners):
             raise ValueError(f"geometry {geometry.id!r} has faces whose corners are not there")
-        faces.append(triangulated(points, corners, counts) + sum(len(v) for v in vertices))
+        faces.append(triangulate(points, corners, counts) + sum(len(v) for v in vertices))
         vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
     if faces:
         together = np.concatenate(faces)

@@ -16,8 +16,8 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MOST_CORNERS
-from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
+from workbench.files.meshes.bounds import MAX_CORNERS
+from workbench.files.meshes.parts import RawMesh, RawPart, triangulate
 from workbench.files.opening import BYTE_ORDER_MARK
 
 __all__ = ["outside_folder", "read_obj"]
@@ -160,10 +160,10 @@ class _Reader:
             raise self._wrong(
                 number, f"a face names vertex {str(max(corners) + 1)[:20]}, which no file can hold"
             )
-        if len(corners) > MOST_CORNERS:
+        if len(corners) > MAX_CORNERS:
             raise self._wrong(
                 number,
-                f"a face has {len(corners)} corners, at most {MOST_CORNERS} are read: "
+                f"a face has {len(corners)} corners, at most {MAX_CORNERS} are read: "
                 "export it as triangles",
             )
         part = self._part()
@@ -200,7 +200,7 @@ class _Reader:
             used, corners = np.unique(corners, return_inverse=True)
             counts = np.frombuffer(self.counts[name], dtype=np.int64)
             parts.append(
-                RawPart(name, vertices[used], triangulated(vertices[used], corners, counts))
+                RawPart(name, vertices[used], triangulate(vertices[used], corners, counts))
             )
         notes = (
             [f"{self.curves} lines of curves or points are not surfaces and are left out"]

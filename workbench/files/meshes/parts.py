@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["RawMesh", "RawPart", "triangulated", "welded"]
+__all__ = ["RawMesh", "RawPart", "triangulate", "weld"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class RawMesh:
     forward: str | None = None
 
 
-def welded(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+def weld(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Vertices of exactly equal position become one, unused ones go; faces keep their order and
     count.
 
@@ -60,7 +60,7 @@ def welded(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     return points[first[order]], rank[inverse.ravel()].reshape(-1, 3)
 
 
-def triangulated(vertices: Floats, corners: Ints, counts: Ints) -> Ints:
+def triangulate(vertices: Floats, corners: Ints, counts: Ints) -> Ints:
     """Triangles (T, 3) of faces with any number of corners; `corners` holds the faces one after the
     other.
 

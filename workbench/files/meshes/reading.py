@@ -18,7 +18,7 @@ from workbench.files.meshes.bounds import free_memory
 from workbench.files.meshes.dae import read_dae
 from workbench.files.meshes.gltf import read_glb, read_gltf
 from workbench.files.meshes.obj import read_obj
-from workbench.files.meshes.parts import RawMesh, RawPart, welded
+from workbench.files.meshes.parts import RawMesh, RawPart, weld
 from workbench.files.meshes.step import read_step
 from workbench.files.meshes.stl import read_stl
 from workbench.files.meshes.text import read_off, read_ply
@@ -32,7 +32,7 @@ __all__ = [
     "FORMATS",
     "LARGEST",
     "SMALLEST",
-    "axes",
+    "axes_rotation",
     "extent",
     "implausible",
     "read_mesh",
@@ -99,7 +99,7 @@ def read_mesh(path: str | Path) -> RawMesh:
                 f"{source}: part {name!r}: has vertices farther than {_FARTHEST:g} units: damaged?"
             )
     parts = tuple(
-        RawPart(name, *welded(p.vertices, p.faces))
+        RawPart(name, *weld(p.vertices, p.faces))
         for name, p in zip(names, raw.parts, strict=True)
         if len(p.faces)
     )
@@ -124,7 +124,7 @@ def _bytes(source: Path, factor: float) -> bytes:
     return data
 
 
-def axes(up: str, forward: str) -> Floats:
+def axes_rotation(up: str, forward: str) -> Floats:
     """(3, 3) rotation from the file's axes to x forward, y left, z up: `world = axes(...) @ file`.
 
     up, forward: x, y, z, -x, -y or -z of the file. Always right-handed, so it cannot mirror.
@@ -153,7 +153,7 @@ def stated_axes(raw: RawMesh, up: str | None, forward: str | None) -> Floats:
                 f"{raw.file}: the file does not say its axis {name}: state it ({name}: {', '.join(_DIRECTIONS)})"
             )
     try:
-        return axes(up or str(raw.up), forward or str(raw.forward))
+        return axes_rotation(up or str(raw.up), forward or str(raw.forward))
     except UsageError as error:
         raise InputError(f"{raw.file}: {error}") from None
 

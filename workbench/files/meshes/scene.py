@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.files.meshes.parts import RawMesh, RawPart, welded
+from workbench.files.meshes.parts import RawMesh, RawPart, weld
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
 
@@ -73,7 +73,7 @@ def mesh_of_scene(scene: trimesh.Scene | trimesh.Trimesh, name: str) -> RawMesh:
         world = vertices @ world_from_node[:3, :3].T + world_from_node[:3, 3]
         faces = np.asarray(geometry.faces, dtype=np.int64)
         mirrored = np.linalg.det(world_from_node[:3, :3]) < 0
-        placed = welded(world, faces[:, ::-1] if mirrored else faces)
+        placed = weld(world, faces[:, ::-1] if mirrored else faces)
         if len(faces):
             found.append((geometry_name, RawPart(geometry_name, *placed)))
     if not found:

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.errors import InputError
 from workbench.files.meshes.bounds import check_corners
-from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
+from workbench.files.meshes.parts import RawMesh, RawPart, triangulate
 from workbench.files.opening import BYTE_ORDER_MARK
 from workbench.model.arrays import Floats, Ints
 
@@ -92,9 +92,7 @@ def _one_part(path: Path, form: str, shape: tuple[Floats, Ints, Ints]) -> RawMes
         raise InputError(
             f"{path}: a face names fewer than three vertices, or one that is not there"
         )
-    return RawMesh(
-        str(path), form, (RawPart("", vertices, triangulated(vertices, corners, sizes)),)
-    )
+    return RawMesh(str(path), form, (RawPart("", vertices, triangulate(vertices, corners, sizes)),))
 
 
 @dataclass

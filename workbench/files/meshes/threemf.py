@@ -23,7 +23,7 @@ from xml.parsers import expat
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MOST_PLACED, check_faces
+from workbench.files.meshes.bounds import MAX_INSTANCES, check_faces
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.model.arrays import Floats, Ints
 
@@ -246,9 +246,9 @@ def _leaves(model: _Model) -> Iterator[_Placed]:
         while stack:
             one, parent, above = stack.pop()
             count += 1
-            if count > MOST_PLACED:
+            if count > MAX_INSTANCES:
                 raise ValueError(
-                    f"objects are placed more than {MOST_PLACED} times, or within themselves"
+                    f"objects are placed more than {MAX_INSTANCES} times, or within themselves"
                 )
             if one.key not in model.objects:
                 raise ValueError(f"object {one.key[1]!r} is named and not there")

@@ -9,7 +9,7 @@ from itertools import combinations
 from pathlib import Path
 
 from workbench.errors import InputError, one_of
-from workbench.files.motions.lines import numbered
+from workbench.files.motions.number_rows import numbered
 from workbench.files.schema import metres_in
 from workbench.model.laban import DIRECTIONS, LEVELS, PARTS, SUBPARTS, Movement, Score, Sign
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.files.motions.c3d import read_points
-from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
+from workbench.files.motions.number_rows import ALL, Pick, count_in, number_rows, numbered
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats

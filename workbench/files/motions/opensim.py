@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
+from workbench.files.motions.number_rows import ALL, Pick, count_in, number_rows, numbered
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import rising_time

@@ -9,8 +9,8 @@ from pathlib import Path
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.motions.bvh import bone_pieces
 from workbench.files.motions.laban import read_score
-from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
+from workbench.files.motions.number_rows import ALL, Pick
 from workbench.files.motions.opensim import Coordinates, coordinate_pieces
 from workbench.files.motions.tables import read_angle_table, segment_pieces, table_kind
 from workbench.model.body import Body

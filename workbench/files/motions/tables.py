@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError, one_of
-from workbench.files.motions.lines import ALL, Pick, number_rows, numbered
+from workbench.files.motions.number_rows import ALL, Pick, number_rows, numbered
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body
