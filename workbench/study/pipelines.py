@@ -17,7 +17,7 @@ from workbench.body.scaling.scale import morph_to
 from workbench.body.wear import wear
 from workbench.errors import InputError, UsageError
 from workbench.files.crash.simulations import load_simulation, with_airbags
-from workbench.files.motions.number_rows import Pick
+from workbench.files.motions.number_rows import FrameRange
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
 from workbench.model.crash import CrashStudy, SignalPoint
@@ -246,7 +246,7 @@ def _motion(study: Study, body: Body, row: int) -> CrashStudy:
 
 
 def _options(action: RecordedMotion) -> MotionOptions:
-    keep = Pick(action.begin, action.end, action.every)
+    keep = FrameRange(action.begin, action.end, action.every)
     return MotionOptions(
         action.names, action.up, action.metres, keep, action.gaps, action.move, action.yaw
     )

@@ -23,7 +23,7 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["Points", "read_points"]
 
-MOST_BYTES = 4 * 2**30
+MAX_BYTES = 4 * 2**30
 _BLOCK = 512
 _KEY = 0x50
 _INTEL = 84
@@ -91,7 +91,7 @@ class Points:
 def read_points(path: Path) -> Points:
     """Read the points of a C3D file. InputError where it is none, is broken, or is shorter than it
     announces."""
-    data = read_whole(path, "a C3D file", most=MOST_BYTES)
+    data = read_whole(path, "a C3D file", most=MAX_BYTES)
     if len(data) < _BLOCK or data[1] != _KEY:
         raise InputError(f"{path}: is not a C3D file")
     try:

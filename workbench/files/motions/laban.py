@@ -9,7 +9,7 @@ from itertools import combinations
 from pathlib import Path
 
 from workbench.errors import InputError, one_of
-from workbench.files.motions.number_rows import numbered
+from workbench.files.motions.number_rows import numbered_lines
 from workbench.files.schema import metres_in
 from workbench.model.laban import DIRECTIONS, LEVELS, PARTS, SUBPARTS, Movement, Score, Sign
 
@@ -33,7 +33,7 @@ def read_score(path: str | Path) -> Score:
     source = Path(path)
     about: dict[str, tuple[int, str]] = {}
     movements: list[Movement] = []
-    for number, line in numbered(source):
+    for number, line in numbered_lines(source):
         text = line.partition("#")[0].strip()
         key, colon, value = text.partition(":")
         if colon and not movements:

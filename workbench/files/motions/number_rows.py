@@ -1,5 +1,4 @@
-"""Text of motion files, line by line: numbered, of numbers only where numbers belong, never held
-whole."""
+"""Read text files of numbers line by line, without holding a whole file in memory."""
 
 from __future__ import annotations
 
@@ -19,25 +18,36 @@ from workbench.files.opening import opened
 from workbench.model.arrays import Floats, Ints
 from workbench.model.spool import Spool
 
-__all__ = ["ALL", "MOST_NUMBERS", "Pick", "Rows", "count_in", "number_rows", "numbered"]
+__all__ = [
+    "ALL_FRAMES",
+    "MAX_NUMBERS",
+    "Clock",
+    "FrameRange",
+    "NumberRows",
+    "number_rows",
+    "numbered_lines",
+    "parse_count",
+]
 
-MOST_NUMBERS = 2_000_000_000
-"""Numbers of one file that are kept at most (16 GB, in a temporary file)."""
-_BLOCK = 2048
-_LARGEST = 1e15
-"""Numbers of a motion at most: far beyond any angle, length or time, and their squares are
-finite."""
+MAX_NUMBERS = 2_000_000_000
+"""Largest number of numbers kept of one file (16 GB, in a temporary file)."""
+_BLOCK_ROWS = 2048
+"""Rows that are converted to an array at once."""
+_MAX_VALUE = 1e15
+"""Largest value in a motion: far beyond any angle, length or time, and its square is finite."""
 _COUNT = re.compile(r"[0-9]{1,9}(\.0*)?")
 
 
 @dataclass(frozen=True)
-class Pick:
-    """Which frames of a file are kept: from `start` to `end` [s] on the file's clock, every
-    `every`-th of them."""
+class FrameRange:
+    """Which frames of a file are kept."""
 
     start: float = -np.inf
+    """First time [s]."""
     end: float = np.inf
+    """Last time [s]."""
     every: int = 1
+    """Keep every n-th of them."""
 
     def __post_init__(self) -> None:
         if self.every < 1:
@@ -46,21 +56,41 @@ class Pick:
             raise UsageError(f"start {self.start:g} s must be before end {self.end:g} s")
 
 
-ALL = Pick()
+ALL_FRAMES = FrameRange()
 
 
-class Rows(NamedTuple):
-    """Rows of numbers: values (P, width) of those that were wanted, how many there were in all, and
-    the lines (P,) of those that were wanted."""
+class Clock(NamedTuple):
+    """Where the time of a row is."""
+
+    column: int | None = 0
+    """Index of the column with the time, None for rows at equal steps."""
+    unit: float = 1.0
+    """Unit of the column, or the step between rows [s]."""
+
+    def time(self, row: Sequence[float], count: int) -> float:
+        """Return the time [s] of a row that `count` rows precede."""
+        return (row[self.column] if self.column is not None else count) * self.unit
+
+
+class NumberRows(NamedTuple):
+    """Rows of numbers."""
 
     values: Floats
+    """(P, width) of the frames that are kept."""
     total: int
+    """Number of rows of the file."""
     lines: Ints
+    """(P,) line numbers of the frames that are kept."""
 
 
-def numbered(path: Path) -> Iterator[tuple[int, str]]:
-    """The lines of a text file with their numbers from 1, control characters escaped. InputError
-    where it is missing, empty or no text."""
+def numbered_lines(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the lines of a text file with their numbers from 1, control characters escaped.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty or no text.
+    """
     empty = True
     with opened(path, "a motion file") as file:
         lines = TextIOWrapper(file, encoding="utf-8-sig", errors="replace", newline=None)
@@ -73,9 +103,8 @@ def numbered(path: Path) -> Iterator[tuple[int, str]]:
         raise InputError(f"{path}: is empty")
 
 
-def count_in(word: str) -> int | None:
-    """The number that a count in a header says; None where it is no whole number of up to nine
-    digits."""
+def parse_count(word: str) -> int | None:
+    """Return a count of a header, None if it is no whole number of up to nine digits."""
     return int(float(word)) if _COUNT.fullmatch(word) else None
 
 
@@ -86,83 +115,109 @@ def number_rows(
     *,
     rows: Sequence[str] = (),
     blank: bool = False,
-    keep: Pick = ALL,
-    clock: tuple[int | None, float] = (0, 1.0),
-) -> Rows:
-    """Rows of `width` numbers (P, width), only those of `keep`; many are kept in a file
-    (`workbench.model.spool`).
+    keep: FrameRange = ALL_FRAMES,
+    clock: Clock | None = None,
+) -> NumberRows:
+    """Read rows of numbers; many of them are kept in a file (`workbench.model.spool`).
 
-    lines: line numbers with the words of each line. blank: an empty word is a gap (NaN). clock: the
-    column that holds the time and one unit of it [s], or None and the step between rows [s].
-    InputError names line and column of what is no finite number, rows of another length, times that
-    do not rise, and a file too long to keep.
+    Parameters
+    ----------
+    path
+        The file, for messages.
+    lines
+        Line number and words of each line.
+    width
+        Numbers in each row.
+    rows
+        Names of the columns, for messages.
+    blank
+        Whether an empty word is a gap (NaN).
+    keep
+        The frames that are wanted.
+    clock
+        Where the time of a row is; if None the first column, in seconds.
+
+    Raises
+    ------
+    InputError
+        With line and column, if a word is no finite number, a row has another length, times do not
+        rise, or the file is too long to keep.
     """
-    column, unit = clock
+    clock = clock or Clock()
     kept = Spool(width)
     wanted = array("q")
     block: list[list[float]] = []
-    count = inside = 0
-    before = -math.inf
+    count = in_range = 0
+    last_time = -math.inf
     for number, words in lines:
-        if len(words) != width:
-            raise InputError(f"{path}, line {number}: {len(words)} values where {width} are needed")
-        try:
-            row = [float(word) if word or not blank else math.nan for word in words]
-        except ValueError:
-            row = []
-        if not row or not _finite(row, words, blank):
-            _refuse(path, number, words, rows)
-        now = row[column] * unit if column is not None else count * unit
+        row = _parse_row(path, number, words, width, rows, blank)
+        time = clock.time(row, count)
         count += 1
-        if not now > before:
-            _refuse_time(f"{path}, line {number}", count, now, before)
-        before = now
-        if not keep.start <= now <= keep.end:
+        if not time > last_time:
+            _refuse_time(f"{path}, line {number}", count, time, last_time)
+        last_time = time
+        if not keep.start <= time <= keep.end:
             continue
-        inside += 1
-        if (inside - 1) % keep.every:
+        in_range += 1
+        if (in_range - 1) % keep.every:
             continue
         block.append(row)
         wanted.append(number)
-        if len(block) == _BLOCK:
-            if len(wanted) * width > MOST_NUMBERS:
+        if len(block) == _BLOCK_ROWS:
+            if len(wanted) * width > MAX_NUMBERS:
                 raise InputError(
                     f"{path}: too long: read a part of it (start, end) or every n-th frame"
                 )
             kept.add(np.array(block))
             block = []
     kept.add(np.array(block, dtype=np.float64).reshape(-1, width))
-    return Rows(kept.done(), count, np.array(wanted, dtype=np.int64))
+    return NumberRows(kept.done(), count, np.array(wanted, dtype=np.int64))
+
+
+def _parse_row(
+    path: Path, number: int, words: list[str], width: int, rows: Sequence[str], blank: bool
+) -> list[float]:
+    """Return the numbers of a line; see `number_rows`."""
+    if len(words) != width:
+        raise InputError(f"{path}, line {number}: {len(words)} values where {width} are needed")
+    try:
+        row = [float(word) if word or not blank else math.nan for word in words]
+    except ValueError:
+        row = []
+    if not row or not _finite(row, words, blank):
+        _refuse_number(path, number, words, rows)
+    return row
 
 
 def _finite(row: list[float], words: Sequence[str], blank: bool) -> bool:
-    """Whether a row holds only finite numbers of a size that can be reckoned with; empty words may
-    be gaps."""
+    """Return whether a row holds only finite numbers up to `_MAX_VALUE`; empty words may be gaps."""
     given = [v for v, w in zip(row, words, strict=True) if w] if blank else row
     if not all(map(math.isfinite, given)):
         return False
-    return max(given, default=0.0) <= _LARGEST and min(given, default=0.0) >= -_LARGEST
+    return max(given, default=0.0) <= _MAX_VALUE and min(given, default=0.0) >= -_MAX_VALUE
 
 
-def _refuse_time(here: str, frame: int, now: float, before: float) -> None:
-    if math.isnan(now):
+def _refuse_time(here: str, frame: int, time: float, before: float) -> None:
+    """Raise the error for a time that does not rise."""
+    if math.isnan(time):
         raise InputError(f"{here}: frame {frame} has no time")
     raise InputError(
-        f"{here}: frames are out of order: frame {frame} is at {now:g} s, after frame {frame - 1} at "
+        f"{here}: frames are out of order: frame {frame} is at {time:g} s, after frame {frame - 1} at "
         f"{before:g} s"
     )
 
 
-def _refuse(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) -> None:
+def _refuse_number(path: Path, number: int, words: Sequence[str], rows: Sequence[str]) -> None:
+    """Raise the error for the first word that is no finite number."""
     for k, word in enumerate(words):
         try:
             value = float(word)
         except ValueError:
             value = math.nan
-        if not abs(value) <= _LARGEST:
+        if not abs(value) <= _MAX_VALUE:
             where = f"column {k + 1}" + (f" ({rows[k]})" if k < len(rows) else "")
             what = (
-                f"is too large (most: {_LARGEST:g})"
+                f"is too large (most: {_MAX_VALUE:g})"
                 if math.isfinite(value)
                 else "is not a finite number"
             )
