@@ -273,7 +273,7 @@ def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, mo
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("3D/3dmodel.model", b"\0" * 2**24)
-    monkeypatch.setattr(threemf_module, "_MOST_UNPACKED", 2**23)
+    monkeypatch.setattr(threemf_module, "_MAX_UNPACKED", 2**23)
     refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to")
 
 
@@ -723,7 +723,7 @@ def test_a_3mf_that_names_what_is_not_there_is_refused(tmp_path, model, word):
 
 
 def test_a_3mf_that_unpacks_to_far_more_than_meshes_do_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(threemf_module, "_SMALL", 2**16)
+    monkeypatch.setattr(threemf_module, "_RATIO_FREE_SIZE", 2**16)
     refused(written(tmp_path, "a.3mf", threemf(" " * 2**20)), "made to fill the memory")
 
 
