@@ -20,8 +20,8 @@ import numpy as np
 
 import workbench as wb
 from benchmarks.workload import cockpit, seated_poses
-from workbench.files.motions.lines import Pick
 from workbench.files.motions.markers import read_c3d
+from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.tables import angle_table_text, read_angle_table
 from workbench.model.arrays import Floats
 from workbench.model.moving import poses_at
@@ -101,7 +101,7 @@ def table(c3d: Path | None) -> list[str]:
         name = f"HIC{1000 * window:.0f} of {SAMPLES} samples at 20 kHz"
         lines.append(row(name, found, f"{1000 * found:.0f} ms", "a loop over starts", slow))
     if c3d is not None:
-        markers = bridged(read_c3d(c3d, keep=Pick(every=2)), longest=0.2)
+        markers = bridged(read_c3d(c3d, keep=FrameRange(every=2)), longest=0.2)
         solved = cpu(lambda: poses_from_markers(body, markers), rounds=1)
         opened = cpu(lambda: read_c3d(c3d), rounds=1)
         many = len(markers.time)

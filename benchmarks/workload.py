@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 import workbench as wb
-from workbench.files.meshes.assembly import built
+from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.parts import RawPart
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.arrays import Floats, Ints
@@ -148,7 +148,7 @@ def cockpit(size: str) -> Environment:
         faces = np.concatenate([f + start for (_, f), start in zip(sheets, first, strict=False)])
         parts.append(RawPart(f"{name}_knobs", np.concatenate([v for v, _ in sheets]), faces))
     solid: list[bool | str] = [part.name in SOLIDS for part in parts]
-    return built(f"cockpit_{size}", parts, solid=solid)[0]
+    return build_environment(f"cockpit_{size}", parts, solid=solid)[0]
 
 
 def dense_body(body: Body, spheres: int = 1500) -> Body:

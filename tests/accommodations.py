@@ -168,6 +168,9 @@ def made(
         reason,
         REASONS,
         np.zeros((len(people), 2)),
+        np.zeros((len(people), 2)),
+        np.full((len(people), 4), np.nan),
+        sets_met(met, [r.criterion for r in requirements]),
         tuple("" if served[p] else measures[worst[p] % 4] for p in range(len(people))),
         groups_of(people, served, mixes or {}, 0.95),
         np.array(weight @ met),
@@ -180,6 +183,14 @@ def made(
         tuple(warnings),
         tuple(shown_of(study, p, int(worst[p]), requirements) for p in hardest) if shown else (),
     )
+
+
+def sets_met(met, names):
+    """Who meets everything but one requirement, and everything but those of one criterion."""
+    without = [np.delete(met, r, axis=1).all(axis=1) for r in range(met.shape[1])]
+    for name in dict.fromkeys(names):
+        without.append(met[:, [n != name for n in names]].all(axis=1))
+    return np.stack(without, axis=1)
 
 
 def shown_of(study, row, requirement, requirements):

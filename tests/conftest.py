@@ -15,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import workbench as wb
-from workbench.files.meshes.assembly import built
+from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.parts import RawPart
 from workbench.files.postures import load_postures, posture_path, posture_pose
 
@@ -291,7 +291,7 @@ def box_part(name, low, high):
 
 def environment_of(*parts, solid="auto"):
     """An environment of raw parts."""
-    made, faults = built("made", parts, solid=[solid] * len(parts))
+    made, faults = build_environment("made", parts, solid=[solid] * len(parts))
     assert not faults
     return made
 

@@ -41,8 +41,9 @@ def test_who_misses_one_is_left_out_by_it_alone():
     met = np.array([[True, True], [True, False], [False, False], [False, True]])
     weight = np.ones(4)
     assert share_single(met, weight).tolist() == [0.5, 0.5]
-    assert left_out_alone(met, weight).tolist() == [0.25, 0.25]
-    assert share_without(met, weight).tolist() == [0.5, 0.5]
+    others = others_met(met)
+    assert left_out_alone(met, others, weight).tolist() == [0.25, 0.25]
+    assert share_without(others, weight).tolist() == [0.5, 0.5]
 
 
 def test_a_weight_of_two_counts_as_two_people():
@@ -60,14 +61,27 @@ def test_leaving_one_out_is_what_brute_force_says(rows, weights):
     met = np.array(rows)
     weight = np.array(weights[: len(rows)])
     joint = weight[met.all(axis=1)].sum() / weight.sum()
+    without = share_without(others_met(met), weight)
+    alone = left_out_alone(met, others_met(met), weight)
     for r in range(3):
         others = np.delete(met, r, axis=1).all(axis=1)
-        assert share_without(met, weight)[r] == pytest.approx(weight[others].sum() / weight.sum())
+        assert without[r] == pytest.approx(weight[others].sum() / weight.sum())
         only = others & ~met[:, r]
-        assert left_out_alone(met, weight)[r] == pytest.approx(weight[only].sum() / weight.sum())
-        assert share_without(met, weight)[r] == pytest.approx(
-            joint + left_out_alone(met, weight)[r]
-        )
+        assert alone[r] == pytest.approx(weight[only].sum() / weight.sum())
+        assert without[r] == pytest.approx(joint + alone[r])
+
+
+def others_met(met):
+    """(P, R) whether each person meets all requirements but one, in a seat without travel."""
+    return np.stack([np.delete(met, r, axis=1).all(axis=1) for r in range(met.shape[1])], axis=1)
+
+
+def test_who_fits_elsewhere_without_a_requirement_is_left_out_by_it_alone():
+    """In the position of the margins two requirements are missed, in another one only the first."""
+    met = np.array([[False, False], [True, True]])
+    others = np.array([[True, False], [True, True]])
+    assert share_without(others, np.ones(2)).tolist() == [1.0, 0.5]
+    assert left_out_alone(met, others, np.ones(2)).tolist() == [0.5, 0.0]
 
 
 def test_a_mix_of_a_quarter_women_gives_women_a_quarter_of_the_weight():

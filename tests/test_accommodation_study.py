@@ -266,7 +266,7 @@ def test_the_result_has_its_published_shape_and_everybody_is_in_the_table(toy, t
     jsonschema.validate(data, json_schemas()["result"])
     assert load_result(tmp_path / "out") == rows
     assert np.array_equal(result.population.margin, found.margin)
-    assert rows.population.role == "pilot" and rows.postures is None and rows.motions == []
+    assert rows.population.role == "pilot" and rows.postures == [] and rows.motions == []
     assert len(rows.population.people.label) == PEOPLE
     table = list(csv.DictReader((tmp_path / "out" / "people.csv").read_text().splitlines()))
     assert len(table) == PEOPLE

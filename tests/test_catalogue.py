@@ -223,9 +223,9 @@ def test_the_first_study_passes_and_its_sitters_rest_on_their_seats():
     result = wb.run(wb.load_study("trainer_clearance"))
     assert [v.criterion.name for v in result.verdicts if not v.passed] == []
     rows = result_file(result)
-    rest = {(c.person, c.part) for c in rows.postures.contacts if c.part and "seat" in c.part}
+    rest = {(c.person, c.part) for c in rows.postures[0].contacts if c.part and "seat" in c.part}
     assert {("pilot", "left_seat_pan"), ("pilot", "left_seat_back")} <= rest
-    deepest = max(-c.distance_mm for c in rows.postures.contacts if c.part == "left_seat_pan")
+    deepest = max(-c.distance_mm for c in rows.postures[0].contacts if c.part == "left_seat_pan")
     assert deepest == pytest.approx(20, abs=0.5)
 
 

@@ -38,7 +38,7 @@ def test_what_clears_by_less_than_the_surface_is_known_to_may_not_hold(one_arm):
     found = only(outcome(one_arm, 0.454, outside=0.0032, inside=0.001))
     assert found.passed
     assert found.doubtful == found.worst
-    told = verdict_sentence(found, ("hanging",))
+    told = verdict_sentence(found)
     assert told.endswith(
         "It clears by 1.0 mm; the body's surface is known to 3.2 mm, so it may not hold."
     )
@@ -47,7 +47,7 @@ def test_what_clears_by_less_than_the_surface_is_known_to_may_not_hold(one_arm):
 def test_what_clears_by_more_is_in_no_doubt(one_arm):
     found = only(outcome(one_arm, 0.45, outside=0.0032))
     assert found.doubtful is None
-    assert "known to" not in verdict_sentence(found, ("hanging",))
+    assert "known to" not in verdict_sentence(found)
 
 
 def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
@@ -55,7 +55,7 @@ def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
     found = only(outcome(one_arm, 0.456, outside=0.001, inside=0.002))
     assert not found.passed
     assert found.doubtful == found.breaches[0]
-    told = verdict_sentence(found, ("hanging",))
+    told = verdict_sentence(found)
     assert told.endswith(
         "It fails by 1.0 mm; the body's surface is known to 2.0 mm, so it may yet hold."
     )
@@ -77,9 +77,9 @@ def test_of_two_people_both_surfaces_count(one_arm):
     made = replace(made, people=tuple(replace(person, body=body) for person in made.people))
     found = only(clearance_study(made))
     assert found.worst.surface_known_to == pytest.approx(0.004)
-    assert (
-        "the bodies' surfaces are known to 4.0 mm" in verdict_sentence(found, ("hanging",))
-    ) == (abs(found.worst.value - 0.197) < 0.004)
+    assert ("the bodies' surfaces are known to 4.0 mm" in verdict_sentence(found)) == (
+        abs(found.worst.value - 0.197) < 0.004
+    )
 
 
 def test_a_margin_of_a_joint_stop_has_no_surface(one_arm):
@@ -88,7 +88,7 @@ def test_a_margin_of_a_joint_stop_has_no_surface(one_arm):
 
 
 def test_the_doubt_stands_in_the_rows_and_tables(one_arm):
-    row = verdict_row(only(outcome(one_arm, 0.454, outside=0.0032, inside=0.001)), ("hanging",))
+    row = verdict_row(only(outcome(one_arm, 0.454, outside=0.0032, inside=0.001)))
     assert row.doubtful
     assert row.worst.surface_known_to == pytest.approx(3.2)
     assert row.worst.margin == pytest.approx(1.0)

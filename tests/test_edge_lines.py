@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from tests.test_draw import boxes, front
 from workbench.draw.camera import look_at, to_view, view_to_pixels
-from workbench.draw.kernels.edge_lines import edge_pieces, paint_lines
+from workbench.draw.kernels.edge_lines import SurfaceLayers, edge_pieces, paint_lines
 from workbench.draw.lines.edges import drawn_edges
 
 
@@ -104,7 +104,8 @@ def test_pieces_of_edges_are_those_of_a_plain_loop(bend, seed):
         for edge, glass in zip(edges, clear, strict=True)
         for row in slow_pieces(edge, glass, layers, limits, bend)
     ]
-    assert edge_pieces(edges, clear, layers, limits, 2.0, bend) == pytest.approx(
+    kernel_layers = SurfaceLayers(*layers, *limits.tolist())
+    assert edge_pieces(edges, clear, kernel_layers, 2.0, bend) == pytest.approx(
         np.array(want).reshape(-1, 6), abs=1e-9
     )
 

@@ -15,8 +15,8 @@ from workbench import InputError, UsageError, environment_from_mesh, load_enviro
 from workbench.body.parts import moved
 from workbench.files.environments import environment_files
 from workbench.files.inspection import inspect_environment, inspect_mesh
+from workbench.files.meshes.mesh_validation import validate_part
 from workbench.files.meshes.parts import RawPart
-from workbench.files.meshes.quality import examined
 
 CAB = """environment: box_cab
 length: mm
@@ -289,7 +289,7 @@ def test_polygons_keep_their_invariants(tmp_path):
 def test_a_solid_inside_out_is_turned_and_told():
     inverted = solid()
     inverted.invert()
-    turned, found = examined(part(inverted))
+    turned, found = validate_part(part(inverted))
     assert found.closed and found.turned == 1
     assert trimesh.Trimesh(turned.vertices, turned.faces).volume == pytest.approx(1)
     assert found.sentences() == ["1 closed shell inside out: turned for the inside/outside test"]
@@ -299,14 +299,14 @@ def test_a_cavity_is_not_a_solid_inside_out():
     hollow = trimesh.util.concatenate(
         solid((3, 3, 3)), trimesh.Trimesh(solid().vertices, solid().faces[:, ::-1])
     )
-    kept, found = examined(part(hollow))
+    kept, found = validate_part(part(hollow))
     assert found.closed and found.turned == 0
     assert trimesh.Trimesh(kept.vertices, kept.faces).volume == pytest.approx(26)
 
 
 def test_copies_of_faces_are_left_out_and_told_and_the_box_stays_closed():
     box = solid()
-    twice, found = examined(
+    twice, found = validate_part(
         RawPart("box", np.array(box.vertices), np.vstack([box.faces, box.faces[:3, ::-1]]))
     )
     assert (found.faces, found.duplicate, found.closed, len(twice.faces)) == (15, 3, True, 12)
@@ -315,7 +315,7 @@ def test_copies_of_faces_are_left_out_and_told_and_the_box_stays_closed():
 def test_faults_are_counted():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0], [2, 0, 0.0]])
     faces = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 1, 5]])
-    found = examined(RawPart("fan", vertices, faces))[1]
+    found = validate_part(RawPart("fan", vertices, faces))[1]
     assert (found.degenerate, found.crowded_edges, found.open_edges, found.closed) == (
         1,
         1,

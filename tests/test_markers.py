@@ -11,8 +11,8 @@ from tests.conftest import SHARED, real_input
 from workbench import InputError, Poses, UsageError
 from workbench.body.forward import place
 from workbench.files.body.bodies import load_body
-from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
+from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.names import unique_names
 from workbench.model.motion import Markers
 from workbench.model.posing import angles_of, compose, motion_of
@@ -157,9 +157,9 @@ def test_markers_are_known_by_the_names_of_several_sets(name, segment):
 @pytest.mark.parametrize(
     ("file", "keep", "most"),
     [
-        ("trc/bmc_walk1.trc", ALL, 7.0),
-        ("c3d/bmc_Gait.c3d", Pick(1.33, 4.2), 6.0),
-        ("c3d/dart_squat.c3d", Pick(every=6), 16.0),
+        ("trc/bmc_walk1.trc", ALL_FRAMES, 7.0),
+        ("c3d/bmc_Gait.c3d", FrameRange(1.33, 4.2), 6.0),
+        ("c3d/dart_squat.c3d", FrameRange(every=6), 16.0),
     ],
 )
 def test_recorded_people_are_explained_to_millimetres(file, keep, most):

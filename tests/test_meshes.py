@@ -19,9 +19,9 @@ from tests.conftest import SHARED, real_input
 from workbench import InputError, MissingPartError, UsageError
 from workbench.files.meshes import bounds, reading
 from workbench.files.meshes import threemf as threemf_module
-from workbench.files.meshes.parts import triangulated
-from workbench.files.meshes.quality import examined
-from workbench.files.meshes.reading import axes, extent, read_mesh
+from workbench.files.meshes.mesh_validation import validate_part
+from workbench.files.meshes.parts import triangulate
+from workbench.files.meshes.reading import axes_rotation, extent, read_mesh
 from workbench.files.names import unique_names
 
 ENVIRONMENTS = SHARED / "environments"
@@ -74,7 +74,7 @@ def test_a_box_is_a_closed_box_in_every_format(tmp_path, form):
     raw = read_mesh(written(tmp_path, f"seat.{form[:3]}", content))
     assert [part.name for part in raw.parts] in (["seat"], ["geometry"], ["world"])
     assert extent(raw.parts) == pytest.approx([2, 4, 6])
-    assert len(raw.parts[0].vertices) == 8 and examined(raw.parts[0])[1].closed
+    assert len(raw.parts[0].vertices) == 8 and validate_part(raw.parts[0])[1].closed
 
 
 @pytest.mark.parametrize(
@@ -273,7 +273,7 @@ def test_a_3mf_is_in_its_own_unit_and_must_not_unpack_without_bound(tmp_path, mo
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("3D/3dmodel.model", b"\0" * 2**24)
-    monkeypatch.setattr(threemf_module, "_MOST_UNPACKED", 2**23)
+    monkeypatch.setattr(threemf_module, "_MAX_UNPACKED", 2**23)
     refused(written(tmp_path, "b.3mf", packed.getvalue()), "unpacks to")
 
 
@@ -374,15 +374,15 @@ def test_axes_put_right_are_never_mirrored():
     names = ["x", "y", "z", "-x", "-y", "-z"]
     for up in names:
         for forward in (name for name in names if name[-1] != up[-1]):
-            assert np.linalg.det(axes(up, forward)) == pytest.approx(1)
-    assert (axes("y", "-z") @ [0, 1, 0]).tolist() == [0, 0, 1]
-    assert (axes("y", "-z") @ [0, 0, -1]).tolist() == [1, 0, 0]
+            assert np.linalg.det(axes_rotation(up, forward)) == pytest.approx(1)
+    assert (axes_rotation("y", "-z") @ [0, 1, 0]).tolist() == [0, 0, 1]
+    assert (axes_rotation("y", "-z") @ [0, 0, -1]).tolist() == [1, 0, 0]
 
 
 @pytest.mark.parametrize(("up", "forward"), [("y", "y"), ("y", "-y"), ("w", "x"), ("z", "+x")])
 def test_axes_that_span_no_frame_are_refused(up, forward):
     with pytest.raises(UsageError):
-        axes(up, forward)
+        axes_rotation(up, forward)
 
 
 def test_names_become_unique_in_order():
@@ -723,7 +723,7 @@ def test_a_3mf_that_names_what_is_not_there_is_refused(tmp_path, model, word):
 
 
 def test_a_3mf_that_unpacks_to_far_more_than_meshes_do_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr(threemf_module, "_SMALL", 2**16)
+    monkeypatch.setattr(threemf_module, "_RATIO_FREE_SIZE", 2**16)
     refused(written(tmp_path, "a.3mf", threemf(" " * 2**20)), "made to fill the memory")
 
 
@@ -753,7 +753,7 @@ SQUARE_HOLE = np.array(
 )
 def test_a_face_of_many_corners_is_covered_once_and_nothing_else_is(outline):
     flat = np.column_stack([outline, np.full(len(outline), 3.0)])
-    faces = triangulated(flat, np.arange(len(flat)), np.array([len(flat)]))
+    faces = triangulate(flat, np.arange(len(flat)), np.array([len(flat)]))
     areas = signed_areas(outline, faces)
     x, y = outline.T
     area = (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2

@@ -13,7 +13,7 @@ from tests.whole_motions import read_bvh, read_coordinates, read_segment_table
 from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.cli import main
 from workbench.files.motions.bvh_writer import bvh_text
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.opensim import coordinate_poses
 from workbench.files.motions.tables import angle_table_text, read_angle_table, table_kind
 from workbench.model.posing import angles_of, compose
@@ -108,7 +108,7 @@ def test_what_is_wrong_in_a_bvh_is_told_with_its_line(tmp_path, old, new, told):
 
 def test_a_part_of_a_motion_keeps_the_files_clock():
     real_input(JUMP)
-    bones = read_bvh(JUMP, keep=Pick(1.0, 2.0, every=10))
+    bones = read_bvh(JUMP, keep=FrameRange(1.0, 2.0, every=10))
     whole = read_bvh(JUMP)
     rows = np.flatnonzero((whole.time >= 1.0) & (whole.time <= 2.0))[::10]
     assert bones.time == pytest.approx(whole.time[rows])
@@ -119,7 +119,7 @@ def test_a_recorded_jump_is_mapped_to_the_body():
     """CMU subject 1: legs of the unit's length, feet that come back to one floor, elbows that bend
     their own way."""
     real_input(JUMP)
-    poses, notes = retarget(BODY, read_bvh(JUMP, keep=Pick(every=8)))
+    poses, notes = retarget(BODY, read_bvh(JUMP, keep=FrameRange(every=8)))
     assert "one unit is taken as 55.96 mm" in " ".join(notes)
     low = (place(BODY, poses).centres[..., 2] - BODY.radius[0]).min(axis=1)
     assert np.percentile(low, 50) == pytest.approx(0.0, abs=0.02)
@@ -329,7 +329,7 @@ def test_left_and_right_limbs_of_opensim_mirror_each_other(tmp_path):
 @pytest.mark.parametrize("wrong", [{"every": 0}, {"start": 2.0, "end": 1.0}])
 def test_a_senseless_pick_of_frames_is_refused(wrong):
     with pytest.raises(UsageError):
-        Pick(**wrong)
+        FrameRange(**wrong)
 
 
 def test_missing_and_empty_files_are_told(tmp_path):

@@ -9,8 +9,8 @@ import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.files.meshes.circles import enclosing_circles
-from workbench.files.meshes.parts import triangulated, welded
+from workbench.files.meshes.enclosing_circles import enclosing_circles
+from workbench.files.meshes.parts import triangulate, weld
 from workbench.files.meshes.planes import degenerate_faces
 from workbench.files.meshes.polygons import PLANE_TOLERANCE, Polygons, merge_coplanar
 
@@ -63,7 +63,7 @@ def test_a_plate_with_a_hole_has_an_outer_loop_and_a_loop_wound_the_other_way():
     corners = [(0, 0), (3, 0), (3, 3), (0, 3), (1, 1), (2, 1), (2, 2), (1, 2)]
     ring = [[k, (k + 1) % 4, (k + 1) % 4 + 4, k + 4] for k in range(4)]
     vertices = np.array([[x, y, 0.0] for x, y in corners])
-    merged = merge_coplanar(vertices, triangulated(vertices, np.array(ring).ravel(), np.full(4, 4)))
+    merged = merge_coplanar(vertices, triangulate(vertices, np.array(ring).ravel(), np.full(4, 4)))
     assert len(merged.normal) == 1
     assert {tuple(edge) for edge in merged.edges.tolist()} == {
         (0, 1), (1, 2), (2, 3), (3, 0), (5, 4), (6, 5), (7, 6), (4, 7)
@@ -140,7 +140,7 @@ def test_the_circle_is_the_smallest_that_encloses(points):
     ring = np.array([[x, y, 0.0] for x, y in points])
     edges = np.column_stack([np.arange(len(ring)), np.roll(np.arange(len(ring)), -1)])
     centre, radius = enclosing_circles(
-        ring, (edges, np.array([0, len(ring)])), np.array([[0, 0, 1.0]])
+        ring, edges, np.array([0, len(ring)]), np.array([[0, 0, 1.0]])
     )
     assert np.linalg.norm(ring - centre[0], axis=1).max() <= radius[0] * (1 + 1e-12)
     assert radius[0] == pytest.approx(smallest_radius(ring), abs=1e-9)
@@ -205,27 +205,27 @@ def test_a_circle_about_many_points_on_a_circle_is_found():
     angle = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
     ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(5000)])
     edges = np.column_stack([np.arange(5000), np.roll(np.arange(5000), -1)])
-    _, radius = enclosing_circles(ring, (edges, np.array([0, 5000])), np.array([[0, 0, 1.0]]))
+    _, radius = enclosing_circles(ring, edges, np.array([0, 5000]), np.array([[0, 0, 1.0]]))
     assert radius[0] == pytest.approx(1, abs=1e-9)
 
 
 def test_a_concave_face_is_cut_inside_its_outline():
     ring = np.array([[0, 0, 0], [4, 0, 0], [4, 4, 0], [2, 1, 0], [0, 4, 0.0]])
-    corner = ring[triangulated(ring, np.arange(5), np.array([5]))]
+    corner = ring[triangulate(ring, np.arange(5), np.array([5]))]
     areas = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] / 2
     assert len(areas) == 3 and np.all(areas > 0) and areas.sum() == pytest.approx(10)
 
 
 def test_a_concave_quadrilateral_is_cut_along_the_diagonal_that_does_not_fold():
     ring = np.array([[0, 0, 0], [2, 1, 0], [0, 2, 0], [1, 1, 0.0]])
-    corner = ring[triangulated(ring, np.arange(4), np.array([4]))]
+    corner = ring[triangulate(ring, np.arange(4), np.array([4]))]
     areas = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])[:, 2] / 2
     assert areas == pytest.approx([0.5, 0.5])
 
 
 def test_only_exactly_equal_positions_are_welded():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-0.0, 0, 0], [1, 0, 0], [1e-12, 1, 0]])
-    places, faces = welded(vertices, np.array([[0, 1, 2], [3, 5, 4]]))
+    places, faces = weld(vertices, np.array([[0, 1, 2], [3, 5, 4]]))
     assert len(places) == 4 and faces.tolist() == [[0, 1, 2], [0, 3, 1]]
 
 

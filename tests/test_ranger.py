@@ -49,7 +49,7 @@ def result(study_file):
 @pytest.fixture(scope="module")
 def person(result):
     """A person's result by name."""
-    return {person.name: person for person in result.postures.people}.__getitem__
+    return {person.name: person for person in result.postures[0].people}.__getitem__
 
 
 @pytest.fixture(scope="module")

@@ -101,10 +101,10 @@ def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
 
     result = wb.run(load_study(written(STUDY)))
     rows = write_report(result, tmp_path / "out")
-    reached = {(r.control, r.zone): r.reached for r in result.postures.reaches}
+    reached = {(r.control, r.zone): r.reached for r in result.postures[0].reaches}
     assert reached["left_stick", 1] and reached["throttle", 1] and not reached["grab_handle", 1]
     sentence = next(
-        r.sentence for r in rows.postures.reaches if r.control == "grab_handle" and r.zone == 1
+        r.sentence for r in rows.postures[0].reaches if r.control == "grab_handle" and r.zone == 1
     )
     assert re.fullmatch(
         r"pilot, zone 1: the right hand stays \d+\.\d mm from grab_handle, limited by .+\.",

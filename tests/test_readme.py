@@ -69,8 +69,7 @@ def test_the_quoted_sentence_is_what_the_study_says():
     from workbench.report.words import verdict_sentence
 
     result = wb.run(wb.load_study("trainer_clearance"))
-    cases = tuple(case.name for case in result.study.cases)
-    said = [f"passed  {v.criterion.name}: {verdict_sentence(v, cases)}" for v in result.verdicts]
+    said = [f"passed  {v.criterion.name}: {verdict_sentence(v)}" for v in result.verdicts]
     quoted = re.search(r"```text\n(.*?)\n```", TEXT, re.S)[1]
     assert quoted in said
 

@@ -8,7 +8,7 @@ import pytest
 
 from tests.conftest import SHARED, real_input
 from tests.whole_motions import read_bvh
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import FrameRange
 from workbench.motion.recorded.retarget import bone_positions
 
 JUMP = SHARED / "motion" / "bvh" / "01_01.bvh"
@@ -78,7 +78,7 @@ def test_joints_of_a_recorded_jump_are_where_another_reader_finds_them(frame):
 
 def test_bones_of_a_recorded_jump_keep_their_lengths():
     real_input(JUMP)
-    bones = read_bvh(JUMP, keep=Pick(every=25))
+    bones = read_bvh(JUMP, keep=FrameRange(every=25))
     at = bone_positions(bones)
     parent = np.asarray(bones.parent)
     child = np.flatnonzero(parent >= 0)

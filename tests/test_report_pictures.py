@@ -25,7 +25,7 @@ def result(tmp_path_factory):
 
 
 def test_the_drawing_states_the_least_clearance_of_the_case(result):
-    found = result.postures
+    found = result.postures[0]
     person = found.people[0]
     scene = Scene((SceneBody(person.placed, 0),), found.environment)
     drawing = clearance_drawing(scene, found.people, 0, within=9.0, size=200)
@@ -36,7 +36,7 @@ def test_the_drawing_states_the_least_clearance_of_the_case(result):
 
 
 def test_there_is_no_drawing_where_nothing_is_near(result):
-    found = result.postures
+    found = result.postures[0]
     scene = Scene((SceneBody(found.people[0].placed, 0),), found.environment)
     assert clearance_drawing(scene, (), 0, within=9.0, size=200) is None
     assert clearance_drawing(scene, found.people, 0, within=1e-9, size=200) is None

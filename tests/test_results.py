@@ -164,8 +164,8 @@ def test_the_wall_of_50_mm_holds_half_of_bert(data):
 
 
 def test_clearance_matrices_have_a_row_a_segment_and_a_column_a_part(data):
-    parts = data["postures"]["parts"]
-    for person in data["postures"]["people"]:
+    parts = data["postures"][0]["parts"]
+    for person in data["postures"][0]["people"]:
         shape = np.array(person["clearance_mm"], dtype=object).shape
         assert shape == (len(data["cases"]), len(person["segments"]), len(parts))
         assert all(
@@ -175,9 +175,11 @@ def test_clearance_matrices_have_a_row_a_segment_and_a_column_a_part(data):
 
 def test_contacts_are_the_deepest_of_their_pair_with_unit_normals(data):
     fields = ("case", "person", "other_person", "kind", "segment", "part", "other_segment")
-    keys = [tuple(contact[field] for field in fields) for contact in data["postures"]["contacts"]]
+    keys = [
+        tuple(contact[field] for field in fields) for contact in data["postures"][0]["contacts"]
+    ]
     assert len(set(keys)) == len(keys) > 0
-    for contact in data["postures"]["contacts"]:
+    for contact in data["postures"][0]["contacts"]:
         assert np.linalg.norm(contact["normal"]) == pytest.approx(1, abs=1e-5)
         assert contact["excess_mm"] == pytest.approx(
             -contact["distance_mm"] - contact["allowed_mm"], abs=2e-6
@@ -221,11 +223,11 @@ def test_breaches_csv_is_the_breaches_of_the_json(folder, data):
 
 
 def test_the_other_tables_are_the_json_too(folder, data):
-    people = data["postures"]["people"]
+    people = data["postures"][0]["people"]
     wanted = {
         ("verdicts.csv", "sentence"): [verdict["sentence"] for verdict in data["verdicts"]],
         ("contacts.csv", "distance_mm"): [
-            contact["distance_mm"] for contact in data["postures"]["contacts"]
+            contact["distance_mm"] for contact in data["postures"][0]["contacts"]
         ],
         ("stops.csv", "margin_deg"): [
             stop["margin_deg"] for person in people for stop in person["stops"]
@@ -346,6 +348,6 @@ def test_lengths_in_another_unit_give_the_same_numbers(tmp_path):
             )
         )
     )
-    for a, b in zip(one.postures.people, other.postures.people, strict=True):
+    for a, b in zip(one.postures[0].people, other.postures[0].people, strict=True):
         assert a.clearance.distance == pytest.approx(b.clearance.distance, abs=1e-12)
     assert [v.passed for v in one.verdicts] == [v.passed for v in other.verdicts]

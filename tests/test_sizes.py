@@ -261,9 +261,9 @@ def test_a_tall_pilot_in_a_study_is_out_of_head_room_and_told_by_how_much(tmp_pa
     head = next(v for v in result.verdicts if v.criterion.name == "head to canopy")
     assert not head.passed
     assert 0 < head.worst.value < 0.05
-    assert measure(result.postures.people[0].placed.body, ["stature"])["stature"] == pytest.approx(
-        1.9, abs=1e-5
-    )
+    assert measure(result.postures[0].people[0].placed.body, ["stature"])[
+        "stature"
+    ] == pytest.approx(1.9, abs=1e-5)
 
 
 def test_an_unknown_measure_in_a_study_is_told_with_its_line(tmp_path):

@@ -273,14 +273,14 @@ def sitter(tmp_path_factory):
 def test_view_seat_and_pedals_are_asked_of_one_person(sitter):
     found = asked(sitter)
     assert found["pedals"][0] and found["seat"][0] and found["eyes"][0]
-    person = sitter.postures.study.people[0]
-    travel = sitter.postures.environment.seat("left").travel_forward
+    person = sitter.postures[0].study.people[0]
+    travel = sitter.postures[0].environment.seat("left").travel_forward
     spare = min(person.forward - travel[0], travel[1] - person.forward)
     assert found["seat"][1] == pytest.approx(spare, abs=1e-12)
     eye = [k for k, n in enumerate(person.body.sphere_names) if n in ("left eye", "right eye")]
     rise = (
-        sitter.postures.people[0].placed.centres[0, eye, 2].mean()
-        - sitter.postures.environment.points["left_design_eye"][2]
+        sitter.postures[0].people[0].placed.centres[0, eye, 2].mean()
+        - sitter.postures[0].environment.points["left_design_eye"][2]
     )
     assert found["eyes"][1] == pytest.approx(min(rise + 0.025, 0.04 - rise), abs=1e-12)
 
@@ -292,14 +292,16 @@ def test_a_subpart_is_part_of_its_segment(sitter):
 
 
 def test_an_excursion_of_a_posture_is_that_of_its_farthest_sphere(sitter):
-    placed = sitter.postures.people[0].placed
+    placed = sitter.postures[0].people[0].placed
     head = placed.body.spheres(placed.body.segment("H"))
     ahead = (placed.centres[0, head, 0] + placed.body.radius[0, head]).max()
     assert asked(sitter)["forward"][1] == pytest.approx(-ahead, abs=1e-12)
 
 
 def test_the_hand_that_is_asked_for_is_the_one_that_reaches(sitter):
-    limbs = {(row.hand, row.limb) for row in sitter.postures.reaches if row.control == "throttle"}
+    limbs = {
+        (row.hand, row.limb) for row in sitter.postures[0].reaches if row.control == "throttle"
+    }
     assert limbs == {("right", "right hand"), ("left", "left hand")}
     found = asked(sitter)
     assert found["right hand"][0] or found["right hand"][1] >= found["left hand"][1]

@@ -14,7 +14,7 @@ from workbench.body.scaling.lengthen import lengthened
 from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.motions.bvh_writer import bvh_text
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import FrameRange
 from workbench.files.study.reader import load_study
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
@@ -103,9 +103,9 @@ def test_segments_told_one_by_one_tell_the_joints_they_turn_about():
 @pytest.mark.parametrize(
     ("file", "keep", "legs"),
     [
-        ("trc/bmc_walk1.trc", Pick(every=4), 1.07),
-        ("c3d/bmc_Gait.c3d", Pick(1.33, 4.2, every=4), 0.94),
-        ("c3d/dart_squat.c3d", Pick(every=40), 0.90),
+        ("trc/bmc_walk1.trc", FrameRange(every=4), 1.07),
+        ("c3d/bmc_Gait.c3d", FrameRange(1.33, 4.2, every=4), 0.94),
+        ("c3d/dart_squat.c3d", FrameRange(every=40), 0.90),
     ],
 )
 def test_recorded_people_are_fitted_better_by_a_body_of_their_lengths(file, keep, legs):

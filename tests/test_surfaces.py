@@ -26,9 +26,9 @@ from workbench.cli import main
 from workbench.errors import InputError
 from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
-from workbench.files.meshes.assembly import built
-from workbench.files.meshes.parts import RawPart, welded
-from workbench.files.meshes.quality import examined
+from workbench.files.meshes.assembly import build_environment
+from workbench.files.meshes.mesh_validation import validate_part
+from workbench.files.meshes.parts import RawPart, weld
 from workbench.files.meshes.reading import read_mesh, to_world
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
@@ -58,7 +58,7 @@ def together(name, *parts):
     """Several parts as one, equal places one vertex."""
     first = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = np.concatenate([part.faces + start for part, start in zip(parts, first, strict=False)])
-    return RawPart(name, *welded(np.concatenate([part.vertices for part in parts]), faces))
+    return RawPart(name, *weld(np.concatenate([part.vertices for part in parts]), faces))
 
 
 def box(low, high, *, inward=False):
@@ -104,14 +104,14 @@ def closed_parts(most, *names):
     """The closed parts of shipped environments with at most so many faces."""
     meshes = [ROOT / "environments" / name / f"{name}.obj" for name in names]
     parts = [part for path in meshes for part in read_mesh(path).parts if len(part.faces) <= most]
-    return tuple(part for part in parts if examined(part)[1].closed)
+    return tuple(part for part in parts if validate_part(part)[1].closed)
 
 
 def check_flips(good, rows, rng, *, points=4):
     """A mesh with faces turned the wrong way is the good mesh after mending: names, polygons and
     signed distances."""
-    mended, found = examined(turned(good, rows))
-    right, before = examined(good)
+    mended, found = validate_part(turned(good, rows))
+    right, before = validate_part(good)
     assert found.closed
     assert (
         found.against == min(len(rows), len(good.faces) - len(rows))
@@ -140,7 +140,7 @@ def check_flips(good, rows, rng, *, points=4):
 @given(st.data())
 def test_any_faces_of_a_shipped_part_turned_round_leave_every_signed_distance_as_it_was(data):
     good = data.draw(st.sampled_from(closed_parts(120, "compact_car")))
-    found = examined(good)[1]
+    found = validate_part(good)[1]
     assert found.cavities == 0
     rows = data.draw(
         st.sets(st.integers(0, len(good.faces) - 1), min_size=1, max_size=len(good.faces))
@@ -157,7 +157,7 @@ def test_any_faces_of_a_real_part_turned_round_leave_every_signed_distance_as_it
     closed = [
         part
         for part in to_world(read_mesh(path), np.eye(3), metres=file.metres)
-        if examined(part)[1].closed
+        if validate_part(part)[1].closed
     ]
     assert closed
     for part in closed:
@@ -244,19 +244,19 @@ def strip(count, *, closed_tube=False):
 
 
 def test_a_moebius_strip_is_an_open_surface_with_one_side():
-    kept, found = examined(strip(40))
+    kept, found = validate_part(strip(40))
     assert (found.one_sided, found.closed, found.open_edges) == (1, False, 80)
     assert "1 patch with one side only, as a Moebius strip has" in found.sentences()
     np.testing.assert_array_equal(kept.faces, strip(40).faces)
 
 
 def test_a_klein_bottle_has_no_open_edge_and_is_a_surface_all_the_same():
-    found = examined(strip(24, closed_tube=True))[1]
+    found = validate_part(strip(24, closed_tube=True))[1]
     assert (found.one_sided, found.closed, found.open_edges) == (1, False, 0)
     assert any(
         "one side only" in line and "a surface, not a solid" in line for line in found.sentences()
     )
-    _, faults = built("a", [strip(24, closed_tube=True)], solid=[True])
+    _, faults = build_environment("a", [strip(24, closed_tube=True)], solid=[True])
     assert "one side only" in faults[0][1]
 
 
@@ -265,7 +265,7 @@ def test_a_box_with_a_fin_is_reported_as_a_surface_although_no_edge_is_without_a
     pairs."""
     vertices = np.vstack([box_part("b", LOW, HIGH).vertices, [[0, 0, 4.0]]])
     fin = RawPart("finned", vertices, np.vstack([BOX_FACES, [[1, 7, 8]]]))
-    found = examined(fin)[1]
+    found = validate_part(fin)[1]
     assert not found.closed
     assert any("a surface, not a solid" in line for line in found.sentences())
 
@@ -273,7 +273,7 @@ def test_a_box_with_a_fin_is_reported_as_a_surface_although_no_edge_is_without_a
 def test_the_wall_between_two_boxes_that_touch_is_no_hole_in_them():
     """Both have the wall, wound opposite ways; together they are one solid."""
     both = together("pair", box([0, 0, 0], [1, 1, 1]), box([1, 0, 0], [2, 1, 1]))
-    made, found = examined(both)
+    made, found = validate_part(both)
     assert (found.closed, found.duplicate, len(made.faces)) == (True, 4, 20)
     at = distances(environment_of(both), [[0.5, 0.5, 0.5], [1.0, 0.5, 0.5], [2.5, 0.5, 0.5]])[:, 0]
     assert at == pytest.approx([-0.5, -0.5, 0.5])
@@ -296,7 +296,7 @@ def test_a_shell_in_a_shell_is_a_cavity_where_wound_opposite_and_else_part_of_th
         box([0, 0, 0], [3, 3, 3], inward=outer_inward),
         box([1, 1, 1], [2, 2, 2], inward=inner_inward),
     )
-    found = examined(both)[1]
+    found = validate_part(both)[1]
     assert (found.turned, found.cavities, found.nested) == counts
     at = distances(environment_of(both), [[1.5, 1.5, 1.5], [0.4, 1.5, 1.5], [-0.4, 1.5, 1.5]])[:, 0]
     assert at == pytest.approx([-0.5 if in_the_middle else 0.5, -0.4, 0.4])
@@ -304,14 +304,14 @@ def test_a_shell_in_a_shell_is_a_cavity_where_wound_opposite_and_else_part_of_th
 
 def test_an_island_in_a_cavity_is_solid_again():
     shells = [box([0] * 3, [5] * 3), box([1] * 3, [4] * 3, inward=True), box([2] * 3, [3] * 3)]
-    found = examined(together("nest", *shells))[1]
+    found = validate_part(together("nest", *shells))[1]
     assert (found.turned, found.cavities, found.nested) == (0, 1, 0)
 
 
 def test_a_shell_inside_out_beside_another_is_no_cavity_although_it_lies_within_its_box():
     """Two bars make an L; a cube in the L's open corner lies in its box and not in it."""
     bars = [box([0, 0, 0], [4, 1, 1]), box([0, 1, 0], [1, 4, 1])]
-    found = examined(together("corner", *bars, box([2, 2, 0.1], [3, 3, 0.9], inward=True)))[1]
+    found = validate_part(together("corner", *bars, box([2, 2, 0.1], [3, 3, 0.9], inward=True)))[1]
     assert (found.turned, found.cavities) == (1, 0)
 
 
@@ -322,7 +322,7 @@ def test_shells_that_cross_are_one_solid_and_counted(inward):
         box([-2, -0.5, -0.5], [2, 0.5, 0.5]),
         box([-0.5, -2, -0.5], [0.5, 2, 0.5], inward=inward),
     )
-    found = examined(both)[1]
+    found = validate_part(both)[1]
     assert (found.crossing, found.turned, found.closed) == (2, int(inward), True)
     assert distances(environment_of(both), [[0, 0, 0.1], [1, 0, 0.1], [1, 1, 0]])[
         :, 0
@@ -339,7 +339,7 @@ def test_a_shell_that_crosses_itself_is_counted():
     part = RawPart(
         "tie", np.vstack([low, high]), np.array([*np.reshape(sides, (8, 3)).tolist(), *caps])
     )
-    found = examined(part)[1]
+    found = validate_part(part)[1]
     assert (found.closed, found.crossing) == (True, 1)
 
 
@@ -486,10 +486,10 @@ def test_many_parts_with_copies_are_told_in_one_line_for_each_kind():
 
 def test_a_solid_part_that_cannot_be_wound_alike_is_refused_with_the_reason():
     vertices = np.vstack([box_part("b", LOW, HIGH).vertices, [[0, 0, 4.0]]])
-    _, faults = built("a", [without(box_part("b", LOW, HIGH), [0])], solid=[True])
+    _, faults = build_environment("a", [without(box_part("b", LOW, HIGH), [0])], solid=[True])
     assert "3 of its edges are open" in faults[0][1]
     wall = RawPart("walled", vertices[:8], np.vstack([BOX_FACES, [[0, 3, 7], [0, 7, 4]]]))
-    _, faults = built("a", [wall], solid=[True])
+    _, faults = build_environment("a", [wall], solid=[True])
     assert "cannot be solid" in faults[0][1]
 
 
@@ -504,7 +504,7 @@ def test_a_sphere_with_half_of_its_faces_turned_round_at_random_is_the_sphere():
     part = RawPart("ball", np.array(sphere.vertices), np.array(sphere.faces))
     rng = np.random.default_rng(0)
     mixed = turned(part, np.flatnonzero(rng.random(len(part.faces)) < 0.5))
-    made, found = examined(mixed)
+    made, found = validate_part(mixed)
     assert found.closed and found.against > 500
     assert trimesh.Trimesh(made.vertices, made.faces, process=False).volume == pytest.approx(
         sphere.volume

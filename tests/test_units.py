@@ -13,7 +13,7 @@ from workbench.cli import main
 from workbench.files.environments import environment_from_mesh, load_environment
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.reading import extent, implausible, read_mesh, to_world
-from workbench.files.meshes.sizes import THINGS, doubtful_sizes, person_size
+from workbench.files.meshes.sizes import SIZE_RANGES, implausible_sizes, person_size
 from workbench.files.schema import metres_in
 from workbench.study.fit_body import read_surface
 
@@ -72,7 +72,7 @@ def written(folder, *parts):
 def test_a_part_of_another_size_than_its_name_says_is_named_with_the_unit_that_fits(
     name, size, metres, words
 ):
-    (said,) = doubtful_sizes([sized(name, size)], metres)
+    (said,) = implausible_sizes([sized(name, size)], metres)
     assert words in said
 
 
@@ -95,7 +95,7 @@ def test_a_part_of_another_size_than_its_name_says_is_named_with_the_unit_that_f
     ],
 )
 def test_a_part_of_a_plausible_size_and_one_named_after_nothing_known_are_not_told(name, size):
-    assert doubtful_sizes([sized(name, size)], 1.0) == ()
+    assert implausible_sizes([sized(name, size)], 1.0) == ()
 
 
 def test_the_unit_that_fits_all_parts_is_told_once_for_the_mesh():
@@ -104,7 +104,7 @@ def test_the_unit_that_fits_all_parts_is_told_once_for_the_mesh():
         sized("seat", (0.05, 0.05, 0.1)),
         sized("pedal", (0.01, 0.01, 0.02)),
     ]
-    (said,) = doubtful_sizes([*parts, sized("door", (0.12, 0.01, 0.1))], 0.001)
+    (said,) = implausible_sizes([*parts, sized("door", (0.12, 0.01, 0.1))], 0.001)
     assert said.endswith(
         "1 more named parts too: a wrong unit of length? wheel would be 0.65 m in cm, which fits all named parts"
     )
@@ -112,14 +112,14 @@ def test_the_unit_that_fits_all_parts_is_told_once_for_the_mesh():
 
 def test_a_file_named_after_a_car_is_as_large_as_one():
     parts = [sized("body", (21.0, 8.0, 6.0)), sized("glass", (6.0, 7.0, 2.0))]
-    (said,) = doubtful_sizes(parts, 1.0, file="my_car")
+    (said,) = implausible_sizes(parts, 1.0, file="my_car")
     assert "'my_car' is 21 m large, and 1.8 to 7 m is plausible for 'car'" in said
-    assert doubtful_sizes(parts, 1.0, file="hall") == ()
+    assert implausible_sizes(parts, 1.0, file="hall") == ()
 
 
 def test_every_thing_has_a_range():
-    assert all(0 < thing.least < thing.greatest for thing in THINGS.values())
-    assert all(word == word.lower() for name in THINGS for word in name)
+    assert all(0 < thing.least < thing.greatest for thing in SIZE_RANGES.values())
+    assert all(word == word.lower() for name in SIZE_RANGES for word in name)
 
 
 @pytest.mark.parametrize("name", ["trainer", "compact_car"])
@@ -127,10 +127,10 @@ def test_the_shipped_environments_are_not_told_to_have_a_wrong_unit_and_are_in_f
     assert load_environment(name).warnings == ()
     path = ROOT / "environments" / name / f"{name}.obj"
     parts = read_mesh(path).parts
-    assert doubtful_sizes(to_world(read_mesh(path), np.eye(3), metres=1.0), 1.0, file=name) == ()
+    assert implausible_sizes(to_world(read_mesh(path), np.eye(3), metres=1.0), 1.0, file=name) == ()
     feet = to_world(read_mesh(path), np.eye(3), metres=0.3048)
     assert implausible(float(extent(parts).max()), 0.3048) is None
-    assert doubtful_sizes(feet, 0.3048, file=name)
+    assert implausible_sizes(feet, 0.3048, file=name)
 
 
 REAL = {name: (ENVIRONMENTS / file.path, file.metres) for name, file in FILES.items()}
@@ -144,7 +144,9 @@ def test_a_real_mesh_in_its_right_unit_is_not_told_to_have_another(name):
     path, metres = REAL[name]
     real_input(path)
     assert (
-        doubtful_sizes(to_world(read_mesh(path), np.eye(3), metres=metres), metres, file=path.stem)
+        implausible_sizes(
+            to_world(read_mesh(path), np.eye(3), metres=metres), metres, file=path.stem
+        )
         == ()
     )
 
@@ -161,7 +163,9 @@ def test_most_real_meshes_in_a_wrong_unit_are_refused_or_told():
             if abs(metres / right - 1) < 1e-9:
                 continue
             refused = implausible(float(extent(raw.parts).max()), metres)
-            told = doubtful_sizes(to_world(raw, np.eye(3), metres=metres), metres, file=path.stem)
+            told = implausible_sizes(
+                to_world(raw, np.eye(3), metres=metres), metres, file=path.stem
+            )
             if refused or told:
                 caught += 1
             else:

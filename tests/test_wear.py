@@ -146,14 +146,14 @@ def test_a_person_of_a_study_wears_what_it_says(tmp_path):
     path = tmp_path / "dressed.yaml"
     path.write_text(STUDY.replace("seat: left", "seat: left, clothes: [helmet]", 1))
     result = wb.run(wb.load_study(path))
-    (pilot, _) = result.postures.people
+    (pilot, _) = result.postures[0].people
     assert any(name.endswith("(helmet)") for name in pilot.placed.body.sphere_names)
     assert "helmet of pilot" in result.study.inputs
     bare = wb.run(wb.load_study("trainer_clearance"))
     head = pilot.placed.body.segment("H")
-    canopy = [k for k, part in enumerate(result.postures.environment.parts) if "canopy" in part]
+    canopy = [k for k, part in enumerate(result.postures[0].environment.parts) if "canopy" in part]
     near, far = (
-        each.postures.people[0].clearance.distance[:, head][:, canopy].min()
+        each.postures[0].people[0].clearance.distance[:, head][:, canopy].min()
         for each in (result, bare)
     )
     assert near < far - 0.02

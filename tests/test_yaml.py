@@ -15,7 +15,7 @@ from workbench import InputError
 from workbench.errors import has_controls, printable
 from workbench.files.ansur import read_ansur
 from workbench.files.kinds import check_file
-from workbench.files.motions.lines import numbered
+from workbench.files.motions.number_rows import numbered_lines
 from workbench.files.results.result import load_result
 from workbench.files.yaml_text import MOST_DEPTH, parse_yaml, read_yaml
 
@@ -290,7 +290,7 @@ def test_a_control_character_in_a_text_is_refused_with_its_place(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "read", [read_yaml, read_ansur, lambda path: list(numbered(path)), load_result]
+    "read", [read_yaml, read_ansur, lambda path: list(numbered_lines(path)), load_result]
 )
 def test_pipes_and_devices_are_refused_by_every_reader_of_text(tmp_path, read):
     os.mkfifo(tmp_path / "pipe")

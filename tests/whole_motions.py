@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.files.motions.bvh import bone_pieces
-from workbench.files.motions.lines import ALL, Pick
-from workbench.files.motions.opensim import Coordinates, coordinate_pieces
-from workbench.files.motions.tables import segment_pieces
+from workbench.files.motions.bvh import bone_batches
+from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
+from workbench.files.motions.opensim import Coordinates, coordinate_batches
+from workbench.files.motions.tables import segment_batches
 from workbench.model.motion import Bones, SegmentTrack
 
 
@@ -23,16 +23,16 @@ def joined(parts, *names):
     )
 
 
-def read_bvh(path: str | Path, *, keep: Pick = ALL) -> Bones:
+def read_bvh(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Bones:
     """All bones of a BVH file."""
-    return joined(bone_pieces(path, keep=keep), "rotations", "shift", "time")
+    return joined(bone_batches(path, keep=keep), "rotations", "shift", "time")
 
 
-def read_coordinates(path: str | Path, *, keep: Pick = ALL) -> Coordinates:
+def read_coordinates(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Coordinates:
     """All coordinates of a .mot or .sto file."""
-    return joined(coordinate_pieces(path, keep=keep), "values", "time")
+    return joined(coordinate_batches(path, keep=keep), "values", "time")
 
 
-def read_segment_table(path: str | Path, *, keep: Pick = ALL) -> SegmentTrack:
+def read_segment_table(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> SegmentTrack:
     """All frames of a table of segments."""
-    return joined(segment_pieces(path, keep=keep), "world_from_segment", "time")
+    return joined(segment_batches(path, keep=keep), "world_from_segment", "time")

@@ -44,7 +44,7 @@ from workbench.errors import InputError
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
 from workbench.files.growth import load_growth
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import FrameRange
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
 from workbench.model.posture_study import Person
@@ -460,9 +460,12 @@ def motions() -> Named:
         (made / "d.trc").write_text(_trc(body, short))
         yield from _motion("trainer_lap as trc", body, made / "d.trc")
     recorded = {
-        "jump as bvh": ("bvh/01_01.bvh", MotionOptions(keep=Pick(every=100))),
-        "walk as trc": ("trc/bmc_walk1.trc", MotionOptions(keep=Pick(every=10), gaps=0.2)),
-        "walk as c3d": ("c3d/bmc_Gait.c3d", MotionOptions(keep=Pick(1.33, 4.2, 20), gaps=0.2)),
+        "jump as bvh": ("bvh/01_01.bvh", MotionOptions(keep=FrameRange(every=100))),
+        "walk as trc": ("trc/bmc_walk1.trc", MotionOptions(keep=FrameRange(every=10), gaps=0.2)),
+        "walk as c3d": (
+            "c3d/bmc_Gait.c3d",
+            MotionOptions(keep=FrameRange(1.33, 4.2, 20), gaps=0.2),
+        ),
     }
     for name, (file, options) in recorded.items():
         if (RECORDED / file).is_file():

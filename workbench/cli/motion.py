@@ -157,12 +157,14 @@ def _read(
     import math
 
     from workbench.files.body.bodies import load_body
-    from workbench.files.motions.lines import Pick
+    from workbench.files.motions.number_rows import FrameRange
     from workbench.study.motions import MotionOptions, load_motion
     from workbench.study.subject import subject_body
 
     (up, unit, scale), (start, end, every) = how
-    keep = Pick(-math.inf if start is None else start, math.inf if end is None else end, every)
+    keep = FrameRange(
+        -math.inf if start is None else start, math.inf if end is None else end, every
+    )
     who = load_body(body)
     options = MotionOptions(up=up, metres=None if unit is None else _metres(unit), keep=keep)
     sized: tuple[str, ...] = ()

@@ -14,7 +14,12 @@ from PIL import Image
 from workbench.draw.camera import Camera, facing
 from workbench.draw.colours import GLASS, INK, PAPER, SECTION, ramp
 from workbench.draw.ghosts import paint_overlays
-from workbench.draw.kernels.compositing import blend_overlays, compose_solids, darken_rims
+from workbench.draw.kernels.compositing import (
+    SolidLayers,
+    blend_overlays,
+    compose_solids,
+    darken_rims,
+)
 from workbench.draw.kernels.edge_lines import paint_lines
 from workbench.draw.lines.edges import Lines, drawn_edges, visible_lines
 from workbench.draw.marks.pictures import paint_mark_shapes, paint_mark_texts
@@ -174,7 +179,7 @@ def _with_walls(
     compose_solids(
         np.concatenate([colour, [SECTION, PAPER]]),
         bodies,
-        (triangle, buffers.depth, section, buffers.sphere, buffers.body_depth),
+        SolidLayers(triangle, buffers.depth, section, buffers.sphere, buffers.body_depth),
         np.array([fade_start, _FADE_LENGTH, _FADE_SHARE]),
         veil,
         picture,

@@ -20,12 +20,12 @@ from workbench.files.environment_schema import (
     SeatFile,
     unit_metres,
 )
-from workbench.files.meshes.assembly import built
+from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.obj import outside_folder
 from workbench.files.meshes.parts import RawPart
 from workbench.files.meshes.reading import (
     SMALLEST,
-    axes,
+    axes_rotation,
     extent,
     implausible,
     read_mesh,
@@ -33,7 +33,7 @@ from workbench.files.meshes.reading import (
     to_world,
 )
 from workbench.files.meshes.scene import mesh_of_scene
-from workbench.files.meshes.sizes import doubtful_sizes
+from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import fail, metres_in, validate
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.arrays import Floats
@@ -70,7 +70,9 @@ def load_environment(source: str | Path, *, near: Path | None = None) -> Environ
     faults += _unknown_names(document, file, names)
     if faults:
         raise InputError(faults)
-    environment, open_parts = built(file.environment, parts, solid=[rule.solid for rule in rules])
+    environment, open_parts = build_environment(
+        file.environment, parts, solid=[rule.solid for rule in rules]
+    )
     if open_parts:
         raise InputError(
             [fail(document, _rule_path(file, names[k]), what) for k, what in open_parts]
@@ -119,14 +121,14 @@ def environment_from_mesh(
     else:
         name = "scene"
         raw = mesh_of_scene(source, name)
-    rotation = axes(up, forward)
+    rotation = axes_rotation(up, forward)
     metres = _stated(raw.file, length) if length is not None else raw.metres
     wrong = implausible(float(extent(raw.parts).max()), metres)
     if wrong or metres is None:
         raise InputError(f"{raw.file}: {wrong}")
     parts = to_world(raw, rotation, metres=metres)
-    notes = (*doubtful_sizes(parts, metres, file=name), *raw.notes)
-    environment, faults = built(name, parts, solid=[solid] * len(parts), notes=notes)
+    notes = (*implausible_sizes(parts, metres, file=name), *raw.notes)
+    environment, faults = build_environment(name, parts, solid=[solid] * len(parts), notes=notes)
     if faults:
         raise InputError([f"{raw.file}: {what}" for _, what in faults])
     return environment
@@ -193,7 +195,7 @@ def _mesh(
     turn = attitude_matrix(yaw=mesh.turn.yaw, pitch=mesh.turn.pitch, roll=mesh.turn.roll)
     rotation: Floats = turn @ stated_axes(raw, mesh.up, mesh.forward)
     parts = to_world(raw, rotation, metres=metres, move=np.array(mesh.move))
-    return parts, (*doubtful_sizes(parts, metres, file=Path(mesh.file).stem), *raw.notes)
+    return parts, (*implausible_sizes(parts, metres, file=Path(mesh.file).stem), *raw.notes)
 
 
 def _matching(key: str, names: Iterable[str]) -> list[str]:

@@ -11,9 +11,9 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.environment_schema import unit_metres
 from workbench.files.environments import load_environment
-from workbench.files.meshes.assembly import built
-from workbench.files.meshes.reading import axes, implausible, read_mesh, to_world
-from workbench.files.meshes.sizes import doubtful_sizes
+from workbench.files.meshes.assembly import build_environment
+from workbench.files.meshes.reading import axes_rotation, implausible, read_mesh, to_world
+from workbench.files.meshes.sizes import implausible_sizes
 from workbench.files.schema import metres_in
 from workbench.model.environment import Environment
 
@@ -85,14 +85,14 @@ def inspect_mesh(
     raw = read_mesh(path)
     up = up or raw.up or "z"
     forward = forward or ("z" if up.lstrip("+-") == "y" else "x" if up.lstrip("+-") == "z" else "y")
-    rotation = axes(up, forward)
+    rotation = axes_rotation(up, forward)
     try:
         metres = raw.metres if length is None else unit_metres(length)
     except ValueError as error:
         raise InputError(f"{path}: length {length!r}: {error}") from None
     parts = to_world(raw, rotation, metres=metres or 1.0)
-    doubts = () if metres is None else doubtful_sizes(parts, metres, file=Path(path).stem)
-    environment, _ = built(
+    doubts = () if metres is None else implausible_sizes(parts, metres, file=Path(path).stem)
+    environment, _ = build_environment(
         Path(path).stem, parts, solid=["auto"] * len(parts), notes=(*doubts, *raw.notes)
     )
     size = _three(environment.bounds[1] - environment.bounds[0])

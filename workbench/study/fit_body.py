@@ -22,8 +22,8 @@ from workbench.errors import UsageError
 from workbench.files.body.bodies import body_path, load_body
 from workbench.files.body.fitted import FittedSegment, fitted_text
 from workbench.files.body.outlines import load_outlines
-from workbench.files.meshes.reading import axes, read_mesh, to_world
-from workbench.files.meshes.sizes import doubtful_sizes, person_size
+from workbench.files.meshes.reading import axes_rotation, read_mesh, to_world
+from workbench.files.meshes.sizes import implausible_sizes, person_size
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
@@ -77,12 +77,12 @@ def read_surface(
         raise UsageError(
             f"{source}: the file does not say its unit of length: state it (--length {units})"
         )
-    parts = to_world(raw, axes(up, forward), metres=metres)
+    parts = to_world(raw, axes_rotation(up, forward), metres=metres)
     first = np.cumsum([0, *(len(p.vertices) for p in parts)])
     faces = np.concatenate([p.faces + n for p, n in zip(parts, first, strict=False)])
     surface = sealed(np.concatenate([p.vertices for p in parts]), faces, what=str(source))
     size = float(np.ptp(surface.vertices, axis=0).max())
-    doubts = doubtful_sizes(parts, metres, file=source.stem) or person_size(size, metres)
+    doubts = implausible_sizes(parts, metres, file=source.stem) or person_size(size, metres)
     return replace(surface, notes=(*surface.notes, *doubts)) if doubts else surface
 
 

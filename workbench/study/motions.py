@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.files.motions.lines import ALL, Pick
+from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.motions.opensim import Coordinates, coordinate_poses
 from workbench.files.motions.reading import Recorded, read_motion
 from workbench.model.body import Body
@@ -38,7 +38,7 @@ class MotionOptions:
     names: Mapping[str, str] | None = None
     up: str | None = None
     metres: float | None = None
-    keep: Pick = ALL
+    keep: FrameRange = ALL_FRAMES
     gaps: float = 0.1
     move: tuple[float, float, float] = (0.0, 0.0, 0.0)
     yaw: float = 0.0

@@ -18,7 +18,7 @@ from workbench.body.scaling.scale import morph_to
 from workbench.body.wear import wear
 from workbench.errors import InputError, UsageError
 from workbench.files.crash.simulations import load_simulation, with_airbags
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import FrameRange
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
@@ -269,7 +269,7 @@ def _motion_criteria(study: Study, case: Case, role: Role) -> tuple[Criterion, .
 
 
 def _options(action: RecordedMotion) -> MotionOptions:
-    keep = Pick(action.begin, action.end, action.every)
+    keep = FrameRange(action.begin, action.end, action.every)
     return MotionOptions(
         action.names, action.up, action.metres, keep, action.gaps, action.move, action.yaw
     )

@@ -15,7 +15,7 @@ from workbench.draw.scene import Scene, SceneBody
 from workbench.draw.scene_builder import PEOPLE_COLOURS, Source, build_source, source_kind
 from workbench.errors import InputError, UsageError, one_of
 from workbench.files.body.bodies import load_body
-from workbench.files.motions.lines import Pick
+from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.reading import MOTIONS
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
@@ -132,7 +132,9 @@ def _read_motion(body: Body, file: Path, clip: MotionClip) -> tuple[Poses, tuple
         raise InputError(f"{file}: no such motion file")
     start = -math.inf if clip.start is None else clip.start
     end = math.inf if clip.end is None else clip.end
-    poses, notes = load_motion(body, file, options=MotionOptions(up=clip.up, keep=Pick(start, end)))
+    poses, notes = load_motion(
+        body, file, options=MotionOptions(up=clip.up, keep=FrameRange(start, end))
+    )
     if len(poses) < 2:
         raise InputError(f"{file}: one frame is a posture; a motion needs two or more")
     return replace(poses, time=poses.clock), notes

@@ -1,22 +1,25 @@
-"""Straight edges in a picture of pixels: what of each shows, sampled against its layers; and their
-painting."""
+"""Sample which pieces of straight edges are visible against depth buffers, and paint them."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.compiled import njit
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["edge_pieces", "paint_lines"]
+__all__ = ["SurfaceLayers", "edge_pieces", "paint_lines"]
 
 
 @njit(cache=True)
 def _hidden(row: int, column: int, depth: float, surface: Floats, bias: float) -> bool:
-    """Whether the surfaces of a pixel and its eight neighbours are all nearer: no surface hides its
-    own edge."""
+    """Return whether the surfaces of a pixel and of its eight neighbours are all nearer.
+
+    With the neighbours, no surface hides its own edge.
+    """
     height, width = surface.shape
     least = depth + bias
     if least >= surface[row, column]:  # most often
@@ -29,46 +32,77 @@ def _hidden(row: int, column: int, depth: float, surface: Floats, bias: float) -
     return True
 
 
+class SurfaceLayers(NamedTuple):
+    """What can hide an edge, (height, width) each, and its limits."""
+
+    depth: Floats
+    """Depth [m] of the foremost opaque surface."""
+    sphere: NDArray[np.int32]
+    """Index of the foremost sphere, -1 for none."""
+    body_depth: Floats
+    """Depth [m] of the spheres."""
+    bias: float
+    """Depth [m] by which a surface must be nearer to hide an edge."""
+    cut: float
+    """Depth [m] of the near plane."""
+
+
+HIDDEN = 0
+FAINT = 1
+PLAIN = 2
+
+
 @njit(cache=True)
-def _state(
-    x: float,
-    y: float,
-    depth: float,
-    clear: bool,
-    layers: tuple[Floats, Ints, Floats],
-    limits: Floats,
-) -> int:
-    """0 hidden, 1 faint, 2 plain, at a point x, y [pixels]. limits (2,): bias [m] and the depth of
-    the cut."""
-    surface, sphere, body_depth = layers
-    height, width = surface.shape
-    if not (0.0 <= x < width and 0.0 <= y < height and depth <= limits[1] + limits[0]):
-        return 0
+def _visibility(x: float, y: float, depth: float, clear: bool, layers: SurfaceLayers) -> int:
+    """Return HIDDEN, FAINT or PLAIN for a point x, y [pixels] of an edge."""
+    height, width = layers.depth.shape
+    if not (0.0 <= x < width and 0.0 <= y < height and depth <= layers.cut + layers.bias):
+        return HIDDEN
     row = math.floor(y)
     column = math.floor(x)
-    body = sphere[row, column] >= 0
-    if (body and depth < body_depth[row, column]) or _hidden(
-        row, column, depth, surface, limits[0]
-    ):
-        return 0
-    return 1 if body or clear else 2
+    before_body = layers.sphere[row, column] >= 0
+    if before_body and depth < layers.body_depth[row, column]:
+        return HIDDEN
+    if _hidden(row, column, depth, layers.depth, layers.bias):
+        return HIDDEN
+    return FAINT if before_body or clear else PLAIN
+
+
+@njit(cache=True)
+def _with_room(pieces: Floats, used: int, more: int) -> Floats:
+    """Return pieces (K, 6) with room for `more` rows after the first `used`."""
+    if used + more <= len(pieces):
+        return pieces
+    larger = np.empty((2 * len(pieces) + more, 6))
+    for piece in range(used):
+        for k in range(6):
+            larger[piece, k] = pieces[piece, k]
+    return larger
 
 
 @njit(cache=True)
 def edge_pieces(
-    edges: Floats,
-    clear: Ints,
-    layers: tuple[Floats, Ints, Floats],
-    limits: Floats,
-    step: float,
-    bend: float,
+    edges: Floats, clear: Ints, layers: SurfaceLayers, step: float, inverse_distance: float
 ) -> Floats:
-    """Pieces (K, 6): from x, y to x, y [pixels], depth [m], 1 where faint, of edges (M, 2, 3) x, y,
-    projective depth.
+    """Find the visible pieces of edges, tested at both ends and every `step` [pixels] or closer.
 
-    clear (M,): of see-through parts. layers: depth of the foremost surface, sphere or -1, its
-    depth, (height, width) each. limits (2,): see _state. Tested at both ends and every `step`
-    [pixels] or closer; a piece of one point is none.
+    Parameters
+    ----------
+    edges
+        (M, 2, 3) ends as x, y [pixels] and projective depth.
+    clear
+        (M,) whether the part is see-through.
+    layers
+        What can hide them.
+    step
+        Largest distance [pixels] of the points that are tested. A piece of one point is dropped.
+    inverse_distance
+        Of the camera [1/m].
+
+    Returns
+    -------
+    Floats
+        (K, 6) from x, y to x, y [pixels], mean depth [m], and 1 for a faint piece.
     """
     pieces = np.empty((2 * len(edges) + 64, 6))
     found = 0
@@ -76,67 +110,72 @@ def edge_pieces(
         dx = edges[i, 1, 0] - edges[i, 0, 0]
         dy = edges[i, 1, 1] - edges[i, 0, 1]
         count = math.ceil(math.sqrt(dx * dx + dy * dy) / step) + 2
-        if found + count + 1 > len(pieces):
-            larger = np.empty((2 * len(pieces) + count, 6))
-            for piece in range(found):
-                for part in range(6):
-                    larger[piece, part] = pieces[piece, part]
-            pieces = larger
-        before = -1
-        first = 0.0
+        pieces = _with_room(pieces, found, count + 1)
+        last_state = -1
+        first_depth = 0.0
         length = 0
         for k in range(count):
             share = k / (count - 1)
             x = edges[i, 0, 0] * (1.0 - share) + edges[i, 1, 0] * share
             y = edges[i, 0, 1] * (1.0 - share) + edges[i, 1, 1] * share
             depth = edges[i, 0, 2] * (1.0 - share) + edges[i, 1, 2] * share
-            depth = depth / (1.0 + depth * bend)
-            state = _state(x, y, depth, clear[i], layers, limits)
-            if state != before:
-                found += before > 0 and length > 1
+            depth = depth / (1.0 + depth * inverse_distance)
+            state = _visibility(x, y, depth, clear[i], layers)
+            if state != last_state:
+                found += last_state > HIDDEN and length > 1
                 pieces[found, 0] = x
                 pieces[found, 1] = y
-                pieces[found, 5] = 1.0 if state == 1 else 0.0
-                first = depth
+                pieces[found, 5] = 1.0 if state == FAINT else 0.0
+                first_depth = depth
                 length = 0
-            before = state
+            last_state = state
             length = length + 1
             pieces[found, 2] = x
             pieces[found, 3] = y
-            pieces[found, 4] = (first + depth) / 2.0
-        found += before > 0 and length > 1
+            pieces[found, 4] = (first_depth + depth) / 2.0
+        found += last_state > HIDDEN and length > 1
     return pieces[:found]
 
 
 @njit(cache=True)
 def paint_lines(ends: Floats, opacity: Ints, width: float, mask: Ints) -> None:
-    """Lines (M, 4) from x, y to x, y [pixels], `width` wide, into `mask` (height, width) in turn,
-    later ones over.
+    """Paint lines into a mask in turn, later ones over earlier ones.
 
-    A line takes the pixels whose middles lie less than half its width off, and in every column, or
-    row where it is steep, the one that it goes through. Ends are cut across the picture's axes.
+    A line takes the pixels whose middles lie less than half its width from it. In every column, or
+    row if it is steep, it takes at least the pixel that it goes through. Ends are cut across the
+    axes of the picture.
+
+    Parameters
+    ----------
+    ends
+        (M, 4) from x, y to x, y [pixels].
+    opacity
+        (M,) value of the pixels.
+    width
+        Width of the lines [pixels].
+    mask
+        (height, width) filled in place.
     """
     height, across = mask.shape
     for n in range(len(ends)):
-        x0 = ends[n, 0]
-        y0 = ends[n, 1]
-        x1 = ends[n, 2]
-        y1 = ends[n, 3]
-        steep = abs(y1 - y0) > abs(x1 - x0)
-        if steep:
-            x0, y0, x1, y1 = y0, x0, y1, x1
-        if x0 > x1:
-            x0, y0, x1, y1 = x1, y1, x0, y0
-        slope = (y1 - y0) / (x1 - x0) if x1 > x0 else 0.0
+        # u runs along the axis that the line is nearest to, v across it
+        steep = abs(ends[n, 3] - ends[n, 1]) > abs(ends[n, 2] - ends[n, 0])
+        along = 1 if steep else 0
+        start = 0 if ends[n, along] <= ends[n, 2 + along] else 2
+        u0 = ends[n, start + along]
+        v0 = ends[n, start + 1 - along]
+        u1 = ends[n, 2 - start + along]
+        v1 = ends[n, 3 - start - along]
+        slope = (v1 - v0) / (u1 - u0) if u1 > u0 else 0.0
         half = 0.5 * width * math.sqrt(1.0 + slope * slope) if width > 1.0 else 0.0
-        most, least = (height, across) if steep else (across, height)
-        for u in range(max(math.floor(x0), 0), min(math.floor(x1), most - 1) + 1):
-            v = y0 + slope * (min(max(u + 0.5, x0), x1) - x0)
+        u_size, v_size = (height, across) if steep else (across, height)
+        for u in range(max(math.floor(u0), 0), min(math.floor(u1), u_size - 1) + 1):
+            v = v0 + slope * (min(max(u + 0.5, u0), u1) - u0)
             first = math.ceil(v - half - 0.5)
             last = math.floor(v + half - 0.5)
             if last < first or half == 0.0:
                 first = last = math.floor(v)
-            for w in range(max(first, 0), min(last, least - 1) + 1):
+            for w in range(max(first, 0), min(last, v_size - 1) + 1):
                 if steep:
                     mask[u, w] = opacity[n]
                 else:

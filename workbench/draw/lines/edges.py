@@ -17,7 +17,7 @@ import numpy as np
 
 from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
 from workbench.draw.clipping import clip_segments, plane_intersections
-from workbench.draw.kernels.edge_lines import edge_pieces
+from workbench.draw.kernels.edge_lines import SurfaceLayers, edge_pieces
 from workbench.draw.visibility import DepthBuffers, triangle_polygons, triangles_shown
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
@@ -180,12 +180,8 @@ def visible_lines(edges: Floats, see_through: Bools, buffers: DepthBuffers) -> L
     edges = edges[inside]
     camera = buffers.camera
     edges[:, :, 2] = projective_depth(camera, edges[:, :, 2])
-    pieces = edge_pieces(
-        edges,
-        see_through[inside],
-        (buffers.depth, buffers.sphere, buffers.body_depth),
-        np.array([_DEPTH_BIAS, buffers.cut]),
-        _SAMPLE_STEP,
-        camera.inverse_distance,
+    layers = SurfaceLayers(
+        buffers.depth, buffers.sphere, buffers.body_depth, _DEPTH_BIAS, buffers.cut
     )
+    pieces = edge_pieces(edges, see_through[inside], layers, _SAMPLE_STEP, camera.inverse_distance)
     return Lines(pieces[:, :4].reshape(-1, 2, 2), pieces[:, 4], pieces[:, 5] == 1.0)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.motions.lines import number_rows, numbered
+from workbench.files.motions.number_rows import Clock, number_rows, numbered_lines
 from workbench.model.pulse import STANDARD_GRAVITY, Pulse, table_pulse
 
 __all__ = ["read_pulse"]
@@ -27,7 +27,7 @@ def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
     """
     lines = (
         (n, line)
-        for n, line in numbered(path)
+        for n, line in numbered_lines(path)
         if line.strip() and not line.lstrip().startswith("#")
     )
     number, head = next(lines, (1, ""))
@@ -36,7 +36,7 @@ def read_pulse(path: Path, *, start: float = 0.0) -> Pulse:
         for word, name in zip([*head.split(","), "", ""][:2], _UNITS, strict=True)
     ]
     rows = ((n, [word.strip() for word in line.split(",")]) for n, line in lines)
-    values, _, numbers = number_rows(path, rows, 2, rows=list(_UNITS), clock=(None, 1.0))
+    values, _, numbers = number_rows(path, rows, 2, rows=list(_UNITS), clock=Clock(None, 1.0))
     if len(values) < 3:
         raise InputError(f"{path}: a pulse needs 3 samples or more, got {len(values)}")
     time = values[:, 0] * scale[0]

@@ -24,7 +24,7 @@ from workbench.files.crash.restraints import (
 )
 from workbench.files.crash.simulation_schema import SimulationFile
 from workbench.files.environments import environment_files, load_environment
-from workbench.files.meshes.assembly import built
+from workbench.files.meshes.assembly import build_environment
 from workbench.files.postures import flat_angles, load_postures, posture_path, posture_pose
 from workbench.files.schema import fail, validate
 from workbench.files.yaml_text import Document, read_yaml
@@ -108,7 +108,9 @@ def with_airbags(environment: Environment, bags: Sequence[Airbag]) -> Environmen
     """The environment with its airbags as closed parts that every segment may go into."""
     if not bags:
         return environment
-    made, _ = built("airbags", [airbag_part(bag) for bag in bags], solid=[True] * len(bags))
+    made, _ = build_environment(
+        "airbags", [airbag_part(bag) for bag in bags], solid=[True] * len(bags)
+    )
     allowed = tuple(Allowance(k, ("all",), bag.allow) for k, bag in enumerate(bags))
     return joined(
         environment,

@@ -1,4 +1,4 @@
-"""Build an environment from parts: faults counted, windings mended, coplanar faces merged."""
+"""Build an environment from parts: defects counted, windings repaired, coplanar faces merged."""
 
 from __future__ import annotations
 
@@ -6,48 +6,59 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from workbench.files.meshes.parts import RawPart, welded
+from workbench.files.meshes.mesh_validation import Defect, MeshDefects, validate_part
+from workbench.files.meshes.parts import RawPart, weld
 from workbench.files.meshes.polygons import merge_coplanar
-from workbench.files.meshes.quality import Fault, Faults, examined
-from workbench.files.meshes.winding import way_round
+from workbench.files.meshes.winding import winding_sense
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment, Quality
 
-__all__ = ["built"]
+__all__ = ["build_environment"]
 
-_NAMED = 3
-"""Parts named in a warning that is about many."""
+_MAX_NAMES = 3
+"""Number of parts that a warning about many parts names."""
+
+_Checked = tuple[RawPart, MeshDefects]
 
 
-def built(
+def build_environment(
     name: str, parts: Iterable[RawPart], *, solid: Iterable[bool | str], notes: Iterable[str] = ()
 ) -> tuple[Environment, list[tuple[int, str]]]:
-    """Build an environment from parts in the world's frame [m]: duplicates out, shells outward,
-    coplanar faces merged.
+    """Build an environment: duplicates removed, shells outward, coplanar faces merged.
 
-    solid: for each part "auto" (closed ones are), True or False. Also returns faults: (part, what
-    is wrong).
+    Parameters
+    ----------
+    name
+        Name of the environment.
+    parts
+        Parts in the world's frame [m].
+    solid
+        For each part "auto" (solid if it is closed), True or False.
+    notes
+        Warnings to begin with.
+
+    Returns
+    -------
+    tuple[Environment, list[tuple[int, str]]]
+        The environment, and for each part that cannot be solid its index and the reason.
     """
-    checked = [examined(part) for part in parts]
-    wanted = list(solid)
+    checked = [validate_part(part) for part in parts]
+    declared = list(solid)
+    names = tuple(part.name for part, _ in checked)
     first = np.cumsum([0, *(len(part.vertices) for part, _ in checked)])
     vertices = np.concatenate([np.zeros((0, 3)), *(part.vertices for part, _ in checked)])
-    shifted = [part.faces + start for (part, _), start in zip(checked, first, strict=False)]
-    merged = merge_coplanar(vertices, np.concatenate([np.zeros((0, 3), dtype=np.int64), *shifted]))
-    owner = (
-        np.searchsorted(first, merged.triangles[merged.triangle_start[:-1], 0], side="right") - 1
-    )
+    faces = [part.faces + start for (part, _), start in zip(checked, first, strict=False)]
+    merged = merge_coplanar(vertices, np.concatenate([np.zeros((0, 3), dtype=np.int64), *faces]))
+    first_vertex = merged.triangles[merged.triangle_start[:-1], 0]
+    owner = np.searchsorted(first, first_vertex, side="right") - 1
     part_start = np.searchsorted(owner, np.arange(len(checked) + 1))
-    names = tuple(part.name for part, _ in checked)
-    closed = [found.closed for _, found in checked]
     solids = np.array(
-        [c if w == "auto" else bool(w) for c, w in zip(closed, wanted, strict=True)], dtype=np.bool_
+        [
+            defects.closed if how == "auto" else bool(how)
+            for (_, defects), how in zip(checked, declared, strict=True)
+        ],
+        dtype=np.bool_,
     )
-    faults = [
-        (k, _open(*pair))
-        for k, pair in enumerate(checked)
-        if wanted[k] is True and not pair[1].closed
-    ]
     none = np.zeros(len(checked), dtype=np.bool_)
     environment = Environment(
         name=name,
@@ -66,104 +77,123 @@ def built(
         solid=solids,
         hidden=none,
         see_through=none,
-        quality=tuple(
-            _quality(part.name, found, int(n), declared=how != "auto")
-            for (part, found), n, how in zip(checked, np.diff(part_start), wanted, strict=True)
+        quality=_qualities(checked, np.diff(part_start), declared),
+        warnings=(
+            *notes,
+            *_defect_warnings(checked),
+            *_shared_face_warnings(names, vertices, faces, solids),
         ),
-        warnings=(*notes, *_grouped(checked), *_shared(names, vertices, shifted, solids)),
     )
-    return environment, faults
+    return environment, _solid_errors(checked, declared)
 
 
-def _open(part: RawPart, found: Faults) -> str:
-    if found.open_edges:
-        why = f"{found.open_edges} of its edges are open"
-    elif found.one_sided:
-        why = "it has one side only, as a Moebius strip has"
+def _solid_errors(
+    checked: Sequence[_Checked], declared: Sequence[bool | str]
+) -> list[tuple[int, str]]:
+    """Return index and reason for each part that is declared solid and is not closed."""
+    return [
+        (k, _open_reason(part, defects))
+        for k, (part, defects) in enumerate(checked)
+        if declared[k] is True and not defects.closed
+    ]
+
+
+def _open_reason(part: RawPart, defects: MeshDefects) -> str:
+    if defects.open_edges:
+        reason = f"{defects.open_edges} of its edges are open"
+    elif defects.one_sided:
+        reason = "it has one side only, as a Moebius strip has"
     else:
-        why = "where more than two of its faces share an edge, its faces cannot be wound alike"
-    return f"part {part.name!r} cannot be solid: {why}; mend the mesh, or say solid: false"
+        reason = "where more than two of its faces share an edge, its faces cannot be wound alike"
+    return f"part {part.name!r} cannot be solid: {reason}; mend the mesh, or say solid: false"
 
 
-def _quality(name: str, found: Faults, polygons: int, *, declared: bool) -> Quality:
-    return Quality(
-        part=name,
-        faces=found.faces,
-        polygons=polygons,
-        degenerate=found.degenerate,
-        duplicate=found.duplicate,
-        open_edges=found.open_edges,
-        against=found.against,
-        one_sided=found.one_sided,
-        cavities=found.cavities,
-        nested=found.nested,
-        crossing=found.crossing,
-        inverted=found.turned > 0,
-        watertight=found.closed,
-        declared=declared,
+def _qualities(
+    checked: Sequence[_Checked], polygons: Ints, declared: Sequence[bool | str]
+) -> tuple[Quality, ...]:
+    """Return the quality of the mesh of each part; polygons: their number in each."""
+    return tuple(
+        Quality(
+            part=part.name,
+            faces=defects.faces,
+            polygons=count,
+            degenerate=defects.degenerate,
+            duplicate=defects.duplicate,
+            open_edges=defects.open_edges,
+            against=defects.against,
+            one_sided=defects.one_sided,
+            cavities=defects.cavities,
+            nested=defects.nested,
+            crossing=defects.crossing,
+            inverted=defects.turned > 0,
+            watertight=defects.closed,
+            declared=how != "auto",
+        )
+        for (part, defects), count, how in zip(checked, polygons.tolist(), declared, strict=True)
     )
 
 
-def _grouped(checked: Sequence[tuple[RawPart, Faults]]) -> list[str]:
-    """One line for each kind of fault: the parts that have it, those with the most first, and how
-    often in all."""
+def _defect_warnings(checked: Sequence[_Checked]) -> list[str]:
+    """Return one sentence for each kind of defect: how often it occurs, and the parts that have it,
+    those with the most first."""
     kinds: dict[tuple[str, str], list[tuple[int, str]]] = {}
-    for part, found in checked:
-        for fault in found.found():
-            kinds.setdefault((fault.what, fault.meaning), []).append((fault.count, part.name))
-    lines = []
+    for part, defects in checked:
+        for defect in defects.present():
+            kinds.setdefault((defect.what, defect.meaning), []).append((defect.count, part.name))
+    warnings = []
     for (what, meaning), rows in kinds.items():
         names = [name for _, name in sorted(rows, key=lambda row: -row[0])]
-        shown = ", ".join(names[:_NAMED]) + (
-            f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-        )
-        total = Fault(
-            sum(count for count, _ in rows), what, (" in all" if len(names) > 1 else "") + meaning
-        )
-        lines.append(f"part{'s' if len(names) > 1 else ''} {shown}: {total.sentence()}")
-    return lines
+        more = f" and {len(names) - _MAX_NAMES} more" if len(names) > _MAX_NAMES else ""
+        shown = ", ".join(names[:_MAX_NAMES]) + more
+        total = sum(count for count, _ in rows)
+        if len(names) > 1:
+            warnings.append(f"parts {shown}: {Defect(total, what, ' in all' + meaning).sentence()}")
+        else:
+            warnings.append(f"part {shown}: {Defect(total, what, meaning).sentence()}")
+    return warnings
 
 
-def _shared(
+def _shared_face_warnings(
     names: tuple[str, ...], vertices: Floats, faces: Sequence[Ints], solid: Bools
 ) -> list[str]:
-    """One line about the faces that lie exactly on faces of other parts, none where there are none.
-
-    Where two solids touch, their faces lie on each other wound opposite ways; these are not copies
-    and not counted.
-    """
-    if len(names) < 2:
-        return []
-    owner = np.repeat(np.arange(len(names)), [len(part) for part in faces])
-    corners = welded(vertices, np.concatenate(faces))[1]
-    place = np.sort(corners, axis=1)
-    order = np.lexsort((owner, place[:, 2], place[:, 1], place[:, 0]))
-    one = order[:-1]
-    other = order[1:]
-    copies = (place[one] == place[other]).all(axis=1) & (owner[one] != owner[other])
-    copies &= (np.diff(place[one], axis=1) > 0).all(axis=1)
-    one = one[copies]
-    other = other[copies]
-    touching = (
-        solid[owner[one]]
-        & solid[owner[other]]
-        & (way_round(corners[one]) != way_round(corners[other]))
-    )
-    pair, count = np.unique(
-        owner[one[~touching]] * len(names) + owner[other[~touching]], return_counts=True
-    )
+    """Return one sentence about faces that lie exactly on faces of other parts, if there are any."""
+    pair, count = _shared_faces(vertices, faces, solid)
     if not len(pair):
         return []
-    most = int(pair[np.argmax(count)])
-    first = names[most // len(names)]
-    second = names[most % len(names)]
+    first, second = (names[part] for part in pair[np.argmax(count)])
     total = int(count.sum())
-    where = (
-        f"most of them ({count.max()}) in {first} and {second}"
-        if len(pair) > 1
-        else f"in {first} and {second}"
-    )
+    where = f"in {first} and {second}"
+    if len(pair) > 1:
+        where = f"most of them ({count.max()}) {where}"
     return [
         f"{total} face{'s lie' if total > 1 else ' lies'} exactly on faces of other parts, {where}: "
         "kept, since distances are the same"
     ]
+
+
+def _shared_faces(vertices: Floats, faces: Sequence[Ints], solid: Bools) -> tuple[Ints, Ints]:
+    """Count the faces that lie exactly on faces of another part.
+
+    Where two solids touch, their faces lie on each other wound opposite ways. These are not copies
+    and are not counted.
+
+    Returns
+    -------
+    tuple[Ints, Ints]
+        Pairs (K, 2) of parts, and the number (K,) of faces that they share.
+    """
+    if len(faces) < 2:
+        return np.empty((0, 2), dtype=np.int64), np.empty(0, dtype=np.int64)
+    owner = np.repeat(np.arange(len(faces)), [len(part) for part in faces])
+    corners = weld(vertices, np.concatenate(faces))[1]
+    key = np.sort(corners, axis=1)
+    order = np.lexsort((owner, key[:, 2], key[:, 1], key[:, 0]))
+    one = order[:-1]
+    other = order[1:]
+    copies = (key[one] == key[other]).all(axis=1) & (owner[one] != owner[other])
+    copies &= (np.diff(key[one], axis=1) > 0).all(axis=1)  # not collapsed
+    opposite = winding_sense(corners[one]) != winding_sense(corners[other])
+    touching = solid[owner[one]] & solid[owner[other]] & opposite
+    counted = copies & ~touching
+    pairs = np.column_stack([owner[one[counted]], owner[other[counted]]])
+    return np.unique(pairs, axis=0, return_counts=True)

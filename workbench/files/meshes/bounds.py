@@ -1,4 +1,4 @@
-"""Limits of what a mesh file may ask for, checked before memory is taken."""
+"""Limit the memory that a mesh file may need, before it is allocated."""
 
 from __future__ import annotations
 
@@ -8,23 +8,22 @@ from pathlib import Path
 from workbench.errors import InputError
 from workbench.model.arrays import Ints
 
-__all__ = ["MOST_CORNERS", "MOST_PLACED", "check_corners", "check_faces", "free_memory"]
+__all__ = ["MAX_CORNERS", "MAX_INSTANCES", "check_corners", "check_faces", "free_memory"]
 
-MOST_CORNERS = 10_000
-"""Corners of one face at most. The time to triangulate one grows with their square: 2 s for a
-tangle of as many."""
-MOST_PLACED = 100_000
-"""Nodes or components placed at most: those within others can name one any number of times."""
+MAX_CORNERS = 10_000
+"""Largest number of corners of a face. The time to triangulate one grows with their square: 2 s for
+a self-crossing one of this size."""
+MAX_INSTANCES = 100_000
+"""Largest number of nodes or components placed: nested ones can repeat one any number of times."""
 _FACE_BYTES = 1100
-"""Memory that a triangle takes until it is part of an environment (measured on meshes of a million
+"""Bytes that a triangle takes until it is part of an environment (measured on meshes of a million
 triangles)."""
 _CORNER_BYTES = 96
-"""Memory that a corner takes which no triangle names: its coordinates, a few times over."""
+"""Bytes that an unused corner takes: its coordinates, a few times over."""
 
 
 def free_memory() -> int | None:
-    """Bytes of memory that can be had, with what the system would give back from its caches; None
-    where unknown."""
+    """Return the available memory [bytes], with what caches would release; None if unknown."""
     try:
         for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
             if line.startswith("MemAvailable:"):
@@ -35,9 +34,9 @@ def free_memory() -> int | None:
 
 
 def check_faces(path: Path, faces: int, corners: int) -> None:
-    """Raise InputError if a file places more triangles, or corners, than there is memory for.
+    """Refuse a file that places more triangles and corners than there is memory for.
 
-    Copies cost a file next to nothing, so this is asked before they are made.
+    Copies add almost nothing to the size of a file, so this is checked before they are made.
     """
     need = faces * _FACE_BYTES + corners * _CORNER_BYTES
     have = free_memory()
@@ -49,9 +48,9 @@ def check_faces(path: Path, faces: int, corners: int) -> None:
 
 
 def check_corners(path: Path, counts: Ints) -> None:
-    """Raise InputError if a face (counts: the corners of each) has more than `MOST_CORNERS`."""
+    """Refuse faces with more corners than `MAX_CORNERS`; counts: the corners of each face."""
     most = int(counts.max(initial=0))
-    if most > MOST_CORNERS:
+    if most > MAX_CORNERS:
         raise InputError(
-            f"{path}: a face has {most} corners, at most {MOST_CORNERS} are read: export it as triangles"
+            f"{path}: a face has {most} corners, at most {MAX_CORNERS} are read: export it as triangles"
         )

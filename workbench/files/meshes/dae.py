@@ -1,9 +1,9 @@
-"""COLLADA (DAE), by pycollada under our own walk of the scene.
+"""Read COLLADA (DAE) with pycollada and a traversal of the scene of our own.
 
 trimesh reads it too, but leaves vertices in file units, splits each geometry by material, names
-parts by geometry and not by node, skips broken and skinned geometry without a word, and hands the
-parser files that can grow without bound. Pictures and materials are cut away first: they are never
-opened.
+parts by geometry and not by node, skips broken and skinned geometry silently, and passes entity
+declarations to the parser, which can grow without bound. Images and materials are removed first:
+they are never opened.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MOST_PLACED, check_corners, check_faces
-from workbench.files.meshes.parts import RawMesh, RawPart, triangulated
+from workbench.files.meshes.bounds import MAX_INSTANCES, check_corners, check_faces
+from workbench.files.meshes.parts import RawMesh, RawPart, placed_part, triangulate
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_dae"]
@@ -46,15 +46,24 @@ _UNUSED = frozenset(
         "instance_physics_scene",
     ]
 )
-_Placed = tuple[Any, Floats, str]
-"""A geometry of pycollada, its transform (4, 4) in the world, and the name of its part."""
-_MOST_DEEP = 200
-"""Elements within elements at most: what reads them calls itself for each level."""
+_MAX_DEPTH = 200
+"""Largest depth of elements: pycollada calls itself for each level."""
+
+
+class _Placed(NamedTuple):
+    """A geometry where the scene places it."""
+
+    geometry: Any
+    """Of pycollada."""
+    transform: Floats
+    """(4, 4) in the world."""
+    name: str
+    """Name of its part."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Below:
-    """A node still to be read, below its parent."""
+class _PendingNode:
+    """A node that is still to be read, below its parent."""
 
     node: Any
     world: Floats
@@ -68,17 +77,16 @@ class _Below:
     """What names within an instance begin with."""
 
 
-class _Plain(ElementTree.TreeBuilder):
-    """Refuses a document type, which is how XML text grows without bound, and elements nested too
-    deep."""
+class _SafeBuilder(ElementTree.TreeBuilder):
+    """Refuses document types, with which XML can grow without bound, and elements nested too deep."""
 
     depth = 0
 
     def start(self, tag: str, attributes: dict[str, str]) -> ElementTree.Element:
         self.depth += 1
-        if self.depth > _MOST_DEEP:
+        if self.depth > _MAX_DEPTH:
             raise InputError(
-                f"nests elements deeper than {_MOST_DEEP} levels; export it again with fewer"
+                f"nests elements deeper than {_MAX_DEPTH} levels; export it again with fewer"
             )
         return super().start(tag, attributes)
 
@@ -91,14 +99,16 @@ class _Plain(ElementTree.TreeBuilder):
 
 
 def read_dae(path: Path, data: bytes) -> RawMesh:
-    """The parts of a DAE file, one for each node with geometry, with the unit the file tells.
-    InputError where it is no COLLADA, refers to other files, is skinned, or is broken anywhere in
-    its geometry."""
+    """Read the parts of a DAE file, one for each node with geometry, with the unit of the file.
+
+    Raises
+    ------
+    InputError
+        If it is no COLLADA, refers to other files, is skinned, or its geometry is broken.
+    """
     import collada
 
     tree = _cleaned(path, data)
-    lines = sum(1 for item in tree.iter() if _tag(item) in ("lines", "linestrips"))
-    told = next((item for item in tree.iter() if _tag(item) == "unit"), None)
     problems = (
         collada.DaeError,
         collada.scene.DaeInstanceNotLoadedError,
@@ -113,34 +123,38 @@ def read_dae(path: Path, data: bytes) -> RawMesh:
         DeprecationWarning,
     )
     try:
-        with warnings.catch_warnings(), np.errstate(all="ignore"):
-            warnings.simplefilter(
-                "ignore", DeprecationWarning
-            )  # NumPy 2.5 and later warn of what the library does
-            warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
-            document = collada.Collada(io.BytesIO(ElementTree.tostring(tree)), ignore=None)
-            nodes = document.scene.nodes if document.scene else []
-            placed = list(_walk(collada, nodes))
-            sizes = [_size(collada, geometry) for geometry, _, _ in placed]
-            check_faces(
-                path, sum(faces for faces, _ in sizes), sum(corners for _, corners in sizes)
-            )
-            parts = [part for one in placed for part in _part(collada, path, one)]
+        parts = _read_parts(collada, path, tree)
     except problems as error:
         raise InputError(f"{path}: broken COLLADA: {_first_line(error)}") from None
+    lines = sum(1 for item in tree.iter() if _tag(item) in ("lines", "linestrips"))
     notes = (f"{lines} sets of lines are not surfaces and are left out",) if lines else ()
-    metres = None if told is None else _unit(path, told)
+    unit = next((item for item in tree.iter() if _tag(item) == "unit"), None)
+    metres = None if unit is None else _unit(path, unit)
     axis = next((item.text for item in tree.iter() if _tag(item) == "up_axis"), None)
-    up = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}.get(
-        (axis or "Y_UP").strip(), "y"
-    )  # Y where it is silent
-    return RawMesh(str(path), "DAE", tuple(parts), metres, up, notes)
+    known_axes = {"X_UP": "x", "Y_UP": "y", "Z_UP": "z"}
+    up = known_axes.get((axis or "Y_UP").strip(), "y")  # the format's default is y
+    return RawMesh(str(path), "DAE", parts, metres, up, notes)
+
+
+def _read_parts(collada: Any, path: Path, tree: ElementTree.Element) -> tuple[RawPart, ...]:
+    """Read all surfaces of a document as often as its scene places them."""
+    with warnings.catch_warnings(), np.errstate(all="ignore"):
+        # NumPy 2.5 and later warn about what pycollada does
+        warnings.simplefilter("ignore", DeprecationWarning)
+        warnings.filterwarnings("error", "string or file could not be read", DeprecationWarning)
+        document = collada.Collada(io.BytesIO(ElementTree.tostring(tree)), ignore=None)
+        nodes = document.scene.nodes if document.scene else []
+        placed = list(_walk(collada, nodes))
+        sizes = [_size(collada, one.geometry) for one in placed]
+        check_faces(path, sum(faces for faces, _ in sizes), sum(points for _, points in sizes))
+        parts = (_part(collada, path, one) for one in placed)
+        return tuple(part for part in parts if part is not None)
 
 
 def _cleaned(path: Path, data: bytes) -> ElementTree.Element:
-    """The document without what is not geometry; InputError where it needs what cannot be had."""
+    """Parse a document and remove what is not geometry; refuse what cannot be read."""
     try:
-        tree = ElementTree.XML(data, ElementTree.XMLParser(target=_Plain()))
+        tree = ElementTree.XML(data, ElementTree.XMLParser(target=_SafeBuilder()))
     except ElementTree.ParseError as error:
         raise InputError(f"{path}: not XML: {error}") from None
     except InputError as error:
@@ -157,6 +171,7 @@ def _cleaned(path: Path, data: bytes) -> ElementTree.Element:
 
 
 def _refuse(path: Path, tree: ElementTree.Element) -> None:
+    """Refuse skinned meshes, references to other files, and elements that are not read."""
     for item in tree.iter():
         tag, url = _tag(item), item.get("url", "#")
         if tag == "instance_controller":
@@ -179,29 +194,29 @@ def _refuse(path: Path, tree: ElementTree.Element) -> None:
 
 
 def _walk(collada: Any, nodes: list[Any]) -> Iterator[_Placed]:
-    """Every geometry as often as the scene places it, depth first."""
-    stack = [_Below(node, np.eye(4)) for node in reversed(nodes)]
+    """Yield every geometry as often as the scene places it, depth first."""
+    stack = [_PendingNode(node, np.eye(4)) for node in reversed(nodes)]
     count = 0
     while stack:
         one = stack.pop()
         count += 1
-        if count > MOST_PLACED:
+        if count > MAX_INSTANCES:
             raise ValueError(
-                f"nodes are placed more than {MOST_PLACED} times, or within themselves"
+                f"nodes are placed more than {MAX_INSTANCES} times, or within themselves"
             )
         if isinstance(one.node, collada.scene.GeometryNode):
-            yield one.node.geometry, one.world, one.name
+            yield _Placed(one.node.geometry, one.world, one.name)
         elif isinstance(one.node, collada.scene.Node):
             world = one.world @ np.asarray(one.node.matrix, dtype=np.float64)
             name, prefix, named = _names(collada, one)
             for child in reversed(one.node.children):
                 placing = name if named and isinstance(child, collada.scene.NodeNode) else ""
-                stack.append(_Below(child, world, name, placing, prefix))
+                stack.append(_PendingNode(child, world, name, placing, prefix))
 
 
-def _names(collada: Any, one: _Below) -> tuple[str, str, bool]:
-    """Name of the parts of a node, what names below it begin with, and whether it was given a name
-    (not only an id).
+def _names(collada: Any, one: _PendingNode) -> tuple[str, str, bool]:
+    """Return the name of a node's parts, the prefix of names below it, and whether the node has a
+    name (not only an id).
 
     A node that others place (`instance_node`) is named as the node that places it, and nodes within
     it begin with that name: two doors made of one are `left_door`, `left_door_handle`,
@@ -217,55 +232,53 @@ def _names(collada: Any, one: _Below) -> tuple[str, str, bool]:
 
 
 def _size(collada: Any, geometry: Any) -> tuple[int, int]:
-    """Triangles that the surfaces of a geometry make, and corners that they hold."""
-    faces = corners = 0
+    """Return the numbers of triangles and of vertices of a geometry."""
+    surfaces = list(_surfaces(collada, geometry))
+    faces = sum(int(np.sum(_corner_counts(collada, surface) - 2)) for surface in surfaces)
+    return faces, sum(len(surface.vertex) for surface in surfaces)
+
+
+def _surfaces(collada: Any, geometry: Any) -> Iterator[Any]:
+    """Yield the primitives of a geometry that are no lines."""
     for primitive in geometry.primitives:
-        if isinstance(primitive, collada.lineset.LineSet) or primitive.vertex is None:
-            continue
-        triangles = isinstance(primitive, collada.triangleset.TriangleSet)
-        faces += (
-            len(primitive)
-            if triangles
-            else int(np.sum(np.asarray(primitive.vcounts, dtype=np.int64) - 2))
-        )
-        corners += len(primitive.vertex)
-    return faces, corners
+        is_lines = isinstance(primitive, collada.lineset.LineSet)
+        if not is_lines and primitive.vertex is not None:
+            yield primitive
 
 
-def _part(collada: Any, path: Path, placed: _Placed) -> Iterator[RawPart]:
-    """One part from all surfaces of a geometry, whatever their materials; none where it holds only
-    lines."""
-    geometry, matrix, name = placed
-    vertices: list[Floats] = [np.zeros((0, 3))]
+def _corner_counts(collada: Any, surface: Any) -> Ints:
+    """Return the number of corners of each face."""
+    if isinstance(surface, collada.triangleset.TriangleSet):
+        return np.full(len(np.asarray(surface.vertex_index).ravel()) // 3, 3)
+    return np.asarray(surface.vcounts, dtype=np.int64)
+
+
+def _part(collada: Any, path: Path, placed: _Placed) -> RawPart | None:
+    """Return one part from all surfaces of a geometry, whatever their materials; None if it holds
+    only lines."""
+    geometry = placed.geometry
+    vertices: list[Floats] = []
     faces: list[Ints] = []
-    for primitive in geometry.primitives:
-        if isinstance(primitive, collada.lineset.LineSet) or primitive.vertex is None:
-            continue
-        points = np.asarray(primitive.vertex, dtype=np.float64)
-        corners = np.asarray(primitive.vertex_index, dtype=np.int64).ravel()
-        triangles = isinstance(primitive, collada.triangleset.TriangleSet)
-        counts = (
-            np.full(len(corners) // 3, 3)
-            if triangles
-            else np.asarray(primitive.vcounts, dtype=np.int64)
-        )
+    count = 0
+    for surface in _surfaces(collada, geometry):
+        points = np.asarray(surface.vertex, dtype=np.float64)
+        corners = np.asarray(surface.vertex_index, dtype=np.int64).ravel()
+        counts = _corner_counts(collada, surface)
         check_corners(path, counts)
         if corners.min(initial=0) < 0 or counts.min(initial=3) < 3 or counts.sum() != len(corners):
             raise ValueError(f"geometry {geometry.id!r} has faces whose corners are not there")
-        faces.append(triangulated(points, corners, counts) + sum(len(v) for v in vertices))
-        vertices.append(points @ matrix[:3, :3].T + matrix[:3, 3])
-    if faces:
-        together = np.concatenate(faces)
-        mirrored = np.linalg.det(matrix[:3, :3]) < 0
-        yield RawPart(
-            name or geometry.name or geometry.id,
-            np.concatenate(vertices),
-            together[:, ::-1] if mirrored else together,
-        )
+        faces.append(triangulate(points, corners, counts) + count)
+        vertices.append(points)
+        count += len(points)
+    if not faces:
+        return None
+    name = placed.name or geometry.name or geometry.id
+    return placed_part(name, np.concatenate(vertices), np.concatenate(faces), placed.transform)
 
 
-def _unit(path: Path, told: ElementTree.Element) -> float:
-    text = told.get("meter", "1")
+def _unit(path: Path, unit: ElementTree.Element) -> float:
+    """Return the unit of a document [m]."""
+    text = unit.get("meter", "1")
     try:
         metres = float(text)
     except ValueError:

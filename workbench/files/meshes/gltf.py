@@ -1,4 +1,4 @@
-"""glTF 2.0, as JSON with buffers beside it or inside, and as one binary file (GLB).
+"""Read glTF 2.0, as JSON with buffers beside it or inside, and as one binary file (GLB).
 
 Read are nodes with meshes, copies by EXT_mesh_gpu_instancing, sparse and normalized accessors
 (quantised positions, KHR_mesh_quantization), triangles, strips and fans. Materials, images, lights
@@ -6,8 +6,9 @@ and cameras are never opened. A file that requires another extension is refused 
 except those that change no surface.
 
 References
----------- Khronos Group (2021), glTF 2.0 Specification: 3.6.2 accessors, 3.5.3 transformations, 4
-GLB; the extensions in its registry.
+----------
+Khronos Group (2021), glTF 2.0 Specification: 3.6.2 accessors, 3.5.3 transformations, 4 GLB; the
+extensions in its registry.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.meshes.bounds import check_faces
 from workbench.files.meshes.obj import outside_folder
-from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.files.meshes.parts import RawMesh, RawPart, placed_part
 from workbench.files.opening import read_whole
 from workbench.model.arrays import Floats, Ints
 from workbench.model.quaternions import matrices
@@ -43,7 +44,7 @@ _BROKEN = (
     MemoryError,
     RecursionError,
 )
-"""What a file whose JSON has another form than glTF raises here."""
+"""Exceptions that a file raises here if its JSON has another form than glTF."""
 _COMPRESSED = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")
 _READ = ("KHR_mesh_quantization", "EXT_mesh_gpu_instancing")
 _HARMLESS = (
@@ -62,8 +63,8 @@ _HARMLESS = (
 """Beginnings of the names of extensions that change no surface."""
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_MOST_MADE_UP = 1_000_000
-"""Rows at most of an accessor without a buffer, which are zeros but for sparse ones."""
+_MAX_UNBACKED_ROWS = 1_000_000
+"""Largest number of rows of an accessor without a buffer, which are zeros but for sparse ones."""
 _TRIANGLES = 4
 _STRIP = 5
 _FAN = 6
@@ -73,50 +74,67 @@ _BINARY = b"BIN\0"
 
 @dataclass
 class _File:
-    """A glTF file: its JSON, the binary chunk of a GLB (None: there is none), and the buffers read
-    so far."""
+    """A glTF file."""
 
     path: Path
     tree: dict[str, Any]
+    """Its JSON."""
     chunk: bytes | None
+    """Binary chunk of a GLB."""
     buffers: dict[int, bytes] = field(default_factory=dict)
+    """Those read so far."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Placement:
-    """A mesh where a node places it: name, index of the mesh, and (n, 4, 4) world-from-mesh
-    transforms of n copies."""
+    """A mesh where a node places it."""
 
     name: str
     mesh: int
     copies: Floats
+    """(n, 4, 4) world-from-mesh transforms of its copies."""
 
 
 def read_glb(path: Path, data: bytes) -> RawMesh:
-    """The meshes of a binary glTF file, in metres. InputError where it is cut short, or as
-    `read_gltf`."""
+    """Read the meshes of a binary glTF file, in metres.
+
+    Raises
+    ------
+    InputError
+        If it is cut short, or as `read_gltf`.
+    """
     if len(data) < 20 or data[:4] != b"glTF" or int.from_bytes(data[8:12], "little") > len(data):
         raise InputError(f"{path}: not a binary glTF file, or cut short")
     if (version := int.from_bytes(data[4:8], "little")) != 2:
         raise InputError(f"{path}: is glTF {version}.0, only 2.0 is read: export it again")
-    chunks: dict[bytes, bytes] = {}
-    at = 12
-    while at + 8 <= len(data):
-        length = int.from_bytes(data[at : at + 4], "little")
-        if at + 8 + length > len(data):
-            raise InputError(f"{path}: not a binary glTF file, or cut short")
-        chunks.setdefault(data[at + 4 : at + 8], data[at + 8 : at + 8 + length])
-        at += 8 + length
+    chunks = _chunks(path, data)
     if _JSON not in chunks:
         raise InputError(f"{path}: not a binary glTF file: it holds no JSON")
     return _read(path, chunks[_JSON], chunks.get(_BINARY))
 
 
-def read_gltf(path: Path, data: bytes) -> RawMesh:
-    """The meshes of a glTF file and the buffers beside it, in metres.
+def _chunks(path: Path, data: bytes) -> dict[bytes, bytes]:
+    """Return the first chunk of each type of a binary glTF file."""
+    chunks: dict[bytes, bytes] = {}
+    start = 12
+    while start + 8 <= len(data):
+        body = start + 8
+        end = body + int.from_bytes(data[start : start + 4], "little")
+        if end > len(data):
+            raise InputError(f"{path}: not a binary glTF file, or cut short")
+        chunks.setdefault(data[start + 4 : body], data[body:end])
+        start = end
+    return chunks
 
-    InputError where it is broken, is not glTF 2.0, is compressed, requires an extension that is not
-    read, or where a buffer is missing, too short or outside the folder of the file.
+
+def read_gltf(path: Path, data: bytes) -> RawMesh:
+    """Read the meshes of a glTF file and the buffers beside it, in metres.
+
+    Raises
+    ------
+    InputError
+        If it is broken, is not glTF 2.0, is compressed, requires an extension that is not read, or
+        if a buffer is missing, too short or outside the folder of the file.
     """
     return _read(path, data, None)
 
@@ -168,39 +186,42 @@ def _notes(tree: dict[str, Any]) -> Iterator[str]:
 
 
 def _placements(file: _File) -> tuple[list[_Placement], list[str]]:
-    """Every mesh of the scene with its transforms, depth first, and notes about what stands in no
-    scene."""
+    """Return every mesh of the scene with its transforms, depth first, and notes about meshes
+    outside of it."""
     tree = file.tree
     nodes = tree.get("nodes", [])
-    scenes = tree.get("scenes", [])
     if not nodes:  # a library of meshes
         meshes = tree.get("meshes", [])
         return [_Placement(_name(mesh), k, np.eye(4)[None]) for k, mesh in enumerate(meshes)], []
-    children = {int(child) for node in nodes for child in node.get("children", [])}
-    roots = (
-        scenes[tree.get("scene", 0)].get("nodes", [])
-        if scenes
-        else [k for k in range(len(nodes)) if k not in children]
-    )
-    found: list[_Placement] = []
-    met: set[int] = set()
+    placements: list[_Placement] = []
+    visited: set[int] = set()
     transforms = _transforms(nodes)
-    stack = [(int(root), np.eye(4)) for root in reversed(roots)]
+    stack = [(int(root), np.eye(4)) for root in reversed(_roots(tree))]
     while stack:
         k, parent = stack.pop()
-        if k < 0 or k in met:
+        if k < 0 or k in visited:
             raise ValueError(f"node {k} stands in two places")
-        met.add(k)
+        visited.add(k)
         node = nodes[k]
         world = parent @ transforms[k]
         if "mesh" in node:
             name = _name(node) or _name(tree["meshes"][node["mesh"]])
-            found.append(_Placement(name, int(node["mesh"]), world @ _copies(file, node)))
+            placements.append(_Placement(name, int(node["mesh"]), world @ _copies(file, node)))
         stack += [(int(child), world) for child in reversed(node.get("children", []))]
-    left = sum("mesh" in node for k, node in enumerate(nodes) if k not in met)
-    return found, [
-        f"{left} nodes with meshes stand in no scene that is shown and are left out"
-    ] if left else []
+    left = sum("mesh" in node for k, node in enumerate(nodes) if k not in visited)
+    note = f"{left} nodes with meshes stand in no scene that is shown and are left out"
+    return placements, [note] if left else []
+
+
+def _roots(tree: dict[str, Any]) -> list[Any]:
+    """Return the root nodes of the scene; of a file without scenes all nodes without a parent."""
+    scenes = tree.get("scenes", [])
+    if scenes:
+        roots: list[Any] = scenes[tree.get("scene", 0)].get("nodes", [])
+        return roots
+    nodes = tree["nodes"]
+    children = {int(child) for node in nodes for child in node.get("children", [])}
+    return [k for k in range(len(nodes)) if k not in children]
 
 
 def _name(item: dict[str, Any]) -> str:
@@ -209,30 +230,27 @@ def _name(item: dict[str, Any]) -> str:
 
 
 def _transforms(nodes: list[dict[str, Any]]) -> Floats:
-    """(N, 4, 4) parent-from-node transforms of all nodes."""
-    made = _rigid(
-        np.array([node.get("translation", (0, 0, 0)) for node in nodes], dtype=np.float64).reshape(
-            len(nodes), 3
-        ),
-        np.array([node.get("rotation", (0, 0, 0, 1)) for node in nodes], dtype=np.float64).reshape(
-            len(nodes), 4
-        ),
-        np.array([node.get("scale", (1, 1, 1)) for node in nodes], dtype=np.float64).reshape(
-            len(nodes), 3
-        ),
+    """Return the parent-from-node transforms (N, 4, 4) of all nodes."""
+
+    def rows(key: str, default: tuple[int, ...]) -> Floats:
+        values = [node.get(key, default) for node in nodes]
+        return np.array(values, dtype=np.float64).reshape(len(nodes), len(default))
+
+    transforms = _compose_transforms(
+        rows("translation", (0, 0, 0)), rows("rotation", (0, 0, 0, 1)), rows("scale", (1, 1, 1))
     )
     for k, node in enumerate(nodes):
-        if "matrix" in node:
-            made[k] = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
-    wrong = np.flatnonzero(~np.isfinite(made).all(axis=(1, 2)))
+        if "matrix" in node:  # column by column
+            transforms[k] = np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    wrong = np.flatnonzero(~np.isfinite(transforms).all(axis=(1, 2)))
     if len(wrong):
         raise ValueError(f"node {wrong[0]} has no transform of finite numbers")
-    return made
+    return transforms
 
 
-def _rigid(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
-    """(n, 4, 4) from translations (n, 3), quaternions (n, 4) in the order x, y, z, w, and scales
-    (n, 3)."""
+def _compose_transforms(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
+    """Return transforms (n, 4, 4) from translations (n, 3), quaternions (n, 4) in the order x, y,
+    z, w, and scales (n, 3)."""
     turn = np.roll(rotation, 1, axis=1)
     made = np.zeros((len(translation), 4, 4))
     made[:, :3, :3] = matrices(turn / np.linalg.norm(turn, axis=1)[:, None]) * scale[:, None, :]
@@ -242,8 +260,8 @@ def _rigid(translation: Floats, rotation: Floats, scale: Floats) -> Floats:
 
 
 def _copies(file: _File, node: dict[str, Any]) -> Floats:
-    """(n, 4, 4) where the copies of a node's mesh stand in the node (EXT_mesh_gpu_instancing);
-    itself, if no copies."""
+    """Return the transforms (n, 4, 4) of the copies of a node's mesh (EXT_mesh_gpu_instancing); the
+    identity for a single one."""
     instancing = node.get("extensions", {}).get("EXT_mesh_gpu_instancing")
     if instancing is None:
         return np.eye(4)[None]
@@ -257,7 +275,7 @@ def _copies(file: _File, node: dict[str, Any]) -> Floats:
     if len(counts) != 1:
         raise ValueError("EXT_mesh_gpu_instancing needs attributes of one count")
     count = counts.pop()
-    return _rigid(
+    return _compose_transforms(
         rows.get("TRANSLATION", np.zeros((count, 3))),
         rows.get("ROTATION", np.tile([0.0, 0.0, 0.0, 1.0], (count, 1))),
         rows.get("SCALE", np.ones((count, 3))),
@@ -265,8 +283,7 @@ def _copies(file: _File, node: dict[str, Any]) -> Floats:
 
 
 def _check_size(file: _File, placements: list[_Placement]) -> None:
-    """Raise InputError if there is no memory for all copies of all meshes, by the counts that they
-    announce."""
+    """Refuse a file whose meshes and copies, by the counts that they state, exceed the memory."""
     faces = corners = 0
     for one in placements:
         for primitive in file.tree["meshes"][one.mesh]["primitives"]:
@@ -279,33 +296,30 @@ def _check_size(file: _File, placements: list[_Placement]) -> None:
 
 
 def _count(file: _File, number: int) -> int:
-    """Rows of an accessor; ValueError where there are more than it can hold."""
+    """Return the number of rows of an accessor; refuse more than it can hold."""
     accessor = file.tree["accessors"][number]
     count = int(accessor["count"])
     view = file.tree["bufferViews"][accessor["bufferView"]] if "bufferView" in accessor else {}
-    if not 0 <= count <= max(_MOST_MADE_UP, int(view.get("byteLength", 0))):
+    if not 0 <= count <= max(_MAX_UNBACKED_ROWS, int(view.get("byteLength", 0))):
         raise ValueError(f"accessor {number}: announces {count} rows that it does not hold")
     return count
 
 
 def _parts(file: _File, placements: list[_Placement]) -> Iterator[RawPart]:
+    """Yield the surfaces of all meshes, as often as nodes place them."""
     meshes: dict[int, tuple[Floats, Ints] | None] = {}
-    for one in placements:
-        if one.mesh not in meshes:
-            meshes[one.mesh] = _surface(file, one.mesh)
-        surface = meshes[one.mesh]
-        if surface is None:
-            continue
-        points, faces = surface
-        for matrix in one.copies:
-            mirrored = np.linalg.det(matrix[:3, :3]) < 0
-            placed = points @ matrix[:3, :3].T + matrix[:3, 3]
-            yield RawPart(one.name, placed, faces[:, ::-1] if mirrored else faces)
+    for placement in placements:
+        if placement.mesh not in meshes:
+            meshes[placement.mesh] = _surface(file, placement.mesh)
+        surface = meshes[placement.mesh]
+        if surface is not None:
+            for transform in placement.copies:
+                yield placed_part(placement.name, *surface, transform)
 
 
 def _surface(file: _File, mesh: int) -> tuple[Floats, Ints] | None:
-    """Points (V, 3) and triangles (T, 3) of all surfaces of a mesh; None where it has only points
-    and lines."""
+    """Return points (V, 3) and triangles (T, 3) of all surfaces of a mesh; None if it has only
+    points and lines."""
     points: list[Floats] = []
     faces: list[Ints] = []
     count = 0
@@ -315,28 +329,32 @@ def _surface(file: _File, mesh: int) -> tuple[Floats, Ints] | None:
             continue
         if mode > _FAN:
             raise ValueError(f"mesh {mesh}: mode {mode} is unknown")
-        corners = _accessor(file, primitive["attributes"]["POSITION"])
-        if corners.shape[1] != 3:
-            raise ValueError(
-                f"mesh {mesh}: positions are rows of {corners.shape[1]} numbers, 3 are needed"
-            )
-        indices = (
-            _indices(file, primitive["indices"])
-            if "indices" in primitive
-            else np.arange(len(corners))
-        )
-        if indices.max(initial=-1) >= len(corners):
-            raise ValueError(
-                f"mesh {mesh}: a face names vertex {indices.max()}, and there are {len(corners)}"
-            )
+        corners, triangles = _primitive(file, mesh, primitive, mode)
         points.append(corners)
-        faces.append(_triangles(indices, mode) + count)
+        faces.append(triangles + count)
         count += len(corners)
     return (np.concatenate(points), np.concatenate(faces)) if points else None
 
 
+def _primitive(file: _File, mesh: int, primitive: dict[str, Any], mode: int) -> tuple[Floats, Ints]:
+    """Return points (V, 3) and triangles (T, 3) of one primitive."""
+    points = _accessor(file, primitive["attributes"]["POSITION"])
+    if points.shape[1] != 3:
+        raise ValueError(
+            f"mesh {mesh}: positions are rows of {points.shape[1]} numbers, 3 are needed"
+        )
+    indices = np.arange(len(points))
+    if "indices" in primitive:
+        indices = _indices(file, primitive["indices"])
+    if indices.max(initial=-1) >= len(points):
+        raise ValueError(
+            f"mesh {mesh}: a face names vertex {indices.max()}, and there are {len(points)}"
+        )
+    return points, _triangles(indices, mode)
+
+
 def _triangles(indices: Ints, mode: int) -> Ints:
-    """(T, 3) of the indices of triangles, of a strip, or of a fan."""
+    """Return the triangles (T, 3) of a list, a strip or a fan of indices."""
     if mode == _TRIANGLES:
         if len(indices) % 3:
             raise ValueError(f"{len(indices)} indices do not make triangles")
@@ -358,74 +376,88 @@ def _indices(file: _File, number: int) -> Ints:
 
 
 def _accessor(file: _File, number: int) -> Floats:
-    """(count, width) numbers of an accessor: sparse values put in, normalized whole numbers as
-    fractions of 1."""
+    """Return the numbers (count, width) of an accessor, with sparse values put in; normalized
+    integers become fractions of 1."""
     accessor = file.tree["accessors"][number]
     dtype = np.dtype(_COMPONENTS[accessor["componentType"]])
-    count = _count(file, number)
-    width = _WIDTHS[accessor["type"]]
+    shape = (_count(file, number), _WIDTHS[accessor["type"]])
     if "bufferView" in accessor:
-        rows = _view(file, accessor, dtype, (count, width))
-    elif "sparse" not in accessor:
-        raise ValueError(f"accessor {number}: holds no data")
+        rows = _view(file, accessor, dtype, shape)
+    elif "sparse" in accessor:
+        rows = np.zeros(shape, dtype=dtype)
     else:
-        rows = np.zeros((count, width), dtype=dtype)
+        raise ValueError(f"accessor {number}: holds no data")
     if "sparse" in accessor:
-        sparse = accessor["sparse"]
-        some = int(sparse["count"])
-        where = sparse["indices"]
-        places = _view(file, where, np.dtype(_COMPONENTS[where["componentType"]]), (some, 1))[:, 0]
-        if places.dtype.kind != "u":
-            raise ValueError(f"accessor {number}: sparse indices are unsigned whole numbers")
-        rows = rows.copy()
-        rows[places] = _view(file, sparse["values"], dtype, (some, width))
+        rows = _with_sparse_values(file, number, rows)
     values: Floats = rows.astype(np.float64)
     if accessor.get("normalized", False) and dtype.kind in "iu":
         values = np.maximum(values / np.iinfo(dtype).max, -1.0)
     return values
 
 
-def _view(
-    file: _File, at: dict[str, Any], dtype: np.dtype[Any], shape: tuple[int, int]
+def _with_sparse_values(
+    file: _File, number: int, rows: np.ndarray[Any, Any]
 ) -> np.ndarray[Any, Any]:
-    """(count, width) rows that begin at `byteOffset` of a buffer view; ValueError where it does not
-    hold as many."""
-    view = file.tree["bufferViews"][at["bufferView"]]
+    """Return the rows of an accessor with its sparse values put in."""
+    sparse = file.tree["accessors"][number]["sparse"]
+    count = int(sparse["count"])
+    indices = sparse["indices"]
+    dtype = np.dtype(_COMPONENTS[indices["componentType"]])
+    places = _view(file, indices, dtype, (count, 1))[:, 0]
+    if places.dtype.kind != "u":
+        raise ValueError(f"accessor {number}: sparse indices are unsigned whole numbers")
+    rows = rows.copy()
+    rows[places] = _view(file, sparse["values"], rows.dtype, (count, rows.shape[1]))
+    return rows
+
+
+def _view(
+    file: _File, reference: dict[str, Any], dtype: np.dtype[Any], shape: tuple[int, int]
+) -> np.ndarray[Any, Any]:
+    """Return rows (count, width) of a buffer view; refuse more than it holds.
+
+    Parameters
+    ----------
+    file
+        The file.
+    reference
+        Names the buffer view, and the byte in it where the rows begin.
+    dtype, shape
+        Of the rows.
+    """
+    view = file.tree["bufferViews"][reference["bufferView"]]
     buffer = _buffer(file, int(view["buffer"]))
     start = int(view.get("byteOffset", 0))
     length = int(view["byteLength"])
     row = dtype.itemsize * shape[1]
     stride = int(view.get("byteStride", 0)) or row
-    offset = int(at.get("byteOffset", 0))
+    offset = int(reference.get("byteOffset", 0))
     end = offset + stride * (shape[0] - 1) + row
-    if (
-        min(start, offset, shape[0]) < 0
-        or stride < row
-        or start + length > len(buffer)
-        or (shape[0] and end > length)
-    ):
+    negative = min(start, offset, shape[0]) < 0
+    too_long = start + length > len(buffer) or (shape[0] and end > length)
+    if negative or stride < row or too_long:
         raise ValueError(
-            f"bufferView {at['bufferView']} does not hold {shape[0]} rows of {row} bytes"
+            f"bufferView {reference['bufferView']} does not hold {shape[0]} rows of {row} bytes"
         )
     return np.ndarray(shape, dtype, buffer, start + offset, (stride, dtype.itemsize))
 
 
 def _buffer(file: _File, number: int) -> bytes:
     if number not in file.buffers:
-        told = file.tree["buffers"][number]
-        data = _resource(file, number, told.get("uri"))
-        if len(data) < int(told["byteLength"]):
-            where = f" ({str(told['uri'])[:80]})" if "uri" in told else ""
+        entry = file.tree["buffers"][number]
+        data = _resource(file, number, entry.get("uri"))
+        length = entry["byteLength"]
+        if len(data) < int(length):
+            where = f" ({str(entry['uri'])[:80]})" if "uri" in entry else ""
             raise ValueError(
-                f"buffer {number}{where} is cut short: {len(data)} bytes, {told['byteLength']} announced"
+                f"buffer {number}{where} is cut short: {len(data)} bytes, {length} announced"
             )
         file.buffers[number] = data
     return file.buffers[number]
 
 
 def _check_beside(path: Path, uri: str | None) -> None:
-    """Raise InputError if a buffer that stands in a file of its own is outside the folder of the
-    mesh, or missing."""
+    """Refuse a buffer in a file of its own that is missing, or outside the folder of the mesh."""
     if uri is None or uri.startswith("data:"):
         return
     name = unquote(uri)
@@ -438,8 +470,7 @@ def _check_beside(path: Path, uri: str | None) -> None:
 
 
 def _resource(file: _File, number: int, uri: str | None) -> bytes:
-    """The bytes of a buffer: inside the binary file, inside the JSON as a data URI, or in a file
-    beside it."""
+    """Return the bytes of a buffer: of the binary file, of a data URI, or of a file beside it."""
     if uri is None:
         if number or file.chunk is None:
             raise ValueError(f"buffer {number} has no data")

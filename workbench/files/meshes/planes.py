@@ -1,4 +1,4 @@
-"""Triangles with their planes, and which of them have none."""
+"""Compute the planes of triangles, and find those that have none."""
 
 from __future__ import annotations
 
@@ -8,27 +8,33 @@ import numpy as np
 
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["Faced", "degenerate_faces", "faced"]
+__all__ = ["FacePlanes", "degenerate_faces", "face_planes", "perpendicular"]
 
-_FLAT = 1e-9
-"""A face lower than this above its longest edge [m] has no area: its normal is rounding noise."""
+_MIN_HEIGHT = 1e-9
+"""Height [m] of a face above its longest edge below which it is degenerate: its normal is rounding
+noise."""
 
 
 @dataclass(frozen=True)
-class Faced:
-    """Triangles with their planes: area vectors (T, 3), unit normals (T, 3), areas (T,), who is
-    degenerate (T,)."""
+class FacePlanes:
+    """Triangles with their planes."""
 
     vertices: Floats
+    """(V, 3) [m]."""
     faces: Ints
+    """(T, 3)."""
     vector: Floats
+    """(T, 3) area vectors."""
     normal: Floats
+    """(T, 3) unit normals; across the longest edge for degenerate faces."""
     area: Floats
+    """(T,) [m^2]."""
     flat: Bools
+    """(T,) whether a face is degenerate."""
 
-    def only(self, kept: Bools) -> Faced:
-        """The same mesh with fewer faces."""
-        return Faced(
+    def only(self, kept: Bools) -> FacePlanes:
+        """Return the same mesh with the faces (T,) that are kept."""
+        return FacePlanes(
             self.vertices,
             self.faces[kept],
             self.vector[kept],
@@ -38,33 +44,34 @@ class Faced:
         )
 
     def heights(self, faces: Ints, normal: Floats) -> Floats:
-        """(n, 3) signed heights of the corners of `faces` along one normal for each [m]."""
+        """Return the heights (N, 3) [m] of the corners of faces (N,) along normals (N, 3)."""
         heights: Floats = np.einsum("nkc,nc->nk", self.vertices[self.faces[faces]], normal)
         return heights
 
 
 def degenerate_faces(vertices: Floats, faces: Ints) -> Bools:
-    """(T,) whether a triangle has no area: two corners in one place, or all three on one line."""
-    return faced(vertices, faces).flat
+    """Return which triangles (T,) have no area: two corners coincide, or all lie on one line."""
+    return face_planes(vertices, faces).flat
 
 
-def faced(vertices: Floats, faces: Ints) -> Faced:
-    """The planes of triangles `faces` (T, 3) over `vertices` (V, 3) [m]."""
+def face_planes(vertices: Floats, faces: Ints) -> FacePlanes:
+    """Compute the planes of triangles (T, 3) over vertices (V, 3) [m]."""
     corner = vertices[faces]
     side = np.roll(corner, -1, axis=1) - corner
     vector = np.cross(side[:, 0], side[:, 1]) / 2
     length = np.sqrt(np.einsum("nkc,nkc->nk", side, side))
     area = np.sqrt(np.einsum("nc,nc->n", vector, vector))
-    flat = 2 * area <= _FLAT * length.max(axis=1, initial=0)
+    flat = 2 * area <= _MIN_HEIGHT * length.max(axis=1, initial=0)
     normal = vector / np.where(flat, 1, area)[:, None]
-    longest = side[np.arange(len(faces)), length.argmax(axis=1)] if len(faces) else np.zeros((0, 3))
-    normal[flat] = _across(longest[flat])
-    return Faced(vertices, faces, vector, normal, area, flat)
+    degenerate = np.flatnonzero(flat)
+    if len(degenerate):
+        longest = side[degenerate, length[degenerate].argmax(axis=1)]
+        normal[degenerate] = perpendicular(longest)
+    return FacePlanes(vertices, faces, vector, normal, area, flat)
 
 
-def _across(direction: Floats) -> Floats:
-    """(n, 3) some unit vector at right angles to each direction; z where the direction is
-    nothing."""
+def perpendicular(direction: Floats) -> Floats:
+    """Return some unit vector (N, 3) at right angles to each direction; z for a zero vector."""
     smallest = np.eye(3)[np.abs(direction).argmin(axis=1)]
     normal = np.cross(direction, smallest)
     length = np.linalg.norm(normal, axis=1)

@@ -1,7 +1,7 @@
-"""Any mesh file as named parts in metres, x forward, y left, z up.
+"""Read any mesh file as named parts, and bring it to metres with x forward, y left, z up.
 
-What the file holds is checked before anything is built from it: its size on disk against the memory
-at hand, the files it refers to, its numbers, its unit, its extent.
+The contents are checked before anything is built from them: the size on disk against the available
+memory, the files that are referred to, the numbers, the unit, the extent.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from workbench.files.meshes.bounds import free_memory
 from workbench.files.meshes.dae import read_dae
 from workbench.files.meshes.gltf import read_glb, read_gltf
 from workbench.files.meshes.obj import read_obj
-from workbench.files.meshes.parts import RawMesh, RawPart, welded
+from workbench.files.meshes.parts import RawMesh, RawPart, weld
 from workbench.files.meshes.step import read_step
 from workbench.files.meshes.stl import read_stl
 from workbench.files.meshes.text import read_off, read_ply
@@ -32,7 +32,7 @@ __all__ = [
     "FORMATS",
     "LARGEST",
     "SMALLEST",
-    "axes",
+    "axes_rotation",
     "extent",
     "implausible",
     "read_mesh",
@@ -43,7 +43,8 @@ __all__ = [
 SMALLEST = 0.3
 LARGEST = 60.0
 """Extents [m] between which a cockpit, a room or a vehicle lies."""
-_FARTHEST = 1e9
+_MAX_COORDINATE = 1e9
+"""Largest coordinate, in units of the file."""
 _Reader = Callable[[Path, bytes], RawMesh]
 FORMATS: dict[str, tuple[_Reader, float]] = {
     ".obj": (read_obj, 28),
@@ -57,8 +58,8 @@ FORMATS: dict[str, tuple[_Reader, float]] = {
     ".step": (read_step, 60),
     ".stp": (read_step, 60),
 }
-"""Reader of each ending, and how many bytes of memory a byte of the file takes at most until it is
-an environment (measured on meshes of a million faces, about 1.1 kB a face)."""
+"""Reader of each ending, and the memory [bytes] that a byte of the file takes at most until it is an
+environment (measured on meshes of a million faces, about 1.1 kB per face)."""
 _DIRECTIONS = {
     "x": (1, 0, 0),
     "y": (0, 1, 0),
@@ -72,51 +73,59 @@ _DIRECTIONS = {
 def read_mesh(path: str | Path) -> RawMesh:
     """Read a mesh file into named parts, in the file's own unit and axes.
 
-    Corners of equal position are one vertex, names are unique, every number is finite. InputError,
-    one line, where the file is missing, empty, broken, cut short, of an unknown kind, too large for
-    the memory at hand, refers to files outside its folder, or holds no surface; MissingPartError
-    where its kind needs a library that is not installed.
+    Corners of equal position are one vertex, names are unique, every number is finite.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, empty, broken, cut short, of an unknown kind or too large for the
+        available memory, if it refers to files outside its folder, or if it holds no surface.
+    MissingPartError
+        If its kind needs a library that is not installed.
     """
     source = Path(path)
-    if source.suffix.lower() not in FORMATS:
+    ending = source.suffix.lower()
+    if ending not in FORMATS:
         raise InputError(
             f"{source}: {source.suffix or 'no ending'} is not a mesh format; {one_of('', FORMATS)}"
         )
-    reader, factor = FORMATS[source.suffix.lower()]
-    data = _bytes(source, factor)
-    with np.errstate(
-        all="ignore"
-    ):  # what is not finite is reported below, with the name of its part
+    reader, memory_factor = FORMATS[ending]
+    data = _read_bytes(source, memory_factor)
+    with np.errstate(all="ignore"):  # what is not finite is refused below, with its part
         raw = reader(source, data)
-    if not raw.parts or not any(len(part.faces) for part in raw.parts):
+    if not any(len(part.faces) for part in raw.parts):
         raise InputError(f"{source}: holds no surface (no faces)")
     names = unique_names((part.name for part in raw.parts), source.stem)
-    for name, part in zip(names, raw.parts, strict=True):
-        if not np.all(np.isfinite(part.vertices)):
-            raise InputError(f"{source}: part {name!r}: has vertices that are not finite numbers")
-        if np.any(np.abs(part.vertices) > _FARTHEST):
-            raise InputError(
-                f"{source}: part {name!r}: has vertices farther than {_FARTHEST:g} units: damaged?"
-            )
+    named = [replace(part, name=name) for name, part in zip(names, raw.parts, strict=True)]
+    for part in named:
+        _check_vertices(source, part)
     parts = tuple(
-        RawPart(name, *welded(p.vertices, p.faces))
-        for name, p in zip(names, raw.parts, strict=True)
-        if len(p.faces)
+        RawPart(part.name, *weld(part.vertices, part.faces)) for part in named if len(part.faces)
     )
-    empty = [name for name, part in zip(names, raw.parts, strict=True) if not len(part.faces)]
-    notes = raw.notes + tuple(f"part {name!r} holds no faces and is left out" for name in empty)
-    return replace(raw, parts=parts, notes=notes)
+    empty = (part.name for part in named if not len(part.faces))
+    notes = tuple(f"part {name!r} holds no faces and is left out" for name in empty)
+    return replace(raw, parts=parts, notes=raw.notes + notes)
 
 
-def _bytes(source: Path, factor: float) -> bytes:
+def _check_vertices(path: Path, part: RawPart) -> None:
+    if not np.all(np.isfinite(part.vertices)):
+        raise InputError(f"{path}: part {part.name!r}: has vertices that are not finite numbers")
+    if np.any(np.abs(part.vertices) > _MAX_COORDINATE):
+        raise InputError(
+            f"{path}: part {part.name!r}: has vertices farther than {_MAX_COORDINATE:g} units: damaged?"
+        )
+
+
+def _read_bytes(source: Path, memory_factor: float) -> bytes:
+    """Read a file; refuse one that needs more memory than is free."""
     with opened(source, "a mesh file") as file:
         size = os.fstat(file.fileno()).st_size
-        need = size * factor
-        have = free_memory()
-        if have is not None and need > have:
+        needed = size * memory_factor
+        free = free_memory()
+        if free is not None and needed > free:
             raise InputError(
-                f"{source}: {size / 2**20:.0f} MiB need up to {need / 2**30:.1f} GiB of memory to read, "
-                f"{have / 2**30:.1f} GiB are free: simplify the mesh or split it"
+                f"{source}: {size / 2**20:.0f} MiB need up to {needed / 2**30:.1f} GiB of memory to read, "
+                f"{free / 2**30:.1f} GiB are free: simplify the mesh or split it"
             )
         data = file.read()
     if not data.strip():
@@ -124,11 +133,20 @@ def _bytes(source: Path, factor: float) -> bytes:
     return data
 
 
-def axes(up: str, forward: str) -> Floats:
-    """(3, 3) rotation from the file's axes to x forward, y left, z up: `world = axes(...) @ file`.
+def axes_rotation(up: str, forward: str) -> Floats:
+    """Return the rotation (3, 3) from the file's axes to x forward, y left, z up.
 
-    up, forward: x, y, z, -x, -y or -z of the file. Always right-handed, so it cannot mirror.
-    UsageError where a direction is unknown or the two are not at right angles.
+    It is always right-handed, so it cannot mirror.
+
+    Parameters
+    ----------
+    up, forward
+        Axes of the file: x, y, z, -x, -y or -z.
+
+    Raises
+    ------
+    UsageError
+        If an axis is unknown, or the two are not at right angles.
     """
     for name, given in (("up", up), ("forward", forward)):
         if given not in _DIRECTIONS:
@@ -141,19 +159,27 @@ def axes(up: str, forward: str) -> Floats:
 
 
 def stated_axes(raw: RawMesh, up: str | None, forward: str | None) -> Floats:
-    """(3, 3) rotation as `axes`, from the axes given or, where None, those the file or its format
-    says.
+    """Return the rotation of `axes_rotation` for axes that are given, or stated by the file.
 
-    glTF says both (y and z), COLLADA says up. InputError where nobody says one, or the two are not
-    at right angles.
+    Parameters
+    ----------
+    raw
+        The mesh. glTF states both axes (y and z), COLLADA the upward one.
+    up, forward
+        Axes that the user gives; None for those of the file.
+
+    Raises
+    ------
+    InputError
+        If an axis is neither given nor stated, or the two are not at right angles.
     """
-    for name, given, told in (("up", up, raw.up), ("forward", forward, raw.forward)):
-        if given is None and told is None:
+    for name, given, stated in (("up", up, raw.up), ("forward", forward, raw.forward)):
+        if given is None and stated is None:
             raise InputError(
                 f"{raw.file}: the file does not say its axis {name}: state it ({name}: {', '.join(_DIRECTIONS)})"
             )
     try:
-        return axes(up or str(raw.up), forward or str(raw.forward))
+        return axes_rotation(up or str(raw.up), forward or str(raw.forward))
     except UsageError as error:
         raise InputError(f"{raw.file}: {error}") from None
 
@@ -161,26 +187,44 @@ def stated_axes(raw: RawMesh, up: str | None, forward: str | None) -> Floats:
 def to_world(
     raw: RawMesh, rotation: Floats, *, metres: float, move: Floats | None = None
 ) -> tuple[RawPart, ...]:
-    """The parts turned by `rotation` (3, 3) after the unit `metres` is applied, then moved by
-    `move` (3,) [m]."""
-    shift = np.zeros(3) if move is None else move
+    """Transform the parts of a mesh to the world.
+
+    Parameters
+    ----------
+    raw
+        The mesh.
+    rotation
+        (3, 3) see `axes_rotation`.
+    metres
+        Unit of the file [m].
+    move
+        (3,) translation [m] after that, None for none.
+    """
+    offset = np.zeros(3) if move is None else move
     return tuple(
-        RawPart(p.name, p.vertices * metres @ rotation.T + shift, p.faces) for p in raw.parts
+        RawPart(part.name, part.vertices * metres @ rotation.T + offset, part.faces)
+        for part in raw.parts
     )
 
 
 def extent(parts: tuple[RawPart, ...]) -> Floats:
-    """(3,) size along each axis of all parts together."""
+    """Return the size (3,) of all parts together along each axis."""
     low = np.min([part.vertices.min(axis=0) for part in parts], axis=0)
     size: Floats = np.max([part.vertices.max(axis=0) for part in parts], axis=0) - low
     return size
 
 
 def implausible(largest: float, metres: float | None, *, smallest: float = SMALLEST) -> str | None:
-    """What to say about a mesh whose largest extent is `largest` file units of `metres` each; None
-    where it is fine.
+    """Return a message about a mesh of implausible size or of unknown unit, None if it is plausible.
 
-    metres None: no unit is known, which is said too.
+    Parameters
+    ----------
+    largest
+        Largest extent, in units of the file.
+    metres
+        Unit of the file [m], None if it is unknown.
+    smallest
+        Smallest plausible extent [m].
     """
     if metres is not None and smallest <= largest * metres <= LARGEST:
         return None

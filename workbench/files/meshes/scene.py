@@ -1,21 +1,21 @@
-"""Meshes of trimesh as parts: what a program has loaded, made or mended with that library becomes
-an environment.
+"""Convert meshes of trimesh to parts, so that what a program loads or makes with it can be used.
 
-trimesh opens many kinds of files and makes shapes. It is asked for nothing else here: files of the
-formats that the workbench names are read by its own readers, which keep names and concave faces
-(see docs/design.md).
+The workbench reads the formats that it names with its own readers, which keep names and concave
+faces (see docs/design.md).
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.errors import InputError, UsageError
-from workbench.files.meshes.parts import RawMesh, RawPart, welded
+from workbench.files.meshes.parts import RawMesh, RawPart, placed_part, weld
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
+from workbench.model.arrays import Floats
 
 if TYPE_CHECKING:
     import trimesh
@@ -57,32 +57,30 @@ def mesh_of_scene(scene: trimesh.Scene | trimesh.Trimesh, name: str) -> RawMesh:
         raise UsageError(
             f"expected a path, a trimesh.Scene or a trimesh.Trimesh, got {type(scene).__name__}"
         )
-    found: list[tuple[str, RawPart]] = []
+    parts = []
     others = 0
     for node in scene.graph.nodes_geometry:
         world_from_node, geometry_name = scene.graph[node]
         geometry = scene.geometry[geometry_name]
         if not isinstance(geometry, trimesh.Trimesh):
             others += 1
-            continue
-        vertices = np.asarray(geometry.vertices, dtype=np.float64)
-        if not np.all(np.isfinite(vertices)):
-            raise InputError(
-                f"{name}: part {geometry_name!r}: has vertices that are not finite numbers"
-            )
-        world = vertices @ world_from_node[:3, :3].T + world_from_node[:3, 3]
-        faces = np.asarray(geometry.faces, dtype=np.int64)
-        mirrored = np.linalg.det(world_from_node[:3, :3]) < 0
-        placed = welded(world, faces[:, ::-1] if mirrored else faces)
-        if len(faces):
-            found.append((geometry_name, RawPart(geometry_name, *placed)))
-    if not found:
+        elif len(geometry.faces) or not np.all(np.isfinite(geometry.vertices)):
+            parts.append(_node_part(name, geometry_name, geometry, world_from_node))
+    if not parts:
         raise InputError(f"{name}: holds no surface (no faces)")
-    names = unique_names((given for given, _ in found), name)
-    parts = tuple(
-        RawPart(own, part.vertices, part.faces) for own, (_, part) in zip(names, found, strict=True)
-    )
-    notes = (
-        (f"{others} sets of points or lines are not surfaces and are left out",) if others else ()
-    )
-    return RawMesh(name, "trimesh", parts, metres_in.get(scene.units or ""), notes=notes)
+    names = unique_names((part.name for part in parts), name)
+    named = tuple(replace(part, name=own) for own, part in zip(names, parts, strict=True))
+    notes: tuple[str, ...] = ()
+    if others:
+        notes = (f"{others} sets of points or lines are not surfaces and are left out",)
+    return RawMesh(name, "trimesh", named, metres_in.get(scene.units or ""), notes=notes)
+
+
+def _node_part(file: str, name: str, mesh: trimesh.Trimesh, world_from_node: Floats) -> RawPart:
+    """Return the mesh of a node in the world."""
+    vertices = np.asarray(mesh.vertices, dtype=np.float64)
+    if not np.all(np.isfinite(vertices)):
+        raise InputError(f"{file}: part {name!r}: has vertices that are not finite numbers")
+    faces = np.asarray(mesh.faces, dtype=np.int64)
+    placed = placed_part(name, vertices, faces, np.asarray(world_from_node))
+    return RawPart(name, *weld(placed.vertices, placed.faces))

@@ -1,20 +1,20 @@
-"""Turn the closed shells of a part outward, and find those that lie inside others or cross.
+"""Orient the closed shells of a part outward, and find those that lie inside others or cross.
 
-Places spread over every shell look along one fixed direction that is parallel to nothing in
-particular. The signed crossings with a shell add up to the winding number of that shell about the
-place [1]_. They say
+Rays start from sample points spread over every shell, all along one fixed direction that is
+parallel to nothing in particular. The signed crossings of a ray with a shell add up to the winding
+number of that shell about the point [1]_. The winding numbers show
 
 1. which shells a shell lies in: the smallest of these is its parent;
 2. whether it lies partly in another one, or partly in itself: then it crosses.
 
-A shell in none is turned so that its volume is positive. A shell wound opposite to its parent is a
-cavity of it, or a solid in its cavity; one wound like a solid parent is a solid within the solid,
-and what they enclose counts once.
+A shell without a parent is turned so that its volume is positive. A shell wound opposite to its
+parent is a cavity of it, or a solid in its cavity. One wound like a solid parent is a solid within
+the solid, and what they enclose counts once.
 
 References
----------- .. [1] A. Jacobson, L. Kavan, O. Sorkine-Hornung (2013), Robust inside-outside
-segmentation using generalized winding
-   numbers, ACM Transactions on Graphics 32(4), 33.
+----------
+.. [1] A. Jacobson, L. Kavan, O. Sorkine-Hornung (2013), Robust inside-outside segmentation using
+   generalized winding numbers, ACM Transactions on Graphics 32(4), 33.
 """
 
 from __future__ import annotations
@@ -26,76 +26,85 @@ import numpy as np
 from workbench.files.meshes.winding import HalfEdges, component_labels
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["Shells", "shell_labels", "sorted_shells"]
+__all__ = ["OrientedShells", "orient_shells", "shell_labels"]
 
-_PLACES_ALONE = 200
-"""About so many places are looked at on a shell of few faces that is the only one of its part."""
-_PLACES = 1_000
-"""About so many places are looked at in a part of several shells, or of many faces."""
-_FEW = 200
-"""Faces up to which a shell is first tried for being convex."""
-_LEAST_PLACES = 4
-"""Places looked at on the smallest shell."""
-_COLUMNS = 64
-"""Strips into which places are sorted for the search of the faces above them."""
-_NEAR = 1e-9
-"""A crossing nearer to the place or to an edge than this share of the part's size is in doubt: the
-place is left out."""
-_ALONG = np.array([0.5377, 0.3183, 0.7807]) / np.linalg.norm([0.5377, 0.3183, 0.7807])
-"""The direction looked along."""
-_SHALLOW = 1e-3
-"""Shells that cross no deeper than this [m] do not count as crossing: rounding and faces glued
-together do that."""
+_SAMPLES_ALONE = 200
+"""Approximate number of sample points on a shell of few faces that is the only one of its part."""
+_SAMPLES = 1_000
+"""Approximate number of sample points in a part of several shells, or of many faces."""
+_MIN_SAMPLES = 4
+"""Least number of sample points on a shell, if it has as many faces."""
+_MAX_REPEATS = 64
+"""Largest number of sample points on one face."""
+_MAX_CONVEX_FACES = 200
+"""Number of faces up to which a shell is first tested for being convex."""
+_STRIPS = 64
+"""Strips of x into which sample points are sorted for the search of the faces above them."""
+_TOLERANCE = 1e-9
+"""Distance of a crossing from its ray's start or from an edge, as a share of the part's size, below
+which it is uncertain. Its sample point is left out."""
+_RAY = np.array([0.5377, 0.3183, 0.7807]) / np.linalg.norm([0.5377, 0.3183, 0.7807])
+"""Direction of the rays."""
+_MIN_DEPTH = 1e-3
+"""Depth [m] up to which shells may cross without being reported: rounding and faces glued together
+cause that."""
 
 
 @dataclass(frozen=True, eq=False)
-class Shells:
-    """The closed shells of a part, and what is to be done about them."""
+class OrientedShells:
+    """The closed shells of a part, and how they are to be turned."""
 
     inward: Bools
     """(T,) True for the faces of shells that are wound inside out."""
     turned: int
-    """Shells wound inside out."""
+    """Number of shells wound inside out."""
     cavities: int
-    """Shells that bound a cavity of another."""
+    """Number of shells that bound a cavity of another."""
     nested: int
-    """Shells that lie inside another and are wound like it."""
+    """Number of shells that lie inside another and are wound like it."""
     crossing: int
-    """Shells that cross another or themselves."""
+    """Number of shells that cross another or themselves."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Places:
-    """Q places on faces."""
+class _Samples:
+    """Q sample points, from which rays start."""
 
     point: Floats
-    """(Q, 3) in a frame whose z axis is the direction looked along."""
+    """(Q, 3) in a frame whose z axis is the direction of the rays."""
     face: Ints
-    """(Q,) the face a place lies on, -1 beside the surface."""
+    """(Q,) the face that a point lies on, -1 beside the surface."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Hits:
-    """Crossings of the lines of sight with faces."""
+class _Candidates:
+    """N pairs of a sample point and a face that its ray may cross."""
 
-    place: Ints
+    sample: Ints
+    face: Ints
+
+
+@dataclass(frozen=True, eq=False)
+class _Crossings:
+    """Crossings of rays with faces."""
+
+    sample: Ints
     face: Ints
     sign: Ints
-    """+1 where the line leaves through the face, -1 where it enters, 0 where the crossing is in
-    doubt."""
+    """+1 if the ray leaves through the face, -1 if it enters, 0 if the crossing is uncertain."""
 
 
 @dataclass(frozen=True, eq=False)
-class _Turns:
-    """Winding numbers of shells about places, those that are not zero."""
+class _WindingNumbers:
+    """Winding numbers of shells about sample points, those that are not zero."""
 
     key: Ints
-    """Place and shell as one number, ascending."""
-    place: Ints
+    """Sample and shell as one number, ascending."""
+    sample: Ints
     shell: Ints
     number: Ints
-    sure: Bools
-    """(Q,) False for places with a crossing in doubt."""
+    certain: Bools
+    """(Q,) False for samples with an uncertain crossing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,265 +114,314 @@ class _Containment:
     inner: Ints
     outer: Ints
     share: Floats
-    """Of the places looked at on the inner shell, the share that lies in the outer one; above 0."""
+    """Share of the samples of the inner shell that lie in the outer one; above 0."""
     partly: Bools
-    """True where some places lie in it, and some outside, by more than `_SHALLOW`."""
-    itself: Bools
-    """(M,) shells that lie partly in themselves: near them their winding number is not only 0 and
-    1."""
+    """Whether some samples lie in it, and some outside, by more than `_MIN_DEPTH`."""
+    self_crossing: Bools
+    """(M,) whether a shell lies partly in itself: near it its winding number is not only 0 and 1."""
 
 
 def shell_labels(halves: HalfEdges, patch: Ints, sense: Ints) -> Ints:
-    """(T,) the shell of each face: patches, joined where one alone is not closed at an edge of more
-    than two faces.
+    """Join patches into shells, where one alone is not closed at an edge of more than two faces.
 
-    patch (T,): connected through edges of two faces; sense (H,): of the half-edges after consistent
-    winding.
+    Parameters
+    ----------
+    halves
+        Half-edges of T faces.
+    patch
+        (T,) the patch of each face, connected through edges of two faces.
+    sense
+        (H,) of the half-edges after consistent winding.
+
+    Returns
+    -------
+    Ints
+        (T,) the shell of each face.
     """
     crowded = np.flatnonzero(halves.uses[halves.edge] > 2)
     patches = int(patch.max(initial=-1)) + 1
+    edge_count = max(len(halves.uses), 1)
     key = patch[halves.face[crowded]] * len(halves.uses) + halves.edge[crowded]
     pair, inverse = np.unique(key, return_inverse=True)
     open_pair = pair[np.bincount(inverse.reshape(-1), sense[crowded], len(pair)) != 0]
-    edges, node = np.unique(open_pair % max(len(halves.uses), 1), return_inverse=True)
+    edges, node = np.unique(open_pair % edge_count, return_inverse=True)
     joined = component_labels(
-        open_pair // max(len(halves.uses), 1), patches + node.reshape(-1), patches + len(edges)
+        open_pair // edge_count, patches + node.reshape(-1), patches + len(edges)
     )
     return np.unique(joined[patch], return_inverse=True)[1].reshape(-1).astype(np.int64)
 
 
-def sorted_shells(vertices: Floats, faces: Ints, shell: Ints) -> Shells:
+def orient_shells(vertices: Floats, faces: Ints, shell: Ints) -> OrientedShells:
     """Find the shells to be turned, the cavities, and those that lie in others or cross.
 
     Parameters
     ----------
     vertices, faces
-        A closed, consistently wound mesh: (V, 3) and (T, 3).
+        A closed, consistently wound mesh: (V, 3) [m] and (T, 3).
     shell
         (T,) the shell of each face, from 0.
     """
     count = int(shell.max(initial=-1)) + 1
     corner = vertices[faces] - vertices[faces].reshape(-1, 3).mean(axis=0)
-    volume = np.bincount(
-        shell, np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6, count
-    )
-    sign = np.where(volume < 0, -1, 1)
-    if count == 1 and _convex(corner):
+    tetrahedra = np.einsum("nc,nc->n", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])) / 6
+    volume = np.bincount(shell, tetrahedra, count)
+    if count == 1 and _is_convex(corner):
         turned = bool(volume[0] < 0)
-        return Shells(np.full(len(faces), turned), int(turned), 0, 0, 0)
-    seen = corner @ _frame().T
-    found = _containment(seen, shell, _spread(seen, shell), sign)
-    parent = _parents(found, np.abs(volume))
+        return OrientedShells(np.full(len(faces), turned), int(turned), 0, 0, 0)
+    sign = np.where(volume < 0, -1, 1)
+    seen = corner @ _ray_frame().T
+    containment = _containment(seen, shell, _sample_points(seen, shell), sign)
+    parent = _parents(containment, np.abs(volume))
     final = _final_signs(parent, sign, np.abs(volume))
     wrong = final != sign
-    crossing = found.itself.copy()
-    crossing[found.inner[found.partly]] = True
-    crossing[found.outer[found.partly]] = True
+    crossing = containment.self_crossing.copy()
+    crossing[containment.inner[containment.partly]] = True
+    crossing[containment.outer[containment.partly]] = True
     nested = (parent >= 0) & (final > 0) & (final[parent] > 0) & ~crossing
-    return Shells(
+    return OrientedShells(
         wrong[shell],
-        int(wrong.sum()),
-        int((final < 0).sum()),
-        int(nested.sum()),
-        int(crossing.sum()),
+        turned=int(wrong.sum()),
+        cavities=int((final < 0).sum()),
+        nested=int(nested.sum()),
+        crossing=int(crossing.sum()),
     )
 
 
-def _parents(found: _Containment, size: Floats) -> Ints:
-    """(M,) the smallest of the larger shells that hold most of a shell, -1 for none; size (M,): of
-    the volumes."""
-    rank = np.empty(len(size), dtype=np.int64)
-    rank[np.argsort(-size, kind="stable")] = np.arange(len(size))
-    holds = (found.share > 0.5) & (rank[found.outer] < rank[found.inner])
-    inner = found.inner[holds]
-    outer = found.outer[holds]
+def _parents(containment: _Containment, volume: Floats) -> Ints:
+    """Return the parent (M,) of each shell, -1 for none: the smallest of the larger shells that
+    hold most of it."""
+    rank = np.empty(len(volume), dtype=np.int64)
+    rank[np.argsort(-volume, kind="stable")] = np.arange(len(volume))
+    holds = (containment.share > 0.5) & (rank[containment.outer] < rank[containment.inner])
+    inner = containment.inner[holds]
+    outer = containment.outer[holds]
     order = np.lexsort((rank[outer], inner))
-    parent = np.full(len(size), -1)
-    parent[inner[order]] = outer[
-        order
-    ]  # the last one stays: of a repeated index numpy keeps the last value
+    parent = np.full(len(volume), -1)
+    parent[inner[order]] = outer[order]  # of a repeated index numpy keeps the last value
     return parent
 
 
-def _final_signs(parent: Ints, sign: Ints, size: Floats) -> Ints:
-    """(M,) +1 for shells that bound a solid from outside, -1 for those that bound a cavity; sign
-    (M,): as wound."""
+def _final_signs(parent: Ints, sign: Ints, volume: Floats) -> Ints:
+    """Return +1 (M,) for shells that bound a solid from outside, -1 for those that bound a cavity.
+
+    sign (M,): of the volumes as wound.
+    """
     final = np.ones(len(sign), dtype=np.int64)
-    for one in np.argsort(-size, kind="stable"):  # a parent comes before what it holds
-        if parent[one] >= 0 and sign[one] != sign[parent[one]]:
-            final[one] = -final[parent[one]]
+    for shell in np.argsort(-volume, kind="stable"):  # a parent comes before what it holds
+        if parent[shell] >= 0 and sign[shell] != sign[parent[shell]]:
+            final[shell] = -final[parent[shell]]
     return final
 
 
-def _convex(corner: Floats) -> bool:
-    """True where no corner of few faces lies on the outer side of any: such a shell cannot cross
-    itself."""
-    if len(corner) > _FEW:
+def _is_convex(corner: Floats) -> bool:
+    """Return whether no corner of few faces (T, 3, 3) lies on the outer side of any face.
+
+    Such a shell cannot cross itself.
+    """
+    if len(corner) > _MAX_CONVEX_FACES:
         return False
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    height = (
-        np.einsum("tc,nc->tn", normal, corner.reshape(-1, 3))
-        - np.einsum("tc,tc->t", normal, corner[:, 0])[:, None]
-    )
-    slack = _NEAR * np.linalg.norm(normal, axis=1) * np.ptp(corner.reshape(-1, 3), axis=0).max()
+    points = corner.reshape(-1, 3)
+    offset = np.einsum("tc,tc->t", normal, corner[:, 0])
+    height = np.einsum("tc,nc->tn", normal, points) - offset[:, None]
+    slack = _TOLERANCE * np.linalg.norm(normal, axis=1) * np.ptp(points, axis=0).max()
     return bool((height <= slack[:, None]).all() or (height >= -slack[:, None]).all())
 
 
-def _frame() -> Floats:
-    """(3, 3) rotation into a frame whose z axis is the direction looked along."""
-    x = np.cross(_ALONG, [0.0, 0.0, 1.0])
+def _ray_frame() -> Floats:
+    """Return the rotation (3, 3) into a frame whose z axis is the direction of the rays."""
+    x = np.cross(_RAY, [0.0, 0.0, 1.0])
     x /= np.linalg.norm(x)
-    return np.array([x, np.cross(_ALONG, x), _ALONG])
+    return np.array([x, np.cross(_RAY, x), _RAY])
 
 
-def _spread(corner: Floats, shell: Ints) -> _Places:
-    """Places on faces: several on each of few, on every n-th of many."""
+def _sample_points(corner: Floats, shell: Ints) -> _Samples:
+    """Spread sample points over faces (T, 3, 3): several on each of few faces, or one on every n-th
+    of many."""
     total = len(shell)
     order = np.argsort(shell, kind="stable")
     size = np.bincount(shell)
-    rank = np.arange(total) - np.repeat(np.cumsum(size) - size, size)
-    wanted = np.clip(_PLACES * size // total, _LEAST_PLACES, size)
+    rank = np.arange(total) - np.repeat(np.cumsum(size) - size, size)  # within its shell
+    wanted = np.clip(_SAMPLES * size // total, _MIN_SAMPLES, size)
     step = np.maximum(size // np.maximum(wanted, 1), 1)
     chosen = order[rank % np.repeat(step, size) == 0]
-    few = _PLACES if len(size) > 1 else _PLACES_ALONE
-    repeats = int(np.clip(few // len(chosen), 1, 64))
+    least = _SAMPLES if len(size) > 1 else _SAMPLES_ALONE
+    repeats = int(np.clip(least // len(chosen), 1, _MAX_REPEATS))
     face = np.repeat(chosen, repeats)
-    u, v = _plastic(repeats)
-    weight = np.stack([1.0 - u - v, u, v], axis=1)
-    point = np.einsum("nc,ncx->nx", np.tile(weight, (len(chosen), 1)), corner[face])
-    return _Places(point, face)
+    weight = np.tile(_barycentric_sequence(repeats), (len(chosen), 1))
+    return _Samples(np.einsum("nc,ncx->nx", weight, corner[face]), face)
 
 
-def _plastic(count: int) -> tuple[Floats, Floats]:
-    """Barycentric coordinates spread evenly over a triangle (Roberts's R2 sequence, folded), the
-    centroid first."""
+def _barycentric_sequence(count: int) -> Floats:
+    """Return barycentric coordinates (count, 3) spread evenly over a triangle, the centroid first:
+    Roberts's R2 sequence, folded."""
     n = np.arange(count)
     u = (1.0 / 3.0 + n * 0.7548776662466927) % 1.0
     v = (1.0 / 3.0 + n * 0.5698402909980532) % 1.0
     over = u + v > 1.0
-    return np.where(over, 1.0 - u, u), np.where(over, 1.0 - v, v)
+    u = np.where(over, 1.0 - u, u)
+    v = np.where(over, 1.0 - v, v)
+    return np.stack([1.0 - u - v, u, v], axis=1)
 
 
-def _containment(corner: Floats, shell: Ints, places: _Places, sign: Ints) -> _Containment:
-    """Which shells lie in which, and in themselves; corner (T, 3, 3) as seen, sign (M,) of the
-    shells' volumes."""
+def _containment(corner: Floats, shell: Ints, samples: _Samples, sign: Ints) -> _Containment:
+    """Find which shells lie in which, and which in themselves.
+
+    Parameters
+    ----------
+    corner, shell
+        (T, 3, 3) faces in the frame of the rays, and the shell (T,) of each.
+    samples
+        Points on the faces.
+    sign
+        (M,) of the volume of each shell.
+    """
+    own = shell[samples.face]
+    here = _winding_numbers(corner, shell, samples)
+    outward, inward = (
+        _winding_numbers(corner, shell, shifted)
+        for shifted in _shifted_samples(corner[samples.face], samples, sign[own])
+    )
     count = len(sign)
-    own = shell[places.face]
-    edge = corner[places.face]
-    normal = np.cross(edge[:, 1] - edge[:, 0], edge[:, 2] - edge[:, 0]) * sign[own, None]
-    shift = _SHALLOW * normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-    nowhere = np.full(len(own), -1)
-    there = _turns(corner, shell, places)
-    outward = _turns(corner, shell, _Places(places.point + shift, nowhere))
-    inward = _turns(corner, shell, _Places(places.point - shift, nowhere))
-    sure = there.sure
-    in_other = own[there.place] != there.shell
-    pair, index, many = np.unique(
-        own[there.place[in_other]] * count + there.shell[in_other],
+    in_other = own[here.sample] != here.shell
+    pair, index, inside = np.unique(
+        own[here.sample[in_other]] * count + here.shell[in_other],
         return_inverse=True,
         return_counts=True,
     )
-    deep = np.bincount(index.reshape(-1), np.isin(there.key, outward.key)[in_other], len(pair))
-    near = np.setdiff1d(inward.key[sure[inward.place]], there.key)
-    missed = np.isin(own[near // count] * count + near % count, pair)
-    close = own[near[missed] // count] * count + near[missed] % count
-    touched = many + np.bincount(np.searchsorted(pair, close), minlength=len(pair))
-    looked = np.bincount(own[sure], minlength=count)[pair // count]
-    itself = np.zeros(count, dtype=np.bool_)
-    for turns in (outward, inward):
-        mine = turns.shell[own[turns.place] == turns.shell]
-        number = turns.number[own[turns.place] == turns.shell]
-        itself[mine[number * sign[mine] != 1]] = True
+    # samples that lie deep inside the other shell, and those that come to lie in it if shifted
+    deep = np.bincount(index.reshape(-1), np.isin(here.key, outward.key)[in_other], len(pair))
+    shallow = np.setdiff1d(inward.key[here.certain[inward.sample]], here.key)
+    shallow_pair = own[shallow // count] * count + shallow % count
+    shallow_pair = shallow_pair[np.isin(shallow_pair, pair)]
+    touched = inside + np.bincount(np.searchsorted(pair, shallow_pair), minlength=len(pair))
+    total = np.bincount(own[here.certain], minlength=count)[pair // count]
     return _Containment(
-        pair // count, pair % count, many / looked, (deep > 0) & (touched < looked), itself
+        pair // count,
+        pair % count,
+        share=inside / total,
+        partly=(deep > 0) & (touched < total),
+        self_crossing=_self_crossing((outward, inward), own, sign),
     )
 
 
-def _turns(corner: Floats, shell: Ints, places: _Places) -> _Turns:
-    """The winding numbers of shells about places that are not zero; the face that a place lies on
-    is left out."""
+def _shifted_samples(face: Floats, samples: _Samples, sign: Ints) -> tuple[_Samples, _Samples]:
+    """Return the samples moved outward and inward by `_MIN_DEPTH`; face (Q, 3, 3): where they lie."""
+    normal = np.cross(face[:, 1] - face[:, 0], face[:, 2] - face[:, 0]) * sign[:, None]
+    shift = _MIN_DEPTH * normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    nowhere = np.full(len(sign), -1)
+    return _Samples(samples.point + shift, nowhere), _Samples(samples.point - shift, nowhere)
+
+
+def _self_crossing(beside: tuple[_WindingNumbers, ...], own: Ints, sign: Ints) -> Bools:
+    """Return which shells (M,) have a winding number other than 0 and 1 beside their surface."""
+    crossing = np.zeros(len(sign), dtype=np.bool_)
+    for winding in beside:
+        of_itself = own[winding.sample] == winding.shell
+        shell = winding.shell[of_itself]
+        crossing[shell[winding.number[of_itself] * sign[shell] != 1]] = True
+    return crossing
+
+
+def _winding_numbers(corner: Floats, shell: Ints, samples: _Samples) -> _WindingNumbers:
+    """Return the winding numbers of shells about samples that are not zero; the face that a sample
+    lies on does not count."""
     count = int(shell.max()) + 1
-    hits = _hits(corner, places)
-    sure = np.ones(len(places.face), dtype=np.bool_)
-    sure[hits.place[hits.sign == 0]] = False
-    kept = sure[hits.place]
-    key, inverse = np.unique(hits.place[kept] * count + shell[hits.face[kept]], return_inverse=True)
-    number = np.bincount(inverse.reshape(-1), hits.sign[kept], len(key)).astype(np.int64)
-    some = number != 0
-    return _Turns(key[some], key[some] // count, key[some] % count, number[some], sure)
+    crossings = _crossings(corner, samples.point, _ray_candidates(corner, samples))
+    certain = np.ones(len(samples.face), dtype=np.bool_)
+    certain[crossings.sample[crossings.sign == 0]] = False
+    kept = certain[crossings.sample]
+    key, inverse = np.unique(
+        crossings.sample[kept] * count + shell[crossings.face[kept]], return_inverse=True
+    )
+    total = np.bincount(inverse.reshape(-1), crossings.sign[kept], len(key)).astype(np.int64)
+    key = key[total != 0]
+    return _WindingNumbers(key, key // count, key % count, total[total != 0], certain)
 
 
-def _hits(corner: Floats, places: _Places) -> _Hits:
-    """Crossings of the lines from the places along +z with all faces but their own.
+def _ray_candidates(corner: Floats, samples: _Samples) -> _Candidates:
+    """Find the faces (T, 3, 3) whose bounding box the ray of a sample along +z meets, except its
+    own.
 
-    Places are sorted by strips of x, and by y within a strip; the places under a face are then runs
-    in its strips.
+    Samples are sorted by strips of x, and by y within a strip. The samples under a face are then
+    one run in each of its strips.
     """
-    x = places.point[:, 0]
-    y = places.point[:, 1]
-    left = x.min()
-    right = x.max()
-    width = max((right - left) / _COLUMNS, 1e-300)
+    x = samples.point[:, 0]
     low = corner.min(axis=1)
     high = corner.max(axis=1)
-    tall = 2.0 * float(max(high[:, 1].max() - low[:, 1].min(), 1e-300))
-    base = low[:, 1].min()
+    left = x.min()
+    width = max((x.max() - left) / _STRIPS, 1e-300)
+    bottom = low[:, 1].min()
+    strip_height = 2.0 * float(max(high[:, 1].max() - bottom, 1e-300))
 
-    def column(values: Floats) -> Ints:
-        strip: Ints = np.clip((values - left) / width, 0, _COLUMNS - 1).astype(np.int64)
+    def strip_of(values: Floats) -> Ints:
+        strip: Ints = np.clip((values - left) / width, 0, _STRIPS - 1).astype(np.int64)
         return strip
 
-    key = column(x) * tall + (y - base)
+    key = strip_of(x) * strip_height + (samples.point[:, 1] - bottom)
     order = np.argsort(key, kind="stable")
-    begin = column(low[:, 0])
-    end = column(high[:, 0])
-    strips = end - begin + 1
-    face = np.repeat(np.arange(len(corner)), strips)
-    strip = begin[face] + np.arange(len(face)) - np.repeat(np.cumsum(strips) - strips, strips)
-    first = np.searchsorted(key[order], strip * tall + (low[face, 1] - base))
-    last = np.searchsorted(key[order], strip * tall + (high[face, 1] - base), side="right")
-    many = last - first
-    face = np.repeat(face, many)
-    place = order[
-        np.repeat(first, many) + np.arange(len(face)) - np.repeat(np.cumsum(many) - many, many)
-    ]
-    box = (
-        (x[place] >= low[face, 0])
-        & (x[place] <= high[face, 0])
-        & (places.point[place, 2] <= high[face, 2])
+    begin = strip_of(low[:, 0])
+    face, number = _repeat_counted(np.arange(len(corner)), strip_of(high[:, 0]) - begin + 1)
+    strip = begin[face] + number
+    first = np.searchsorted(key[order], strip * strip_height + (low[face, 1] - bottom))
+    last = np.searchsorted(
+        key[order], strip * strip_height + (high[face, 1] - bottom), side="right"
     )
-    some = box & (face != places.face[place])
-    return _crossed(corner, places.point, place[some], face[some])
+    run, number = _repeat_counted(np.arange(len(face)), last - first)
+    face = face[run]
+    sample = order[first[run] + number]
+    meets = (x[sample] >= low[face, 0]) & (x[sample] <= high[face, 0])
+    meets &= samples.point[sample, 2] <= high[face, 2]
+    meets &= face != samples.face[sample]
+    return _Candidates(sample[meets], face[meets])
 
 
-def _crossed(corner: Floats, point: Floats, place: Ints, face: Ints) -> _Hits:
-    """Those of the candidate pairs (place, face) that cross, or may."""
+def _repeat_counted(values: Ints, count: Ints) -> tuple[Ints, Ints]:
+    """Repeat each value (N,) `count` (N,) times; also returns the number of each repetition."""
+    repeated = np.repeat(values, count)
+    return repeated, np.arange(len(repeated)) - np.repeat(np.cumsum(count) - count, count)
+
+
+def _crossings(corner: Floats, point: Floats, candidates: _Candidates) -> _Crossings:
+    """Return the candidates whose ray crosses the face, or may cross it.
+
+    Parameters
+    ----------
+    corner, point
+        (T, 3, 3) faces and (Q, 3) samples.
+    candidates
+        Pairs of them.
+    """
+    # With corners a, b, c from the sample, the 2D cross products a x b, b x c, c x a are twice the
+    # areas that the ray's foot spans with each edge. The ray crosses if all have one sign; its
+    # height is the mean of the corners' z with these weights.
     size = float(np.ptp(corner.reshape(-1, 3), axis=0).max())
-    a, b, c = (corner[face, k] - point[place] for k in range(3))
-    side = np.stack([_turn(a, b), _turn(b, c), _turn(c, a)])
-    reach = np.stack([_far(a, b), _far(b, c), _far(c, a)])
-    near = _NEAR * size * reach
-    out = (side > near).any(axis=0) & (side < -near).any(axis=0)
-    place = place[~out]
-    face = face[~out]
-    side = side[:, ~out]
-    near = near[:, ~out]
+    a, b, c = (corner[candidates.face, k] - point[candidates.sample] for k in range(3))
+    edges = ((a, b), (b, c), (c, a))
+    side = np.stack([_cross_2d(start, end) for start, end in edges])
+    near = _TOLERANCE * size * np.stack([_length_2d(start, end) for start, end in edges])
+    kept = ~((side > near).any(axis=0) & (side < -near).any(axis=0))
+    sample = candidates.sample[kept]
+    face = candidates.face[kept]
+    side = side[:, kept]
     area = side.sum(axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        height = (side[0] * c[~out, 2] + side[1] * a[~out, 2] + side[2] * b[~out, 2]) / area
-    doubt = (np.abs(side) <= near).any(axis=0) | ~(np.abs(height) > _NEAR * size)
-    doubt &= ~(height < -_NEAR * size)
-    above = doubt | (height > 0)
-    sign = np.where(doubt, 0, np.sign(area)).astype(np.int64)
-    return _Hits(place[above], face[above], sign[above])
+        height = (side[0] * c[kept, 2] + side[1] * a[kept, 2] + side[2] * b[kept, 2]) / area
+    uncertain = (np.abs(side) <= near[:, kept]).any(axis=0) | ~(np.abs(height) > _TOLERANCE * size)
+    uncertain &= ~(height < -_TOLERANCE * size)
+    above = uncertain | (height > 0)
+    sign = np.where(uncertain, 0, np.sign(area)).astype(np.int64)
+    return _Crossings(sample[above], face[above], sign[above])
 
 
-def _turn(a: Floats, b: Floats) -> Floats:
-    turn: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return turn
+def _cross_2d(a: Floats, b: Floats) -> Floats:
+    """Return the z component (N,) of a x b."""
+    cross: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return cross
 
 
-def _far(a: Floats, b: Floats) -> Floats:
-    """The length of the edge from a to b as seen: its distance from the place is turn / length."""
-    far: Floats = np.hypot(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1])
-    return far
+def _length_2d(a: Floats, b: Floats) -> Floats:
+    """Return the length (N,) of the edge from a to b across the rays: `_cross_2d` divided by it is
+    the distance of the edge from the ray."""
+    length: Floats = np.hypot(b[:, 0] - a[:, 0], b[:, 1] - a[:, 1])
+    return length

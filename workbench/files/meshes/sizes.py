@@ -24,11 +24,11 @@ from workbench.files.meshes.parts import RawPart
 from workbench.files.schema import metres_in
 from workbench.model.arrays import Floats
 
-__all__ = ["THINGS", "doubtful_sizes", "person_size"]
+__all__ = ["SIZE_RANGES", "implausible_sizes", "person_size"]
 
 
 @dataclass(frozen=True)
-class Thing:
+class SizeRange:
     """A thing of a known size: least and greatest [m] of its largest extent, or of the middle one
     of three."""
 
@@ -39,10 +39,10 @@ class Thing:
     one part."""
 
 
-_ADULT = Thing(0.8, 2.5)
-_CHILD = Thing(0.4, 1.95)
-_WHEEL = Thing(0.1, 1.7, middle=True)
-THINGS: dict[tuple[str, ...], Thing] = {
+_ADULT = SizeRange(0.8, 2.5)
+_CHILD = SizeRange(0.4, 1.95)
+_WHEEL = SizeRange(0.1, 1.7, middle=True)
+SIZE_RANGES: dict[tuple[str, ...], SizeRange] = {
     # people: crouching or seated 0.8 m, arms raised or held out 2.5 m; children from newborn ones
     # of 0.5 m
     ("human",): _ADULT,
@@ -65,54 +65,54 @@ THINGS: dict[tuple[str, ...], Thing] = {
     ("tyre",): _WHEEL,
     ("tire",): _WHEEL,
     # what is sat on: child seats 0.3 m, a seat with its headrest up to 1.4 m
-    ("seat",): Thing(0.25, 1.45),
-    ("seat", "pan"): Thing(0.2, 0.9),
-    ("seat", "back"): Thing(0.2, 1.2),
-    ("seat", "cushion"): Thing(0.2, 0.9),
-    ("headrest",): Thing(0.08, 0.7),
-    ("armrest",): Thing(0.08, 0.9),
-    ("chair",): Thing(0.3, 1.7),
-    ("bench",): Thing(0.3, 6.0),
+    ("seat",): SizeRange(0.25, 1.45),
+    ("seat", "pan"): SizeRange(0.2, 0.9),
+    ("seat", "back"): SizeRange(0.2, 1.2),
+    ("seat", "cushion"): SizeRange(0.2, 0.9),
+    ("headrest",): SizeRange(0.08, 0.7),
+    ("armrest",): SizeRange(0.08, 0.9),
+    ("chair",): SizeRange(0.3, 1.7),
+    ("bench",): SizeRange(0.3, 6.0),
     # what is held, pushed and turned: a steering wheel 0.25 m (racing) to 0.55 m (bus)
-    ("steering", "wheel"): Thing(0.2, 0.65),
-    ("handwheel",): Thing(0.04, 1.0),
-    ("pedal",): Thing(0.04, 0.5),
-    ("lever",): Thing(0.03, 1.2),
-    ("joystick",): Thing(0.05, 0.8),
-    ("handle",): Thing(0.03, 1.0),
-    ("knob",): Thing(0.005, 0.2),
-    ("button",): Thing(0.003, 0.2),
-    ("switch",): Thing(0.005, 0.3),
-    ("handlebar",): Thing(0.25, 1.2),
-    ("handrail",): Thing(0.2, 12.0),
-    ("console",): Thing(0.1, 4.0),
+    ("steering", "wheel"): SizeRange(0.2, 0.65),
+    ("handwheel",): SizeRange(0.04, 1.0),
+    ("pedal",): SizeRange(0.04, 0.5),
+    ("lever",): SizeRange(0.03, 1.2),
+    ("joystick",): SizeRange(0.05, 0.8),
+    ("handle",): SizeRange(0.03, 1.0),
+    ("knob",): SizeRange(0.005, 0.2),
+    ("button",): SizeRange(0.003, 0.2),
+    ("switch",): SizeRange(0.005, 0.3),
+    ("handlebar",): SizeRange(0.25, 1.2),
+    ("handrail",): SizeRange(0.2, 12.0),
+    ("console",): SizeRange(0.1, 4.0),
     # what is looked through and at
-    ("mirror",): Thing(0.05, 1.2),
-    ("windscreen",): Thing(0.35, 3.2),
-    ("windshield",): Thing(0.35, 3.2),
-    ("canopy",): Thing(0.6, 6.0),
-    ("dashboard",): Thing(0.4, 2.7),
-    ("instrument", "panel"): Thing(0.2, 2.7),
+    ("mirror",): SizeRange(0.05, 1.2),
+    ("windscreen",): SizeRange(0.35, 3.2),
+    ("windshield",): SizeRange(0.35, 3.2),
+    ("canopy",): SizeRange(0.6, 6.0),
+    ("dashboard",): SizeRange(0.4, 2.7),
+    ("instrument", "panel"): SizeRange(0.2, 2.7),
     # what is walked through: a car's door from 0.7 m, an aircraft's or a hall's to 4 m
-    ("door",): Thing(0.35, 4.0),
-    ("hatch",): Thing(0.3, 3.0),
-    ("interior",): Thing(0.8, 7.0),
-    ("cockpit",): Thing(0.8, 7.0),
-    ("cabin",): Thing(0.8, 40.0),
+    ("door",): SizeRange(0.35, 4.0),
+    ("hatch",): SizeRange(0.3, 3.0),
+    ("interior",): SizeRange(0.8, 7.0),
+    ("cockpit",): SizeRange(0.8, 7.0),
+    ("cabin",): SizeRange(0.8, 40.0),
     # whole vehicles, and the front of a car by itself
-    ("car",): Thing(1.8, 7.0),
-    ("suv",): Thing(3.0, 7.0),
-    ("van",): Thing(3.0, 9.0),
-    ("truck",): Thing(3.5, 26.0),
-    ("lorry",): Thing(3.5, 26.0),
-    ("bus",): Thing(4.5, 26.0),
-    ("tractor",): Thing(2.0, 9.0),
-    ("motorcycle",): Thing(1.2, 3.2),
-    ("motorbike",): Thing(1.2, 3.2),
-    ("bicycle",): Thing(0.9, 2.6),
-    ("wheelchair",): Thing(0.6, 1.8),
-    ("helicopter",): Thing(5.0, 45.0),
-    ("forklift",): Thing(1.8, 7.0),
+    ("car",): SizeRange(1.8, 7.0),
+    ("suv",): SizeRange(3.0, 7.0),
+    ("van",): SizeRange(3.0, 9.0),
+    ("truck",): SizeRange(3.5, 26.0),
+    ("lorry",): SizeRange(3.5, 26.0),
+    ("bus",): SizeRange(4.5, 26.0),
+    ("tractor",): SizeRange(2.0, 9.0),
+    ("motorcycle",): SizeRange(1.2, 3.2),
+    ("motorbike",): SizeRange(1.2, 3.2),
+    ("bicycle",): SizeRange(0.9, 2.6),
+    ("wheelchair",): SizeRange(0.6, 1.8),
+    ("helicopter",): SizeRange(5.0, 45.0),
+    ("forklift",): SizeRange(1.8, 7.0),
 }
 """Plausible sizes of things by the words that name them, in lower case."""
 
@@ -220,7 +220,9 @@ class _Size:
         return self.least <= scale * self.size <= self.greatest
 
 
-def doubtful_sizes(parts: Iterable[RawPart], metres: float, *, file: str = "") -> tuple[str, ...]:
+def implausible_sizes(
+    parts: Iterable[RawPart], metres: float, *, file: str = ""
+) -> tuple[str, ...]:
     """A sentence where named parts, or the whole, have an implausible size; nothing where none has.
 
     Parameters
@@ -297,21 +299,21 @@ def _extents(parts: Iterable[RawPart]) -> Floats:
 def _sized(name: str, extents: Floats) -> _Size | None:
     words = _words(name)
     for first in range(len(words)):
-        thing = THINGS.get(tuple(words[first:]))
+        thing = SIZE_RANGES.get(tuple(words[first:]))
         if thing is not None:
             return _row(name, " ".join(words[first:]), thing, extents)
     many = _singular(words[-1]) if words else ""
     for first in range(len(words)):
         plural = (*words[first:-1], many)
-        if plural in THINGS:
-            row = _row(name, " ".join(plural), THINGS[plural], extents)
+        if plural in SIZE_RANGES:
+            row = _row(name, " ".join(plural), SIZE_RANGES[plural], extents)
             return (
                 row
-                if THINGS[plural].middle
+                if SIZE_RANGES[plural].middle
                 else _Size(name, row.thing, row.size, row.least, np.inf)
             )
     for last in range(len(words) - 1, 0, -1):
-        thing = THINGS.get(tuple(words[:last]))
+        thing = SIZE_RANGES.get(tuple(words[:last]))
         if thing is not None:
             return _Size(
                 name, f"piece of {' '.join(words[:last])}", float(extents[2]), 0.0, thing.greatest
@@ -323,12 +325,12 @@ def _whole(file: str, extents: Floats) -> _Size | None:
     """What the name of a file says of all its parts together: the last of its words that can name a
     whole."""
     for word in reversed(_words(file)):
-        if (word,) in THINGS:
-            return _row(file, word, THINGS[(word,)], extents) if word in _WHOLES else None
+        if (word,) in SIZE_RANGES:
+            return _row(file, word, SIZE_RANGES[(word,)], extents) if word in _WHOLES else None
     return None
 
 
-def _row(name: str, thing: str, known: Thing, extents: Floats) -> _Size:
+def _row(name: str, thing: str, known: SizeRange, extents: Floats) -> _Size:
     return _Size(name, thing, float(extents[1 if known.middle else 2]), known.least, known.greatest)
 
 
@@ -336,7 +338,7 @@ def _words(name: str) -> list[str]:
     """The words of a name that do not say where a part is; a child of either sex is a child."""
     words = [word.lower() for word in _WORD.findall(name)]
     child = next((word for word in words if word in _CHILDREN), None)
-    kept = [child if child and THINGS.get((word,)) is _ADULT else word for word in words]
+    kept = [child if child and SIZE_RANGES.get((word,)) is _ADULT else word for word in words]
     return [word for word in kept if word not in _PLACES]
 
 

@@ -1,6 +1,6 @@
-"""STEP, cut into triangles by the optional cascadio (OpenCASCADE) in a process of its own.
+"""Read STEP files with the optional cascadio (OpenCASCADE), in a process of its own.
 
-On a broken file OpenCASCADE talks on stdout and may end the process with a signal, which Python
+On a broken file OpenCASCADE prints to stdout and may end the process with a signal, which Python
 cannot catch.
 """
 
@@ -31,19 +31,23 @@ except ImportError:
 import cascadio
 cascadio.step_to_glb(sys.argv[1], sys.argv[2], tol_linear=0.1, tol_angular=0.3)
 """
-"""Reads argv[1], writes argv[2], and takes at most argv[3] bytes of memory where the system can
-limit it."""
-_LONGEST = 900
+"""Program that reads argv[1], writes argv[2], and takes at most argv[3] bytes of memory if the system
+can limit it. Tolerances are 0.1 mm and 0.3 rad (0.3 mm measured on a 127 mm part)."""
+_TIMEOUT = 900
+"""Time [s] that OpenCASCADE may take."""
 _MEMORY = 8 * 2**30
-"""Memory [bytes] that OpenCASCADE may take where it is unknown how much is free."""
+"""Memory [bytes] that OpenCASCADE may take if it is unknown how much is free."""
 
 
 def read_step(path: Path, data: bytes) -> RawMesh:
-    """The bodies of a STEP file in metres; asked of OpenCASCADE: 0.1 mm, 0.3 rad (0.3 mm measured
-    on a 127 mm part).
+    """Read the bodies of a STEP file, in metres.
 
-    MissingPartError where cascadio is not installed, InputError where the file is broken or takes
-    over 15 minutes.
+    Raises
+    ------
+    MissingPartError
+        If cascadio is not installed.
+    InputError
+        If the file is broken or takes over 15 minutes.
     """
     if find_spec("cascadio") is None:
         raise MissingPartError(f"{path}: STEP files need cascadio: pip install cascadio")
@@ -53,26 +57,25 @@ def read_step(path: Path, data: bytes) -> RawMesh:
             f"{path}: not a STEP file, or cut short (ISO-10303-21 to END-ISO-10303-21)"
         )
     with TemporaryDirectory() as folder:
-        given = Path(folder) / "given.step"
-        made = Path(folder) / "made.glb"
-        given.write_bytes(data)
-        command = [
-            sys.executable,
-            "-c",
-            _CHILD,
-            str(given),
-            str(made),
-            str(free_memory() or _MEMORY),
-        ]
-        try:
-            done = subprocess.run(command, capture_output=True, timeout=_LONGEST, check=False)
-        except subprocess.TimeoutExpired:
-            raise InputError(
-                f"{path}: takes OpenCASCADE more than {_LONGEST // 60} minutes: simplify it"
-            ) from None
-        if done.returncode != 0 or not made.is_file():
-            raise InputError(
-                f"{path}: broken STEP: OpenCASCADE cannot read it (exit {done.returncode})"
-            )
-        found = read_glb(made, made.read_bytes())
-    return replace(found, file=str(path), format="STEP", up=None)
+        source = Path(folder) / "given.step"
+        mesh = Path(folder) / "made.glb"
+        source.write_bytes(data)
+        _convert(path, source, mesh)
+        raw = read_glb(mesh, mesh.read_bytes())
+    return replace(raw, file=str(path), format="STEP", up=None)
+
+
+def _convert(path: Path, source: Path, mesh: Path) -> None:
+    """Convert a STEP file to GLB; path: the file as the user named it."""
+    memory = str(free_memory() or _MEMORY)
+    command = [sys.executable, "-c", _CHILD, str(source), str(mesh), memory]
+    try:
+        child = subprocess.run(command, capture_output=True, timeout=_TIMEOUT, check=False)
+    except subprocess.TimeoutExpired:
+        raise InputError(
+            f"{path}: takes OpenCASCADE more than {_TIMEOUT // 60} minutes: simplify it"
+        ) from None
+    if child.returncode != 0 or not mesh.is_file():
+        raise InputError(
+            f"{path}: broken STEP: OpenCASCADE cannot read it (exit {child.returncode})"
+        )

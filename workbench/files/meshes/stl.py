@@ -1,8 +1,9 @@
-"""STL, binary and text. A binary file is one part, each solid of a text file is one."""
+"""Read STL, binary and text. A binary file is one part, each solid of a text file is one."""
 
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from workbench.errors import InputError
 from workbench.files.meshes.parts import RawMesh, RawPart
 from workbench.files.opening import BYTE_ORDER_MARK
+from workbench.model.arrays import Floats
 
 __all__ = ["read_stl"]
 
@@ -20,54 +22,73 @@ _WORDS = ("facet", "outer", "endloop", "endfacet")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
 
+@dataclass
+class _Solid:
+    """A solid of a text file."""
+
+    name: str
+    line: int
+    """Number of its first line."""
+    corners: list[list[str]] = field(default_factory=list)
+    """Three words for each corner."""
+
+
 def read_stl(path: Path, data: bytes) -> RawMesh:
-    """The solids of an STL file. InputError where it is cut short; in a text file it says the
-    line."""
+    """Read the solids of an STL file.
+
+    Raises
+    ------
+    InputError
+        If it is cut short or broken; in a text file with the line.
+    """
     count = int.from_bytes(data[80:84], "little") if len(data) >= _HEAD else -1
     if count >= 0 and len(data) == _HEAD + _TRIANGLE.itemsize * count:
         corners = np.frombuffer(data, _TRIANGLE, count, _HEAD)["corners"]
-        faces = np.arange(3 * count).reshape(-1, 3)
-        return RawMesh(
-            str(path), "STL", (RawPart("", corners.reshape(-1, 3).astype(np.float64), faces),)
-        )
+        part = _triangle_soup("", corners.reshape(-1, 3).astype(np.float64))
+        return RawMesh(str(path), "STL", (part,))
     text = data.removeprefix(BYTE_ORDER_MARK)
     if text.lstrip()[:5].lower() == b"solid" and b"\0" not in text[:80].rstrip(b"\0 "):
-        return _text_solids(path, text)
+        solids = _text_solids(path, text)
+        parts = tuple(_part(path, solid) for solid in solids if solid.corners)
+        return RawMesh(str(path), "STL", parts)
     raise InputError(
         f"{path}: not an STL file, or cut short: {len(data)} bytes, {_HEAD + 50 * count} are announced"
     )
 
 
-def _text_solids(path: Path, data: bytes) -> RawMesh:
-    solids: list[tuple[str, list[list[str]], int]] = []
-    open_solid = False
+def _triangle_soup(name: str, corners: Floats) -> RawPart:
+    """Return a part of triangles that share no vertices, from their corners (3 T, 3)."""
+    return RawPart(name, corners, np.arange(len(corners)).reshape(-1, 3))
+
+
+def _text_solids(path: Path, data: bytes) -> list[_Solid]:
+    solids: list[_Solid] = []
+    inside = False
     for number, line in enumerate(_LINE_END.split(data.decode("utf-8", errors="replace")), start=1):
         words = line.split()
         key = words[0].lower() if words else ""
         if key == "solid":
-            solids.append((" ".join(words[1:]), [], number))
-            open_solid = True
+            solids.append(_Solid(" ".join(words[1:]), number))
+            inside = True
         elif key == "endsolid":
-            open_solid = False
-        elif key == "vertex" and open_solid and len(words) == 4:
-            solids[-1][1].append(words[1:])
-        elif key and not (open_solid and key in _WORDS):
+            inside = False
+        elif key == "vertex" and inside and len(words) == 4:
+            solids[-1].corners.append(words[1:])
+        elif key and not (inside and key in _WORDS):
             raise InputError(
                 f"{path}:{number}: not a line of a text STL file ({line.strip()[:40]!r})"
             )
-    if open_solid or not solids:
-        raise InputError(f"{path}: cut short: solid {solids[-1][0] if solids else ''!r} has no end")
-    return RawMesh(str(path), "STL", tuple(_solid(path, solid) for solid in solids if solid[1]))
+    if inside or not solids:
+        name = solids[-1].name if solids else ""
+        raise InputError(f"{path}: cut short: solid {name!r} has no end")
+    return solids
 
 
-def _solid(path: Path, solid: tuple[str, list[list[str]], int]) -> RawPart:
-    name, corners, line = solid
-    if len(corners) % 3:
-        raise InputError(
-            f"{path}:{line}: solid {name!r}: {len(corners)} vertices do not make triangles"
-        )
+def _part(path: Path, solid: _Solid) -> RawPart:
+    here = f"{path}:{solid.line}: solid {solid.name!r}"
+    if len(solid.corners) % 3:
+        raise InputError(f"{here}: {len(solid.corners)} vertices do not make triangles")
     try:
-        vertices = np.array(corners, dtype=np.float64)
+        return _triangle_soup(solid.name, np.array(solid.corners, dtype=np.float64))
     except ValueError as error:
-        raise InputError(f"{path}:{line}: solid {name!r}: a number is needed: {error}") from None
-    return RawPart(name, vertices, np.arange(len(vertices)).reshape(-1, 3))
+        raise InputError(f"{here}: a number is needed: {error}") from None

@@ -1,11 +1,13 @@
-"""3MF: a zip archive of XML, read as a stream so that what it unpacks to is never held.
+"""Read 3MF, a zip archive of XML, as a stream, so that the unpacked text is never held in memory.
 
-Objects of the build with their transforms, components within components, and models in other files
-of the archive (production extension). Materials, textures, slices and beams are not opened.
+Objects of the build are read with their transforms, components within components, and models in
+other files of the archive (production extension). Materials, textures, slices and beams are
+skipped.
 
 References
----------- 3MF Consortium (2021), 3D Manufacturing Format Core Specification 1.3: 3 (model), 4
-(objects); Production Extension.
+----------
+3MF Consortium (2021), 3D Manufacturing Format Core Specification 1.3: 3 (model), 4 (objects);
+Production Extension.
 """
 
 from __future__ import annotations
@@ -17,14 +19,14 @@ from array import array
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO
+from typing import IO, NamedTuple
 from xml.parsers import expat
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.meshes.bounds import MOST_PLACED, check_faces
-from workbench.files.meshes.parts import RawMesh, RawPart
+from workbench.files.meshes.bounds import MAX_INSTANCES, check_faces
+from workbench.files.meshes.parts import RawMesh, RawPart, placed_part
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["read_threemf"]
@@ -37,12 +39,14 @@ _METRES = {
     "foot": 0.3048,
     "meter": 1.0,
 }
-_MOST_UNPACKED = 2 * 2**30
-_MOST_RATIO = 200
-"""Bytes that a packed byte may become; text of meshes reaches some 10, of equal lines some 100."""
-_SMALL = 16 * 2**20
+_MAX_UNPACKED = 2 * 2**30
+"""Largest unpacked size [bytes]."""
+_MAX_RATIO = 200
+"""Largest compression ratio. Text of meshes reaches about 10, of equal lines about 100."""
+_RATIO_FREE_SIZE = 16 * 2**20
 """Bytes of a file in the archive below which its ratio does not matter."""
 _CHUNK = 2**20
+"""Bytes that are parsed at once."""
 _RELATIONS = "_rels/.rels"
 _MODEL_RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 
@@ -53,16 +57,17 @@ _Key = tuple[str, str]
 
 @dataclass(frozen=True)
 class _Placed:
-    """An object named by a build or by another object: its (4, 4) transform there, and its name."""
+    """An object where the build or another object places it."""
 
     key: _Key
     transform: Floats
+    """(4, 4)."""
     name: str = ""
 
 
 @dataclass
 class _Object:
-    """An object: its own corners and triangles, or the objects it is made of."""
+    """An object: its own vertices and triangles, or the objects that it is made of."""
 
     name: str
     vertices: array[float] = field(default_factory=lambda: array("d"))
@@ -72,62 +77,63 @@ class _Object:
 
 @dataclass
 class _Model:
-    """What all models of an archive hold: objects, what is built, units of the models read."""
+    """What all models of an archive hold."""
 
     objects: dict[_Key, _Object] = field(default_factory=dict)
     build: list[_Placed] = field(default_factory=list)
     units: dict[str, str] = field(default_factory=dict)
+    """Unit of each file that is read."""
 
 
 def read_threemf(path: Path, data: bytes) -> RawMesh:
-    """The objects that a 3MF file builds, one part each, in the unit that it states.
+    """Read the objects that a 3MF file builds, one part each, in the unit that it states.
 
-    InputError where it is no 3MF file, unpacks to too much, is broken, or names what is not there.
+    Raises
+    ------
+    InputError
+        If it is no 3MF file, unpacks to too much, is broken, or names absent objects.
     """
     model = _Model()
     try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            _check_sizes(path, archive)
-            root = _root(archive)
-            _parse(archive, root, model)
-            _follow(archive, model)
+        root = _read_archive(path, data, model)
         placed = list(_leaves(model))
-        things = [model.objects[one.key] for one in placed]
-        check_faces(
-            path,
-            sum(len(thing.corners) for thing in things) // 3,
-            sum(len(t.vertices) for t in things) // 3,
-        )
+        objects = [model.objects[one.key] for one in placed]
+        faces = sum(len(each.corners) for each in objects) // 3
+        corners = sum(len(each.vertices) for each in objects) // 3
+        check_faces(path, faces, corners)
         parts = tuple(_part(model, one) for one in placed)
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        EOFError,
-        NotImplementedError,
-        OSError,
-        RuntimeError,
-    ) as error:
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError) as error:
         raise InputError(f"{path}: not a 3MF file, or damaged: {str(error)[:200]}") from None
     except expat.ExpatError as error:
         raise InputError(f"{path}: broken 3MF: not XML: {error}") from None
     except (ValueError, KeyError, OverflowError, MemoryError) as error:
-        lacks = f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
-        raise InputError(f"{path}: broken 3MF: {lacks or type(error).__name__}") from None
+        reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)[:200]
+        raise InputError(f"{path}: broken 3MF: {reason or type(error).__name__}") from None
     built = {one.key for one in placed}
     left = sum(bool(item.corners) for key, item in model.objects.items() if key not in built)
     notes = (f"{left} objects are not part of the build and are left out",) if left else ()
     return RawMesh(str(path), "3MF", parts, _METRES[model.units[root]], notes=notes)
 
 
+def _read_archive(path: Path, data: bytes, model: _Model) -> str:
+    """Read all models of an archive that the build needs; returns the file of the root model."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        _check_sizes(path, archive)
+        root = _root(archive)
+        _parse(archive, root, model)
+        _follow(archive, model)
+    return root
+
+
 def _check_sizes(path: Path, archive: zipfile.ZipFile) -> None:
     entries = archive.infolist()
     unpacked = sum(item.file_size for item in entries)
-    if unpacked > _MOST_UNPACKED:
+    if unpacked > _MAX_UNPACKED:
         raise InputError(
-            f"{path}: unpacks to {unpacked / 2**30:.1f} GiB; at most {_MOST_UNPACKED >> 30} are read"
+            f"{path}: unpacks to {unpacked / 2**30:.1f} GiB; at most {_MAX_UNPACKED >> 30} are read"
         )
     for item in entries:
-        if item.file_size > max(_SMALL, _MOST_RATIO * item.compress_size):
+        if item.file_size > max(_RATIO_FREE_SIZE, _MAX_RATIO * item.compress_size):
             raise InputError(
                 f"{path}: {item.filename!r} unpacks to {item.file_size / 2**20:.0f} MiB from "
                 f"{item.compress_size / 2**20:.1f} MiB: damaged, or made to fill the memory"
@@ -135,24 +141,21 @@ def _check_sizes(path: Path, archive: zipfile.ZipFile) -> None:
 
 
 def _root(archive: zipfile.ZipFile) -> str:
-    """The file of the archive that is the model: the one its relations name, else the usual one."""
-    names = set(archive.namelist())
-    found: list[str] = []
+    """Return the file of the root model: the one that the relations name, else the usual one."""
+    files = set(archive.namelist())
+    related: list[str] = []
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if _plain(tag) == "Relationship" and attributes.get("Type") == _MODEL_RELATION:
-            found.append(attributes["Target"].lstrip("/"))
+        if _local_name(tag) == "Relationship" and attributes.get("Type") == _MODEL_RELATION:
+            related.append(attributes["Target"].lstrip("/"))
 
-    if _RELATIONS in names:
+    if _RELATIONS in files:
         with archive.open(_RELATIONS) as stream:
             _run(stream, start)
-    usual = [name for name in names if name.lower() == "3d/3dmodel.model"]
-    for name in (
-        *found,
-        *usual,
-        *sorted(name for name in names if name.lower().endswith(".model")),
-    ):
-        if name in names:
+    models = sorted(name for name in files if name.lower().endswith(".model"))
+    usual = [name for name in models if name.lower() == "3d/3dmodel.model"]
+    for name in (*related, *usual, *models):
+        if name in files:
             return name
     raise ValueError("it holds no model")
 
@@ -201,7 +204,7 @@ class _Reader:
         self.object = _Object("")
 
     def start(self, tag: str, given: dict[str, str]) -> None:
-        kind = _plain(tag)
+        kind = _local_name(tag)
         if kind == "vertex":
             self.object.vertices.extend((float(given["x"]), float(given["y"]), float(given["z"])))
         elif kind == "triangle":
@@ -221,7 +224,8 @@ class _Reader:
 
     def _placed(self, given: dict[str, str]) -> _Placed:
         file = next(
-            (value.lstrip("/") for key, value in given.items() if _plain(key) == "path"), self.file
+            (value.lstrip("/") for key, value in given.items() if _local_name(key) == "path"),
+            self.file,
         )
         transform = np.eye(4)
         if "transform" in given:
@@ -229,53 +233,55 @@ class _Reader:
         return _Placed((file, given["objectid"]), transform, given.get("partnumber", ""))
 
 
-def _plain(tag: str) -> str:
+def _local_name(tag: str) -> str:
     return tag.rpartition(":")[2]
 
 
-def _leaves(model: _Model) -> Iterator[_Placed]:
-    """Every object with triangles as often as the build places it, with its transform in the world,
-    depth first.
+class _Pending(NamedTuple):
+    """An object that is to be placed."""
 
-    One without a name has that of the object around it, or the part number of the build.
+    placed: _Placed
+    world: Floats
+    """(4, 4) transform of the object around it."""
+    name: str
+    """Name of the object around it, or the part number of the build."""
+
+
+def _leaves(model: _Model) -> Iterator[_Placed]:
+    """Yield every object with triangles as often as the build places it, depth first.
+
+    Transforms are in the world. An object without a name has that of the object around it, or the
+    part number of the build.
     """
     count = 0
-    root_unit = None
-    for item in model.build:
-        stack = [(item, np.eye(4), item.name)]
-        while stack:
-            one, parent, above = stack.pop()
-            count += 1
-            if count > MOST_PLACED:
-                raise ValueError(
-                    f"objects are placed more than {MOST_PLACED} times, or within themselves"
-                )
-            if one.key not in model.objects:
-                raise ValueError(f"object {one.key[1]!r} is named and not there")
-            thing = model.objects[one.key]
-            unit = _METRES[model.units[one.key[0]]]
-            root_unit = root_unit or unit
-            if unit != root_unit:
-                raise ValueError("its models are in different units")
-            world = parent @ one.transform
-            name = thing.name or above
-            if thing.corners:
-                yield _Placed(one.key, world, name)
-            stack += [(child, world, name) for child in reversed(thing.components)]
+    stack = [_Pending(item, np.eye(4), item.name) for item in reversed(model.build)]
+    units = set()
+    while stack:
+        placed, parent, name = stack.pop()
+        count += 1
+        if count > MAX_INSTANCES:
+            raise ValueError(
+                f"objects are placed more than {MAX_INSTANCES} times, or within themselves"
+            )
+        if placed.key not in model.objects:
+            raise ValueError(f"object {placed.key[1]!r} is named and not there")
+        units.add(_METRES[model.units[placed.key[0]]])
+        if len(units) > 1:
+            raise ValueError("its models are in different units")
+        item = model.objects[placed.key]
+        world = parent @ placed.transform
+        name = item.name or name
+        if item.corners:
+            yield _Placed(placed.key, world, name)
+        stack += [_Pending(child, world, name) for child in reversed(item.components)]
 
 
 def _part(model: _Model, placed: _Placed) -> RawPart:
-    thing = model.objects[placed.key]
-    points: Floats = np.frombuffer(thing.vertices, dtype=np.float64).reshape(-1, 3)
-    faces: Ints = np.frombuffer(thing.corners, dtype=np.int64).reshape(-1, 3)
-    if faces.min() < 0 or faces.max() >= len(points):
+    item = model.objects[placed.key]
+    vertices: Floats = np.frombuffer(item.vertices, dtype=np.float64).reshape(-1, 3)
+    faces: Ints = np.frombuffer(item.corners, dtype=np.int64).reshape(-1, 3)
+    if faces.min() < 0 or faces.max() >= len(vertices):
         raise ValueError(
-            f"object {placed.key[1]!r}: a triangle names vertex {faces.max()}, there are {len(points)}"
+            f"object {placed.key[1]!r}: a triangle names vertex {faces.max()}, there are {len(vertices)}"
         )
-    matrix = placed.transform
-    mirrored = np.linalg.det(matrix[:3, :3]) < 0
-    return RawPart(
-        placed.name,
-        points @ matrix[:3, :3].T + matrix[:3, 3],
-        faces[:, ::-1] if mirrored else faces,
-    )
+    return placed_part(placed.name, vertices, faces, placed.transform)

@@ -1,219 +1,273 @@
-"""BVH (Biovision hierarchy): a tree of bones with channels in any order, then one line of numbers a
-frame."""
+"""Read BVH (Biovision hierarchy): a tree of bones, then one line of channel values per frame."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
+from workbench.files.motions.number_rows import (
+    ALL_FRAMES,
+    Clock,
+    FrameRange,
+    NumberRows,
+    number_rows,
+    numbered_lines,
+    parse_count,
+)
 from workbench.model.arrays import Floats
 from workbench.model.motion import Bones
 from workbench.model.quaternions import exponential, multiply
 from workbench.model.spool import pieces
 
-__all__ = ["bone_pieces"]
+__all__ = ["bone_batches"]
 
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CHANNELS = {
     axis + kind: (kind, k) for axis, k in _AXES.items() for kind in ("position", "rotation")
 }
-_DEEPEST = 200
-_MOST_BONES = 5000
+_MAX_DEPTH = 200
+_MAX_BONES = 5000
+_Offset = tuple[float, float, float]
 
 
 @dataclass
 class _Bone:
     name: str
     parent: int
-    offset: tuple[float, float, float] | None = None
+    offset: _Offset | None = None
     channels: list[str] = field(default_factory=list)
-    end: tuple[float, float, float] | None = None
+    end: _Offset | None = None
+    """Offset of its end site."""
 
 
-def bone_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Bones]:
-    """Bones of a BVH file, some frames at a time.
+class _MotionHeader(NamedTuple):
+    """The lines after the word MOTION."""
 
-    Angles are in degrees, turns in the order of the channels, the first outermost. Position
-    channels stand in place of the OFFSET. The file says no unit and no upward axis. InputError,
-    with the line, for a broken hierarchy, unknown channels, rows of another length, frames missing
-    or too many, a frame time that is not positive.
+    frames: int
+    step: float
+    """Time between frames [s]."""
+    line: int
+    """Number of the line with the number of frames."""
+
+
+def bone_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator[Bones]:
+    """Read the bones of a BVH file, in batches of frames.
+
+    Angles are in degrees. Rotations are applied in the order of the channels, the first outermost.
+    Position channels replace the OFFSET. The file states no unit and no upward axis.
+
+    Parameters
+    ----------
+    path
+        The file.
+    keep
+        The frames that are wanted.
+
+    Raises
+    ------
+    InputError
+        With the line, if the hierarchy is broken, a channel is unknown, a row has another length,
+        the number of frames is another, or the frame time is not positive.
     """
     source = Path(path)
-    lines = numbered(source)
-    bones, at = _hierarchy(source, lines)
-    frames, step, at = _motion_head(source, lines, at)
+    lines = numbered_lines(source)
+    hierarchy = _Hierarchy(source)
+    last_line = hierarchy.read(lines)
+    bones = hierarchy.bones
+    header = _motion_header(source, lines, last_line)
     names = [f"{bone.name} {channel}" for bone in bones for channel in bone.channels]
     rest = ((number, line.split()) for number, line in lines if line.strip())
-    found = number_rows(source, rest, len(names), rows=names, keep=keep, clock=(None, step))
-    if found.total != frames:
-        raise InputError(f"{source}, line {at}: says {frames} frames, {found.total} are there")
-    if not len(found.values):
-        raise InputError(
-            f"{source}: no frame between {keep.start:g} and {keep.end:g} s (it lasts {(found.total - 1) * step:g} s)"
-        )
-    first = max(0, int(np.ceil(keep.start / step - 1e-9))) if np.isfinite(keep.start) else 0
-    time: Floats = np.float64(1.0) * (first + keep.every * np.arange(len(found.values))) * step
-    ends = {bone.name: bone.end for bone in bones if bone.end is not None}
+    clock = Clock(None, header.step)
+    rows = number_rows(source, rest, len(names), rows=names, keep=keep, clock=clock)
+    time = _frame_times(source, header, rows, keep)
     offset = np.array([bone.offset for bone in bones], dtype=np.float64)
-    parent = np.array([bone.parent for bone in bones])
-    called = tuple(bone.name for bone in bones)
-    for rows in pieces(len(time)):
-        rotations, shift = _turned(bones, found.values[rows])
+    for batch in pieces(len(time)):
+        rotations, shift = _bone_transforms(bones, offset, rows.values[batch])
         yield Bones(
-            called,
-            parent,
+            tuple(bone.name for bone in bones),
+            np.array([bone.parent for bone in bones]),
             offset,
             rotations,
             shift,
-            time[rows],
-            ends,
+            time[batch],
+            {bone.name: bone.end for bone in bones if bone.end is not None},
             float("nan"),
             "",
             str(source),
         )
 
 
-def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[list[_Bone], int]:
-    """The bones, depth first, and the line of the word MOTION."""
-    bones: list[_Bone] = []
-    stack: list[int | None] = []  # None: an end site
-    pending: tuple[str, int] | None = None
-    for number, line in lines:
-        words = line.split()
-        if not words or (number == 1 and words == ["HIERARCHY"]):
-            continue
-        here = f"{path}, line {number}"
-        word = words[0]
-        if word == "HIERARCHY":
-            continue
-        if word in ("ROOT", "JOINT", "End"):
-            pending = _begun(here, words, (bones, stack))
-        elif word == "{" and pending is not None:
-            stack.append(pending[1] if pending[0] else None)
-            pending = None
-        elif word == "}" and stack:
-            stack.pop()
-        elif word == "OFFSET" and stack:
-            _offset(here, words, (bones, stack))
-        elif word == "CHANNELS" and stack and stack[-1] is not None:
-            bones[stack[-1]].channels = _channels(here, words)
-        elif word == "MOTION" and not stack:
-            return _complete(path, bones), number
-        else:
-            raise InputError(
-                f"{here}: {line.strip()[:60]!r} is not expected here in a BVH hierarchy"
-            )
-    raise InputError(f"{path}: ends before the word MOTION: no BVH file, or cut short")
-
-
-def _begun(
-    here: str, words: list[str], tree: tuple[list[_Bone], list[int | None]]
-) -> tuple[str, int]:
-    bones, stack = tree
-    if len(stack) > _DEEPEST or len(bones) >= _MOST_BONES:
-        raise InputError(f"{here}: more than {_DEEPEST} bones deep, or {_MOST_BONES} bones in all")
-    if words[0] == "End":
-        if not stack or stack[-1] is None:
-            raise InputError(f"{here}: an end site outside a bone")
-        return "", stack[-1]
-    if (words[0] == "ROOT") != (not stack) or (stack and stack[-1] is None):
-        raise InputError(f"{here}: {words[0]} is not expected here in a BVH hierarchy")
-    name = " ".join(words[1:])
-    if not name or any(bone.name == name for bone in bones):
+def _frame_times(path: Path, header: _MotionHeader, rows: NumberRows, keep: FrameRange) -> Floats:
+    """Return the times (P,) [s] of the frames that are kept."""
+    if rows.total != header.frames:
         raise InputError(
-            f"{here}: " + (f"a second bone {name!r}" if name else f"{words[0]} without a name")
+            f"{path}, line {header.line}: says {header.frames} frames, {rows.total} are there"
         )
-    bones.append(_Bone(name, -1 if not stack else int(stack[-1] or 0)))
-    return name, len(bones) - 1
-
-
-def _offset(here: str, words: list[str], tree: tuple[list[_Bone], list[int | None]]) -> None:
-    bones, stack = tree
-    try:
-        x, y, z = (float(word) for word in words[1:])
-    except ValueError:
+    step = header.step
+    if not len(rows.values):
         raise InputError(
-            f"{here}: OFFSET needs three numbers, got {' '.join(words[1:])!r}"
-        ) from None
-    if not np.all(np.isfinite([x, y, z])):
-        raise InputError(f"{here}: OFFSET needs finite numbers, got {' '.join(words[1:])!r}")
-    if stack[-1] is not None:
-        bones[stack[-1]].offset = (x, y, z)
-    else:
-        owner = next(k for k in reversed(stack) if k is not None)
-        bones[owner].end = (x, y, z)
+            f"{path}: no frame between {keep.start:g} and {keep.end:g} s "
+            f"(it lasts {(rows.total - 1) * step:g} s)"
+        )
+    first = max(0, int(np.ceil(keep.start / step - 1e-9))) if np.isfinite(keep.start) else 0
+    frames = first + keep.every * np.arange(len(rows.values), dtype=np.float64)
+    return frames * step
+
+
+class _Hierarchy:
+    """Reads the tree of bones, line by line."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.bones: list[_Bone] = []
+        self.open: list[int | None] = []
+        """Bones whose braces are open, outermost first; None for an end site."""
+
+    def read(self, lines: Iterator[tuple[int, str]]) -> int:
+        """Read the lines up to the word MOTION, and return the number of its line."""
+        pending = False
+        opening: int | None = None
+        for number, line in lines:
+            words = line.split()
+            if not words or words[0] == "HIERARCHY":
+                continue
+            here = f"{self.path}, line {number}"
+            word = words[0]
+            if word in ("ROOT", "JOINT", "End"):
+                opening = self._begin(here, words)
+                pending = True
+            elif word == "{" and pending:
+                self.open.append(opening)
+                pending = False
+            elif word == "MOTION" and not self.open:
+                self._check_complete()
+                return number
+            elif not self._field(here, words):
+                raise InputError(
+                    f"{here}: {line.strip()[:60]!r} is not expected here in a BVH hierarchy"
+                )
+        raise InputError(f"{self.path}: ends before the word MOTION: no BVH file, or cut short")
+
+    def _field(self, here: str, words: list[str]) -> bool:
+        """Read a line inside the braces of a bone; returns whether it belongs there."""
+        if not self.open:
+            return False
+        if words[0] == "}":
+            self.open.pop()
+        elif words[0] == "OFFSET":
+            self._set_offset(here, words)
+        elif words[0] == "CHANNELS" and self.open[-1] is not None:
+            self.bones[self.open[-1]].channels = _channels(here, words)
+        else:
+            return False
+        return True
+
+    def _begin(self, here: str, words: list[str]) -> int | None:
+        """Begin a bone and return its index, or begin an end site and return None."""
+        if len(self.open) > _MAX_DEPTH or len(self.bones) >= _MAX_BONES:
+            raise InputError(
+                f"{here}: more than {_MAX_DEPTH} bones deep, or {_MAX_BONES} bones in all"
+            )
+        inside_bone = bool(self.open) and self.open[-1] is not None
+        if words[0] == "End":
+            if not inside_bone:
+                raise InputError(f"{here}: an end site outside a bone")
+            return None
+        if (words[0] == "ROOT") != (not self.open) or (self.open and not inside_bone):
+            raise InputError(f"{here}: {words[0]} is not expected here in a BVH hierarchy")
+        name = " ".join(words[1:])
+        if not name:
+            raise InputError(f"{here}: {words[0]} without a name")
+        if any(bone.name == name for bone in self.bones):
+            raise InputError(f"{here}: a second bone {name!r}")
+        self.bones.append(_Bone(name, int(self.open[-1] or 0) if self.open else -1))
+        return len(self.bones) - 1
+
+    def _set_offset(self, here: str, words: list[str]) -> None:
+        """Set the offset of the innermost bone, or of its end site."""
+        given = " ".join(words[1:])
+        try:
+            x, y, z = (float(word) for word in words[1:])
+        except ValueError:
+            raise InputError(f"{here}: OFFSET needs three numbers, got {given!r}") from None
+        if not np.all(np.isfinite([x, y, z])):
+            raise InputError(f"{here}: OFFSET needs finite numbers, got {given!r}")
+        bone = self.open[-1]
+        if bone is not None:
+            self.bones[bone].offset = (x, y, z)
+        else:
+            owner = next(k for k in reversed(self.open) if k is not None)
+            self.bones[owner].end = (x, y, z)
+
+    def _check_complete(self) -> None:
+        if not self.bones:
+            raise InputError(f"{self.path}: holds no bone")
+        for bone in self.bones:
+            if bone.offset is None:
+                raise InputError(f"{self.path}: bone {bone.name!r} has no OFFSET")
 
 
 def _channels(here: str, words: list[str]) -> list[str]:
+    """Return the names of the channels of a bone."""
     named = words[2:]
-    if len(words) < 2 or count_in(words[1]) != len(named):
-        raise InputError(
-            f"{here}: CHANNELS says {words[1] if len(words) > 1 else 'nothing'}, {len(named)} are named"
-        )
-    wrong = [name for name in named if name not in _CHANNELS]
-    if wrong or len(set(named)) != len(named):
-        what = f"no channel {wrong[0]!r}" if wrong else "a channel is named twice"
+    if len(words) < 2 or parse_count(words[1]) != len(named):
+        stated = words[1] if len(words) > 1 else "nothing"
+        raise InputError(f"{here}: CHANNELS says {stated}, {len(named)} are named")
+    unknown = [name for name in named if name not in _CHANNELS]
+    if unknown or len(set(named)) != len(named):
+        what = f"no channel {unknown[0]!r}" if unknown else "a channel is named twice"
         raise InputError(f"{here}: {what}; valid: {', '.join(_CHANNELS)}")
     return named
 
 
-def _complete(path: Path, bones: list[_Bone]) -> list[_Bone]:
-    if not bones:
-        raise InputError(f"{path}: holds no bone")
-    bare = [bone.name for bone in bones if bone.offset is None]
-    if bare:
-        raise InputError(f"{path}: bone {bare[0]!r} has no OFFSET")
-    return bones
-
-
-def _motion_head(path: Path, lines: Iterator[tuple[int, str]], at: int) -> tuple[int, float, int]:
-    """Frames, the time between them [s], and the line that says how many there are."""
-    found: dict[str, float] = {}
-    where = at
+def _motion_header(path: Path, lines: Iterator[tuple[int, str]], last_line: int) -> _MotionHeader:
+    """Read 'Frames: N' and 'Frame Time: seconds'."""
+    values: dict[str, float] = {}
+    frames_line = last_line
     for number, line in lines:
         if not line.strip():
             continue
         key, _, value = line.partition(":")
+        key = key.strip().lower()
         try:
-            found[key.strip().lower()] = float(value)
+            values[key] = float(value)
         except ValueError:
             raise InputError(
                 f"{path}, line {number}: 'Frames: N' and 'Frame Time: seconds' are needed here, "
                 f"got {line.strip()[:60]!r}"
             ) from None
-        where = number if key.strip().lower() == "frames" else where
-        if {"frames", "frame time"} <= found.keys():
-            frames = found["frames"]
-            step = found["frame time"]
+        if key == "frames":
+            frames_line = number
+        if {"frames", "frame time"} <= values.keys():
+            frames = values["frames"]
+            step = values["frame time"]
             if not 1 <= frames <= 1e9 or frames % 1 or not 1e-7 < step < 1e4:
                 raise InputError(
                     f"{path}, line {number}: {frames:g} frames every {step:g} s: both must be positive"
                 )
-            return int(frames), step, where
+            return _MotionHeader(int(frames), step, frames_line)
     raise InputError(f"{path}: ends before 'Frames:' and 'Frame Time:': cut short")
 
 
-def _turned(bones: list[_Bone], table: Floats) -> tuple[Floats, Floats]:
+def _bone_transforms(bones: list[_Bone], offset: Floats, table: Floats) -> tuple[Floats, Floats]:
+    """Return the rotations (P, B, 4) and offsets (P, B, 3) of bones from channel values (P, C)."""
     rotations = np.zeros((len(table), len(bones), 4))
     rotations[..., 0] = 1.0
-    shift = np.repeat(
-        np.array([bone.offset for bone in bones], dtype=np.float64)[None], len(table), axis=0
-    )
-    column = 0
+    shift = np.repeat(offset[None], len(table), axis=0)
+    columns = iter(table.T)
     for b, bone in enumerate(bones):
         for name in bone.channels:
             kind, axis = _CHANNELS[name]
-            values = table[:, column]
-            column += 1
+            values = next(columns)
             if kind == "position":
                 shift[:, b, axis] = values
-                continue
-            vector = np.zeros((len(table), 3))
-            vector[:, axis] = np.radians(values)
-            rotations[:, b] = multiply(rotations[:, b], exponential(vector))
+            else:
+                vector = np.zeros((len(table), 3))
+                vector[:, axis] = np.radians(values)
+                rotations[:, b] = multiply(rotations[:, b], exponential(vector))
     return rotations, shift

@@ -1,8 +1,7 @@
-"""C3D: a header, parameters in groups, and frames of points and analogue samples; of these the
-points are read.
+"""Read the points of C3D files: a header, parameters in groups, frames of points and samples.
 
-Every size is checked against the length of the file before it is used. Whole and real numbers of
-all three kinds of processor (Intel, DEC, MIPS) are read.
+Every size is checked against the length of the file before it is used. Integers and reals of all
+three kinds of processor (Intel, DEC, MIPS) are read. Analogue samples are skipped.
 
 References
 ----------
@@ -23,9 +22,12 @@ from workbench.model.arrays import Floats, Ints
 
 __all__ = ["Points", "read_points"]
 
-MOST_BYTES = 4 * 2**30
+MAX_BYTES = 4 * 2**30
+"""Largest file that is read."""
 _BLOCK = 512
+"""Bytes of a block, in which sections are counted."""
 _KEY = 0x50
+"""Second byte of every C3D file."""
 _INTEL = 84
 _DEC = 85
 _MIPS = 86
@@ -37,67 +39,92 @@ _WIDTH = {_CHARACTERS: 1, _BYTES: 1, _INTEGERS: 2, _REALS: 4}
 
 
 class _BrokenError(ValueError):
-    """What is wrong in the file, without its name."""
+    """An error in the file, without its name."""
 
 
 @dataclass(frozen=True)
 class _Parameter:
-    """A parameter: the type of its values, their dimensions (the first runs fastest), their
-    bytes."""
+    """A parameter of a group."""
 
     kind: int
+    """Type of its values, a key of `_WIDTH`."""
     dimensions: tuple[int, ...]
+    """The first one runs fastest."""
     data: bytes
+
+
+_Parameters = dict[tuple[str, str], _Parameter]
+"""Parameters by the names of their group and their own."""
 
 
 @dataclass(frozen=True, eq=False)
 class Points:
-    """The points of a C3D file, in its own unit.
-
-    labels: as many as the file names, not always one a point; frames: (F, W) numbers as they stand
-    in the file; first: number of the first frame, from 0; screen: the axis that is upward on a
-    screen, "" where it is not told.
-    """
+    """The points of a C3D file, in its own unit."""
 
     labels: tuple[str, ...]
+    """As many as the file names, not always one for each point."""
     unit: str
     rate: float
+    """Frames per second."""
     first: int
+    """Number of the first frame, from 0."""
     count: int
+    """Number of points M."""
     screen: str
+    """Axis that is upward on a screen, "" if it is not stated."""
     frames: np.ndarray[Any, Any]
+    """(F, W) numbers as they stand in the file."""
     scale: float
+    """Unit of integer coordinates; negative for reals."""
     decimal: bool
-    """Whether DEC real numbers are still to be turned into IEEE 754."""
+    """Whether DEC reals are still to be converted to IEEE 754."""
     notes: tuple[str, ...] = ()
 
     def position(self, rows: Ints) -> Floats:
-        """(P, M, 3) places in some frames [units of the file]; NaN where a point was not seen."""
+        """Return positions (P, M, 3), in units of the file, of frames (P,); NaN for unseen points."""
         table = np.ascontiguousarray(self.frames[rows, : 4 * self.count])
-        values = (_from_dec(table) if self.decimal else table.astype(np.float64)).reshape(
-            len(rows), self.count, 4
-        )
-        found: Floats = values[..., :3] * (self.scale if self.scale > 0 else 1.0)
+        numbers = _from_dec(table) if self.decimal else table.astype(np.float64)
+        values = numbers.reshape(len(rows), self.count, 4)
+        position: Floats = values[..., :3] * (self.scale if self.scale > 0 else 1.0)
         with np.errstate(invalid="ignore"):
-            unseen = (
-                ~(values[..., 3] >= 0)
-                | np.all(found == 0, axis=-1)
-                | ~np.isfinite(found).all(axis=-1)
-            )
-        found[unseen] = np.nan
-        return found
+            unseen = ~(values[..., 3] >= 0)  # the residual is negative
+            unseen |= np.all(position == 0, axis=-1) | ~np.isfinite(position).all(axis=-1)
+        position[unseen] = np.nan
+        return position
 
 
 def read_points(path: Path) -> Points:
-    """Read the points of a C3D file. InputError where it is none, is broken, or is shorter than it
-    announces."""
-    data = read_whole(path, "a C3D file", most=MOST_BYTES)
+    """Read the points of a C3D file.
+
+    Raises
+    ------
+    InputError
+        If it is no C3D file, is broken, or is shorter than it states.
+    """
+    data = read_whole(path, "a C3D file", most=MAX_BYTES)
     if len(data) < _BLOCK or data[1] != _KEY:
         raise InputError(f"{path}: is not a C3D file")
     try:
         return _points(data)
     except _BrokenError as error:
         raise InputError(f"{path}: broken C3D file: {error}") from None
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The first block of a file."""
+
+    count: int
+    """Number of points."""
+    analogue: int
+    """Number of analogue samples in a frame."""
+    first: int
+    """Number of the first frame, from 1."""
+    last: int
+    scale: float
+    begin: int
+    """First byte of the frames."""
+    rate: float
 
 
 def _points(data: bytes) -> Points:
@@ -110,53 +137,73 @@ def _points(data: bytes) -> Points:
             f"the kind of processor is {processor}, {_INTEL}, {_DEC} or {_MIPS} are known"
         )
     numbers = _Numbers(processor)
-    known = _parameters(data, start, numbers)
-    count, analogue, first, last = numbers.whole(data[2:10])
-    scale = float(numbers.real(data[12:16])[0])
-    begin = (int(numbers.whole(data[16:18])[0]) - 1) * _BLOCK
-    frames = _frame_count(known, numbers, int(last) - int(first) + 1)
-    if not np.isfinite(scale) or scale == 0 or begin < _BLOCK or frames < 0:
+    parameters = _read_parameters(data, start, numbers)
+    header = _read_header(data, numbers)
+    frame_count = _frame_count(parameters, numbers, header.last - header.first + 1)
+    scale_known = np.isfinite(header.scale) and header.scale != 0
+    if not scale_known or header.begin < _BLOCK or frame_count < 0:
         raise _BrokenError("its header is senseless (scale, first frame, or where its data begin)")
-    kind = np.dtype(numbers.order + ("i2" if scale > 0 else "f4"))
-    width = 4 * int(count) + int(analogue)
-    have = max(0, len(data) - begin) // max(1, width * kind.itemsize)
-    if frames > have:
-        raise _BrokenError(f"cut short: it announces {frames} frames and holds {have}")
-    more = (
-        have - frames - _BLOCK // max(1, width * kind.itemsize) - 1
-    )  # the last block of 512 bytes is filled up
-    rate = numbers.number(known.get(("POINT", "RATE"))) or float(numbers.real(data[20:24])[0])
+    frames, notes = _read_frames(data, header, numbers, frame_count)
     return Points(
-        labels=_labels(known),
-        unit=next(iter(_texts(known.get(("POINT", "UNITS")))), ""),
-        rate=rate,
-        first=int(first) - 1,
-        count=int(count),
-        screen=next(iter(_texts(known.get(("POINT", "Y_SCREEN")))), ""),
-        frames=np.frombuffer(data, kind, frames * width, begin).reshape(frames, width),
-        scale=scale,
-        decimal=processor == _DEC and scale < 0,
-        notes=(f"holds {more} frames more than it announces: they are left out",)
-        if more > 0
-        else (),
+        labels=_labels(parameters),
+        unit=next(iter(_texts(parameters.get(("POINT", "UNITS")))), ""),
+        rate=numbers.number(parameters.get(("POINT", "RATE"))) or header.rate,
+        first=header.first - 1,
+        count=header.count,
+        screen=next(iter(_texts(parameters.get(("POINT", "Y_SCREEN")))), ""),
+        frames=frames,
+        scale=header.scale,
+        decimal=processor == _DEC and header.scale < 0,
+        notes=notes,
     )
 
 
-def _frame_count(known: dict[tuple[str, str], _Parameter], numbers: _Numbers, told: int) -> int:
-    """Frames of the file: the header counts to 65535, so parameters of some programs count on."""
-    ends = [known.get(("TRIAL", f"ACTUAL_{end}_FIELD")) for end in ("START", "END")]
+def _read_header(data: bytes, numbers: _Numbers) -> _Header:
+    count, analogue, first, last = numbers.whole(data[2:10]).tolist()
+    return _Header(
+        count,
+        analogue,
+        first,
+        last,
+        scale=float(numbers.real(data[12:16])[0]),
+        begin=(int(numbers.whole(data[16:18])[0]) - 1) * _BLOCK,
+        rate=float(numbers.real(data[20:24])[0]),
+    )
+
+
+def _read_frames(
+    data: bytes, header: _Header, numbers: _Numbers, count: int
+) -> tuple[np.ndarray[Any, Any], tuple[str, ...]]:
+    """Return the numbers (F, W) of all frames, and a note if the file holds more frames."""
+    kind = np.dtype(numbers.order + ("i2" if header.scale > 0 else "f4"))
+    width = 4 * header.count + header.analogue
+    row_bytes = max(1, width * kind.itemsize)
+    held = max(0, len(data) - header.begin) // row_bytes
+    if count > held:
+        raise _BrokenError(f"cut short: it announces {count} frames and holds {held}")
+    more = held - count - _BLOCK // row_bytes - 1  # the last block is filled up
+    notes = (f"holds {more} frames more than it announces: they are left out",) if more > 0 else ()
+    return np.frombuffer(data, kind, count * width, header.begin).reshape(count, width), notes
+
+
+def _frame_count(parameters: _Parameters, numbers: _Numbers, stated: int) -> int:
+    """Return the number of frames.
+
+    The header counts to 65535, so some programs count on in parameters.
+    """
+    ends = [parameters.get(("TRIAL", f"ACTUAL_{end}_FIELD")) for end in ("START", "END")]
     if all(end is not None and end.kind == _INTEGERS and len(end.data) >= 4 for end in ends):
         low, high = (
             int(pair[0]) + 65536 * int(pair[1])
             for pair in (numbers.whole(end.data[:4]) for end in ends if end)
         )
         return high - low + 1
-    long = numbers.number(known.get(("POINT", "LONG_FRAMES")))
+    long = numbers.number(parameters.get(("POINT", "LONG_FRAMES")))
     if long > 0:
         return int(long)
-    short = known.get(("POINT", "FRAMES"))
+    short = parameters.get(("POINT", "FRAMES"))
     more = numbers.number(short)
-    return int(more) if short is not None and short.kind == _REALS and more > 65535 else told
+    return int(more) if short is not None and short.kind == _REALS and more > 65535 else stated
 
 
 class _Numbers:
@@ -167,16 +214,16 @@ class _Numbers:
         self.decimal = processor == _DEC
 
     def whole(self, data: bytes) -> Ints:
-        """16-bit whole numbers without a sign."""
+        """Read unsigned 16-bit integers."""
         return np.frombuffer(data, self.order + "u2").astype(np.int64)
 
     def real(self, data: bytes) -> Floats:
-        """32-bit real numbers."""
+        """Read 32-bit reals."""
         values = np.frombuffer(data, self.order + "f4")
         return _from_dec(values) if self.decimal else values.astype(np.float64)
 
     def number(self, parameter: _Parameter | None) -> float:
-        """The first value of a parameter of numbers, 0 where it is not there or is not finite."""
+        """Return the first value of a parameter, 0 if it is absent or not finite."""
         if parameter is None or len(parameter.data) < _WIDTH[parameter.kind]:
             return 0.0
         if parameter.kind == _INTEGERS:
@@ -186,15 +233,14 @@ class _Numbers:
 
 
 def _from_dec(values: np.ndarray[Any, Any]) -> Floats:
-    """Numbers of IEEE 754 from VAX F floating: its two words the other way round are four times the
-    number."""
+    """Convert VAX F floating to IEEE 754: with its two words swapped it is four times the number."""
     words = np.ascontiguousarray(values).view("<u2").reshape(*values.shape, 2)
     turned = np.ascontiguousarray(words[..., ::-1]).view("<f4")[..., 0].astype(np.float64) / 4
     return np.where(words[..., 0] == 0, 0.0, turned)
 
 
-def _parameters(data: bytes, start: int, numbers: _Numbers) -> dict[tuple[str, str], _Parameter]:
-    """Parameters by the names of their group and their own."""
+def _read_parameters(data: bytes, start: int, numbers: _Numbers) -> _Parameters:
+    """Read the section of parameters, which starts at byte `start`."""
     end = min(len(data), start + _BLOCK * max(1, data[start + 2]))
     groups: dict[int, str] = {}
     found: dict[tuple[int, str], _Parameter] = {}
@@ -237,19 +283,19 @@ def _signed(byte: int) -> int:
     return byte - 256 if byte > 127 else byte
 
 
-def _labels(known: dict[tuple[str, str], _Parameter]) -> tuple[str, ...]:
-    """The labels of the points: those that one parameter cannot hold (255) go on in LABELS2 and so
-    forth."""
-    labels = list(_texts(known.get(("POINT", "LABELS"))))
+def _labels(parameters: _Parameters) -> tuple[str, ...]:
+    """Return the labels of the points; those that one parameter cannot hold (255) go on in LABELS2
+    and so forth."""
+    labels = list(_texts(parameters.get(("POINT", "LABELS"))))
     number = 2
-    while ("POINT", f"LABELS{number}") in known:
-        labels += _texts(known["POINT", f"LABELS{number}"])
+    while ("POINT", f"LABELS{number}") in parameters:
+        labels += _texts(parameters["POINT", f"LABELS{number}"])
         number += 1
     return tuple(labels)
 
 
 def _texts(parameter: _Parameter | None) -> tuple[str, ...]:
-    """Texts of a parameter of characters, as long as its first dimension says."""
+    """Return the texts of a parameter of characters; its first dimension is their length."""
     if parameter is None or parameter.kind != _CHARACTERS or not parameter.data:
         return ()
     width = parameter.dimensions[0] if parameter.dimensions else 1

@@ -1,5 +1,4 @@
-"""Labanotation as text (`.laban`): one movement a line, its beat, how many beats, the part,
-direction and level."""
+"""Read and write Labanotation as text (`.laban`): one movement per line."""
 
 from __future__ import annotations
 
@@ -7,9 +6,10 @@ import re
 from collections.abc import Iterator
 from itertools import combinations
 from pathlib import Path
+from typing import NamedTuple
 
 from workbench.errors import InputError, one_of
-from workbench.files.motions.lines import numbered
+from workbench.files.motions.number_rows import numbered_lines
 from workbench.files.schema import metres_in
 from workbench.model.laban import DIRECTIONS, LEVELS, PARTS, SUBPARTS, Movement, Score, Sign
 
@@ -17,48 +17,71 @@ __all__ = ["read_score", "score_text"]
 
 _NUMBER = re.compile(r"([0-9]{1,9}(?:\.[0-9]{1,12})?)(?:/([0-9]{1,9}))?")
 _KEYS = ("title", "tempo", "step")
-_MOST_BEATS = 100_000.0
-_MOST_LINES = 100_000
+_MAX_BEATS = 100_000.0
+_MAX_MOVEMENTS = 100_000
+
+
+class _Entry(NamedTuple):
+    """A line "key: value" of the header."""
+
+    line: int
+    value: str
 
 
 def read_score(path: str | Path) -> Score:
-    """A score of movements.
+    """Read a score of movements.
 
-    First `key: value` lines: `tempo: 90` (beats a minute, needed), `title`, `step: 500 mm`. Then a
-    line for each movement: `BEAT BEATS PART DIRECTION LEVEL`, or `BEAT BEATS PART hold`; beats
-    count from 1 and may be fractions (1.5, 3/2). What follows a # is a remark. InputError, with the
-    line, for what is not understood, for movements of one part that overlap, and where nothing
-    moves.
+    The file begins with lines `key: value`: `tempo: 90` (beats per minute, required), `title`,
+    `step: 500 mm`. Then each line is a movement: `BEAT BEATS PART DIRECTION LEVEL`, or `BEAT BEATS
+    PART hold`. Beats count from 1 and may be fractions (1.5, 3/2). A # begins a comment.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        With the line, if it is not understood, if movements of one part overlap, or if nothing
+        moves.
     """
     source = Path(path)
-    about: dict[str, tuple[int, str]] = {}
+    header: dict[str, _Entry] = {}
     movements: list[Movement] = []
-    for number, line in numbered(source):
+    for number, line in numbered_lines(source):
+        here = f"{source}, line {number}"
         text = line.partition("#")[0].strip()
         key, colon, value = text.partition(":")
         if colon and not movements:
-            _put(f"{source}, line {number}", about, (key.strip().lower(), number, value.strip()))
+            _add_entry(here, header, key.strip().lower(), _Entry(number, value.strip()))
         elif text:
-            movements.append(_movement(f"{source}, line {number}", text, number))
-        if len(movements) > _MOST_LINES:
-            raise InputError(f"{source}, line {number}: more than {_MOST_LINES} movements")
-    if "tempo" not in about:
-        raise InputError(f"{source}: the tempo is not stated (tempo: 90 is ninety beats a minute)")
+            movements.append(_movement(here, text, number))
+        if len(movements) > _MAX_MOVEMENTS:
+            raise InputError(f"{here}: more than {_MAX_MOVEMENTS} movements")
+    tempo = _tempo(source, header)
     if not any(move.sign for move in movements):
         raise InputError(f"{source}: holds no movement")
     _refuse_overlaps(source, movements)
-    number, word = about["tempo"]
-    tempo = _number(f"{source}, line {number}", "tempo", word)
-    if not 1 <= tempo <= 1000:
-        raise InputError(
-            f"{source}, line {number}: tempo {word}: 1 to 1000 beats a minute are possible"
-        )
     ordered = tuple(sorted(movements, key=lambda m: (m.begin, PARTS.index(m.part))))
-    return Score(ordered, tempo, _step(source, about), about.get("title", (0, ""))[1], str(source))
+    title = header["title"].value if "title" in header else ""
+    return Score(ordered, tempo, _step(source, header), title, str(source))
+
+
+def _tempo(path: Path, header: dict[str, _Entry]) -> float:
+    """Return the tempo [beats/min] of a header."""
+    if "tempo" not in header:
+        raise InputError(f"{path}: the tempo is not stated (tempo: 90 is ninety beats a minute)")
+    number, word = header["tempo"]
+    here = f"{path}, line {number}"
+    tempo = _number(here, "tempo", word)
+    if not 1 <= tempo <= 1000:
+        raise InputError(f"{here}: tempo {word}: 1 to 1000 beats a minute are possible")
+    return tempo
 
 
 def score_text(score: Score) -> Iterator[str]:
-    """Lines of a score that `read_score` gives back."""
+    """Yield the lines of a score, which `read_score` reads back."""
     yield "# Labanotation: beat, beats, part, direction, level\n"
     if score.title:
         yield f"title: {score.title}\n"
@@ -67,13 +90,12 @@ def score_text(score: Score) -> Iterator[str]:
         yield f"{move.begin:<8g}{move.beats:<8g}{move.part:<18}{move.sign or 'hold'}\n"
 
 
-def _put(here: str, about: dict[str, tuple[int, str]], entry: tuple[str, int, str]) -> None:
-    key, number, value = entry
+def _add_entry(here: str, header: dict[str, _Entry], key: str, entry: _Entry) -> None:
     if key not in _KEYS:
         raise InputError(f"{here}: no key {key!r}; {one_of(key, _KEYS)}")
-    if key in about:
+    if key in header:
         raise InputError(f"{here}: {key} stands twice")
-    about[key] = number, value
+    header[key] = entry
 
 
 def _movement(here: str, text: str, number: int) -> Movement:
@@ -85,7 +107,7 @@ def _movement(here: str, text: str, number: int) -> Movement:
         )
     begin = _number(here, "beat", words[0])
     beats = _number(here, "beats", words[1])
-    if not 1 <= begin <= _MOST_BEATS or not 1e-3 <= beats <= _MOST_BEATS:
+    if not 1 <= begin <= _MAX_BEATS or not 1e-3 <= beats <= _MAX_BEATS:
         raise InputError(
             f"{here}: beat {words[0]} for {words[1]} beats: beats count from 1, and last longer than 0"
         )
@@ -102,7 +124,7 @@ def _number(here: str, what: str, word: str) -> float:
 
 
 def _part(here: str, words: list[str]) -> tuple[str, str]:
-    """The part that is named first, the longest that fits, and what follows it."""
+    """Return the longest name of a part at the beginning of some words, and what follows it."""
     for count in (3, 2, 1):
         name = " ".join(words[:count])
         if name in PARTS and len(words) >= count:
@@ -128,10 +150,11 @@ def _sign(here: str, part: str, words: str) -> Sign:
     return Sign(direction, level)
 
 
-def _step(path: Path, about: dict[str, tuple[int, str]]) -> float:
-    if "step" not in about:
+def _step(path: Path, header: dict[str, _Entry]) -> float:
+    """Return the length [m] of a step of a header."""
+    if "step" not in header:
         return Score.step
-    number, text = about["step"]
+    number, text = header["step"]
     here = f"{path}, line {number}"
     value, _, unit = text.partition(" ")
     if unit.strip() not in metres_in:
@@ -143,9 +166,9 @@ def _step(path: Path, about: dict[str, tuple[int, str]]) -> float:
 
 
 def _refuse_overlaps(path: Path, movements: list[Movement]) -> None:
-    """InputError where two lines are about one part, or a part and its limb, at the same time."""
-    # parts of limbs first: in a limb's own turn none of them overlaps itself, so few are active at
-    # once
+    """Refuse two movements of one part, or of a part and its limb, at the same time."""
+    # Parts of limbs first: when a limb is checked, none of its parts overlaps itself any more, so
+    # few are active at once.
     for part in sorted(PARTS, key=SUBPARTS.__contains__):
         own = [m for m in movements if m.part == part or m.part in SUBPARTS.get(part, ())]
         own.sort(key=lambda m: (m.begin, m.line))
@@ -154,8 +177,13 @@ def _refuse_overlaps(path: Path, movements: list[Movement]) -> None:
             active = [m for m in active if m.begin + m.beats > move.begin + 1e-9] + [move]
             for one, other in combinations(active, 2):
                 if part in (one.part, other.part) and move in (one, other):
-                    raise InputError(
-                        f"{path}, line {max(one.line, other.line)}: {other.part} at beat {other.begin:g}: "
-                        f"the {one.part} of line {min(one.line, other.line)} moves or holds until beat "
-                        f"{one.begin + one.beats:g}"
-                    )
+                    raise _overlap_error(path, one, other)
+
+
+def _overlap_error(path: Path, one: Movement, other: Movement) -> InputError:
+    first = min(one.line, other.line)
+    second = max(one.line, other.line)
+    return InputError(
+        f"{path}, line {second}: {other.part} at beat {other.begin:g}: the {one.part} of line {first} "
+        f"moves or holds until beat {one.begin + one.beats:g}"
+    )

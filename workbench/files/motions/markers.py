@@ -1,4 +1,4 @@
-"""Marker files: TRC (tabs or commas) and C3D, as markers in metres, z up."""
+"""Read marker files, TRC (tabs or commas) and C3D, as markers in metres with z up."""
 
 from __future__ import annotations
 
@@ -12,92 +12,126 @@ import numpy as np
 
 from workbench.errors import InputError, UsageError
 from workbench.files.motions.c3d import read_points
-from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
+from workbench.files.motions.number_rows import (
+    ALL_FRAMES,
+    Clock,
+    FrameRange,
+    number_rows,
+    numbered_lines,
+    parse_count,
+)
 from workbench.files.names import unique_names
 from workbench.files.schema import metres_in
-from workbench.model.arrays import Floats
+from workbench.model.arrays import Bools, Floats
 from workbench.model.motion import Markers
 
 __all__ = ["read_c3d", "read_trc"]
 
-_MOST_NUMBERS = 100_000_000
-"""Numbers of markers that are held in memory at most (0.8 GB, a few times over)."""
+_MAX_NUMBERS = 100_000_000
+"""Largest number of marker coordinates held in memory (0.8 GB, a few times over)."""
 _LOW = re.compile(r"heel|hee|hel|ank|toe|mt\d|foo|calc|malleol")
+"""Parts of the names of markers on the feet."""
 _HIGH = re.compile(
     r"asi|psi|head|fhd|bhd|c7|t10|shoulder|sho|fsh|acrom|clav|strn|stern|iliac|wt$|gtr|hip|sacr"
 )
+"""Parts of the names of markers on hips, trunk and head."""
 
 
-def read_trc(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Markers:
-    """Markers of a TRC file; empty cells are gaps. up: the file's upward axis; where None, the one
-    along which hips and head are above the feet.
+def read_trc(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
+    """Read the markers of a TRC file; empty cells are gaps.
 
-    InputError with the line for a broken header, counts that are not so, rows of another length.
+    Parameters
+    ----------
+    path
+        The file.
+    up
+        Upward axis of the file. If None, the axis along which hips and head are above the feet.
+    keep
+        The frames that are wanted.
+
+    Raises
+    ------
+    InputError
+        With the line, if the header is broken, a count is wrong, or a row has another length.
     """
     source = Path(path)
-    lines = numbered(source)
-    about, names = _trc_head(source, lines)
-    unit = str(about.get("units", ""))
+    lines = numbered_lines(source)
+    header, names = _trc_header(source, lines)
+    unit = str(header.get("units", ""))
     if unit not in metres_in:
         raise InputError(
             f"{source}, line 3: unit {unit!r} is not known; valid: {', '.join(metres_in)}"
         )
     width = 2 + 3 * len(names)
-    rows = ((number, _padded(line, width)) for number, line in lines if line.strip())
+    cells = ((number, _padded(line, width)) for number, line in lines if line.strip())
     columns = ["frame", "time", *(f"{name} {axis}" for name in names for axis in "XYZ")]
     table, count, _ = number_rows(
-        source, rows, width, rows=columns, blank=True, keep=keep, clock=(1, 1.0)
+        source, cells, width, rows=columns, blank=True, keep=keep, clock=Clock(1, 1.0)
     )
-    if table.size > _MOST_NUMBERS:
-        raise InputError(
-            f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame"
-        )
-    said = about.get("numframes", str(count))
-    if count_in(said) != count:
-        raise InputError(f"{source}, line 3: says {said[:20]} frames, {count} are there")
-    if not len(table):
-        raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
+    stated = header.get("numframes", str(count))
+    if parse_count(stated) != count:
+        raise InputError(f"{source}, line 3: says {stated[:20]} frames, {count} are there")
+    _check_frames(source, len(table), table.size, keep)
     position = table[:, 2:].reshape(len(table), len(names), 3) * metres_in[unit]
-    position[np.isnan(position).any(axis=-1)] = (
-        np.nan
-    )  # a marker without one of its coordinates is a gap
-    return _markers(source, names, position, (table[:, 1], up, ""))
+    position[np.isnan(position).any(axis=-1)] = np.nan  # one coordinate missing: a gap
+    return _markers(source, names, position, table[:, 1], up=up, stated_up="")
 
 
-def read_c3d(path: str | Path, *, up: str | None = None, keep: Pick = ALL) -> Markers:
-    """Markers of a C3D file; what was not seen is a gap, repeated labels are numbered.
+def read_c3d(path: str | Path, *, up: str | None = None, keep: FrameRange = ALL_FRAMES) -> Markers:
+    """Read the markers of a C3D file; what was not seen is a gap, repeated labels are numbered.
 
-    up as in `read_trc`; the file's own Y_SCREEN goes before the guess. InputError for a broken file
-    or one without markers.
+    Parameters
+    ----------
+    path
+        The file.
+    up
+        Upward axis of the file. If None, the file's Y_SCREEN, otherwise as in `read_trc`.
+    keep
+        The frames that are wanted.
+
+    Raises
+    ------
+    InputError
+        If the file is broken or has no markers.
     """
     source = Path(path)
-    found = read_points(source)
-    if found.count == 0 or len(found.frames) == 0:
+    points = read_points(source)
+    if points.count == 0 or len(points.frames) == 0:
         raise InputError(f"{source}: holds no marker")
-    if found.unit not in metres_in or not found.rate > 0:
+    if points.unit not in metres_in or not points.rate > 0:
         raise InputError(
-            f"{source}: POINT:UNITS is {found.unit!r}, POINT:RATE is {found.rate:g}: a unit of length and "
+            f"{source}: POINT:UNITS is {points.unit!r}, POINT:RATE is {points.rate:g}: a unit of length and "
             "a rate are needed"
         )
-    time = (found.first + np.arange(len(found.frames))) / found.rate
+    time = (points.first + np.arange(len(points.frames))) / points.rate
     rows = np.flatnonzero((time >= keep.start) & (time <= keep.end))[:: keep.every]
-    if not len(rows):
-        raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
-    if len(rows) * found.count * 3 > _MOST_NUMBERS:
+    _check_frames(source, len(rows), len(rows) * points.count * 3, keep)
+    unnamed = (f"marker {k + 1}" for k in range(len(points.labels), points.count))
+    labels = [*points.labels, *unnamed][: points.count]
+    position = points.position(rows) * metres_in[points.unit]
+    stated_up = points.screen.lower().lstrip("+")
+    markers = _markers(source, labels, position, time[rows], up=up, stated_up=stated_up)
+    return replace(markers, notes=(*points.notes, *markers.notes))
+
+
+def _check_frames(path: Path, frames: int, numbers: int, keep: FrameRange) -> None:
+    """Refuse a file of which no frame is kept, or too many."""
+    if numbers > _MAX_NUMBERS:
         raise InputError(
-            f"{source}: too long to solve at once: read a part of it (start, end) or every n-th frame"
+            f"{path}: too long to solve at once: read a part of it (start, end) or every n-th frame"
         )
-    labels = [*found.labels, *(f"marker {k + 1}" for k in range(len(found.labels), found.count))][
-        : found.count
-    ]
-    position = found.position(rows) * metres_in[found.unit]
-    made = _markers(source, labels, position, (time[rows], up, found.screen.lower().lstrip("+")))
-    return replace(made, notes=(*found.notes, *made.notes))
+    if not frames:
+        raise InputError(f"{path}: no frame between {keep.start:g} and {keep.end:g} s")
 
 
-def _trc_head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str], list[str]]:
-    """What the header says, by its names in lower case, and the markers' names; the line of X1 Y1
-    Z1 is passed."""
+def _trc_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, str], list[str]]:
+    """Read the header, up to the line of X1 Y1 Z1.
+
+    Returns
+    -------
+    tuple[dict[str, str], list[str]]
+        The values of the header by their names in lower case, and the names of the markers.
+    """
     head: list[list[str]] = []
     for number, line in lines:
         head.append([word.strip() for word in _cells(line)])
@@ -107,12 +141,14 @@ def _trc_head(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[dict[str, s
             break
     if len(head) < 5:
         raise InputError(f"{path}: ends within its header: cut short")
-    about = {key.lower(): value for key, value in zip(head[1], head[2], strict=False)}
+    header = {key.lower(): value for key, value in zip(head[1], head[2], strict=False)}
     names = [word for word in head[3][2:] if word]
-    said = about.get("nummarkers", "")
-    if not names or count_in(said) != len(names):
-        raise InputError(f"{path}, line 3: says {said or 'no'} markers, line 4 names {len(names)}")
-    return about, names
+    stated = header.get("nummarkers", "")
+    if not names or parse_count(stated) != len(names):
+        raise InputError(
+            f"{path}, line 3: says {stated or 'no'} markers, line 4 names {len(names)}"
+        )
+    return header, names
 
 
 def _cells(line: str) -> list[str]:
@@ -120,7 +156,7 @@ def _cells(line: str) -> list[str]:
 
 
 def _padded(line: str, width: int) -> list[str]:
-    """The cells of a row, with those that are empty at its end filled up or left off."""
+    """Return the cells of a row; empty ones at its end are added or removed."""
     cells = [cell.strip() for cell in _cells(line)]
     while len(cells) > width and not cells[-1]:
         cells.pop()
@@ -128,43 +164,62 @@ def _padded(line: str, width: int) -> list[str]:
 
 
 def _markers(
-    path: Path, labels: list[str], position: Floats, about: tuple[Floats, str | None, str]
+    path: Path,
+    labels: list[str],
+    position: Floats,
+    time: Floats,
+    *,
+    up: str | None,
+    stated_up: str,
 ) -> Markers:
-    time, up, told = about
+    """Build markers with z up.
+
+    Parameters
+    ----------
+    path, labels, position, time
+        The file, M labels, positions (P, M, 3) [m] in its axes, and times (P,) [s].
+    up, stated_up
+        Upward axis that the user gives, and that the file states, "" if none.
+    """
     names = unique_names(labels, "marker")
     notes = []
-    twice = [label for label, count in Counter(labels).items() if count > 1]
-    if twice:
-        notes.append(f"markers of the same name are numbered: {', '.join(twice)}")
-    axis = up or told or _upward(names, position)
+    repeated = [label for label, count in Counter(labels).items() if count > 1]
+    if repeated:
+        notes.append(f"markers of the same name are numbered: {', '.join(repeated)}")
+    axis = up or stated_up or _upward_axis(names, position)
     if not up:
-        notes.append(f"up is {axis} of the file" + ("" if told else ", as the markers lie"))
-    return Markers(tuple(names), position @ _turn(axis).T, time, str(path), tuple(notes))
+        notes.append(f"up is {axis} of the file" + ("" if stated_up else ", as the markers lie"))
+    return Markers(tuple(names), position @ _rotation_to_z(axis).T, time, str(path), tuple(notes))
 
 
-def _upward(names: list[str], position: Floats) -> str:
-    """The axis along which the markers of head and hips lie above those of the feet."""
-    middle = np.array(
+def _upward_axis(names: list[str], position: Floats) -> str:
+    """Return the axis along which the markers of head and hips lie above those of the feet."""
+    median = np.array(
         [
             np.nanmedian(p, axis=0) if np.isfinite(p).any() else np.full(3, np.nan)
             for p in position.swapaxes(0, 1)
         ]
     )
-    plain = [re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower()) for name in names]
-    known = np.isfinite(middle[:, 0])
-    low = np.array([bool(_LOW.search(name)) for name in plain]) & known
-    high = np.array([bool(_HIGH.search(name)) for name in plain]) & known & ~low
+    seen = np.isfinite(median[:, 0])
+    low = _named(names, _LOW) & seen
+    high = _named(names, _HIGH) & seen & ~low
     if not low.any() or not high.any():
         raise InputError(
             "the upward axis cannot be told from the markers' names: state it (up: x, y, z, -x, -y or -z)"
         )
-    rise = middle[high].mean(axis=0) - middle[low].mean(axis=0)
-    k = int(np.argmax(np.abs(rise)))
-    return ("-" if rise[k] < 0 else "") + "xyz"[k]
+    rise = median[high].mean(axis=0) - median[low].mean(axis=0)
+    axis = int(np.argmax(np.abs(rise)))
+    return ("-" if rise[axis] < 0 else "") + "xyz"[axis]
 
 
-def _turn(up: str) -> Floats:
-    """(3, 3) the turn that lays the file's upward axis along z, by the shortest way."""
+def _named(names: list[str], pattern: re.Pattern[str]) -> Bools:
+    """Return which markers (M,) have a name that holds a pattern, whatever stands before ':'."""
+    plain = (re.sub(r"[^a-z0-9]", "", name.rsplit(":", 1)[-1].lower()) for name in names)
+    return np.array([bool(pattern.search(name)) for name in plain])
+
+
+def _rotation_to_z(up: str) -> Floats:
+    """Return the smallest rotation (3, 3) that takes the file's upward axis to z."""
     if up.lstrip("-") not in ("x", "y", "z"):
         raise UsageError(f"up: {up!r} is not an axis; valid: x, y, z, -x, -y, -z")
     axis = (-1.0 if up.startswith("-") else 1.0) * np.eye(3)["xyz".index(up[-1])]

@@ -1,5 +1,4 @@
-"""OpenSim motions (.mot, .sto): joint angles by the coordinate names of the gait and full-body
-models.
+"""Read OpenSim motions (.mot, .sto): joint angles by the coordinate names of its body models.
 
 Both dialects of the header are read: `nRows`, `nColumns`, `inDegrees`, `endheader` (storage and
 motion files), and `datacolumns`, `datarows`, `range` (SIMM motion files, always degrees). x is
@@ -15,7 +14,15 @@ from pathlib import Path
 import numpy as np
 
 from workbench.errors import InputError
-from workbench.files.motions.lines import ALL, Pick, count_in, number_rows, numbered
+from workbench.files.motions.number_rows import (
+    ALL_FRAMES,
+    Clock,
+    FrameRange,
+    NumberRows,
+    number_rows,
+    numbered_lines,
+    parse_count,
+)
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.motion import rising_time
@@ -23,12 +30,15 @@ from workbench.model.poses import Poses
 from workbench.model.quaternions import exponential, matrices, multiply
 from workbench.model.spool import pieces
 
-__all__ = ["Coordinates", "coordinate_pieces", "coordinate_poses"]
+__all__ = ["Coordinates", "coordinate_batches", "coordinate_poses"]
 
-_MOST_TURNS = 13.0
-# joint -> (coordinate, axis in x forward y left z up), in the order in which OpenSim turns; {s}: l
-# or r
-_Rows = tuple[tuple[str, tuple[float, float, float]], ...]
+_MAX_ANGLE = 13.0
+"""Largest angle [rad], about two turns. Beyond it degrees were taken for radians."""
+_IDENTITY = [1.0, 0.0, 0.0, 0.0]
+"""Quaternion of no rotation."""
+_Rotations = tuple[tuple[str, tuple[float, float, float]], ...]
+"""Coordinates of a joint in the order in which OpenSim rotates, each with its axis in x forward, y
+left, z up. {s} stands for l or r."""
 _PLACES = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 _X = (1.0, 0.0, 0.0)
 _Y = (0.0, 1.0, 0.0)
@@ -36,7 +46,6 @@ _Z = (0.0, 0.0, 1.0)
 _RIGHT = (0.0, -1.0, 0.0)
 _PELVIS = (("pelvis_tilt", _RIGHT), ("pelvis_list", _X), ("pelvis_rotation", _Z))
 _TRUNK = (("lumbar_extension", _RIGHT), ("lumbar_bending", _X), ("lumbar_rotation", _Z))
-# of the right side; on the left the turns about x and z have the other sign
 _LIMBS = {
     "H": (("hip_flexion_{s}", _RIGHT), ("hip_adduction_{s}", _X), ("hip_rotation_{s}", _Z)),
     "K": (("knee_angle_{s}", _Y),),
@@ -45,90 +54,147 @@ _LIMBS = {
     "E": (("elbow_flex_{s}", _RIGHT),),
     "W": (("pro_sup_{s}", _Z), ("wrist_flex_{s}", _X), ("wrist_dev_{s}", _Y)),
 }
+"""Of the right side; on the left, rotations about x and z have the other sign."""
 
 
 @dataclass(frozen=True, eq=False)
 class Coordinates:
-    """Named coordinates of a motion: values (P, C) in radians, pelvis_tx, _ty, _tz in metres; time
-    (P,) [s]; negative: the knees that are negative in flexion."""
+    """Named coordinates of a motion."""
 
     names: tuple[str, ...]
     values: Floats
+    """(P, C) [rad]; pelvis_tx, _ty and _tz in metres."""
     time: Floats
+    """(P,) [s]."""
     file: str
     negative: frozenset[str]
+    """The knees that are negative in flexion."""
 
 
-def coordinate_pieces(path: str | Path, *, keep: Pick = ALL) -> Iterator[Coordinates]:
-    """Coordinates of a .mot or .sto file, some frames at a time.
+@dataclass(frozen=True)
+class _Header:
+    """The header of a file."""
 
-    InputError with the line for a broken header, rows of another length, wrong counts, or angles of
-    many turns (degrees taken for radians).
+    degrees: bool
+    """Whether angles are degrees."""
+    counts: dict[str, int]
+    """Stated numbers of "rows" and "columns"."""
+    names: list[str]
+    """Names of all columns, the time among them."""
+
+
+def coordinate_batches(path: str | Path, *, keep: FrameRange = ALL_FRAMES) -> Iterator[Coordinates]:
+    """Read the coordinates of a .mot or .sto file, in batches of frames.
+
+    Parameters
+    ----------
+    path
+        The file.
+    keep
+        The frames that are wanted.
+
+    Raises
+    ------
+    InputError
+        With the line, if the header is broken, a row has another length, a count is wrong, or an
+        angle is of many turns (degrees taken for radians).
     """
     source = Path(path)
-    lines = numbered(source)
-    degrees, said, names = _header(source, lines)
-    rest = ((number, line.split()) for number, line in lines if line.strip())
-    clock = names.index("time")
-    found = number_rows(source, rest, len(names), rows=names, keep=keep, clock=(clock, 1.0))
-    for word, have in (("rows", found.total), ("columns", len(names))):
-        if word in said and said[word] != have:
-            raise InputError(f"{source}: the header says {said[word]} {word}, {have} are there")
-    if not len(found.values):
+    lines = numbered_lines(source)
+    header = _read_header(source, lines)
+    names = header.names
+    words = ((number, line.split()) for number, line in lines if line.strip())
+    time_column = names.index("time")
+    rows = number_rows(source, words, len(names), rows=names, keep=keep, clock=Clock(time_column))
+    for what, count in (("rows", rows.total), ("columns", len(names))):
+        stated = header.counts.get(what, count)
+        if stated != count:
+            raise InputError(f"{source}: the header says {stated} {what}, {count} are there")
+    if not len(rows.values):
         raise InputError(f"{source}: no frame between {keep.start:g} and {keep.end:g} s")
-    others = [k for k, name in enumerate(names) if name != "time"]
-    time = rising_time(found.values[:, clock], str(source))
-    scale = np.array([np.pi / 180 if degrees and not _is_place(names[k]) else 1.0 for k in others])
-    negative = set()
-    for column, k in enumerate(others):
-        values = found.values[:, k] * scale[column]
-        worst = int(np.argmax(np.abs(values)))
-        if not _is_place(names[k]) and abs(values[worst]) > _MOST_TURNS:
-            guess = (
-                "" if degrees else ": the header says radians; are these degrees (inDegrees=yes)?"
-            )
-            raise InputError(
-                f"{source}, line {found.lines[worst]}: {names[k]} is {found.values[worst, k]:g} at "
-                f"{time[worst]:g} s, {abs(values[worst]) / (2 * np.pi):.0f} whole turns"
-                f"{guess}"
-            )
-        if names[k].startswith("knee_angle") and np.median(values) < 0:
-            negative.add(names[k])
-    called = tuple(names[k] for k in others)
-    for rows in pieces(len(time)):
-        angles = found.values[rows][:, others] * scale
-        yield Coordinates(called, angles, time[rows], str(source), frozenset(negative))
+    time = rising_time(rows.values[:, time_column], str(source))
+    columns = [k for k, name in enumerate(names) if name != "time"]
+    is_angle = np.array([not _is_length(names[k]) for k in columns])
+    scale = np.where(is_angle & header.degrees, np.pi / 180, 1.0)
+    for k, factor in zip(columns, scale.tolist(), strict=True):
+        if not _is_length(names[k]):
+            _check_angle(source, header, rows, k, factor)
+    negative = frozenset(
+        names[k]
+        for k in columns
+        if names[k].startswith("knee_angle") and np.median(rows.values[:, k]) < 0
+    )
+    called = tuple(names[k] for k in columns)
+    for batch in pieces(len(time)):
+        values = rows.values[batch][:, columns] * scale
+        yield Coordinates(called, values, time[batch], str(source), negative)
+
+
+def _check_angle(path: Path, header: _Header, rows: NumberRows, k: int, factor: float) -> None:
+    """Refuse a column with an angle of many turns; factor: its unit [rad]."""
+    values = rows.values[:, k] * factor
+    worst = int(np.argmax(np.abs(values)))
+    if abs(values[worst]) <= _MAX_ANGLE:
+        return
+    guess = (
+        "" if header.degrees else ": the header says radians; are these degrees (inDegrees=yes)?"
+    )
+    time = rows.values[worst, header.names.index("time")]
+    raise InputError(
+        f"{path}, line {rows.lines[worst]}: {header.names[k]} is {rows.values[worst, k]:g} at "
+        f"{time:g} s, {abs(values[worst]) / (2 * np.pi):.0f} whole turns{guess}"
+    )
 
 
 def coordinate_poses(body: Body, found: Coordinates) -> tuple[Poses, tuple[str, ...]]:
-    """Poses of a body with the paper's joints from OpenSim coordinates, and what was assumed or
-    left out.
+    """Turn OpenSim coordinates into poses of a body with the paper's joints.
 
-    The turn of the one lumbar joint is shared by waist and solar plexus. InputError where neither
-    hips nor arms are there.
+    Waist and solar plexus share the rotation of the one lumbar joint.
+
+    Parameters
+    ----------
+    body
+        The body.
+    found
+        Coordinates of P frames.
+
+    Returns
+    -------
+    tuple[Poses, tuple[str, ...]]
+        The poses, and notes on what was assumed or left out.
+
+    Raises
+    ------
+    InputError
+        If there are neither hips nor arms.
     """
     reader = _Reader(found)
-    rotations = np.tile([1.0, 0.0, 0.0, 0.0], (len(found.time), len(body.joints), 1))
-    pelvis = reader.turn(_PELVIS)
-    trunk = reader.turn(_TRUNK)
+    count = len(found.time)
+    rotations = np.tile(_IDENTITY, (count, len(body.joints), 1))
+    pelvis = reader.rotation(_PELVIS)
     rotations[:, body.joint("PV")] = pelvis
-    half = trunk + np.array([1.0, 0.0, 0.0, 0.0]) * np.where(trunk[:, :1] < 0, -1.0, 1.0)
-    half /= np.linalg.norm(half, axis=-1, keepdims=True)
-    rotations[:, body.joint("W")] = rotations[:, body.joint("SP")] = half
-    for limb, rows in _LIMBS.items():
+    half = _half_rotation(reader.rotation(_TRUNK))
+    rotations[:, body.joint("W")] = half
+    rotations[:, body.joint("SP")] = half
+    for limb, coordinates in _LIMBS.items():
         for side in "lr":
-            rotations[:, body.joint(side.upper() + limb)] = reader.turn(rows, side)
-    notes = reader.told()
-    zero = np.zeros(len(found.time))
-    x, y, z = (reader.known.get(name, zero) for name in _PLACES)
-    place = np.zeros((len(found.time), 3, 4))
-    place[:, :, :3] = matrices(pelvis)
-    place[:, :, 3] = np.stack([x, -z, y], axis=-1)
-    return Poses(rotations, body.segment("LT"), place, found.time), notes
+            joint = body.joint(side.upper() + limb)
+            rotations[:, joint] = reader.rotation(coordinates, side)
+    notes = reader.finish()
+    x, y, z = (reader.known.get(name, np.zeros(count)) for name in _PLACES)
+    position = np.stack([x, -z, y], axis=-1)
+    world = np.concatenate([matrices(pelvis), position[:, :, None]], axis=-1)
+    return Poses(rotations, body.segment("LT"), world, found.time), notes
+
+
+def _half_rotation(quaternions: Floats) -> Floats:
+    """Return the rotations (P, 4) by half the angle, on the shorter way."""
+    half = quaternions + np.array(_IDENTITY) * np.where(quaternions[:, :1] < 0, -1.0, 1.0)
+    return np.asarray(half / np.linalg.norm(half, axis=-1, keepdims=True))
 
 
 class _Reader:
-    """Turns from coordinates, with a record of which were used and what was assumed."""
+    """Computes rotations from coordinates; records which were used and what was assumed."""
 
     def __init__(self, found: Coordinates) -> None:
         self.found = found
@@ -136,19 +202,19 @@ class _Reader:
         self.used: set[str] = set()
         self.notes: list[str] = []
 
-    def turn(self, rows: _Rows, side: str = "r") -> Floats:
-        """(P, 4) the turns of coordinates one after another; what is not there does not turn."""
+    def rotation(self, coordinates: _Rotations, side: str = "r") -> Floats:
+        """Return the product (P, 4) of the rotations of coordinates; absent ones do not rotate."""
         mirror = np.array([-1.0, 1.0, -1.0]) if side == "l" else np.ones(3)
-        q = np.tile([1.0, 0.0, 0.0, 0.0], (len(self.found.time), 1))
-        for name, axis in rows:
+        q = np.tile(_IDENTITY, (len(self.found.time), 1))
+        for name, axis in coordinates:
             key = name.format(s=side)
             if key in self.known:
                 self.used.add(key)
                 q = multiply(q, exponential(self._value(key)[:, None] * np.array(axis) * mirror))
         return q
 
-    def told(self) -> tuple[str, ...]:
-        """What was assumed, and which columns were not used; InputError where no limb was found."""
+    def finish(self) -> tuple[str, ...]:
+        """Return notes on what was assumed, and which columns were not used."""
         if not self.used & {"hip_flexion_r", "hip_flexion_l", "arm_flex_r", "arm_flex_l"}:
             some = ", ".join(self.found.names[:20])
             raise InputError(
@@ -156,11 +222,8 @@ class _Reader:
             )
         left = [name for name in self.found.names if name not in self.used and name not in _PLACES]
         more = f" and {len(left) - 20} more" if len(left) > 20 else ""
-        return tuple(
-            dict.fromkeys(
-                self.notes + ([f"not used: {', '.join(left[:20])}{more}"] if left else [])
-            )
-        )
+        unused = [f"not used: {', '.join(left[:20])}{more}"] if left else []
+        return tuple(dict.fromkeys(self.notes + unused))
 
     def _value(self, key: str) -> Floats:
         values = np.asarray(self.known[key])
@@ -173,48 +236,50 @@ class _Reader:
         return values
 
 
-def _is_place(name: str) -> bool:
+def _is_length(name: str) -> bool:
     return name.endswith(("_tx", "_ty", "_tz")) or name == "time"
 
 
-def _header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[bool, dict[str, int], list[str]]:
-    """Whether angles are degrees, what the header says of rows and columns, the names of the
-    columns."""
+def _read_header(path: Path, lines: Iterator[tuple[int, str]]) -> _Header:
+    """Read the lines up to the one with the names of the columns."""
     degrees: bool | None = None
-    said: dict[str, int] = {}
+    counts: dict[str, int] = {}
     ended = False
     for number, line in lines:
         words = line.replace("=", " ").split()
-        if not words:
-            continue
-        key = words[0].lower()
+        key = words[0].lower() if words else ""
+        if key == "time":
+            return _finish_header(path, number, line.split(), counts, degrees)
         if key == "endheader":
             ended = True
-        elif key == "time":
-            break
         elif key in ("nrows", "datarows", "ncolumns", "datacolumns"):
-            count = count_in(words[1]) if len(words) > 1 else None
+            count = parse_count(words[1]) if len(words) > 1 else None
             if count is None:
                 raise InputError(f"{path}, line {number}: {line.strip()[:60]!r}: a count is needed")
-            said["rows" if "row" in key else "columns"] = count
-            degrees = True if key.startswith("data") and degrees is None else degrees
+            counts["rows" if "row" in key else "columns"] = count
+            if key.startswith("data") and degrees is None:  # SIMM files are always in degrees
+                degrees = True
         elif key == "indegrees":
             if len(words) < 2 or words[1].lower() not in ("yes", "no"):
                 raise InputError(f"{path}, line {number}: inDegrees must be yes or no")
             degrees = words[1].lower() == "yes"
-        elif ended:
+        elif key and ended:
             raise InputError(
                 f"{path}, line {number}: the column 'time' must come first, got {words[0]!r}"
             )
-    else:
-        raise InputError(
-            f"{path}: no line of column names beginning with 'time': no OpenSim motion, or cut short"
-        )
-    names = line.split()
+    raise InputError(
+        f"{path}: no line of column names beginning with 'time': no OpenSim motion, or cut short"
+    )
+
+
+def _finish_header(
+    path: Path, number: int, names: list[str], counts: dict[str, int], degrees: bool | None
+) -> _Header:
+    """Check the names of the columns and that the unit of angles is stated."""
     if len(set(names)) != len(names):
         raise InputError(f"{path}, line {number}: a column is there twice")
     if degrees is None:
         raise InputError(
             f"{path}: the header does not say whether angles are degrees: state inDegrees=yes or no"
         )
-    return degrees, said, names
+    return _Header(degrees, counts, names)

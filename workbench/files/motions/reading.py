@@ -1,5 +1,4 @@
-"""Any motion file as what it holds: poses, bones, markers, coordinates, segments or a score; by
-ending and header."""
+"""Read any motion file as what it holds, by its ending and header."""
 
 from __future__ import annotations
 
@@ -7,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from workbench.errors import InputError, UsageError, one_of
-from workbench.files.motions.bvh import bone_pieces
+from workbench.files.motions.bvh import bone_batches
 from workbench.files.motions.laban import read_score
-from workbench.files.motions.lines import ALL, Pick
 from workbench.files.motions.markers import read_c3d, read_trc
-from workbench.files.motions.opensim import Coordinates, coordinate_pieces
-from workbench.files.motions.tables import read_angle_table, segment_pieces, table_kind
+from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
+from workbench.files.motions.opensim import Coordinates, coordinate_batches
+from workbench.files.motions.tables import read_angle_table, segment_batches, table_kind
 from workbench.model.body import Body
 from workbench.model.laban import Score
 from workbench.model.motion import Bones, Markers, SegmentTrack
@@ -21,17 +20,34 @@ from workbench.model.poses import Poses
 __all__ = ["MOTIONS", "Recorded", "read_motion"]
 
 MOTIONS = (".csv", ".bvh", ".trc", ".c3d", ".mot", ".sto", ".laban")
+"""Endings of motion files."""
 Recorded = tuple[Poses, tuple[str, ...]] | Bones | Markers | Coordinates | SegmentTrack | Score
 
 
 def read_motion(
-    path: str | Path, body: Body, *, up: str | None = None, keep: Pick = ALL
+    path: str | Path, body: Body, *, up: str | None = None, keep: FrameRange = ALL_FRAMES
 ) -> Iterator[Recorded]:
-    """Read a motion file, some frames at a time where its form allows (bones, coordinates, single
-    segments); what it holds is then made poses of a body by `workbench.study.motions`.
+    """Read a motion file, in batches of frames if its format allows (bones, coordinates, segments).
 
-    up: the upward axis of a marker file, found from the markers where None. UsageError where `up`
-    does not belong to the format; InputError for an unknown ending and for every fault of the file.
+    `workbench.study.motions` turns what it holds into poses of a body.
+
+    Parameters
+    ----------
+    path
+        The file.
+    body
+        The body whose joint angles a table holds.
+    up
+        Upward axis of a BVH or marker file; if None it is found from the markers.
+    keep
+        The frames that are wanted.
+
+    Raises
+    ------
+    UsageError
+        If `up` does not belong to the format.
+    InputError
+        If the ending is unknown, or for any error in the file.
     """
     source = Path(path)
     ending = source.suffix.lower()
@@ -40,13 +56,13 @@ def read_motion(
             f"{source}: up is for BVH and marker files; {ending or 'this'} says its own axes"
         )
     if ending == ".csv" and table_kind(source) == "segments":
-        yield from segment_pieces(source, keep=keep)
+        yield from segment_batches(source, keep=keep)
     elif ending == ".csv":
         yield read_angle_table(source, body, keep=keep)
     elif ending == ".bvh":
-        yield from bone_pieces(source, keep=keep)
+        yield from bone_batches(source, keep=keep)
     elif ending in (".mot", ".sto"):
-        yield from coordinate_pieces(source, keep=keep)
+        yield from coordinate_batches(source, keep=keep)
     elif ending == ".laban":
         yield read_score(source)
     elif ending in (".trc", ".c3d"):

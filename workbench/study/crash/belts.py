@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.body.forward import place
 from workbench.files.crash.restraints import surface_point
-from workbench.files.meshes.assembly import built
+from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.parts import RawPart
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
@@ -36,7 +36,7 @@ def with_belts(
     worn = list(belts)
     if not worn:
         return environment
-    ribbons, faults = built(
+    ribbons, faults = build_environment(
         "belts", [_ribbon(belt, placed, pose) for belt in worn], solid=[False] * len(worn)
     )
     assert not faults  # only solids have any
