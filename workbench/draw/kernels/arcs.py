@@ -1,5 +1,5 @@
 """The visible rims of spheres as arcs: exact, by one hidden interval of angle for a pair (see
-kernels.pictures.rims).
+kernels.silhouettes).
 
 What no interval covers is visible. Where a step of depth is given, the creases between spheres of
 joined segments are shallower and vanish, and a limb fades into the body at its joint. Angles run
@@ -175,7 +175,7 @@ def _cut_rim(
     arcs: Floats,
     keys: Ints,
 ) -> int:
-    """The arcs of rim i that its intervals leave, in order round it; their number. See `rim_arcs`
+    """The arcs of rim i that its intervals leave, in order round it; their number. See `silhouette_arcs`
     for the columns.
 
     gaps, edges (2 n, 2): room for what n - 1 intervals leave, twice.
@@ -286,7 +286,7 @@ def _drawn_twin(i: int, rims: Rims, found: Ints, count: int) -> int:
 
 @njit(cache=True)
 def _all_arcs(rims: Rims, arcs: Floats, keys: Ints, twins: Ints) -> int:
-    """Fill arcs (R, 2) and keys (R, 4) as `rim_arcs` returns them; the number found, which may be
+    """Fill arcs (R, 2) and keys (R, 4) as `silhouette_arcs` returns them; the number found, which may be
     more than R."""
     count = len(rims.near)
     total = 0

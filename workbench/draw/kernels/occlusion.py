@@ -340,24 +340,33 @@ def _between(a: float, b: float, c: float, first: float, last: float) -> tuple[f
 
 
 @njit(cache=True)
-def _beyond(level: float, slope: float, first: float, last: float) -> tuple[float, float]:
-    """Where level + slope t > 0 within first to last."""
+def _positive_interval(
+    level: float, slope: float, first: float, last: float
+) -> tuple[float, float]:
+    """Return where level + slope t > 0 for t from first to last; an end before the start is none."""
     if slope == 0.0:
         return (first, last) if level > 0.0 else (0.0, -1.0)
     return (max(first, -level / slope), last) if slope > 0.0 else (first, min(last, -level / slope))
 
 
 @njit(cache=True)
-def _shadow(
+def _occlusion_interval(
     p: Floats, d: Floats, ball: Floats, distance: float
 ) -> tuple[float, float, float, float]:
-    """Where the line p + t d, t from 0 to 1, is over a ball's outline; and where it is also behind
-    the ball's rim.
+    """Find where the line p + t d, t from 0 to 1, crosses the outline of a ball.
 
-    View coordinates (right, up, toward the viewer), eye at depth `distance`; infinite: a parallel
-    view. In perspective the outline is the cone (u . X)^2 = (u . u - r^2) X . X of points X from
-    the eye, u the centre; the rim lies in the plane u . X = u . u - r^2.
+    Coordinates are view coordinates, with the eye at depth `distance`, infinite in a parallel view.
+
+    Returns
+    -------
+    tuple[float, float, float, float]
+        From and to where the line is over the outline, and from and to where it is also behind the
+        rim. An end before the start is none.
     """
+    # In perspective, with u the centre and X a point as seen from the eye, the outline is the cone
+    #     (u . X)^2 = (u . u - r^2) X . X,
+    # and the rim lies in the plane u . X = u . u - r^2. On the line, the first is a quadratic
+    # a t^2 + 2 b t + c = 0 and the second is linear in t.
     x = p[0] - ball[0]
     y = p[1] - ball[1]
     z = p[2] - ball[2]
@@ -370,7 +379,7 @@ def _shadow(
             0.0,
             1.0,
         )
-        behind = _beyond(-z, -d[2], low, high)
+        behind = _positive_interval(-z, -d[2], low, high)
         return low, high, behind[0], behind[1]
     ux = ball[0]
     uy = ball[1]
@@ -386,12 +395,10 @@ def _shadow(
     a = square * (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) - slope * slope
     b = square * (px * d[0] + py * d[1] + pz * d[2]) - level * slope
     c = square * (px * px + py * py + pz * pz) - level * level
-    low, high = _beyond(level, slope, 0.0, 1.0)
+    low, high = _positive_interval(level, slope, 0.0, 1.0)
     if a >= 0.0:
         low, high = _between(a, b, c, low, high)
-    # the line comes from behind through the mirror cone: of the two ends outside the roots one is
-    # ahead
-    else:
+    else:  # the line also crosses the mirrored cone behind the eye: one of the outer parts is ahead
         rest = math.sqrt(max(b * b - a * c, 0.0))
         one = (-b + rest) / a
         two = (-b - rest) / a
@@ -399,7 +406,7 @@ def _shadow(
             low = max(low, max(one, two))
         else:
             high = min(high, min(one, two))
-    behind = _beyond(level - square, slope, low, high)
+    behind = _positive_interval(level - square, slope, low, high)
     return low, high, behind[0], behind[1]
 
 
@@ -425,7 +432,7 @@ def _ball_spans(
             x + radius < left or x - radius > right or y + radius < bottom or y - radius > top
         ):
             continue
-        low, high, first, last = _shadow(p, d, balls[j], distance)
+        low, high, first, last = _occlusion_interval(p, d, balls[j], distance)
         if high <= low:
             continue
         over[overs, 0] = low
@@ -450,7 +457,7 @@ def _ball_spans(
 @njit(cache=True)
 def lines_among_balls(ends: Floats, balls: Floats, distance: float) -> Floats:
     """Pieces (K, 4) of lines `ends` (M, 2, 3) that no ball (S, 4) x, y, z, radius hides: line,
-    share from and to, 1 where a ball is behind. View coordinates; see _shadow."""
+    share from and to, 1 where a ball is behind. View coordinates; see _occlusion_interval."""
     over = np.empty((len(balls) + 1, 2))
     behind = np.empty((2 * len(balls) + 1, 2))
     spans = np.empty((len(balls) + 1, 2))

@@ -1,5 +1,4 @@
-"""Points into view coordinates and into pixels: the arithmetic of draw.camera in one pass each, to
-the same bits."""
+"""Transform points into view coordinates and into pixels, in one pass each."""
 
 from __future__ import annotations
 
@@ -15,30 +14,49 @@ __all__ = ["pixel_points", "view_points"]
 
 @njit(cache=True)
 def view_points(points: Floats, axes: Floats, centre: Floats) -> Floats:
-    """View coordinates (M, 3) of points (M, 3): along the three axes (3, 3), its rows, from the
-    centre (3,)."""
+    """Return the view coordinates (M, 3) of points (M, 3).
+
+    axes (3, 3): unit vectors right, up, toward as rows; centre (3,): the camera's centre.
+    """
     seen = np.empty((len(points), 3))
     for k in range(len(points)):
         x = points[k, 0] - centre[0]
         y = points[k, 1] - centre[1]
         z = points[k, 2] - centre[2]
-        for way in range(3):
-            seen[k, way] = x * axes[way, 0] + y * axes[way, 1] + z * axes[way, 2]
+        for i in range(3):
+            seen[k, i] = x * axes[i, 0] + y * axes[i, 1] + z * axes[i, 2]
     return seen
 
 
 @njit(cache=True)
-def pixel_points(seen: Floats, scale: float, bend: float, nearest: float, middle: Floats) -> Floats:
-    """Pixels x, y and depth (M, 3) of view coordinates (M, 3); x and y NaN where the depth is above
-    `nearest`.
+def pixel_points(
+    seen: Floats, scale: float, inverse_distance: float, nearest: float, middle: Floats
+) -> Floats:
+    """Project view coordinates to pixels.
 
-    scale [pixels/m] at depth 0, bend [1/m], middle (2,) of the picture [pixels].
+    Parameters
+    ----------
+    seen
+        (M, 3) view coordinates [m].
+    scale
+        Pixels per metre at depth 0.
+    inverse_distance
+        Of the camera [1/m].
+    nearest
+        Largest depth [m] that has pixels; nearer points get NaN.
+    middle
+        (2,) middle of the picture [pixels].
+
+    Returns
+    -------
+    Floats
+        (M, 3) x, y [pixels] and depth [m].
     """
     shown = np.empty((len(seen), 3))
     for k in range(len(seen)):
         depth = seen[k, 2]
         inside = depth if depth <= nearest else math.nan
-        size = scale / (1.0 - inside * bend)
+        size = scale / (1.0 - inside * inverse_distance)
         shown[k, 0] = middle[0] + size * seen[k, 0]
         shown[k, 1] = middle[1] - size * seen[k, 1]
         shown[k, 2] = depth

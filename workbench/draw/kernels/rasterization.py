@@ -1,14 +1,14 @@
-"""Filling spheres and triangles into depth buffers. Pixel centres lie at half-integers; rows run
-down.
+"""Rasterize spheres and triangles into depth buffers.
 
-Depth is in metres and larger is nearer. Every loop writes into arrays that the caller has filled
-with the background, visits rows top to bottom and pixels left to right, and is deterministic to the
-bit.
+Pixel centres lie at half-integers; rows run down. Depth is in metres and larger is nearer. Every
+loop writes into arrays that the caller has filled with the background, visits rows top to bottom
+and pixels left to right, and is deterministic to the bit.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from workbench.compiled import njit
 from workbench.draw.kernels.disk_painter import disk_span
@@ -19,11 +19,16 @@ __all__ = ["fill_triangles", "sphere_depths"]
 
 @njit(cache=True)
 def sphere_depths(disks: Floats, centre: Floats, radius: Floats, depth: Floats) -> None:
-    """Depth [m] of the foremost sphere surface in every pixel; `depth` (height, width) starts at
-    the background.
+    """Rasterize spheres that are seen as disks.
 
-    disks (S, 3): x, y, radius [pixels]; centre (S,), radius (S,): depth of the centre and true
-    radius [m].
+    Parameters
+    ----------
+    disks
+        (S, 3) x, y, radius [pixels].
+    centre, radius
+        (S,) depth of the centre and radius [m].
+    depth
+        (height, width) depth [m] of the foremost surface, filled in place.
     """
     height, width = depth.shape
     for sphere in range(len(disks)):
@@ -45,43 +50,59 @@ def sphere_depths(disks: Floats, centre: Floats, radius: Floats, depth: Floats) 
                     depth[row, column] = front
 
 
+class _EdgeBound(NamedTuple):
+    """An edge of a triangle as a bound on the pixels of a row: x = offset + slope y."""
+
+    offset: float
+    slope: float
+    side: float
+    """1 for a bound on the right, -1 on the left, 0 for a level edge."""
+    level: float
+    """For a level edge: the inside is where level (y - y of the edge) >= 0."""
+
+
 @njit(cache=True)
-def _edge(
-    ax: float, ay: float, bx: float, by: float, turn: float
-) -> tuple[float, float, float, float]:
-    """An edge as a bound on a row's pixels: x = first + steep y; which bound (1 right, -1 left, 0
-    level); and level."""
+def _edge_bound(ax: float, ay: float, bx: float, by: float, turn: float) -> _EdgeBound:
+    """Return the bound of the edge from a to b; turn: 1 or -1, the sign of the triangle's area."""
     dx = bx - ax
     dy = by - ay
     if dy == 0.0:
-        return ax, 0.0, 0.0, dx * turn  # inside: level (y - ay) >= 0
-    return ax - dx / dy * ay, dx / dy, 1.0 if dy * turn > 0.0 else -1.0, 0.0
+        return _EdgeBound(ax, 0.0, 0.0, dx * turn)
+    return _EdgeBound(ax - dx / dy * ay, dx / dy, 1.0 if dy * turn > 0.0 else -1.0, 0.0)
 
 
 @njit(cache=True)
-def _bounded(
-    edge: tuple[float, float, float, float], y: float, ay: float, low: float, high: float
+def _clip_row(
+    edge: _EdgeBound, y: float, ay: float, low: float, high: float
 ) -> tuple[float, float]:
-    """The run from low to high in the row at y cut by an edge whose first corner is at ay; low >
-    high where none."""
-    if edge[2] == 0.0:
-        return (low, high) if edge[3] * (y - ay) >= 0.0 else (1.0, 0.0)
-    place = edge[0] + edge[1] * y
-    return (low, min(high, place)) if edge[2] > 0.0 else (max(low, place), high)
+    """Clip the run from low to high in the row at y by an edge from ay; low > high for nothing."""
+    if edge.side == 0.0:
+        return (low, high) if edge.level * (y - ay) >= 0.0 else (1.0, 0.0)
+    x = edge.offset + edge.slope * y
+    return (low, min(high, x)) if edge.side > 0.0 else (max(low, x), high)
 
 
 @njit(cache=True)
 def fill_triangles(
     corners: Floats, number: Ints, bend: float, cut: float, depth: Floats, ids: Ints, was_cut: Bools
 ) -> None:
-    """Depth buffer of triangles `corners` (T, 3, 3): x, y [pixels], projective depth Z; on a tie
-    the first one stays.
+    """Rasterize triangles with a depth test; of equal depths the first one stays.
 
-    Z changes linearly across the picture; the depth [m] is Z / (1 + bend Z), with bend 0 in a
-    parallel view. Pixels belong to a triangle where their middle is inside it or on its edge.
+    A pixel belongs to a triangle if its middle is inside it or on its edge. Projective depth Z is
+    linear across the picture; the depth is Z / (1 + Z / D), D being the camera's distance.
 
-    ids receives the foremost triangle's `number` (T,). Fragments nearer than `cut` [m] are left out
-    and noted in `was_cut`. depth, ids, was_cut: (height, width).
+    Parameters
+    ----------
+    corners
+        (T, 3, 3) x, y [pixels] and projective depth Z.
+    number
+        (T,) the index that is written for each triangle.
+    bend
+        1 / D [1/m], 0 in a parallel view.
+    cut
+        Depth [m] of the near plane; nearer fragments are dropped and noted in `was_cut`.
+    depth, ids, was_cut
+        (height, width) filled in place.
     """
     height, width = depth.shape
     for t in range(len(corners)):
@@ -106,14 +127,14 @@ def fill_triangles(
         nearest = max(az, bz, cz)
         farthest = min(az, bz, cz)
         turn = 1.0 if area > 0.0 else -1.0
-        first = _edge(ax, ay, bx, by, turn)
-        second = _edge(bx, by, cx, cy, turn)
-        third = _edge(cx, cy, ax, ay, turn)
+        first = _edge_bound(ax, ay, bx, by, turn)
+        second = _edge_bound(bx, by, cx, cy, turn)
+        third = _edge_bound(cx, cy, ax, ay, turn)
         for row in range(top, bottom + 1):
             y = row + 0.5
-            low, high = _bounded(first, y, ay, 0.5, width - 0.5)
-            low, high = _bounded(second, y, by, low, high)
-            low, high = _bounded(third, y, cy, low, high)
+            low, high = _clip_row(first, y, ay, 0.5, width - 0.5)
+            low, high = _clip_row(second, y, by, low, high)
+            low, high = _clip_row(third, y, cy, low, high)
             base = az + slope_y * (y - ay)
             for column in range(math.ceil(low - 0.5), math.floor(high - 0.5) + 1):
                 front = base + slope_x * (column + 0.5 - ax)

@@ -5,7 +5,7 @@ View coordinates are metres to the right, up and toward the viewer from the came
 last is the depth. The ray through a pixel passes q (1 - bend z) at depth z, where q is the pixel's
 place at depth 0. With e the ray's distance from a sphere's centre at the centre's depth and s =
 -bend q its slope, it meets the surface z' in front of the centre, (1 + s^2) z' = -s . e + sqrt(r^2
-(1 + s^2) - e^2 - (e x s)^2). A parallel view has s = 0. lens: see pictures.frames.
+(1 + s^2) - e^2 - (e x s)^2). A parallel view has s = 0. lens: see `disk_painter`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""Compare the sizes of named parts with those of the things they are named after, and say which
-unit would fit.
+"""Compare the sizes of parts with those of the things they are named after, and find the unit.
 
-A name is cut into words (at capitals, digits and signs), and words that say where or whose a part
-is are left out. What is left names a thing by its last words: `Front_Wheel_Left` is a wheel,
+A name is divided into words (at capitals, digits and signs). Words for the place or the owner of a
+part are dropped. The last words that are left name a thing: `Front_Wheel_Left` is a wheel,
 `left_door_handle` a handle. A name that only begins with a thing (`seat_rails`, `wheel_arch`) is a
 piece of it and at most as large. A name with a plural may mean several things in one part, and is
 at least as large as one. The name of a file tells what the whole of it is.
@@ -29,11 +28,12 @@ __all__ = ["SIZE_RANGES", "implausible_sizes", "person_size"]
 
 @dataclass(frozen=True)
 class SizeRange:
-    """A thing of a known size: least and greatest [m] of its largest extent, or of the middle one
-    of three."""
+    """Plausible sizes of a thing."""
 
     least: float
+    """Least size [m] of its largest extent, or of the middle one of three."""
     greatest: float
+    """Greatest size [m]."""
     middle: bool = False
     """Measured by the middle extent: of a wheel the diameter, also where two of them on an axle are
     one part."""
@@ -200,71 +200,82 @@ _WHOLES = frozenset(
 """Things that a file may be as a whole."""
 _CHILDREN = frozenset({"child", "boy", "girl", "baby"})
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
-_NAMED = 3
+_MAX_NAMES = 3
+"""Number of parts that a warning names."""
 _NO_PLURAL = frozenset({"chassis", "bus", "glass", "compass"})
 
 
 @dataclass(frozen=True)
 class _Size:
-    """A part that is named after a thing: its size and what is plausible [m]; infinite where
-    nothing is known."""
+    """The size of a part that is named after a thing."""
 
     name: str
     thing: str
     size: float
+    """[m]."""
     least: float
+    """Least plausible size [m]."""
     greatest: float
+    """Greatest plausible size [m], infinite if unknown."""
 
     def fits(self, scale: float) -> bool:
-        """True where the part, so many times as large, is of a plausible size."""
+        """Return whether the part, scaled by a factor, has a plausible size."""
         return self.least <= scale * self.size <= self.greatest
 
 
 def implausible_sizes(
     parts: Iterable[RawPart], metres: float, *, file: str = ""
 ) -> tuple[str, ...]:
-    """A sentence where named parts, or the whole, have an implausible size; nothing where none has.
+    """Return a warning if named parts, or the whole, have an implausible size.
 
     Parameters
     ----------
     parts
         The parts of one mesh file [m].
     metres
-        The file's unit of length that was used [m].
+        The unit of length [m] with which the file was read.
     file
-        The name of the file without its ending, which may say what the whole is.
+        The name of the file without its ending, which may name the whole.
     """
     known = list(parts)
-    rows = [row for part in known if (row := _sized(part.name, _extents([part]))) is not None]
-    whole = _whole(file, _extents(known))
-    if whole is not None and whole.thing not in {row.thing for row in rows}:
-        rows.append(whole)
-    wrong = [row for row in rows if not row.fits(1.0)]
+    sizes = [size for part in known if (size := _named_size(part.name, _extents([part])))]
+    whole = _whole_size(file, _extents(known))
+    if whole is not None and whole.thing not in {size.thing for size in sizes}:
+        sizes.append(whole)
+    wrong = [size for size in sizes if not size.fits(1.0)]
     if not wrong:
         return ()
-    shown = "; ".join(_said(row) for row in wrong[:_NAMED])
-    more = f"; {len(wrong) - _NAMED} more named parts too" if len(wrong) > _NAMED else ""
-    fitting = [
-        unit for unit, one in metres_in.items() if all(row.fits(one / metres) for row in rows)
-    ]
-    best = max(metres_in, key=lambda unit: sum(row.fits(metres_in[unit] / metres) for row in rows))
+    shown = "; ".join(_size_sentence(size) for size in wrong[:_MAX_NAMES])
+    more = f"; {len(wrong) - _MAX_NAMES} more named parts too" if len(wrong) > _MAX_NAMES else ""
+    return (f"{shown}{more}: {_unit_advice(sizes, wrong, metres)}",)
+
+
+def _unit_advice(sizes: list[_Size], wrong: list[_Size], metres: float) -> str:
+    """Return the unit that would fit all named parts, or most of them."""
+    scales = {unit: size / metres for unit, size in metres_in.items()}
+    fits = {unit: sum(size.fits(scale) for size in sizes) for unit, scale in scales.items()}
+    fitting = [unit for unit in scales if fits[unit] == len(sizes)]
     if fitting:
-        sizes = ", ".join(
-            f"{wrong[0].size * metres_in[unit] / metres:.3g} m in {unit}" for unit in fitting
-        )
+        first = wrong[0]
+        would_be = ", ".join(f"{first.size * metres_in[u] / metres:.3g} m in {u}" for u in fitting)
         return (
-            f"{shown}{more}: a wrong unit of length? {wrong[0].name} would be {sizes}, which fits all named parts",
+            f"a wrong unit of length? {first.name} would be {would_be}, which fits all named parts"
         )
-    if sum(row.fits(metres_in[best] / metres) for row in rows) > len(rows) - len(wrong):
-        return (f"{shown}{more}: a wrong unit of length? most named parts would fit in {best}",)
-    return (f"{shown}{more}: is the unit of length right, and the part's own scale?",)
+    best = max(fits, key=lambda unit: fits[unit])
+    if fits[best] > len(sizes) - len(wrong):
+        return f"a wrong unit of length? most named parts would fit in {best}"
+    return "is the unit of length right, and the part's own scale?"
 
 
 def person_size(size: float, metres: float) -> tuple[str, ...]:
-    """What to say of the surface of a body whose largest extent is `size` [m], nothing where it may
-    be a person.
+    """Return a warning if the surface of a body is too large for a person.
 
-    metres: the file's unit of length that was used [m].
+    Parameters
+    ----------
+    size
+        Largest extent [m].
+    metres
+        The unit of length [m] with which the file was read.
     """
     if size <= _ADULT.greatest:
         return ()
@@ -279,7 +290,7 @@ def person_size(size: float, metres: float) -> tuple[str, ...]:
     )
 
 
-def _said(row: _Size) -> str:
+def _size_sentence(row: _Size) -> str:
     plausible = (
         f"{row.least:g} to {row.greatest:g} m"
         if np.isfinite(row.greatest)
@@ -290,13 +301,13 @@ def _said(row: _Size) -> str:
 
 
 def _extents(parts: Iterable[RawPart]) -> Floats:
-    """(3,) extents of parts together, ascending [m]."""
+    """Return the extents (3,) [m] of parts together, ascending."""
     points = np.concatenate([part.vertices[part.faces.ravel()] for part in parts])
     extents: Floats = np.sort(np.ptp(points, axis=0))
     return extents
 
 
-def _sized(name: str, extents: Floats) -> _Size | None:
+def _named_size(name: str, extents: Floats) -> _Size | None:
     words = _words(name)
     for first in range(len(words)):
         thing = SIZE_RANGES.get(tuple(words[first:]))
@@ -321,9 +332,8 @@ def _sized(name: str, extents: Floats) -> _Size | None:
     return None
 
 
-def _whole(file: str, extents: Floats) -> _Size | None:
-    """What the name of a file says of all its parts together: the last of its words that can name a
-    whole."""
+def _whole_size(file: str, extents: Floats) -> _Size | None:
+    """Return the size of all parts by the last word of a file's name that can name a whole."""
     for word in reversed(_words(file)):
         if (word,) in SIZE_RANGES:
             return _row(file, word, SIZE_RANGES[(word,)], extents) if word in _WHOLES else None
@@ -335,7 +345,7 @@ def _row(name: str, thing: str, known: SizeRange, extents: Floats) -> _Size:
 
 
 def _words(name: str) -> list[str]:
-    """The words of a name that do not say where a part is; a child of either sex is a child."""
+    """Return the words of a name that name a thing; a child of either sex is a child."""
     words = [word.lower() for word in _WORD.findall(name)]
     child = next((word for word in words if word in _CHILDREN), None)
     kept = [child if child and SIZE_RANGES.get((word,)) is _ADULT else word for word in words]
