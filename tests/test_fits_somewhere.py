@@ -84,7 +84,9 @@ def test_nobody_fits_who_does_not_fit_in_the_position_that_is_named(found):
         assert np.nanmin(alone.margin) >= -1e-6
 
 
-def test_whoever_fits_somewhere_on_a_lattice_twice_as_dense_is_found_to_fit(found, everywhere):
+def test_whoever_fits_somewhere_on_a_lattice_three_times_as_dense_is_found_to_fit(
+    found, everywhere
+):
     population = found[2]
     _, margins = everywhere
     fits = (np.isnan(margins) | (margins >= -1e-6)).all(axis=2)

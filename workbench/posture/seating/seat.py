@@ -151,7 +151,7 @@ def seat(
         some = slice(first, first + MOST_PEOPLE)
         own = Poses(poses.rotations[some], poses.reference, poses.world_from_reference[some])
         found.append(_some_people(people[some], own, ask))
-    seated = found[0] if len(found) == 1 else _joined(found)
+    seated = found[0] if len(found) == 1 else join_seated(found)
     return replace(seated, poses=replace(seated.poses, time=poses.time, person=poses.person))
 
 
@@ -234,7 +234,7 @@ def _resting(sitting: Sitting, rotations: Floats, ask: _Ask) -> _Found:
     return _Found(rotations, lap, np.stack([forward, up], axis=1), np.zeros((count, 0, 8)), row)
 
 
-def _joined(parts: Sequence[Seated]) -> Seated:
+def join_seated(parts: Sequence[Seated]) -> Seated:
     """The rows of several parts, in their order."""
 
     def whole(name: str) -> Floats:

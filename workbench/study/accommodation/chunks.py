@@ -75,6 +75,8 @@ class Question:
     family: Family
     before: Before | None = None
     """Of a changed design: how everybody came out without the change."""
+    with_sets: bool = True
+    """Whether `sets` are wanted; without them people who fit are searched no further."""
 
 
 def result_chunks(
@@ -86,6 +88,7 @@ def result_chunks(
     say: Say,
     executor: Executor | None = None,
     before: Before | None = None,
+    with_sets: bool = True,
 ) -> list[Chunk]:
     """Evaluate the chunks of a study, or read those that an earlier run kept.
 
@@ -101,6 +104,8 @@ def result_chunks(
         Does the work: processes of this machine if None. The numbers are the same for all.
     before
         Of a changed design: how everybody came out without the change.
+    with_sets
+        Whether `sets` are wanted, which costs more positions.
 
     Returns
     -------
@@ -112,7 +117,7 @@ def result_chunks(
     InputError
         If a chunk cannot be written; those written before stay.
     """
-    question = Question(study, tuple(asked), bodies.family, before)
+    question = Question(study, tuple(asked), bodies.family, before, with_sets)
     files = _Files(keep, _chunk_keys(question, bodies) if keep is not None else [])
     found = files.read()
     missing = [number for number in range(len(bodies.chunks)) if number not in found]
@@ -258,10 +263,15 @@ def evaluate_chunk(
         seated(study, body, numbers.tolist()) if seat is None else Sitters(body, seat[0], seat[1])
     )
     before = question.value.before
+    sets = (
+        sets_of(study, asked)
+        if question.value.with_sets
+        else np.zeros((len(asked), 0), dtype=np.bool_)
+    )
     fitted = fitted_positions(
         study,
         asked,
-        sets_of(study, asked),
+        sets,
         sitters,
         numbers.tolist(),
         before.rows(numbers) if before is not None else None,

@@ -45,7 +45,14 @@ def gains_of(
 
     def run(other: AccommodationStudy, some: Sequence[Asked], before: Before | None) -> Chunk:
         chunks = result_chunks(
-            other, some, bodies, keep=keep, say=say, executor=executor, before=before
+            other,
+            some,
+            bodies,
+            keep=keep,
+            say=say,
+            executor=executor,
+            before=before,
+            with_sets=False,
         )
         return gathered(chunks)
 

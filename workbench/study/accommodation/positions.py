@@ -29,15 +29,19 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Seat
 from workbench.study.accommodation.requirements import Asked
-from workbench.study.accommodation.sitters import Sitters, seated_at
+from workbench.study.accommodation.sitters import Sitters, join_sitters, seated_at
 from workbench.study.accommodation.tried import Tried, judged, sitting
 
 __all__ = ["FINEST", "SPACING", "Before", "Fitted", "fitted_positions", "lattice"]
 
-SPACING = 0.02
+SPACING = 0.03
 """Distance [m] between neighbours of the lattice, at most."""
-FINEST = 0.005
+FINEST = 0.0075
 """Distance [m] down to which the neighbours of the best position are tried."""
+WAVE = 8
+"""Positions of the lattice that are tried at a time."""
+MOST_ROWS = 512
+"""People in positions that are judged at a time, which bounds the memory."""
 _FIRST = ("eye_height", "view_over", "pedals")
 """Checks that seating alone answers: they come first."""
 _NOWHERE = ("preferred_seat",)
@@ -145,9 +149,7 @@ def fitted_positions(
     score = _score(best.tried.margin, asked)
     numbers = np.asarray(rows)[short]
     search = _Search(study, asked, members, sitters.body[short], numbers, best, score)
-    everybody = np.arange(len(short))
-    for position in positions:
-        _try_position(search, position, everybody)
+    _scan(search, positions)
     _refine(search)
     tried.put(short, best.tried)
     window[short] = best.window
@@ -206,51 +208,129 @@ def _met_sets(margin: Floats, members: Bools) -> Bools:
     return np.asarray(missed == 0, dtype=np.bool_)
 
 
-def _try_position(search: _Search, position: Floats, people: Ints) -> None:
-    """Judge some people (rows of the search) in one position, and keep what is better."""
+def _scan(search: _Search, positions: Floats) -> None:
+    """Try the lattice, for each person the nearest to the comfortable position first. Where no set
+    is asked for, who fits is asked no further."""
+    way = np.linalg.norm(positions[None] - search.best.comfortable[:, None], axis=2)
+    order = np.argsort(way, axis=1, kind="stable")
+    for first in range(0, len(positions), WAVE):
+        people = np.arange(len(order))
+        if not search.members.shape[1]:
+            people = np.flatnonzero(search.score < -MET)
+        some = order[people, first : first + WAVE]
+        _try_positions(search, np.repeat(people, some.shape[1]), positions[some.ravel()])
+
+
+def _try_positions(search: _Search, people: Ints, positions: Floats) -> None:
+    """Judge people (N,) of the search in positions (N, 2), one each, and keep what is better.
+
+    All are judged in batches: a call costs more than a person.
+    """
+    seats: list[Sitters] = []
+    whose: list[Ints] = []
+    for position, some in _groups(positions):
+        who = people[some]
+        place = tuple(position.tolist())
+        seats.append(seated_at(search.study, search.body[who], search.rows[who].tolist(), place))
+        whose.append(who)
+    for part in _batches([len(rows) for rows in whose]):
+        _judge(search, np.concatenate(whose[part]), join_sitters(seats[part]))
+
+
+def _batches(sizes: Sequence[int]) -> Iterator[slice]:
+    """Parts of a list whose sizes come to MOST_ROWS at most, or that have one entry."""
+    first = 0
+    total = 0
+    for last, size in enumerate(sizes):
+        if last > first and total + size > MOST_ROWS:
+            yield slice(first, last)
+            first = last
+            total = 0
+        total += size
+    if sizes:
+        yield slice(first, len(sizes))
+
+
+def _judge(search: _Search, people: Ints, sitters: Sitters) -> None:
+    """Judge people (N,) of the search, each where it sits, and keep what is better.
+
+    What costs least is asked first, and what follows only of those who may still do better in
+    their position, or meet another set.
+    """
     best = search.best
-    sitters = seated_at(
-        search.study, search.body[people], search.rows[people].tolist(), tuple(position.tolist())
-    )
-    first = np.array([one.requirement.check in _FIRST for one in search.asked], dtype=np.bool_)
-    if first.any():
-        asked = [search.asked[r] for r in np.flatnonzero(first).tolist()]
-        margin = judged(search.study, asked, sitters).margin
-        hopeful = _score(margin, asked) > np.minimum(search.score[people], -MET)
-        hopeful |= (_met_sets(margin, search.members[first]) & ~best.sets[people]).any(axis=1)
-        if not hopeful.any():
+    count = len(search.asked)
+    margin = np.full((len(people), count), np.nan)
+    words = np.full(margin.shape, "", dtype=object)
+    toward = np.full((*margin.shape, 3), np.nan)
+    seat = np.stack([sitters.seat.forward, sitters.seat.up], axis=1)
+    same = np.flatnonzero(~_movable(search.asked))
+    margin[:, same] = best.tried.margin[np.ix_(people, same)]
+    left = np.arange(len(people))
+    known = ~_movable(search.asked)
+    for stage in _stages(search.asked):
+        if not stage.any():
+            continue
+        rows = np.flatnonzero(stage)
+        asked = [search.asked[r] for r in rows.tolist()]
+        some = sitters.rows(left)
+        tried = judged(search.study, asked, sitting(search.study, asked, some))
+        margin[np.ix_(left, rows)] = tried.margin
+        words[np.ix_(left, rows)] = tried.words
+        toward[np.ix_(left, rows)] = tried.toward
+        known = known | stage
+        left = left[_hopeful(search, people[left], margin[left], known)]
+        if not len(left):
             return
-        people = people[hopeful]
-        sitters = sitters.rows(np.flatnonzero(hopeful))
-    tried = judged(search.study, search.asked, sitting(search.study, search.asked, sitters))
-    same = ~_movable(search.asked)
-    tried.margin[:, same] = best.tried.margin[np.ix_(people, same)]
-    best.sets[people] |= _met_sets(tried.margin, search.members)
+    _keep(search, people[left], Tried(margin[left], words[left], toward[left], seat[left]))
+
+
+def _stages(asked: Sequence[Asked]) -> list[Bools]:
+    """The requirements (R,) that are asked one after the other: by seating alone, then where the
+    body is, then reaches."""
+    checks = np.array([one.requirement.check for one in asked])
+    first = np.isin(checks, _FIRST)
+    last = checks == "reach"
+    return [first, ~first & ~last & _movable(asked), last]
+
+
+def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:
+    """The rows of people (N,) who may do better than in their best position, or meet another set,
+    as far as the requirements (R,) that are known say."""
+    movable = known & _movable(search.asked)
+    least = np.where(np.isnan(margin), np.inf, margin)[:, movable].min(axis=1, initial=np.inf)
+    better = least > np.minimum(search.score[people], -MET)
+    sets = _met_sets(margin[:, known], search.members[known])
+    return np.flatnonzero(better | (sets & ~search.best.sets[people]).any(axis=1))
+
+
+def _keep(search: _Search, people: Ints, tried: Tried) -> None:
+    """Take up what became of people (N,) in positions."""
+    best = search.best
+    np.logical_or.at(best.sets, people, _met_sets(tried.margin, search.members))
     score = _score(tried.margin, search.asked)
-    _widen(best.window, people[score >= -MET], position)
-    better = np.flatnonzero(_is_better(search, people, score, position))
-    best.tried.put(people[better], tried.rows(better))
-    search.score[people[better]] = score[better]
+    for row in np.flatnonzero(score >= -MET).tolist():
+        _widen(best.window[people[row]], tried.seat[row])
+    for row, person in enumerate(people.tolist()):
+        if _is_better(search, person, float(score[row]), tried.seat[row]):
+            best.tried.put(np.array([person]), tried.rows(np.array([row])))
+            search.score[person] = score[row]
 
 
-def _is_better(search: _Search, people: Ints, score: Floats, position: Floats) -> Bools:
+def _is_better(search: _Search, person: int, score: float, position: Floats) -> bool:
     """Whether a position is better than the best so far: one that fits before one that does not,
     of those that fit the nearer to the comfortable one, else that of the greater least margin."""
-    best = search.best
-    before = search.score[people]
-    fits = score >= -MET
-    fitted = before >= -MET
-    way = np.linalg.norm(position - best.comfortable[people], axis=1)
-    known = np.linalg.norm(best.tried.seat[people] - best.comfortable[people], axis=1)
-    nearer = way < known - 1e-9
-    better: Bools = np.where(fits & fitted, nearer, np.where(fits | fitted, fits, score > before))
-    return better
+    before = float(search.score[person])
+    if score >= -MET and before >= -MET:
+        comfortable = search.best.comfortable[person]
+        known = np.linalg.norm(search.best.tried.seat[person] - comfortable)
+        return bool(np.linalg.norm(position - comfortable) < known - 1e-9)
+    return score > before
 
 
-def _widen(window: Floats, people: Ints, position: Floats) -> None:
-    """Take a position that fits into the windows (B, 4) of people."""
-    window[people, ::2] = np.fmin(window[people, ::2], position)
-    window[people, 1::2] = np.fmax(window[people, 1::2], position)
+def _widen(window: Floats, position: Floats) -> None:
+    """Take a position that fits into the window (4,) of a person."""
+    window[::2] = np.fmin(window[::2], position)
+    window[1::2] = np.fmax(window[1::2], position)
 
 
 def _refine(search: _Search) -> None:
@@ -260,11 +340,12 @@ def _refine(search: _Search) -> None:
     step = SPACING / 2
     while step >= FINEST - 1e-9:
         people = np.flatnonzero(search.score < -MET)
-        centres = search.best.tried.seat[people]
-        for way in _AROUND:
-            wanted = np.clip(centres + step * np.array(way), low, high)
-            for position, some in _groups(wanted):
-                _try_position(search, position, people[some])
+        if not len(people):
+            return
+        centres = np.repeat(search.best.tried.seat[people], len(_AROUND), axis=0)
+        ways = np.tile(np.array(_AROUND, dtype=np.float64), (len(people), 1))
+        wanted = np.clip(centres + step * ways, low, high)
+        _try_positions(search, np.repeat(people, len(_AROUND)), wanted)
         step /= 2
 
 

@@ -15,20 +15,22 @@ import numpy as np
 from workbench.body.forward import place
 from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Ints
-from workbench.model.body import Body
+from workbench.model.body import Body, stack_bodies
 from workbench.model.environment import Control, Environment
 from workbench.model.poses import Poses
+from workbench.model.posing import join_poses
 from workbench.posture.reaching.limbs import FEET, HANDS, limb
 from workbench.posture.reaching.reach import reach
 from workbench.posture.seating.driving import driving_posture
 from workbench.posture.seating.posture import Pedals
-from workbench.posture.seating.seat import Seated, seat
+from workbench.posture.seating.seat import Seated, join_seated, seat
 from workbench.study.accommodation.drivers import drivers_among, feet_of, package_of
 
 __all__ = [
     "SEAT_BACK",
     "SEAT_FORWARD",
     "Sitters",
+    "join_sitters",
     "seated",
     "seated_at",
     "seating_study",
@@ -52,6 +54,15 @@ class Sitters:
     def rows(self, keep: Ints) -> Sitters:
         """The people at indices, in their order."""
         return Sitters(self.body[keep], self.seat.rows(keep), self.held.rows(keep))
+
+
+def join_sitters(parts: Sequence[Sitters]) -> Sitters:
+    """The rows of several parts, in their order."""
+    return Sitters(
+        stack_bodies([part.body for part in parts]),
+        join_seated([part.seat for part in parts]),
+        join_poses([part.held for part in parts]),
+    )
 
 
 def seated(study: AccommodationStudy, body: Body, rows: Sequence[int]) -> Sitters:
