@@ -281,7 +281,10 @@ def test_what_nobody_meets_and_what_contradicts_is_told():
     met[20:, 1] = True
     told = _hopeless(asked("low", "high", "never"), met)
     assert told[0].startswith("nobody meets 'never'")
-    assert told[1] == "nobody meets both 'low' and 'high': they contradict each other"
+    assert told[1] == (
+        "nobody meets both 'low' and 'high' in the position of the seat that suits best: they may "
+        "contradict each other"
+    )
     assert (
         _hopeless(asked("low", "high"), met[:, :2][::2][:4]) != told
     )  # a few people contradict nothing

@@ -99,7 +99,7 @@ def test_criteria_of_a_crash_are_judged_with_their_worst_moment(drop):
     hit = verdicts["nothing is hit"]
     assert not hit.passed and hit.worst == hit.breaches[0]
     assert hit.worst.value == pytest.approx(-0.040, abs=2e-5)
-    assert (hit.worst.limit, hit.worst.unit, hit.motion) == (-0.010, "m", 0)
+    assert (hit.worst.limit, hit.worst.unit, hit.motion) == (-0.010, "m", "the fall")
     assert hit.worst.time == pytest.approx(0.07, abs=1e-4)
     head = verdicts["head stays low"]
     assert head.passed and not head.breaches

@@ -197,7 +197,10 @@ def test_both_motions_of_a_comparison_are_judged(fall, tmp_path, capsys, monkeyp
     monkeypatch.setattr("workbench.report.motions.pictures._SECONDS", 0.5)
     path = fall(other="move: [0, 0, 35]")
     result = wb.run(wb.load_study(path))
-    assert [(v.motion, v.passed) for v in result.verdicts] == [(0, False), (1, True)]
+    assert [(v.motion, v.passed) for v in result.verdicts] == [
+        ("the one", False),
+        ("the other", True),
+    ]
     assert [[v.passed for v in motion.verdicts] for motion in result.motions] == [[False], [True]]
     assert result.motions[1].verdicts[0].worst.value == pytest.approx(-0.005, abs=5e-5)
     main(["run", str(path), "--out", str(tmp_path / "out"), "--film"])

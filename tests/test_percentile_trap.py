@@ -45,8 +45,17 @@ def just_cleared(criterion, margin):
     return replace(criterion, at_least=criterion.at_least + least)
 
 
+def still(plan):
+    """The environment with the seat where it stands: its travel would make up for much."""
+    seats = tuple(
+        replace(seat, travel_forward=(0.0, 0.0), travel_up=(0.0, 0.0))
+        for seat in plan.environment.seats
+    )
+    return replace(plan.environment, seats=seats)
+
+
 @pytest.mark.parametrize("count", [60, pytest.param(400, marks=pytest.mark.nightly)])
-def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(
+def test_a_cockpit_without_travel_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(
     count, tmp_path
 ):
     plan = population_study(
@@ -55,7 +64,7 @@ def test_a_cockpit_that_clears_both_percentiles_in_eight_dimensions_serves_far_f
     model = wb.load_population_model("ansur2")
     criteria = tuple(c for c in plan.criteria if c.name in BEARING)
     assert len(criteria) == 8
-    plan = replace(plan, criteria=criteria, maps=(), changes=())
+    plan = replace(plan, criteria=criteria, maps=(), changes=(), environment=still(plan))
     two = accommodation_study(replace(plan, people=both(model)))
     variant = tuple(just_cleared(c, two.margin[:, r]) for r, c in enumerate(criteria))
     plan = replace(plan, criteria=variant)
