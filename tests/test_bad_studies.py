@@ -477,7 +477,7 @@ def test_angles_beyond_the_stops_warn_and_still_run(tmp_path, capsys):
     assert told.err == f"warning: {pieces}\nwarning: {bent}\n"
     margin = {
         (row["case"], row["joint"]): row["margin_deg"]
-        for row in result["postures"]["people"][0]["stops"]
+        for row in result["postures"][0]["people"][0]["stops"]
     }
     assert margin[("forward", "ELBOW")] == pytest.approx(-8.0, abs=1e-6)
 
