@@ -75,7 +75,8 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as cache:
         os.environ["WORKBENCH_CACHE"] = cache
         warm = fit_population(study.body, study.people.rows(np.arange(2)))[:]
-        tried.met_by(study, asked, warm, range(2))
+        people = seated(study, warm, range(2))
+        tried.judged(study, asked, tried.sitting(study, asked, people))
         begun = time.perf_counter()
         clock.time("bodies, first time", lambda: fit_population(study.body, study.people))
         first = time.perf_counter() - begun
@@ -94,9 +95,8 @@ def main() -> None:
         )
         mapped = time.perf_counter() - begun
     served = np.concatenate(met)
-    assert np.array_equal(
-        served, np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1)
-    )
+    fits = np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1)
+    assert np.all(fits | ~served)  # other positions of the seat serve more, and nobody less
     print(
         f"{len(study.people)} people, {len(asked)} requirements, {len(bodies.chunks)} chunks, {os.cpu_count()} cores"
     )

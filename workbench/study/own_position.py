@@ -12,7 +12,7 @@ from workbench.model.population import Population
 from workbench.model.poses import Poses
 from workbench.model.posture_study import Person, PostureStudy
 from workbench.study.accommodation.positions import Fitted, fitted_positions
-from workbench.study.accommodation.requirements import asked_of, sets_of
+from workbench.study.accommodation.requirements import asked_of
 from workbench.study.accommodation.sitters import seated
 
 __all__ = ["own_position"]
@@ -59,7 +59,8 @@ def own_position(
     if not asked:
         return person, ""
     sitters = seated(alone, person.body, [0])
-    found = fitted_positions(alone, asked, sets_of(alone, asked), sitters, [0])
+    no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
+    found = fitted_positions(alone, asked, no_sets, sitters, [0])
     forward, up = found.tried.seat[0].tolist()
     return _moved(person, found, forward, up)
 
@@ -74,10 +75,8 @@ def _moved(person: Person, found: Fitted, forward: float, up: float) -> tuple[Pe
         if abs(size) >= 5e-4
     ]
     least = float(np.nanmin(found.tried.margin[0]))
-    what = "meets more criteria" if least >= -MET else "misses less"
-    words = (
-        f"the seat is {' and '.join(way)} of the most comfortable position, where the person {what}"
-    )
+    why = "everything asked of the person is met" if least >= -MET else "least is missing"
+    words = f"the seat is {' and '.join(way)} of the most comfortable position: there {why}"
     return replace(person, forward=forward, up=up), words
 
 

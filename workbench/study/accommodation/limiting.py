@@ -84,7 +84,7 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     """The measures that bear on a requirement and the direction in which they hurt (-1: too small,
     1: too large).
 
-    words: what limits, as `met_by` tells it.
+    words: what limits, as `judged` says it.
     """
     check = one.requirement.check
     if check in ("pedals", "preferred_seat"):

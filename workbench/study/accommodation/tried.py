@@ -31,7 +31,6 @@ from workbench.study.accommodation.sitters import (
     SEAT_BACK,
     SEAT_FORWARD,
     Sitters,
-    seated,
     with_hands,
     without_seat,
 )
@@ -39,7 +38,7 @@ from workbench.study.accommodation.sitting_gaps import gap_toward, gap_words
 from workbench.study.accommodation.views import view_margin, view_words
 from workbench.study.pairs import pair_of
 
-__all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "met_by", "sitting"]
+__all__ = ["MOST_SPARE", "TURN_LEVER", "Tried", "judged", "sitting"]
 
 MOST_SPARE = 0.2
 """A control that is reached with this much to spare [m], or more, is told to have this."""
@@ -70,13 +69,6 @@ class Tried:
         self.words[rows] = other.words
         self.toward[rows] = other.toward
         self.seat[rows] = other.seat
-
-
-def met_by(
-    study: AccommodationStudy, asked: Sequence[Asked], body: Body, rows: Sequence[int]
-) -> Tried:
-    """How B people, these rows of the study's people, come out in all requirements."""
-    return judged(study, asked, sitting(study, asked, seated(study, body, rows)))
 
 
 def sitting(study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters) -> Sitters:
