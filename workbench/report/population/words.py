@@ -80,7 +80,7 @@ def elsewhere_words(result: PopulationFound) -> str:
     share = percent(float(weight @ result.moved) / float(weight.sum()), len(weight))
     way = np.linalg.norm(result.seat - result.comfortable, axis=1)[result.moved]
     far = f"{1000 * float(np.median(way)):.0f} mm"
-    who = f"{count:,} of them" if count > 1 else "One of them"
+    who = f"{count:,} people" if count > 1 else "One person"
     fit = "fit" if count > 1 else "fits"
     middle = f"half of these within {far} of it" if count > 1 else f"{far} away from it"
     return (
