@@ -617,8 +617,7 @@ def reach_study() -> Named:
 
 
 def _ran(name: str) -> PosturesFound:
-    found = run(wb.load_study(name)).postures
-    assert found is not None
+    (found,) = run(wb.load_study(name)).postures
     return found
 
 
@@ -650,9 +649,7 @@ def _present(result: PosturesFound) -> Named:
             worst = verdict.worst
             answer[f"value_{unit}"] = factor * worst.value
             answer[f"margin_{unit}"] = factor * (worst.value - worst.limit)
-            answer["where"] = (
-                f"{study.cases[worst.case]}, {worst.person}: {worst.subject}, {worst.target}"
-            )
+            answer["where"] = f"{worst.case}, {worst.person}: {worst.subject}, {worst.target}"
         yield f"verdict/{study.name}/{criterion.name}", answer
         if (
             criterion.check not in CHECKS
@@ -663,7 +660,7 @@ def _present(result: PosturesFound) -> Named:
             role = (
                 f"{found.person} and {found.other_person}" if found.other_person else found.person
             )
-            key = f"{role}/{study.cases[found.case]}"
+            key = f"{role}/{found.case}"
             least[key] = min(least.get(key, math.inf), factor * (found.value - found.limit))
         yield (
             f"margin/{study.name}/{criterion.name}",
