@@ -156,3 +156,14 @@ def test_a_role_that_stands_still_while_another_moves_is_refused(pit):
         InputError, match="'one' moves in this case, so this role needs a motion too"
     ):
         wb.load_study(pit(text))
+
+
+def test_only_the_role_with_several_sizes_moves_once_for_each_of_them(pit):
+    sizes = "sizes: {a: {sex: male, measures: {stature: 1700}}, b: {sex: male, measures: {stature: 1800}}}"
+    text = TWO.replace("one: {body: bubbleman}", f"one: {{body: bubbleman, {sizes}}}")
+    found = wb.run(wb.load_study(pit(text)))
+    assert [motion.study.name for motion in found.motions] == [
+        "both fall, one, a",
+        "both fall, one, b",
+        "both fall, other",
+    ]

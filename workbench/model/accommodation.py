@@ -109,6 +109,7 @@ class AccommodationStudy:
     pose: Poses | None = None
     interval: IntervalRule = IntervalRule()
     share_criteria: tuple[Criterion, ...] = ()
+    role: str = ""
 
 
 @dataclass(frozen=True)

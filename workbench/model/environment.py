@@ -3,7 +3,7 @@ controls."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -63,6 +63,10 @@ class Seat:
     travel_forward: tuple[float, float]
     travel_up: tuple[float, float]
     moves: tuple[str, ...]
+
+    def held(self, forward: float, up: float) -> Seat:
+        """The seat in one position [m], without travel."""
+        return replace(self, travel_forward=(forward, forward), travel_up=(up, up))
 
 
 @dataclass(frozen=True)
@@ -172,6 +176,11 @@ class Environment:
         raise InputError(
             f"environment {self.name}: no seat {name!r}; {one_of(name, [s.name for s in self.seats])}"
         )
+
+    def with_seat(self, seat: Seat) -> Environment:
+        """The environment with another seat in the place of the one of that name."""
+        seats = tuple(seat if one.name == seat.name else one for one in self.seats)
+        return replace(self, seats=seats)
 
     def polygons(self, part: int) -> slice:
         """The polygons of one part."""

@@ -31,7 +31,6 @@ def result_file(result: Result) -> ResultFile:
     """Convert a result to the rows of result.json."""
     study = result.study
     people = result.provenance.get("people", {}).get("measures", "")
-    role = study.crowd.name if study.crowd is not None else ""
     return ResultFile(
         study=study.name,
         title=study.title,
@@ -51,7 +50,7 @@ def result_file(result: Result) -> ResultFile:
             )
             for row in result.agreements
         ],
-        population=population_rows(result.population, role, people) if result.population else None,
+        population=population_rows(result.population, people) if result.population else None,
         warnings=list(result.warnings),
         provenance={kind: dict(rows) for kind, rows in result.provenance.items()},
     )

@@ -91,7 +91,6 @@ def posture_study(study: Study) -> PostureStudy:
             and any(criterion.asks(case.name) for case in cases)
         ),
         inputs=study.inputs,
-        warnings=study.warnings,
         envelopes=tuple(replace(task, case=rows[task.case]) for task in study.reach_envelopes),
     )
 
@@ -153,7 +152,7 @@ def population_study(study: Study) -> AccommodationStudy:
         name=study.name,
         title=study.title,
         description=study.description,
-        environment=study.environment if role.free else _fixed(study.environment, role),
+        environment=_room(study.environment, role),
         body=morph_to(role.body, role.detail),
         wears=role.clothes,
         people=people,
@@ -171,17 +170,16 @@ def population_study(study: Study) -> AccommodationStudy:
         pose=action.poses,
         interval=study.shares.interval,
         share_criteria=tuple(c for c in study.criteria if c.check == "share"),
+        role=role.name,
     )
 
 
-def _fixed(environment: Environment, role: Role) -> Environment:
-    """The environment with a seat that stands where the role has it and does not move."""
-    at = {"travel_forward": (role.forward,) * 2, "travel_up": (role.up,) * 2}
-    seats = tuple(
-        replace(seat, **at) if seat.name == role.seat else seat  # type: ignore[arg-type]
-        for seat in environment.seats
-    )
-    return replace(environment, seats=seats)
+def _room(environment: Environment, role: Role) -> Environment:
+    """The environment, with the role's seat where the role has it and without travel unless it is
+    free."""
+    if role.free or role.seat is None:
+        return environment
+    return environment.with_seat(environment.seat(role.seat).held(role.forward, role.up))
 
 
 def motion_cases(study: Study) -> tuple[MotionCase, ...]:
@@ -198,8 +196,8 @@ def motion_cases(study: Study) -> tuple[MotionCase, ...]:
     if not study.motions:
         raise UsageError(f"study {study.name} has no motion")
     found: list[MotionCase] = []
-    for size, single in by_size(study):
-        for row in range(len(study.roles)):
+    for row, role in enumerate(study.roles):
+        for size, single in by_size(study) if role.sizes else [("", study)]:
             found += _role_motions(single, row, size)
     return tuple(found)
 

@@ -109,7 +109,7 @@ def _seat(
             ]
             continue
         if settled:
-            stands = _fixed(stands, person)
+            stands = stands.held(person.forward, person.up)
         found = seat(person.body, pose, stands, eye=wanted, pedals=pedals)
         spare = float(found.spare_travel[0, :2].min())
         if not settled:
@@ -117,7 +117,7 @@ def _seat(
             person, words = own_position(study, person, case, environment)
             if words:
                 told.append(f"{person.name}, {study.cases[case]}: {words}")
-                stands = _fixed(stands, person)
+                stands = stands.held(person.forward, person.up)
                 found = seat(person.body, pose, stands, eye=wanted, pedals=pedals)
         settled = True
         rows.append(found.poses)
@@ -126,11 +126,6 @@ def _seat(
             f"{person.name}, {study.cases[case]}: {line}" for line in _short(found, aims, wanted)
         ]
     return (replace(person, fits=tuple(fits)), rows), told
-
-
-def _fixed(stands: Seat, person: Person) -> Seat:
-    """The seat without travel, where the person has put it."""
-    return replace(stands, travel_forward=(person.forward,) * 2, travel_up=(person.up,) * 2)
 
 
 def _driver_fit(found: DrivingPosture, stands: Seat) -> SeatFit:
@@ -157,7 +152,7 @@ def _driven(
     return driving_posture(
         person.body,
         pose,
-        _fixed(stands, person) if settled else stands,
+        stands.held(person.forward, person.up) if settled else stands,
         drivers=[driver_of(person, aims.driving)],
         package=package_of(aims, environment),
         feet=feet_of(aims, environment),

@@ -4,7 +4,7 @@ what limits it."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from workbench.model.reach import Reach
 from workbench.model.result import ControlReach
 from workbench.posture.reaching.limbs import FEET, HANDS, ZONES, limb
 from workbench.posture.reaching.reach import reach
+from workbench.study.accommodation.sitters import without_seat
 
 __all__ = ["buried_controls", "control_reaches"]
 
@@ -69,7 +70,9 @@ def _case_reaches(
     )
     for grip in dict.fromkeys(control.grip for control in asked.controls):
         group = [control for control in asked.controls if control.grip == grip]
-        room = _without_seat(environment, person.seat) if grip == "foot" else environment
+        room = environment
+        if grip == "foot" and person.seat is not None:
+            room = without_seat(environment, person.seat)
         tighter: dict[int, tuple[str, Reach]] = {}
         for zone in ZONES:
             found = [
@@ -109,15 +112,6 @@ def _tried(
     for name in FEET if foot else HANDS:
         chain = limb(body, name, grip="ball" if foot else controls[0].grip, zone=zone)
         yield name, reach(body, poses, targets, limb=chain, environment=environment)
-
-
-def _without_seat(environment: Environment, seat: str | None) -> Environment:
-    """The environment without the sitter's own seat: a thigh presses the cushion down, it does not
-    stop there."""
-    if seat is None:
-        return environment
-    gone = np.isin(environment.parts, environment.seat(seat).moves)
-    return replace(environment, hidden=environment.hidden | gone)
 
 
 def _rank(found: Reach, row: int) -> tuple[bool, float, float]:

@@ -128,15 +128,11 @@ def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) 
             found = accommodation_study(people, keep=keep, say=say, executor=executor)
     return Result(
         study=study,
-        verdicts=share_verdicts(found, _crowd(study)),
+        verdicts=share_verdicts(found),
         warnings=found.warnings,
         provenance=_provenance(study, found),
         population=found,
     )
-
-
-def _crowd(study: Study) -> str:
-    return study.crowd.name if study.crowd is not None else ""
 
 
 def _provenance(

@@ -48,11 +48,11 @@ def population_lines(result: PopulationFound) -> list[str]:
     return lines
 
 
-def population_rows(result: PopulationFound, role: str, people_hash: str) -> PopulationRows:
-    """Convert what was found of a population in a role: lengths in mm, shares 0 to 1."""
+def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows:
+    """Convert what was found of a population: lengths in mm, shares 0 to 1."""
     asked = result.study
     return PopulationRows(
-        role=role,
+        role=asked.role,
         seat=asked.seat,
         body=asked.body.name,
         population=asked.people.source,

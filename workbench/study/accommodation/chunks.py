@@ -30,6 +30,7 @@ from workbench.study.accommodation.population_bodies import Family, PopulationBo
 from workbench.study.accommodation.positions import Before, Fitted, fitted_positions
 from workbench.study.accommodation.requirements import Asked, sets_of
 from workbench.study.accommodation.sitters import Sitters, seated, seating_study
+from workbench.study.accommodation.tried import judged, sitting
 from workbench.study.executors import Shared, completed
 
 __all__ = [
@@ -217,8 +218,8 @@ def _evaluated(
     if executor is None and len(missing) > 1:
         # one person here first: forks then have the compiled functions and the distance indexes
         row = bodies.chunks[missing[0]].start
-        one = slice(row, row + 1)
-        evaluate_chunk(shared, _numbers(one), bodies.rows(one), None)
+        people = seated(question.study, bodies[row], [row])
+        judged(question.study, question.asked, sitting(question.study, question.asked, people))
     with closing(completed(evaluate_chunk, missing, arguments, executor=executor)) as ready:
         for number, (chunk, seat) in ready:
             if seat is not None:

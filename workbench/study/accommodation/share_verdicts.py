@@ -14,7 +14,7 @@ _TOLERANCE = 1e-9
 """A share this much below the one asked for counts as it: less than one person in any sample."""
 
 
-def share_verdicts(found: PopulationFound, role: str) -> tuple[Verdict, ...]:
+def share_verdicts(found: PopulationFound) -> tuple[Verdict, ...]:
     """Judge each criterion that asks for a share of the population, which takes a role.
 
     The estimate decides; its interval stands beside it.
@@ -22,13 +22,11 @@ def share_verdicts(found: PopulationFound, role: str) -> tuple[Verdict, ...]:
     criteria = found.study.share_criteria
     served = found.sets[:, found.sets.shape[1] - len(criteria) :]
     return tuple(
-        _share_verdict(found, criterion, served[:, k], role) for k, criterion in enumerate(criteria)
+        _share_verdict(found, criterion, served[:, k]) for k, criterion in enumerate(criteria)
     )
 
 
-def _share_verdict(
-    found: PopulationFound, criterion: Criterion, served: Bools, role: str
-) -> Verdict:
+def _share_verdict(found: PopulationFound, criterion: Criterion, served: Bools) -> Verdict:
     """The verdict of a criterion that so many people (P,) meet."""
     study = found.study
     groups = group_shares(
@@ -37,7 +35,7 @@ def _share_verdict(
     everybody = next(iter(groups))
     finding = Finding(
         case="",
-        person=role,
+        person=study.role,
         other_person="",
         subject=everybody.group,
         target="",

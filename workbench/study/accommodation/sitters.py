@@ -106,15 +106,9 @@ def seated_at(
     study: AccommodationStudy, body: Body, rows: Sequence[int], position: tuple[float, float]
 ) -> Sitters:
     """The same with the seat in one position for everybody, forward and up [m]."""
-    forward, up = position
-    seats = tuple(
-        replace(seat, travel_forward=(forward, forward), travel_up=(up, up))
-        if seat.name == study.seat
-        else seat
-        for seat in study.environment.seats
-    )
-    held = replace(study, environment=replace(study.environment, seats=seats))
-    return seated(held, body, rows)
+    environment = study.environment
+    held = environment.with_seat(environment.seat(study.seat).held(*position))
+    return seated(replace(study, environment=held), body, rows)
 
 
 def seating_study(study: AccommodationStudy) -> AccommodationStudy:
