@@ -20,15 +20,12 @@ from workbench.files.results.motions import MotionRows
 from workbench.files.results.result import FindingRow, ResultFile, load_result
 from workbench.files.study.reader import load_study
 from workbench.model.arrays import Floats
-from workbench.model.environment import Environment
 from workbench.model.moving import poses_at
-from workbench.model.poses import Placed
+from workbench.model.person import Person
 from workbench.model.posing import join_poses
-from workbench.model.posture_study import Person, PostureStudy
 from workbench.model.study import Study
-from workbench.study.pipelines import by_size, motion_cases, posture_study
-from workbench.study.placement import adjusted_environment, place_person
-from workbench.study.predicted import prepared
+from workbench.study.motion_cases import motion_cases
+from workbench.study.people import poses_of, present_people
 
 __all__ = [
     "PEOPLE_COLOURS",
@@ -56,7 +53,7 @@ class Source:
     people: tuple[str, ...] = ()
     """Names of the bodies."""
     persons: tuple[Person, ...] = ()
-    """Body, poses and seat of each person. A body by itself is a person without a seat."""
+    """Body and poses of each person."""
     moving: bool = False
     """Whether `at` can give the poses at any time."""
     notes: tuple[str, ...] = ()
@@ -81,9 +78,8 @@ class Source:
         self, shown: tuple[SceneBody, ...], before: tuple[Person, ...], after: tuple[Person, ...]
     ) -> tuple[SceneBody, ...]:
         """Place the persons whose poses have changed."""
-        environment = self.scene.environment
         return tuple(
-            body if new is old else replace(body, placed=_place(new, environment), pose=0)
+            body if new is old else replace(body, placed=place(new.body, new.poses), pose=0)
             for body, old, new in zip(shown, before, after, strict=True)
         )
 
@@ -93,12 +89,6 @@ def _at_times(person: Person, times: Floats) -> Person:
     if person.poses.time is None:
         return person
     return replace(person, poses=poses_at(person.poses, times))
-
-
-def _place(person: Person, environment: Environment | None) -> Placed:
-    if environment is None:
-        return place(person.body, person.poses)
-    return place_person(person, environment)
 
 
 def scene_of(source: str, *, posture: str | None = None, case: str | None = None) -> Scene:
@@ -245,32 +235,34 @@ def study_source(study: Study, case: str | None = None) -> Source:
     Of several sizes the first is drawn; of postures and motions the postures, unless a motion is
     named.
     """
-    _, single = by_size(study)[0]
+    _, single = study.by_size()[0]
     motions = {each.name for each in study.motions}
     named = case is not None and bool(motions & set(_split_names(case)))
     if named or not study.postures:
         return _motion_source(single, case)
-    return _posture_source(posture_study(single), case)
+    return _posture_source(single, case)
 
 
-def _posture_source(study: PostureStudy, case: str | None) -> Source:
-    """Build cases of a study of people in postures."""
-    study, _ = prepared(study)
-    timed = all(person.poses.time is not None for person in study.people)
-    chosen = _chosen_cases(study.name, study.cases, case)
-    if case is None and not timed:
+def _posture_source(study: Study, case: str | None) -> Source:
+    """Build cases of a study of people in postures: the first, or those that are named."""
+    there = present_people(study)
+    known = tuple(each.name for each in study.postures)
+    chosen = _chosen_cases(study.name, known, case)
+    if case is None:
         chosen = chosen[:1]
-    rows = np.array([study.cases.index(name) for name in chosen])
-    persons = tuple(replace(person, poses=person.poses.rows(rows)) for person in study.people)
-    environment = adjusted_environment(study)
+    rows = np.array([known.index(name) for name in chosen])
+    persons = tuple(
+        Person(role.name, mine[0].body, poses_of(mine).rows(rows))
+        for role, mine in zip(there.roles, there.situations, strict=True)
+    )
     bodies = tuple(
-        SceneBody(place_person(person, environment), 0, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
+        SceneBody(place(person.body, person.poses), 0, PEOPLE_COLOURS[i % len(PEOPLE_COLOURS)])
         for i, person in enumerate(persons)
     )
     description = ", ".join(chosen) if len(chosen) < 9 else ""
-    scene = Scene(bodies, environment, (), study.title, description)
+    scene = Scene(bodies, there.environment, (), study.title, description)
     people = tuple(person.name for person in persons)
-    return Source(scene, chosen, people, persons, timed and len(rows) > 1)
+    return Source(scene, chosen, people, persons)
 
 
 def _chosen_cases(study: str, known: tuple[str, ...], case: str | None) -> tuple[str, ...]:
@@ -289,7 +281,7 @@ def _motion_source(study: Study, case: str | None) -> Source:
     first = motions[0]
     people = [first.person, *(motion.name for motion in motions[1:])]
     persons = tuple(
-        Person(name, motion.body, motion.motion, ())
+        Person(name, motion.body, motion.motion)
         for name, motion in zip(people, motions, strict=True)
     )
     coloured = [
@@ -330,7 +322,7 @@ def _body_source(source: str, poses: str | None) -> Source:
     joined = join_poses([posture_pose(body, file, name) for name in chosen])
     if len(chosen) > 1:
         joined = replace(joined, time=np.arange(len(chosen), dtype=np.float64))
-    person = Person(body.name, body, joined, chosen)
+    person = Person(body.name, body, joined)
     scene = Scene((SceneBody(place(body, joined), 0),), None, (), body.name, ", ".join(chosen))
     return Source(scene, chosen, (body.name,), (person,), len(chosen) > 1)
 

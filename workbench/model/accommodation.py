@@ -1,37 +1,23 @@
-"""Accommodation: everybody of a population in one workplace, what is asked of each, and who is left
-out by what."""
+"""Accommodation: what a study asks of a population beside its criteria, and what it says of
+shares and changes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
-import numpy as np
-
-from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body
-from workbench.model.criterion import Criterion
-from workbench.model.encumbrance import Encumbrance
-from workbench.model.environment import Environment
-from workbench.model.population import Population
-from workbench.model.poses import Placed, Poses
-from workbench.model.posture_study import Aims
+from workbench.model.arrays import Floats
 
 __all__ = [
     "MAP_POINTS",
     "MET",
-    "AccommodationStudy",
     "Change",
     "Gain",
     "GroupShare",
     "IntervalRule",
     "MapTask",
-    "PopulationFound",
     "ReachMap",
     "Requirement",
-    "Shown",
 ]
 
 MAP_POINTS = 3, 20_000
@@ -74,42 +60,6 @@ class IntervalRule:
     method: str = "wilson"
     seed: int = 0
     draws: int = 10_000
-
-
-@dataclass(frozen=True, eq=False)
-class AccommodationStudy:
-    """An accommodation study ready to run: one seat, one population, many criteria.
-
-    body: the family's body that every person is made from, at the level of detail that is checked;
-    people: one row a person; aims: what a sitter's posture is predicted from; like: the named
-    posture of trunk and head; mixes: by name, the share of women that the people are weighted to;
-    confidence (0 to 1) and interval: of the shares; changes: those whose gain is asked for, looked
-    for by the study itself where there are none; pose (P = 1): the posture `like` of the body, None
-    where the study is not to be run.
-    """
-
-    name: str
-    title: str
-    description: str
-    environment: Environment
-    body: Body
-    wears: tuple[Encumbrance, ...]
-    people: Population
-    seat: str
-    aims: Aims
-    like: str
-    criteria: tuple[Criterion, ...]
-    mixes: Mapping[str, float]
-    confidence: float
-    maps: tuple[MapTask, ...]
-    inputs: Mapping[str, Path]
-    seed: int | None = None
-    warnings: tuple[str, ...] = ()
-    changes: tuple[Change, ...] = ()
-    pose: Poses | None = None
-    interval: IntervalRule = IntervalRule()
-    share_criteria: tuple[Criterion, ...] = ()
-    role: str = ""
 
 
 @dataclass(frozen=True)
@@ -173,97 +123,3 @@ class ReachMap:
     normals: Floats
     flat: Floats
     share: Floats
-
-
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """One of the hardest people as found at the worst requirement, to be drawn.
-
-    row: of the person; requirement: index of the worst; placed: the body in one pose, in the
-    attempt where it is a reach; environment: with the seat where this person sits. limb: "right
-    hand" of a reach, else what comes too near ("right shin"), "" where nothing is to be named.
-    target, tip (3,) [m] in the world: where the limb was to go and where it got, or the two nearest
-    points of a clearance; None where there is nothing to point at.
-    """
-
-    row: int
-    requirement: int
-    placed: Placed
-    environment: Environment
-    limb: str = ""
-    target: tuple[float, float, float] | None = None
-    tip: tuple[float, float, float] | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class PopulationFound:
-    """What was found of a population: P people, R requirements.
-
-    A person fits who meets all requirements in some position of the seat.
-
-    Parameters
-    ----------
-    margin
-        (P, R) [m] to spare in the fitting position nearest to the comfortable one; where none fits,
-        in that of the least shortfall. Negative where the requirement is not met by so much, NaN
-        where it does not apply.
-    reason, reasons
-        (P, R) index into `reasons`, what limits in words; -1 where nothing does.
-    seat, comfortable
-        (P, 2) [m] that position and the comfortable one, forward and up.
-    window
-        (P, 4) [m] the least and greatest forward, least and greatest up of the positions tried that
-        fit. NaN where the comfortable one fits (then no other is tried) and where none does.
-    sets
-        (P, K) whether some position meets all requirements without one (the first R), without
-        those of a criterion (the next C), or those of a share that is asked for.
-    limiting
-        (P,) the measure that is oddest of the person and bears on the worst requirement, "" for
-        whom all is met.
-    shares
-        Who fits, by group.
-    single, without, alone
-        (R,) the share that meets a requirement in the position of the margins; that would fit if it
-        were dropped; that is left out by nothing but it.
-    spread
-        (R, 5) [m] margins at 1, 5, 50, 95 and 99 % of the (weighted) people.
-    hardest, shown
-        Rows of the people farthest from being served, worst first, at most five; and the same
-        people to be drawn.
-    """
-
-    study: AccommodationStudy
-    requirements: tuple[Requirement, ...]
-    margin: Floats
-    reason: Ints
-    reasons: tuple[str, ...]
-    seat: Floats
-    comfortable: Floats
-    window: Floats
-    sets: Bools
-    limiting: tuple[str, ...]
-    shares: tuple[GroupShare, ...]
-    single: Floats
-    without: Floats
-    alone: Floats
-    spread: Floats
-    hardest: tuple[int, ...]
-    gains: tuple[Gain, ...]
-    maps: tuple[ReachMap, ...]
-    warnings: tuple[str, ...]
-    shown: tuple[Shown, ...] = ()
-
-    @property
-    def moved(self) -> Bools:
-        """(P,) who fits, but not in the comfortable position."""
-        return np.asarray(np.isfinite(self.window[:, 0]) & self.served, dtype=np.bool_)
-
-    @property
-    def met(self) -> Bools:
-        """(P, R) whether each person meets each requirement; what does not apply is met."""
-        return np.asarray(np.isnan(self.margin) | (self.margin >= -MET), dtype=np.bool_)
-
-    @property
-    def served(self) -> Bools:
-        """(P,) whether a person meets all requirements."""
-        return np.asarray(np.all(self.met, axis=1), dtype=np.bool_)

@@ -9,7 +9,20 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats, Ints, frozen
 from workbench.model.ray_reach import RayReach
 
-__all__ = ["Envelope"]
+__all__ = ["Envelope", "ReachTask"]
+
+
+@dataclass(frozen=True)
+class ReachTask:
+    """Reach envelopes that a study asks for: whose, by which hand, grip and zone, whether obstacles
+    are heeded, and the index of the case of the study whose posture it begins from."""
+
+    person: str
+    limb: str
+    grip: str
+    zone: int
+    obstacles: bool
+    case: int = 0
 
 
 @dataclass(frozen=True, eq=False, repr=False)

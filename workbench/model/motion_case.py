@@ -17,6 +17,7 @@ from workbench.model.simulation import Belt, ContactRule
 
 __all__ = [
     "Agreement",
+    "Excursion",
     "ForceCurve",
     "Meeting",
     "MotionCase",
@@ -120,6 +121,16 @@ class StopBreach:
     end: float
     at: float
     worst: float
+
+
+@dataclass(frozen=True)
+class Excursion:
+    """How far [m] the surface of a sphere gets along a criterion's direction at most, and in which
+    frame."""
+
+    value: float
+    frame: int
+    sphere: int
 
 
 @dataclass(frozen=True, eq=False)

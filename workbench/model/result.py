@@ -9,8 +9,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.model.accommodation import GroupShare, PopulationFound
+from workbench.model.accommodation import GroupShare
 from workbench.model.arrays import Floats
+from workbench.model.body import Body
 from workbench.model.contacts import Clearance, Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.envelope import Envelope
@@ -18,21 +19,22 @@ from workbench.model.environment import Environment
 from workbench.model.episodes import Episodes
 from workbench.model.motion_case import (
     Agreement,
+    Excursion,
     ForceCurve,
     Meeting,
     MotionCase,
     Signal,
     StopBreach,
 )
-from workbench.model.poses import Placed
-from workbench.model.posture_study import PostureStudy
-from workbench.model.study import Study
+from workbench.model.population_found import PopulationFound
+from workbench.model.poses import Placed, Poses
+from workbench.model.study import Role, Study
 
 __all__ = [
     "ControlReach",
     "Finding",
     "MotionFound",
-    "PersonResult",
+    "PersonFound",
     "PosturesFound",
     "Result",
     "Verdict",
@@ -95,7 +97,7 @@ class ControlReach:
     best.
 
     miss [m]: how far the grip stays from it, overlap [m]: how far obstacles are still entered
-    there; limit: what limits it, in words; discomfort as in `Reach`. case: index of the case whose
+    there; limit: what limits it, in words; discomfort as in `Reach`. case: the name of the case whose
     posture it begins from; hand: the one that was asked for, "" for either.
     """
 
@@ -109,7 +111,7 @@ class ControlReach:
     overlap: float
     limit: str
     discomfort: float
-    case: int = 0
+    case: str = ""
     hand: str = ""
 
 
@@ -148,20 +150,46 @@ class Verdict:
 
 
 @dataclass(frozen=True, eq=False)
-class PersonResult:
-    """What was found for one person, over all P cases.
+class PersonFound:
+    """What was found of one person in P cases.
 
-    margin (P, J) [rad]: joint-stop margins, infinite where free; margin_motion (P, J): the motion
-    nearest its stop.
+    Parameters
+    ----------
+    role
+        Who it is.
+    poses
+        (P,) as checked, in the world.
+    placed
+        (P,) the body at its size, dressed, in the world.
+    postures
+        (P,) the name of each posture, "predicted" or "driver".
+    forward, up
+        [m] the position of the seat.
+    margin, margin_motion
+        (P, J) [rad] joint-stop margins, infinite where free; and the motion nearest its stop.
     """
 
-    name: str
+    role: Role
+    poses: Poses
     placed: Placed
+    postures: tuple[str, ...]
+    forward: float
+    up: float
     contacts: Contacts
     self_contacts: Contacts
     clearance: Clearance
     margin: Floats
     margin_motion: tuple[tuple[str, ...], ...]
+
+    @property
+    def name(self) -> str:
+        """The name of the role."""
+        return self.role.name
+
+    @property
+    def body(self) -> Body:
+        """The body at its size, dressed."""
+        return self.placed.body
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +199,9 @@ class PosturesFound:
     Parameters
     ----------
     study
-        The people with their bodies at their size and their postures predicted.
+        The study, with one size of each role.
+    cases
+        The names of the cases that are postures.
     environment
         As it was checked, with the seats where the people have put them.
     between
@@ -182,10 +212,11 @@ class PosturesFound:
         The size of the person who takes a role that several sizes take one at a time, else "".
     """
 
-    study: PostureStudy
+    study: Study
+    cases: tuple[str, ...]
     environment: Environment
     verdicts: tuple[Verdict, ...]
-    people: tuple[PersonResult, ...]
+    people: tuple[PersonFound, ...]
     between: Mapping[tuple[str, str], Contacts]
     warnings: tuple[str, ...]
     reaches: tuple[ControlReach, ...] = ()
@@ -206,6 +237,8 @@ class MotionFound:
     ----------
     clearance
         (P, N) [m] of each segment from everything it may not touch, at each frame.
+    excursions
+        The farthest that is got, by the name of the criterion that asks for it.
     forces
         Of the pairs that have a law and touch, and the tensions of belts.
     """
@@ -216,6 +249,7 @@ class MotionFound:
     breaches: tuple[StopBreach, ...]
     signals: tuple[Signal, ...]
     clearance: Floats
+    excursions: Mapping[str, Excursion]
     verdicts: tuple[Verdict, ...]
     warnings: tuple[str, ...]
     forces: tuple[ForceCurve, ...] = ()

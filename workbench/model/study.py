@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from workbench.model.accommodation import Change, IntervalRule, MapTask
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.encumbrance import Encumbrance
+from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
 from workbench.model.force import ForceLaw
 from workbench.model.motion_case import SignalPoint
+from workbench.model.person import Size
 from workbench.model.population import Population, PopulationModel
 from workbench.model.poses import Poses
-from workbench.model.posture_study import Aims, ReachTask, Size
 from workbench.model.simulation import Restraints
+from workbench.model.workplace import Aims
 
 __all__ = [
     "Action",
@@ -192,10 +194,28 @@ class Study:
     contact_forces: tuple[ContactForce, ...] = ()
     warnings: tuple[str, ...] = ()
 
+    def by_size(self) -> list[tuple[str, Study]]:
+        """A study for each of the sizes that take a role one at a time, by their names; the study
+        itself where there are none."""
+        several = next((row for row, role in enumerate(self.roles) if role.sizes), None)
+        if several is None:
+            return [("", self)]
+        found = []
+        for name, size in self.roles[several].sizes.items():
+            roles = list(self.roles)
+            roles[several] = replace(roles[several], size=size, sizes={})
+            found.append((name, replace(self, roles=tuple(roles))))
+        return found
+
     @property
     def crowd(self) -> Role | None:
         """The role that a population takes, None where there is none."""
         return next((role for role in self.roles if role.population is not None), None)
+
+    @property
+    def share_criteria(self) -> tuple[Criterion, ...]:
+        """The criteria that ask for a share of the population."""
+        return tuple(criterion for criterion in self.criteria if criterion.check == "share")
 
     @property
     def motions(self) -> tuple[Case, ...]:

@@ -22,7 +22,7 @@ def headline(result: Result) -> str:
 def _postures_headline(found: PosturesFound) -> str:
     failed = [verdict.criterion.name for verdict in found.verdicts if not verdict.passed]
     people = len(found.people)
-    cases = len(found.study.cases)
+    cases = len(found.cases)
     who = f"{people} {'people' if people > 1 else 'person'}"
     scope = f"{who} in {cases} case{'s' if cases > 1 else ''}"
     if found.row:

@@ -11,8 +11,8 @@ from workbench.model.accommodation import GroupShare
 from workbench.model.contacts import Contacts
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.posture_study import Person, Size
-from workbench.model.result import Finding, Verdict
+from workbench.model.person import Size
+from workbench.model.result import Finding, PersonFound, Verdict
 
 __all__ = [
     "contact_sentence",
@@ -25,6 +25,10 @@ __all__ = [
     "verdict_sentence",
     "without_polygons",
 ]
+
+
+HALF_MILLIMETRE = 5e-4
+"""[m] A position of a seat that is nearer to its reference position is not mentioned."""
 
 
 def millimetres(metres: float) -> str:
@@ -224,27 +228,28 @@ def _doubt(verdict: Verdict) -> str:
     )
 
 
-def person_words(person: Person, mass: float) -> str:
+def person_words(person: PersonFound) -> str:
     """Who somebody is and where: "bubbleman as a woman of stature 1525 mm, 51.3 kg, in seat left,
     20 mm forward"."""
+    role = person.role
     words = person.body.name
-    if person.size is not None:
+    if role.size is not None:
         given = ", ".join(
             f"{name.replace('_', ' ')} {1000 * value:.0f} mm"
-            for name, value in person.size.measures.items()
+            for name, value in role.size.measures.items()
             if name != "mass"
         )
-        words += f" as a {_kind(person.size)}" + (f" of {given}" if given else "")
-    if person.wears:
-        words += f", with {', '.join(item.name for item in person.wears)}"
-    words += f", {mass:.1f} kg"
-    if person.seat is not None:
-        words += f", in seat {person.seat.replace('_', ' ')}"
+        words += f" as a {_kind(role.size)}" + (f" of {given}" if given else "")
+    if role.clothes:
+        words += f", with {', '.join(item.name for item in role.clothes)}"
+    words += f", {float(person.body.mass[0].sum()):.1f} kg"
+    if role.seat is not None:
+        words += f", in seat {role.seat.replace('_', ' ')}"
         for value, ahead, behind in (
             (person.forward, "forward", "back"),
             (person.up, "up", "down"),
         ):
-            if value:
+            if abs(value) >= HALF_MILLIMETRE:
                 words += f", {abs(1000 * value):.0f} mm {ahead if value > 0 else behind}"
     return words
 

@@ -12,15 +12,14 @@ from workbench.body.people.percentile import percentile_values
 from workbench.body.people.scores import Scores, scores_of
 from workbench.body.scaling.measure import MEASURES
 from workbench.body.scaling.scale import morph_to, scale
-from workbench.body.wear import wear
 from workbench.errors import InputError, one_of
 from workbench.model.body import Body
 from workbench.model.growth import Growth
 from workbench.model.measures import WORDS, check_plausible
+from workbench.model.person import Size
 from workbench.model.population import PopulationModel
-from workbench.model.posture_study import PostureStudy, Size
 
-__all__ = ["RARE", "SizedBody", "person_body", "sized", "sized_body"]
+__all__ = ["RARE", "SizedBody", "person_body", "sized_body"]
 
 Measures = Mapping[str, float]
 
@@ -127,18 +126,6 @@ def _child(
     return _made(
         body, measures if lengths else {"stature": expected["stature"], **measures}, expected, told
     )
-
-
-def sized(study: PostureStudy) -> tuple[PostureStudy, list[str]]:
-    """The study with every person's body at its size, dressed, and what is improbable about the
-    sizes, person by person."""
-    people = []
-    told = []
-    for person in study.people:
-        body, warnings = sized_body(person.body, person.size, person.detail)
-        told += [f"{person.name}: {warning}" for warning in warnings]
-        people.append(replace(person, body=wear(body, person.wears)))
-    return replace(study, people=tuple(people)), told
 
 
 def sized_body(body: Body, size: Size | None, detail: str | None) -> tuple[Body, tuple[str, ...]]:

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from workbench.errors import UsageError
-from workbench.model.accommodation import PopulationFound
-from workbench.model.motion_case import Agreement
-from workbench.model.result import MotionFound, PosturesFound, Result
+from workbench.model.motion_case import Agreement, MotionCase
+from workbench.model.population_found import PopulationFound
+from workbench.model.result import MotionFound, PosturesFound, Result, Verdict
 from workbench.model.study import Study
-from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.accommodation.accommodation import accommodation
 from workbench.study.accommodation.share_verdicts import share_verdicts
-from workbench.study.clearance import clearance_study
-from workbench.study.crash.between import between_verdicts
+from workbench.study.checks.table import between_verdict
 from workbench.study.crash.crash import motion_found, motions_agree
 from workbench.study.executors import dask_executor
-from workbench.study.pipelines import by_size, motion_cases, population_study, posture_study
+from workbench.study.motion_cases import motion_cases
+from workbench.study.people import people_found, present_people
 from workbench.study.provenance import hashes, people_hash, versions
 
 __all__ = ["check_run", "run"]
@@ -70,12 +70,13 @@ def run(
 def _people(study: Study) -> Result:
     """Single people in postures and motions, those of several sizes one at a time."""
     postures: list[PosturesFound] = []
-    for size, single in by_size(study) if study.postures else ():
-        postures.append(_of_size(clearance_study(posture_study(single)), size))
+    for size, single in study.by_size() if study.postures else ():
+        there = present_people(single)
+        postures.append(_of_size(people_found(single, there), size))
     motions = tuple(motion_found(case) for case in motion_cases(study)) if study.motions else ()
     verdicts = [verdict for posture in postures for verdict in posture.verdicts]
     verdicts += [verdict for motion in motions for verdict in motion.verdicts]
-    verdicts += between_verdicts(study, [motion.study for motion in motions])
+    verdicts += _between(study, [motion.study for motion in motions])
     sections = [(found.row, found.warnings) for found in postures]
     sections += [(found.study.name, found.warnings) for found in motions]
     return Result(
@@ -87,6 +88,15 @@ def _people(study: Study) -> Result:
         motions=motions,
         agreements=_agreements(study, motions),
     )
+
+
+def _between(study: Study, motions: Sequence[MotionCase]) -> Iterator[Verdict]:
+    """The verdicts of the criteria between people who move, case by case."""
+    for criterion in study.criteria:
+        for case in study.motions:
+            if criterion.check == "between_people" and criterion.asks(case.name):
+                there = [motion for motion in motions if motion.case == case.name]
+                yield between_verdict(criterion, case.name, there)
 
 
 def _of_size(found: PosturesFound, size: str) -> PosturesFound:
@@ -119,18 +129,22 @@ def _warnings(sections: Sequence[tuple[str, tuple[str, ...]]]) -> list[str]:
 
 
 def _population(study: Study, keep: Path | None, say: Say, cluster: str | None) -> Result:
-    """A population, by this machine or by a cluster."""
-    people = population_study(study)
+    """A population, by this machine or by a cluster; and who is beside it."""
+    there = present_people(study) if len(study.roles) > 1 else None
+    beside = () if there is None else (people_found(study, there),)
     if cluster is None:
-        found = accommodation_study(people, keep=keep, say=say)
+        found = accommodation(study, there, keep=keep, say=say)
     else:
         with dask_executor(cluster) as executor:
-            found = accommodation_study(people, keep=keep, say=say, executor=executor)
+            found = accommodation(study, there, keep=keep, say=say, executor=executor)
+    verdicts = [verdict for postures in beside for verdict in postures.verdicts]
+    warnings = [warning for postures in beside for warning in postures.warnings]
     return Result(
         study=study,
-        verdicts=share_verdicts(found),
-        warnings=found.warnings,
+        verdicts=(*verdicts, *share_verdicts(found)),
+        warnings=tuple(dict.fromkeys((*warnings, *found.warnings))),
         provenance=_provenance(study, found),
+        postures=beside,
         population=found,
     )
 
@@ -141,7 +155,7 @@ def _provenance(
     """Hashes of the input files and of who the people are, and the versions of what computed."""
     found = {"inputs": hashes(study.inputs)}
     if population is not None:
-        found["people"] = {"measures": people_hash(population.study.people)}
+        found["people"] = {"measures": people_hash(population.people)}
     return found | {"versions": versions()}
 
 

@@ -13,10 +13,9 @@ from workbench.files.crash.restraints import law_in_si
 from workbench.files.crash.simulations import SimulationPlan, load_simulation
 from workbench.model.arrays import Bools
 from workbench.model.environment import Environment
-from workbench.model.poses import Poses
-from workbench.model.posture_study import Person
 from workbench.model.simulation import Simulated, Simulation
-from workbench.study.placement import place_person, seat_point
+from workbench.posture.seating.seat import seat
+from workbench.posture.seating.seating import seat_shift
 
 __all__ = ["bearing", "prepared", "run_simulation"]
 
@@ -32,14 +31,17 @@ def run_simulation(source: str | Path | SimulationPlan) -> Simulated:
 
 
 def prepared(plan: SimulationPlan) -> Simulation:
-    """The plan with its occupant in place."""
+    """The plan with its occupant in the seat, and the seat where the occupant has put it."""
     file = plan.file
     poses = plan.poses
-    environment = _seated_environment(plan, plan.environment)
+    environment = plan.environment
     if file.seat is not None:
-        placed = place_person(_sitter(plan), environment)
-        world = placed.world_from_segment[:, poses.reference]
-        poses = Poses(poses.rotations, poses.reference, world)
+        seat_of_file = environment.seat(file.seat)
+        at = file.adjust
+        forward, up = (at.forward, at.up) if at is not None else (0.0, 0.0)
+        poses = seat(plan.body, poses, seat_of_file.held(forward, up)).poses
+        shift = seat_shift(seat_of_file, forward, up)
+        environment = moved(environment, seat_of_file.moves, shift)
     return Simulation(
         name=file.simulation,
         body=plan.body,
@@ -60,31 +62,6 @@ def prepared(plan: SimulationPlan) -> Simulation:
         step=file.step / 1000,
         settle=file.settle / 1000,
         inputs=plan.inputs,
-    )
-
-
-def _seated_environment(plan: SimulationPlan, environment: Environment) -> Environment:
-    """An environment with the simulation's seat where its sitter has put it."""
-    adjust = plan.file.adjust
-    name = plan.file.seat
-    if adjust is None or name is None:
-        return environment
-    seat = environment.seat(name)
-    return moved(
-        environment, seat.moves, seat_point(_sitter(plan), environment) - np.array(seat.srp)
-    )
-
-
-def _sitter(plan: SimulationPlan) -> Person:
-    adjust = plan.file.adjust
-    return Person(
-        "occupant",
-        plan.body,
-        plan.poses,
-        (plan.file.posture,),
-        seat=plan.file.seat,
-        forward=adjust.forward if adjust else 0.0,
-        up=adjust.up if adjust else 0.0,
     )
 
 

@@ -11,8 +11,7 @@ from workbench.contact.enclosure import enclosed
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment, Rest
 from workbench.model.poses import Placed
-from workbench.model.posture_study import PostureStudy
-from workbench.model.result import Finding, PersonResult, Verdict
+from workbench.model.result import Finding, PersonFound, Verdict
 
 __all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
 
@@ -26,42 +25,44 @@ its own."""
 
 
 def result_warnings(
-    study: PostureStudy, environment: Environment, people: tuple[PersonResult, ...]
+    environment: Environment, cases: tuple[str, ...], people: tuple[PersonFound, ...]
 ) -> list[str]:
     """Sentences, person by person."""
     found: list[str] = []
-    for person, asked in zip(people, study.people, strict=True):
-        found += _breached(study, person)
-        found += _swallowed(study, person)
-        found += enclosure_warnings(person.name, person.placed, environment, study.cases)
-        if asked.seat is not None:
-            seat = environment.seat(asked.seat)
+    for person in people:
+        found += _breached(cases, person)
+        found += _swallowed(environment, cases, person)
+        found += enclosure_warnings(person.name, person.placed, environment, cases)
+        if person.role.seat is not None:
+            seat = environment.seat(person.role.seat)
             for rest, what in ((seat.cushion, "cushion"), (seat.back, "back")):
-                tolerance = DRIVER_TOLERANCE if any(asked.held) else SEAT_TOLERANCE
+                tolerance = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
                 found += _missed(
                     environment, person, (rest, f"{what} of seat {seat.name!r}"), tolerance
                 )
     return found
 
 
-def _breached(study: PostureStudy, person: PersonResult) -> Iterator[str]:
+def _breached(cases: tuple[str, ...], person: PersonFound) -> Iterator[str]:
     for case, joint in np.argwhere(person.margin < -1e-9):
         yield (
-            f"{person.name}, {study.cases[case]}: {person.placed.body.joint_names[joint]} is "
+            f"{person.name}, {cases[case]}: {person.placed.body.joint_names[joint]} is "
             f"{-np.degrees(person.margin[case, joint]):.1f} degrees past its stop in "
             f"{person.margin_motion[case][joint].replace('_', ' ')}"
         )
 
 
-def _swallowed(study: PostureStudy, person: PersonResult) -> Iterator[str]:
+def _swallowed(
+    environment: Environment, cases: tuple[str, ...], person: PersonFound
+) -> Iterator[str]:
     body = person.placed.body
     with_spheres = np.diff(body.start) > 0
     radius = body.radius[0][person.clearance.sphere[:, with_spheres]]
     inside = person.clearance.distance[:, with_spheres] < -radius
     for case, part in np.argwhere(np.all(inside, axis=1)):
         yield (
-            f"{person.name}, {study.cases[case]}: the whole body is inside the solid part "
-            f"{study.environment.parts[part]!r}; if that part is a shell around people, say 'solid: false' for it"
+            f"{person.name}, {cases[case]}: the whole body is inside the solid part "
+            f"{environment.parts[part]!r}; if that part is a shell around people, say 'solid: false' for it"
         )
 
 
@@ -89,7 +90,7 @@ def enclosure_warnings(
 
 
 def _missed(
-    environment: Environment, person: PersonResult, rest: tuple[Rest, str], tolerance: float
+    environment: Environment, person: PersonFound, rest: tuple[Rest, str], tolerance: float
 ) -> Iterator[str]:
     """The seat's planes say where a sitter rests; the part itself may be elsewhere."""
     surface, what = rest
@@ -104,22 +105,22 @@ def _missed(
 
 
 def seat_verdicts(
-    environment: Environment, study: PostureStudy, people: tuple[PersonResult, ...]
+    environment: Environment, cases: tuple[str, ...], people: tuple[PersonFound, ...]
 ) -> list[Verdict]:
     """A failed verdict where somebody is not on his seat at all; nothing where everybody is.
 
     Whoever floats or is buried has clearances that mean nothing, whatever the study asks.
     """
     lost = []
-    for person, asked in zip(people, study.people, strict=True):
-        if asked.seat is None:
+    for person in people:
+        if person.role.seat is None:
             continue
-        rest = environment.seat(asked.seat).cushion
+        rest = environment.seat(person.role.seat).cushion
         for case, gap in enumerate(_gaps(environment, person, rest)):
             if abs(gap + rest.depth) > SEAT_LOST:
                 lost.append(
                     Finding(
-                        case=study.cases[case],
+                        case=cases[case],
                         person=person.name,
                         other_person="",
                         subject="the sitter",
@@ -136,7 +137,7 @@ def seat_verdicts(
     return [Verdict(criterion, False, lost[0], tuple(lost))]
 
 
-def _gaps(environment: Environment, person: PersonResult, rest: Rest) -> list[float]:
+def _gaps(environment: Environment, person: PersonFound, rest: Rest) -> list[float]:
     """Distance [m] of whoever rests there to the real part, case by case; nothing where the part is
     not to be seen."""
     body = person.placed.body

@@ -19,8 +19,8 @@ from workbench.files.motions.number_rows import FrameRange
 from workbench.files.motions.reading import MOTIONS
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
+from workbench.model.person import Person
 from workbench.model.poses import Poses
-from workbench.model.posture_study import Person
 from workbench.study.motions import MotionOptions, load_motion
 
 __all__ = [
@@ -84,7 +84,7 @@ def with_motion(
             raise UsageError(f"{source} is a body: --case is for studies")
         body = load_body(source)
         poses, notes = _read_motion(body, Path(motion), clip)
-        person = Person(body.name, body, poses, ())
+        person = Person(body.name, body, poses)
         scene = Scene((_first_frame(person, _COLOUR),), None, (), body.name, Path(motion).name)
         return Source(scene, (), (body.name,), (person,), True, notes)
     if kind != "study":
@@ -102,7 +102,7 @@ def _study_with_motion(source: Source, motion: str, clip: MotionClip) -> Source:
     poses, notes = _read_motion(source.persons[index].body, file, clip)
     persons = list(source.persons)
     bodies = list(source.scene.bodies)
-    persons[index] = replace(persons[index], poses=poses, seat=None, stand=None)
+    persons[index] = replace(persons[index], poses=poses)
     bodies[index] = _first_frame(persons[index], bodies[index].colour)
     return replace(
         source,

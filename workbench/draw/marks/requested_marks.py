@@ -18,8 +18,8 @@ from workbench.draw.marks.annotations import (
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.scene_builder import Source
 from workbench.errors import UsageError, one_of
+from workbench.model.person import Person
 from workbench.model.poses import Placed
-from workbench.model.posture_study import Person
 from workbench.posture.stops import stops
 
 __all__ = ["MARKS", "marks_for_scene", "with_marks"]

@@ -111,7 +111,7 @@ class PopulationRows(Row):
     """
 
     role: str
-    seat: str
+    seat: str | None
     body: str
     population: str
     people_hash: str

@@ -38,7 +38,6 @@ from workbench.model.driving import DrivingAims
 from workbench.model.environment import Environment
 from workbench.model.poses import Poses
 from workbench.model.posing import attitude_matrix
-from workbench.model.posture_study import Aims
 from workbench.model.simulation import Restraints
 from workbench.model.study import (
     Action,
@@ -47,6 +46,7 @@ from workbench.model.study import (
     RecordedMotion,
     SimulatedMotion,
 )
+from workbench.model.workplace import Aims
 
 __all__ = ["CaseActions", "aims_of", "case_actions", "load_actions", "with_postures"]
 

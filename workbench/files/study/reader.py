@@ -25,9 +25,9 @@ from workbench.files.study.work import Work
 from workbench.files.yaml_text import Document, read_yaml
 from workbench.model.accommodation import Change, IntervalRule, MapTask
 from workbench.model.criterion import Criterion
+from workbench.model.envelope import ReachTask
 from workbench.model.environment import Environment
 from workbench.model.motion_case import SignalPoint
-from workbench.model.posture_study import ReachTask
 from workbench.model.study import (
     Case,
     ContactForce,

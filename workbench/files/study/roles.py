@@ -20,8 +20,8 @@ from workbench.model.encumbrance import Encumbrance
 from workbench.model.environment import Environment
 from workbench.model.growth import Growth
 from workbench.model.measures import MEASURES, ON_THE_BODY, WORDS
+from workbench.model.person import Size
 from workbench.model.population import Population, PopulationModel
-from workbench.model.posture_study import Size
 from workbench.model.study import PeopleDrawn
 
 __all__ = ["LoadedRole", "load_roles", "place_faults"]

@@ -13,7 +13,7 @@ from workbench.model.arrays import Floats
 from workbench.model.environment import Seat
 from workbench.model.posing import attitude_matrix
 
-__all__ = ["seat_attitude", "seat_planes"]
+__all__ = ["seat_attitude", "seat_planes", "seat_shift"]
 
 
 def seat_planes(seat: Seat) -> tuple[Floats, Floats, Floats]:
@@ -29,3 +29,10 @@ def seat_attitude(seat: Seat) -> Floats:
     """(3, 3) attitude of the reference segment of a sitter: the seat's heading, leaning with the
     seat back."""
     return attitude_matrix(yaw=seat.yaw, pitch=-seat.back_angle)
+
+
+def seat_shift(seat: Seat, forward: float, up: float) -> Floats:
+    """(3,) [m] how far a seat stands from its reference position: horizontally ahead, and up."""
+    centre = seat_planes(seat)[2]
+    shift: Floats = forward * np.array([centre[1], -centre[0], 0.0]) + np.array([0.0, 0.0, up])
+    return shift

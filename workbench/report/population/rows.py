@@ -18,10 +18,11 @@ from workbench.files.results.population import (
     PopulationRows,
     RequirementRow,
 )
-from workbench.model.accommodation import PopulationFound
 from workbench.model.arrays import Floats
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES
+from workbench.model.population_found import PopulationFound
+from workbench.model.study import PeopleDrawn, Study
 from workbench.report.population.words import (
     gain_sentence,
     no_gain_words,
@@ -50,15 +51,14 @@ def population_lines(result: PopulationFound) -> list[str]:
 
 def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows:
     """Convert what was found of a population: lengths in mm, shares 0 to 1."""
-    asked = result.study
     return PopulationRows(
-        role=asked.role,
-        seat=asked.seat,
-        body=asked.body.name,
-        population=asked.people.source,
+        role=result.place.role,
+        seat=result.place.seat,
+        body=result.body.name,
+        population=result.people.source,
         people_hash=people_hash,
-        seed=asked.seed,
-        confidence=asked.confidence,
+        seed=_seed(result.study),
+        confidence=result.study.shares.confidence,
         shares=[
             GroupRow(
                 group=s.group,
@@ -102,6 +102,13 @@ def population_rows(result: PopulationFound, people_hash: str) -> PopulationRows
     )
 
 
+def _seed(study: Study) -> int | None:
+    """The seed that the people are drawn with, None where they are given."""
+    crowd = study.crowd
+    drawn = crowd.population if crowd is not None else None
+    return drawn.seed if isinstance(drawn, PeopleDrawn) else None
+
+
 def _requirement(result: PopulationFound, r: int) -> RequirementRow:
     row = result.requirements[r]
     return RequirementRow(
@@ -118,7 +125,7 @@ def _requirement(result: PopulationFound, r: int) -> RequirementRow:
 
 
 def _people(result: PopulationFound) -> PeopleRow:
-    people = result.study.people
+    people = result.people
     return PeopleRow(
         label=_labels(result),
         sex=[SEXES[int(code)] for code in people.sex],
@@ -143,7 +150,7 @@ def _hard(result: PopulationFound, row: int) -> HardRow:
     reason = int(result.reason[row, r])
     return HardRow(
         person=_labels(result)[row],
-        sex=SEXES[int(result.study.people.sex[row])],
+        sex=SEXES[int(result.people.sex[row])],
         requirement=result.requirements[r].name,
         margin_mm=_mm(float(result.margin[row, r])),
         reason=result.reasons[reason] if reason >= 0 else "",
@@ -228,7 +235,7 @@ def population_tables(result: PopulationFound, rows: PopulationRows) -> dict[str
 def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[object]]]:
     """Header and rows of everybody: who, seat, verdict, a margin and what limits for each
     requirement, measures."""
-    people = result.study.people
+    people = result.people
     names = [row.name for row in result.requirements]
     measures = [f"{name}_{'kg' if name == MASS else 'mm'}" for name in people.names]
     header = [
@@ -276,7 +283,7 @@ def people_table(result: PopulationFound) -> tuple[list[str], Iterable[list[obje
 
 
 def _labels(result: PopulationFound) -> list[str]:
-    people = result.study.people
+    people = result.people
     return list(people.labels) or [str(row + 1) for row in range(len(people))]
 
 

@@ -18,9 +18,12 @@ from workbench.draw.disks import disks
 from workbench.draw.reach_map import BANDS, LEVELS, map_controls, reach_map_svg
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
-from workbench.model.accommodation import PopulationFound, ReachMap, Shown
+from workbench.model.accommodation import ReachMap
 from workbench.model.arrays import Bools, Floats
+from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
+from workbench.model.population_found import PopulationFound, Shown
+from workbench.posture.seating.sides import middle
 from workbench.report.population.charts import (
     bar,
     margin_axis,
@@ -62,14 +65,17 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
     say("pictures of the hardest people")
     ends = margin_range(result.spread)
     least = max(0.0, np.floor(20 * (min(g.low for g in result.shares) - 0.02)) / 20)
-    people = result.study.people
+    people = result.people
     hardest = len(result.hardest)
     html = template("population/section.html.j2").render(
         result=result,
-        study=result.study,
+        body=result.body.name,
+        clothes=[item.name for item in _clothes(result)],
+        seated=result.place.seat is not None,
+        bootstrap=result.study.shares.interval.method == "bootstrap",
         groups=[_group(result, index, least) for index in range(len(result.shares))],
         group_axis=Markup(share_axis(least)),
-        confidence=f"{100 * result.study.confidence:g}",
+        confidence=f"{100 * result.study.shares.confidence:g}",
         worst=requirement_sentence(result),
         elsewhere=elsewhere_words(result),
         criteria=_criteria(result),
@@ -89,18 +95,27 @@ def population_section(result: PopulationFound, say: Callable[[str], None]) -> M
 
 def population_words(result: PopulationFound, role: str) -> str:
     """Who the people of a role are, where they sit, and what their bodies are made from."""
-    study = result.study
-    people = len(study.people)
+    body = result.body
+    people = len(result.people)
     asked = len(result.requirements)
-    family = "of the family of " if study.body.basis else ""
-    detail = f" (level of detail {study.body.detail})" if study.body.detail else ""
-    worn = f", wearing {', '.join(item.name for item in study.wears)}" if study.wears else ""
+    family = "of the family of " if body.basis else ""
+    detail = f" (level of detail {body.detail})" if body.detail else ""
+    clothes = [item.name for item in _clothes(result)]
+    worn = f", wearing {', '.join(clothes)}" if clothes else ""
+    seat = result.place.seat
+    where = f" in the seat “{plain(seat)}”" if seat is not None else ""
     return (
-        f"{role}: {people:,} people ({study.people.source}) in the seat “{plain(study.seat)}”, "
+        f"{role}: {people:,} people ({result.people.source}){where}, "
         f"{asked} requirement{'s' if asked > 1 else ''}. A person fits who meets them all. Each "
-        f"body is {family}{study.body.name}, scaled to that person’s measures: "
-        f"{len(study.body.sphere_names):,} spheres{detail}{worn}."
+        f"body is {family}{body.name}, scaled to that person’s measures: "
+        f"{len(body.sphere_names):,} spheres{detail}{worn}."
     )
+
+
+def _clothes(result: PopulationFound) -> tuple[Encumbrance, ...]:
+    """What everybody wears."""
+    crowd = result.study.crowd
+    return crowd.clothes if crowd is not None else ()
 
 
 def _group(result: PopulationFound, index: int, least: float) -> dict[str, Any]:
@@ -120,7 +135,7 @@ def _group(result: PopulationFound, index: int, least: float) -> dict[str, Any]:
 
 
 def _weights(result: PopulationFound) -> Floats:
-    weight = result.study.people.weight
+    weight = result.people.weight
     share: Floats = weight / weight.sum()
     return share
 
@@ -164,7 +179,7 @@ def _requirements(result: PopulationFound, ends: tuple[float, float]) -> list[di
     most often."""
     weight = _weights(result)
     met = result.met
-    sex = result.study.people.sex
+    sex = result.people.sex
     count = len(met)
     most = max(float(1 - result.single.min()), 0.05)
     rows = []
@@ -222,8 +237,8 @@ def _reason(result: PopulationFound, index: int) -> str:
 
 def _measures(result: PopulationFound) -> list[dict[str, Any]]:
     """For each limiting measure the people it limits, most first, and how they compare with all."""
-    people = result.study.people
-    weight = result.study.people.weight
+    people = result.people
+    weight = result.people.weight
     limiting = np.array(result.limiting)
     total = float(weight[limiting != ""].sum())
     rows: list[dict[str, Any]] = []
@@ -323,7 +338,7 @@ def _length(camera: Camera, found: Shown) -> float:
 def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
     """A reach map's picture, its caption, and the shares at the controls near it."""
     task = found.task
-    environment = result.study.environment
+    environment = result.place.environment
     hand = "either hand" if task.hand == "either" else f"the {task.hand} hand"
     people = len(result.served)
     controls = []
@@ -341,7 +356,7 @@ def _map(result: PopulationFound, found: ReachMap) -> dict[str, Any]:
         "part": plain(task.part),
         "how": f"{hand}, {task.grip}, zone {task.zone}, {points:,} points",
         "svg": Markup(
-            reach_map_svg(found, environment, sitter=environment.seat(result.study.seat).srp)
+            reach_map_svg(found, environment, sitter=tuple(middle(result.place).tolist()))
         ),
         "controls": controls,
         "areas": f"Reached of its points: {', '.join(area)} of the people or more.",

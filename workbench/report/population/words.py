@@ -6,9 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.body.people.share import TENTHS_FROM, percent, percent_number
-from workbench.model.accommodation import MET, Gain, GroupShare, PopulationFound
+from workbench.model.accommodation import MET, Gain, GroupShare
 from workbench.model.arrays import Bools
 from workbench.model.measures import MASS
+from workbench.model.population_found import PopulationFound
 
 __all__ = [
     "elsewhere_words",
@@ -45,7 +46,7 @@ def population_headline(result: PopulationFound) -> str:
     most."""
     everybody = result.shares[0]
     count = len(result.served)
-    interval = interval_words(everybody, result.study.confidence)
+    interval = interval_words(everybody, result.study.shares.confidence)
     if count == 1:
         return f"The one person {'fits' if result.served[0] else 'does not fit'}." + _worst(result)
     people = f"{interval}, {count:,} people"
@@ -76,7 +77,7 @@ def elsewhere_words(result: PopulationFound) -> str:
     count = int(result.moved.sum())
     if not count:
         return ""
-    weight = result.study.people.weight
+    weight = result.people.weight
     share = percent(float(weight @ result.moved) / float(weight.sum()), len(weight))
     way = np.linalg.norm(result.seat - result.comfortable, axis=1)[result.moved]
     far = f"{1000 * float(np.median(way)):.0f} mm"
@@ -140,7 +141,7 @@ def person_sentence(result: PopulationFound, row: int) -> str:
     """Who it is and what is farthest from being met: "A woman of 1,512 mm (female 31): her right
     hand stays 41 mm short of flaps in zone 2, limited by the length of the arm. Her popliteal
     height is 352 mm; 97 % of the women here have more. 2 more requirements are not met."."""
-    people = result.study.people
+    people = result.people
     noun, whose, _ = _NOUNS[("male", "female")[int(people.sex[row])]]
     tall = (
         f" of {1000 * people.column('stature')[row]:,.0f} mm" if "stature" in people.names else ""
@@ -177,7 +178,7 @@ def _lacks(result: PopulationFound, row: int, index: int, whose: str) -> str:
         target = plain(requirement.target) + (
             f" in zone {requirement.zone}" if requirement.zone else ""
         )
-        if reason in result.study.environment.parts:
+        if reason in result.place.environment.parts:
             return f"{who} lacks {lack} to {target}: the {plain(reason)} is in the way"
         by = f", limited by {reason_words(reason, limb or requirement.target)}" if reason else ""
         return f"{who} stays {lack} short of {target}{by}"
@@ -216,7 +217,7 @@ def limiting_words(result: PopulationFound, row: int) -> str:
     """ " Her popliteal height is 352 mm; 97 % of the women here have more.", "" where no measure is
     named."""
     name = result.limiting[row]
-    people = result.study.people
+    people = result.people
     if not name or name not in people.names:
         return ""
     _, whose, plural = _NOUNS[("male", "female")[int(people.sex[row])]]

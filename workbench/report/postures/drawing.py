@@ -13,7 +13,7 @@ from workbench.draw.lines.outline import outline
 from workbench.draw.marks.annotations import clearance_marks
 from workbench.draw.scene import Mark, Scene
 from workbench.draw.views import four_views
-from workbench.model.result import PersonResult
+from workbench.model.result import PersonFound
 
 __all__ = ["clearance_drawing"]
 
@@ -21,7 +21,7 @@ _EACH = 3  # dimension lines of one person
 
 
 def clearance_drawing(
-    scene: Scene, people: tuple[PersonResult, ...], case: int, *, within: float, size: int
+    scene: Scene, people: tuple[PersonFound, ...], case: int, *, within: float, size: int
 ) -> dict[str, object] | None:
     """The drawing of a case and the name of its view; None where nothing lies within `within` [m]
     without touching.

@@ -16,7 +16,7 @@ from workbench.files.results.postures import (
 )
 from workbench.model.contacts import Contacts
 from workbench.model.environment import Environment
-from workbench.model.result import PersonResult, PosturesFound
+from workbench.model.result import PersonFound, PosturesFound
 from workbench.model.vocabulary import DIRECTIONS
 from workbench.report.postures.envelopes.rows import envelope_rows, envelope_tables
 from workbench.report.postures.reach_rows import reach_rows
@@ -35,8 +35,8 @@ def postures_rows(found: PosturesFound) -> PosturesRows:
         contacts += _rows(found, rows, (one, other, "between_people"))
     return PosturesRows(
         row=found.row or None,
-        cases=list(found.study.cases),
-        parts=list(found.study.environment.parts),
+        cases=list(found.cases),
+        parts=list(found.environment.parts),
         people=[_person_row(found, index) for index in range(len(found.people))],
         contacts=contacts,
         reaches=reach_rows(found),
@@ -88,20 +88,20 @@ def _clearances(rows: PosturesRows) -> Iterator[list[object]]:
 
 def _person_row(result: PosturesFound, index: int) -> PersonRow:
     found = result.people[index]
-    person = result.study.people[index]
-    body = person.body
+    role = found.role
+    body = found.body
     return PersonRow(
-        name=person.name,
-        description=person_words(person, float(found.placed.body.mass[0].sum())),
+        name=role.name,
+        description=person_words(found),
         body=body.name,
-        seat=person.seat,
+        seat=role.seat,
         size={
             name: _micro(value if name == "mass" else 1000 * value)
-            for name, value in person.size.measures.items()
+            for name, value in role.size.measures.items()
         }
-        if person.size
+        if role.size
         else None,
-        postures=list(person.postures),
+        postures=list(found.postures),
         segments=list(body.segments),
         clearance_mm=[
             [[_micro(1000 * d) if math.isfinite(d) else None for d in row] for row in case]
@@ -109,7 +109,7 @@ def _person_row(result: PosturesFound, index: int) -> PersonRow:
         ],
         stops=[
             StopRow(
-                case=result.study.cases[p],
+                case=result.cases[p],
                 joint=body.joints[j],
                 margin_deg=_micro(math.degrees(found.margin[p, j]))
                 if math.isfinite(found.margin[p, j])
@@ -122,7 +122,7 @@ def _person_row(result: PosturesFound, index: int) -> PersonRow:
     )
 
 
-def _contact_rows(result: PosturesFound, person: PersonResult) -> list[ContactRow]:
+def _contact_rows(result: PosturesFound, person: PersonFound) -> list[ContactRow]:
     return _rows(result, person.contacts, (person.name, "", "environment")) + _rows(
         result, person.self_contacts, (person.name, "", "self")
     )
@@ -143,7 +143,7 @@ def _contact_row(
     sphere = int(contacts.sphere[row])
     part = int(contacts.part[row])
     return ContactRow(
-        case=result.study.cases[contacts.pose[row]],
+        case=result.cases[contacts.pose[row]],
         person=person,
         other_person=other_person or None,
         kind=kind,

@@ -19,7 +19,7 @@ from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.scene_builder import PEOPLE_COLOURS
 from workbench.draw.views import four_views
 from workbench.files.results.postures import PosturesRows
-from workbench.model.result import Finding, PersonResult, PosturesFound
+from workbench.model.result import Finding, PersonFound, PosturesFound
 from workbench.report.postures.drawing import clearance_drawing
 from workbench.report.postures.envelopes.pictures import envelope_pictures
 from workbench.report.templates import template
@@ -41,17 +41,17 @@ def postures_section(
     say: called with words on how far it is.
     """
     cases = []
-    for index, name in enumerate(result.study.cases):
+    for index, name in enumerate(result.cases):
         say(f"pictures of {name}")
         cases.append(_case(result, index))
     html = template("postures/section.html.j2").render(
         rows=rows,
         cases=cases,
-        names=result.study.cases,
+        names=result.cases,
         matrices=[
             _matrix(result, person, case)
             for person in result.people
-            for case in range(len(result.study.cases))
+            for case in range(len(result.cases))
         ],
         stops=[_stops(result, index) for index in range(len(result.people))],
         reaches=_reaches(rows),
@@ -92,7 +92,7 @@ def _case(result: PosturesFound, case: int) -> dict[str, Any]:
         (v.criterion.check, f)
         for v in result.verdicts
         for f in v.breaches
-        if f.case == result.study.cases[case]
+        if f.case == result.cases[case]
     ]
     marked = [
         (check, f) for check, f in breaches if f.point is not None and np.all(np.isfinite(f.point))
@@ -116,8 +116,8 @@ def _case(result: PosturesFound, case: int) -> dict[str, Any]:
     ]
     say = [f"{finding_sentence(check, finding)} {_place(finding)}" for check, finding in shown]
     return {
-        "name": result.study.cases[case],
-        "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.study.people],
+        "name": result.cases[case],
+        "people": [f"{p.name}: {p.postures[case].replace('_', ' ')}" for p in result.people],
         "views": views,
         "drawing": clearance_drawing(scene, result.people, case, within=NEAR, size=DRAWING),
         "marked": say,
@@ -138,7 +138,7 @@ def _scene(result: PosturesFound, case: int, findings: list[Finding]) -> Scene:
     )
     marks = _resting(result, case)
     marks += tuple(Mark(f.point, str(n)) for n, f in enumerate(findings, start=1) if f.point)
-    name = result.study.cases[case]
+    name = result.cases[case]
     people = " and ".join(person.name for person in result.people)
     return Scene(
         bodies,
@@ -167,7 +167,7 @@ def _png(scene: Scene, camera: Any) -> str:
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")
 
 
-def _matrix(result: PosturesFound, person: PersonResult, case: int) -> dict[str, Any]:
+def _matrix(result: PosturesFound, person: PersonFound, case: int) -> dict[str, Any]:
     """Clearance of one person in one case: the parts that are near, nearest first; segments that
     have spheres."""
     body = person.placed.body
@@ -186,7 +186,7 @@ def _matrix(result: PosturesFound, person: PersonResult, case: int) -> dict[str,
     ]
     return {
         "person": person.name,
-        "case": result.study.cases[case],
+        "case": result.cases[case],
         "columns": [(body.segments[n], body.segment_names[n]) for n in columns],
         "lines": lines,
         "left_out": int(np.sum(~environment.hidden)) - len(parts),

@@ -1,4 +1,4 @@
-"""The accommodation study: a whole population through one workplace, who is left out, by what and
+"""A whole population through one workplace, who is left out, by what and
 by how much."""
 
 from __future__ import annotations
@@ -9,24 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.body.forward import place
-from workbench.body.parts import moved
 from workbench.body.pieces import piece_warnings
+from workbench.body.scaling.scale import morph_to
 from workbench.errors import InputError
-from workbench.model.accommodation import (
-    MET,
-    AccommodationStudy,
-    GroupShare,
-    PopulationFound,
-)
+from workbench.model.accommodation import MET, GroupShare
 from workbench.model.arrays import Bools
-from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
+from workbench.model.body import Body
+from workbench.model.population import Population
+from workbench.model.population_found import PopulationFound
+from workbench.model.study import Study
+from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
-from workbench.study.accommodation.hardest import hardest_rows, in_position, shown_people
+from workbench.study.accommodation.hardest import found_situations, hardest_rows, shown_people
 from workbench.study.accommodation.limiting import bearing_on, limiting_measures
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
-from workbench.study.accommodation.requirements import Asked, asked_of
 from workbench.study.accommodation.shares import (
     group_shares,
     left_out_alone,
@@ -34,10 +31,15 @@ from workbench.study.accommodation.shares import (
     share_without,
     spread_of,
 )
-from workbench.study.reaches import buried_controls
+from workbench.study.buried import buried_controls
+from workbench.study.checks.margins import Asked
+from workbench.study.people import Present
+from workbench.study.requirements import asked_of, sets_of
+from workbench.study.situation import seats_moved
 from workbench.study.warnings import enclosure_warnings
+from workbench.study.workplaces import population_of, workplace_of
 
-__all__ = ["accommodation_study"]
+__all__ = ["accommodation"]
 
 Say = Callable[[str], None]
 EXPECTED = 10.0
@@ -45,30 +47,56 @@ EXPECTED = 10.0
 on it says something that nobody does."""
 
 
-def accommodation_study(
-    study: AccommodationStudy,
+def accommodation(
+    study: Study,
+    beside: Present | None = None,
     *,
     keep: Path | None = None,
     say: Say = lambda text: None,
     executor: Executor | None = None,
 ) -> PopulationFound:
-    """Put a population into its seat and ask everything of everybody.
+    """Let everybody of a population take the role, and ask everything of everybody.
 
-    keep: a folder in which chunks of people are kept until it is done, so that a run that is cut
-    off goes on where it was; say: called with how far it is; executor: does the work, processes of
-    this machine if None, with the same numbers. InputError where a chunk cannot be written, or
-    somebody cannot be given a body.
+    Parameters
+    ----------
+    study
+        With a population in one of its roles.
+    beside
+        Those who are there too.
+    keep
+        A folder in which chunks of people are kept until all is done, so that a run that is cut off
+        goes on where it was.
+    say
+        Called with words on how far it is.
+    executor
+        Does the work: processes of this machine if None. The numbers are the same for all.
+
+    Raises
+    ------
+    InputError
+        Where a chunk cannot be written, or somebody cannot be given a body.
     """
-    asked = asked_of(study)
+    row, role = next((k, role) for k, role in enumerate(study.roles) if role.population is not None)
+    people = population_of(role)
+    body = morph_to(role.body, role.detail)
+    environment = study.environment if beside is None else beside.environment
+    place = workplace_of(study, row, environment, () if beside is None else beside.beside())
+    asked = asked_of(place)
     if not asked:
         raise InputError(f"{study.name}: no criterion asks for anything")
-    bodies = fit_population(study.body, study.people, study.wears, executor=executor, progress=say)
-    found = gathered(result_chunks(study, asked, bodies, keep=keep, say=say, executor=executor))
+    question = Question(place, asked, sets_of(asked, study.share_criteria), people)
+    bodies = fit_population(body, people, role.clothes, executor=executor, progress=say)
+    chunks = result_chunks(question, bodies, keep=keep, say=say, executor=executor)
+    found = joined_chunks(chunks)
     met: Bools = np.asarray(np.isnan(found.margin) | (found.margin >= -MET))
-    weight = study.people.weight
     hardest = hardest_rows(found.margin)
+    gains = gains_of(question, study.changes, bodies, found, keep=keep, say=say, executor=executor)
+    maps = people_maps(question, study.reach_maps, bodies, say=say, executor=executor)
     return PopulationFound(
         study=study,
+        place=place,
+        people=people,
+        body=body,
         requirements=tuple(one.requirement for one in asked),
         margin=found.margin,
         reason=found.reason,
@@ -77,32 +105,34 @@ def accommodation_study(
         comfortable=found.comfortable,
         window=found.window,
         sets=found.sets,
-        limiting=_limiting(study, asked, found),
-        shares=_shares(study, np.asarray(met.all(axis=1))),
-        single=share_single(met, weight),
-        without=share_without(found.sets[:, : len(asked)], weight),
-        alone=left_out_alone(met, found.sets[:, : len(asked)], weight),
-        spread=spread_of(found.margin, weight),
+        limiting=_limiting(question, body, found),
+        shares=_shares(study, people, np.asarray(met.all(axis=1))),
+        single=share_single(met, people.weight),
+        without=share_without(found.sets[:, : len(asked)], people.weight),
+        alone=left_out_alone(met, found.sets[:, : len(asked)], people.weight),
+        spread=spread_of(found.margin, people.weight),
         hardest=hardest,
-        gains=tuple(gains_of(study, asked, bodies, found, keep=keep, say=say, executor=executor)),
-        maps=tuple(people_maps(study, bodies, say=say, executor=executor)),
+        gains=tuple(gains),
+        maps=tuple(maps),
         warnings=(
-            *_warnings(study, asked, bodies, met),
-            *_around(study, bodies, found, hardest),
+            *_warnings(question, body, bodies, met),
+            *_around(question, bodies, found, hardest),
             *study.warnings,
         ),
-        shown=tuple(shown_people(study, asked, bodies, found, hardest)),
+        shown=tuple(shown_people(question, bodies, found, hardest)),
     )
 
 
-def _shares(study: AccommodationStudy, served: Bools) -> tuple[GroupShare, ...]:
-    rule = study.interval
+def _shares(study: Study, people: Population, served: Bools) -> tuple[GroupShare, ...]:
+    asked = study.shares
     return tuple(
-        group_shares(served, study.people, study.mixes, confidence=study.confidence, interval=rule)
+        group_shares(
+            served, people, asked.mixes, confidence=asked.confidence, interval=asked.interval
+        )
     )
 
 
-def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk) -> tuple[str, ...]:
+def _limiting(question: Question, body: Body, found: Chunk) -> tuple[str, ...]:
     """For everybody left out the measure that is oddest of those that bear on what is missed by
     most."""
     worst = np.nan_to_num(found.margin, nan=np.inf)
@@ -113,56 +143,54 @@ def _limiting(study: AccommodationStudy, asked: tuple[Asked, ...], found: Chunk)
         for row, r in zip(rows, at, strict=True)
     ]
     bearing = [
-        bearing_on(asked[int(r)], said, study.body) for r, said in zip(at, words, strict=True)
+        bearing_on(question.asked[int(r)], why, body) for r, why in zip(at, words, strict=True)
     ]
-    names = [""] * len(study.people)
-    for row, name in zip(rows, limiting_measures(study.people, rows, bearing), strict=True):
+    people = question.people
+    names = [""] * len(people)
+    for row, name in zip(rows, limiting_measures(people, rows, bearing), strict=True):
         names[int(row)] = name
     return tuple(names)
 
 
 def _warnings(
-    study: AccommodationStudy, asked: tuple[Asked, ...], bodies: PopulationBodies, met: Bools
+    question: Question, body: Body, bodies: PopulationBodies, met: Bools
 ) -> tuple[str, ...]:
     """Collect what a reader of the shares must know, what bears on all of them first."""
     return (
-        *piece_warnings([(study.body.name, study.body)]),
-        *_told(bodies),
-        *_hopeless(asked, met),
-        *buried_controls(study.environment),
+        *piece_warnings([(body.name, body)]),
+        *_inexact(bodies),
+        *_hopeless(question.asked, met),
+        *buried_controls(question.place.environment),
     )
 
 
-def _told(bodies: PopulationBodies) -> list[str]:
-    told = [note for note in bodies.notes if note]
-    if not told:
+def _inexact(bodies: PopulationBodies) -> list[str]:
+    notes = [note for note in bodies.notes if note]
+    if not notes:
         return []
     return [
-        f"{len(told)} of {len(bodies)} people could not be given all their measures exactly; they have them "
-        f"nearly (the first because {told[0]})"
+        f"{len(notes)} of {len(bodies)} people could not be given all their measures exactly; "
+        f"they have them nearly (the first because {notes[0]})"
     ]
 
 
 def _around(
-    study: AccommodationStudy, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
+    question: Question, bodies: PopulationBodies, found: Chunk, hardest: tuple[int, ...]
 ) -> list[str]:
-    """Report open parts that enclose the hardest person, or the first, in the seat."""
-    if not study.environment.undecided:
+    """Report open parts that enclose the hardest person, or the first, where this one is."""
+    if not question.place.environment.undecided:
         return []
     row = hardest[0] if hardest else 0
-    body = bodies[row]
-    sitters = in_position(study, body, row, found)
-    environment = moved(
-        study.environment, study.environment.seat(study.seat).moves, sitters.seat.shift[0]
-    )
-    return list(enclosure_warnings(f"person {row + 1}", place(body, sitters.held), environment))
+    situation = found_situations(question, bodies[row], row, found)[0]
+    environment = seats_moved(question.place, situation)
+    return list(enclosure_warnings(f"person {row + 1}", situation.placed, environment))
 
 
 def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
     """Requirements that nobody meets, and pairs that nobody meets together though some meet
     each."""
     single: Bools = np.asarray(met.any(axis=0))
-    told = [
+    words = [
         f"nobody meets {asked[r].requirement.name!r}: check where it is and what is asked for"
         for r in np.flatnonzero(~single)
     ]
@@ -170,8 +198,8 @@ def _hopeless(asked: tuple[Asked, ...], met: Bools) -> list[str]:
     both = met.T.astype(np.float64) @ met.astype(np.float64)
     expected = np.outer(count, count) / len(met)
     for a, b in np.argwhere(np.triu((both == 0) & (expected >= EXPECTED), 1)):
-        told.append(
+        words.append(
             f"nobody meets both {asked[a].requirement.name!r} and {asked[b].requirement.name!r} in the "
             "position of the seat that suits best: they may contradict each other"
         )
-    return told
+    return words

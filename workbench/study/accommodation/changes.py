@@ -1,4 +1,4 @@
-"""Changes of a design: a study with the change made, and which of its requirements the change bears
+"""Changes of a design: a workplace with the change made, and which of its requirements the change bears
 on."""
 
 from __future__ import annotations
@@ -7,17 +7,18 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from workbench.body.parts import moved
-from workbench.model.accommodation import AccommodationStudy, Change
+from workbench.model.accommodation import Change
 from workbench.model.environment import Environment
-from workbench.study.accommodation.requirements import Asked
+from workbench.model.workplace import Workplace
+from workbench.study.checks.margins import Asked
 
 __all__ = ["borne_by", "changed", "moved_parts"]
 
 
-def changed(study: AccommodationStudy, change: Change) -> AccommodationStudy:
-    """The study with a change made. A control takes the part along that it is on, unless another
+def changed(place: Workplace, change: Change) -> Workplace:
+    """The workplace with a change made. A control takes the part along that it is on, unless another
     control is on it; a part takes all controls along that are on it."""
-    environment = study.environment
+    environment = place.environment
     if change.control or change.parts:
         environment = moved(environment, moved_parts(environment, change), change.move)
         x, y, z = change.move
@@ -27,10 +28,10 @@ def changed(study: AccommodationStudy, change: Change) -> AccommodationStudy:
             else c
             for c in environment.controls
         )
-        return replace(study, environment=replace(environment, controls=controls))
+        return replace(place, environment=replace(environment, controls=controls))
     seats = []
     for seat in environment.seats:
-        if seat.name == study.seat:
+        if seat.name == place.seat:
             forward, up = (
                 (ends[0] + by[0], ends[1] + by[1])
                 for ends, by in (
@@ -40,7 +41,7 @@ def changed(study: AccommodationStudy, change: Change) -> AccommodationStudy:
             )
             seat = replace(seat, travel_forward=forward, travel_up=up)
         seats.append(seat)
-    return replace(study, environment=replace(environment, seats=tuple(seats)))
+    return replace(place, environment=replace(environment, seats=tuple(seats)))
 
 
 def moved_parts(environment: Environment, change: Change) -> tuple[str, ...]:
@@ -52,13 +53,14 @@ def moved_parts(environment: Environment, change: Change) -> tuple[str, ...]:
     return (part,) if len(shared) == 1 and part in environment.parts else ()
 
 
-def borne_by(study: AccommodationStudy, asked: Sequence[Asked], change: Change) -> list[int]:
+def borne_by(place: Workplace, asked: Sequence[Asked], change: Change) -> list[int]:
     """The numbers of the requirements that a change bears on: of a control its own and those about
     its part; all of them where it is one that the sitters hold, or anything else is moved."""
     every = list(range(len(asked)))
-    if not change.control or change.control in study.aims.controls.values():
+    held = {name for case in place.cases if case.aims for name in case.aims.controls.values()}
+    if not change.control or change.control in held:
         return every
-    parts = set(moved_parts(study.environment, change))
+    parts = set(moved_parts(place.environment, change))
     rows = [
         r
         for r, one in enumerate(asked)

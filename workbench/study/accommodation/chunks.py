@@ -11,7 +11,6 @@ from collections.abc import Callable, Generator, Sequence
 from concurrent.futures import Executor
 from contextlib import closing, suppress
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -21,31 +20,33 @@ from numpy.typing import NDArray
 
 from workbench.contact.index_cache import PARTIAL, read_arrays, write_arrays
 from workbench.errors import InputError
-from workbench.model.accommodation import AccommodationStudy
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.content import content_key
-from workbench.model.poses import Poses
-from workbench.posture.seating.seat import Seated
+from workbench.model.population import Population
+from workbench.model.workplace import Workplace
 from workbench.study.accommodation.population_bodies import Family, PopulationBodies
-from workbench.study.accommodation.positions import Before, Fitted, fitted_positions
-from workbench.study.accommodation.requirements import Asked, sets_of
-from workbench.study.accommodation.sitters import Sitters, seated, seating_study
-from workbench.study.accommodation.tried import judged, sitting
+from workbench.study.checks.margins import Asked
 from workbench.study.executors import Shared, completed
+from workbench.study.positions import (
+    Before,
+    Fitted,
+    comfortable_situations,
+    fitted_positions,
+    tried,
+)
+from workbench.study.situation import Occupants, Taken, seating_of
 
 __all__ = [
     "Chunk",
-    "evaluate_chunk",
+    "Question",
     "forget_chunks",
-    "gathered",
+    "joined_chunks",
     "result_chunks",
-    "seat_everybody",
+    "taken_places",
     "time_left",
 ]
 
 Say = Callable[[str], None]
-Seat = tuple[Seated, Poses]
-"""Where people sit, and their poses with the hands at rest."""
 _KEPT = "what was done is kept, and the same command goes on from there"
 
 
@@ -69,44 +70,56 @@ class Chunk:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What is the same for all chunks of a study: its requirements, and the family of its people."""
+    """What is the same for all people of a population.
 
-    study: AccommodationStudy
+    Parameters
+    ----------
+    place, asked
+        The workplace and its requirements.
+    members
+        (R, K) the requirements of each set of which it is asked whether some position meets it.
+        Without sets, people who fit are searched no further.
+    people
+        The population.
+    before
+        Of a changed design: how everybody came out without the change.
+    """
+
+    place: Workplace
     asked: tuple[Asked, ...]
-    family: Family
+    members: Bools
+    people: Population
     before: Before | None = None
-    """Of a changed design: how everybody came out without the change."""
-    with_sets: bool = True
-    """Whether `sets` are wanted; without them people who fit are searched no further."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """A question with the family that the bodies of a chunk belong to."""
+
+    question: Question
+    family: Family
 
 
 def result_chunks(
-    study: AccommodationStudy,
-    asked: Sequence[Asked],
+    question: Question,
     bodies: PopulationBodies,
     *,
     keep: Path | None,
     say: Say,
     executor: Executor | None = None,
-    before: Before | None = None,
-    with_sets: bool = True,
 ) -> list[Chunk]:
-    """Evaluate the chunks of a study, or read those that an earlier run kept.
+    """Answer a question for everybody, chunk by chunk, or read what an earlier run kept.
 
     Parameters
     ----------
-    study, asked, bodies
-        The study, its requirements and the bodies of its people.
+    bodies
+        The bodies of the people.
     keep
         The folder of the chunks; nothing is kept if None.
     say
         Called with a line on how many people are done.
     executor
         Does the work: processes of this machine if None. The numbers are the same for all.
-    before
-        Of a changed design: how everybody came out without the change.
-    with_sets
-        Whether `sets` are wanted, which costs more positions.
 
     Returns
     -------
@@ -118,7 +131,6 @@ def result_chunks(
     InputError
         If a chunk cannot be written; those written before stay.
     """
-    question = Question(study, tuple(asked), bodies.family, before, with_sets)
     files = _Files(keep, _chunk_keys(question, bodies) if keep is not None else [])
     found = files.read()
     missing = [number for number in range(len(bodies.chunks)) if number not in found]
@@ -197,7 +209,7 @@ def _numbers(rows: slice) -> Ints:
 
 def _chunk_keys(question: Question, bodies: PopulationBodies) -> list[bytes]:
     """Return the key of each chunk: of the study, what is asked, and the chunk's bare bodies."""
-    base = content_key("accommodation", question)
+    base = content_key("accommodation", question, bodies.family)
     return [content_key("chunk", base, _numbers(rows), bodies.rows(rows)) for rows in bodies.chunks]
 
 
@@ -208,8 +220,8 @@ def _evaluated(
     executor: Executor | None,
 ) -> Generator[tuple[int, Chunk]]:
     """Yield the chunks of these numbers as they are done, and note where their people sit."""
-    places = _places(question.study, bodies)
-    shared = Shared(question)
+    places = _places(question.place, question.people, bodies)
+    shared = Shared(_Task(question, bodies.family))
 
     def arguments(number: int) -> tuple[object, ...]:
         rows = bodies.chunks[number]
@@ -218,102 +230,89 @@ def _evaluated(
     if executor is None and len(missing) > 1:
         # one person here first: forks then have the compiled functions and the distance indexes
         row = bodies.chunks[missing[0]].start
-        people = seated(question.study, bodies[row], [row])
-        judged(question.study, question.asked, sitting(question.study, question.asked, people))
-    with closing(completed(evaluate_chunk, missing, arguments, executor=executor)) as ready:
-        for number, (chunk, seat) in ready:
-            if seat is not None:
-                bodies.seats[places[number]] = seat
+        who = Occupants(bodies[row], question.people, np.array([row]))
+        tried(comfortable_situations(question.place, who), question.asked)
+    with closing(completed(_evaluate_chunk, missing, arguments, executor=executor)) as ready:
+        for number, (chunk, taken) in ready:
+            if taken is not None:
+                bodies.seats[places[number]] = taken
             yield number, chunk
 
 
-def _places(study: AccommodationStudy, bodies: PopulationBodies) -> list[tuple[bytes, int, int]]:
-    """Return the key in `bodies.seats` of each chunk."""
-    key = seat_key(study)
+def _places(
+    place: Workplace, people: Population, bodies: PopulationBodies
+) -> list[tuple[bytes, int, int]]:
+    """Return the key in `bodies.seats` of each chunk: of nothing but what decides where they are."""
+    cases = tuple(seating_of(place, case) for case in range(len(place.cases)))
+    key = content_key("seating", cases, people)
     return [(key, rows.start, rows.stop) for rows in bodies.chunks]
 
 
-def evaluate_chunk(
-    question: Shared[Question],
+def _evaluate_chunk(
+    task: Shared[_Task],
     numbers: Ints,
     rows: tuple[Ints, dict[str, Floats]],
-    seat: Seat | None,
-) -> tuple[Chunk, Seat | None]:
-    """Evaluate all requirements for some people.
+    taken: tuple[Taken, ...] | None,
+) -> tuple[Chunk, tuple[Taken, ...] | None]:
+    """Answer the question for some people.
 
     Parameters
     ----------
-    question
-        What is the same for all chunks.
     numbers
-        (B,) numbers of the people in the study's population.
+        (B,) numbers of the people in the population.
     rows
         Their sex and fitted fields, as `PopulationBodies.rows` gives them.
-    seat
-        Where they sit; None where that is not known yet.
+    taken
+        The places they have taken, case by case; None where these are not known yet.
 
     Returns
     -------
-    Chunk and Seat
-        What became of the people, and where they sit if that was not given.
+    Chunk and tuple of Taken
+        What became of the people, and their places if these were not given.
     """
-    study = question.value.study
-    asked = question.value.asked
-    body = question.value.family.body(*rows)
-    sitters = (
-        seated(study, body, numbers.tolist()) if seat is None else Sitters(body, seat[0], seat[1])
-    )
-    before = question.value.before
-    sets = (
-        sets_of(study, asked)
-        if question.value.with_sets
-        else np.zeros((len(asked), 0), dtype=np.bool_)
-    )
-    fitted = fitted_positions(
-        study,
-        asked,
-        sets,
-        sitters,
-        numbers.tolist(),
-        before.rows(numbers) if before is not None else None,
-    )
-    chunk = packed(fitted)
-    return chunk, (sitters.seat, sitters.held) if seat is None else None
+    question = task.value.question
+    place = question.place
+    who = Occupants(task.value.family.body(*rows), question.people, numbers)
+    situations = comfortable_situations(place, who, taken or ())
+    before = question.before.rows(numbers) if question.before is not None else None
+    fitted = fitted_positions(place, question.asked, question.members, who, situations, before)
+    found = None if taken is not None else tuple(situation.taken for situation in situations)
+    return _as_numbers(fitted), found
 
 
-def seat_everybody(
-    study: AccommodationStudy, bodies: PopulationBodies, *, executor: Executor | None = None
-) -> list[Seat]:
-    """Return where the people of each chunk sit.
+def taken_places(
+    place: Workplace,
+    people: Population,
+    bodies: PopulationBodies,
+    *,
+    executor: Executor | None = None,
+) -> list[tuple[Taken, ...]]:
+    """Return the comfortable places that the people of each chunk take in each case.
 
-    Who has been seated already, for a study with the same seat, pedals and view, stays so.
+    Who has taken a place already, in a workplace with the same seat, pedals and view, stays there.
     """
-    places = _places(study, bodies)
-    question = Shared(Question(study, (), bodies.family))
-    missing = [number for number, place in enumerate(places) if place not in bodies.seats]
+    keys = _places(place, people, bodies)
+    question = Question(place, (), np.zeros((0, 0), dtype=np.bool_), people)
+    task = Shared(_Task(question, bodies.family))
+    missing = [number for number, key in enumerate(keys) if key not in bodies.seats]
 
     def arguments(number: int) -> tuple[object, ...]:
         rows = bodies.chunks[number]
-        return question, _numbers(rows), bodies.rows(rows)
+        return task, _numbers(rows), bodies.rows(rows)
 
-    with closing(completed(_seat_chunk, missing, arguments, executor=executor)) as ready:
-        for number, seat in ready:
-            bodies.seats[places[number]] = seat
-    return [bodies.seats[place] for place in places]
-
-
-def _seat_chunk(
-    question: Shared[Question], numbers: Ints, rows: tuple[Ints, dict[str, Floats]]
-) -> Seat:
-    body = question.value.family.body(*rows)
-    sitters = seated(question.value.study, body, numbers.tolist())
-    return sitters.seat, sitters.held
+    with closing(completed(_take_chunk, missing, arguments, executor=executor)) as ready:
+        for number, taken in ready:
+            bodies.seats[keys[number]] = taken
+    return [bodies.seats[key] for key in keys]
 
 
-@lru_cache(maxsize=16)
-def seat_key(study: AccommodationStudy) -> bytes:
-    """The key of where people sit: of the part of the study that decides it."""
-    return content_key("seating", seating_study(study))
+def _take_chunk(
+    task: Shared[_Task], numbers: Ints, rows: tuple[Ints, dict[str, Floats]]
+) -> tuple[Taken, ...]:
+    question = task.value.question
+    who = Occupants(task.value.family.body(*rows), question.people, numbers)
+    situations = comfortable_situations(question.place, who)
+    return tuple(situation.taken for situation in situations)
 
 
 def forget_chunks(keep: Path) -> None:
@@ -338,18 +337,18 @@ def time_left(begun: float, done: int, left: int) -> str:
     return f", {seconds:.0f} s left" if seconds < 120 else f", {seconds / 60:.0f} min left"
 
 
-def packed(fitted: Fitted) -> Chunk:
+def _as_numbers(fitted: Fitted) -> Chunk:
     """What became of some people as numbers: words become indices into a list."""
-    tried = fitted.tried
-    said = tried.words.ravel().tolist()
-    words = tuple(word for word in dict.fromkeys(said) if word)
+    found = fitted.tried
+    every = found.words.ravel().tolist()
+    words = tuple(word for word in dict.fromkeys(every) if word)
     number = {word: k for k, word in enumerate(words)} | {"": -1}
-    reason = np.array([number[word] for word in said], dtype=np.int64)
+    reason = np.array([number[word] for word in every], dtype=np.int64)
     return Chunk(
-        margin=tried.margin,
-        reason=reason.reshape(tried.margin.shape),
-        toward=tried.toward,
-        seat=tried.seat,
+        margin=found.margin,
+        reason=reason.reshape(found.margin.shape),
+        toward=found.toward,
+        seat=found.seat,
         comfortable=fitted.comfortable,
         window=fitted.window,
         sets=fitted.sets,
@@ -357,7 +356,7 @@ def packed(fitted: Fitted) -> Chunk:
     )
 
 
-def gathered(chunks: Sequence[Chunk]) -> Chunk:
+def joined_chunks(chunks: Sequence[Chunk]) -> Chunk:
     """All chunks as one; its words stand in the order in which they first occur."""
     words = tuple(dict.fromkeys(word for chunk in chunks for word in chunk.words))
     number = {word: k for k, word in enumerate(words)}

@@ -26,7 +26,7 @@ def judged(result: Result) -> Judged:
     found = result.population
     if found is None:
         raise InputError(f"{result.study.name} has no population to compare")
-    people = found.study.people
+    people = found.people
     tall = people.column("stature") if "stature" in people.names else np.full(len(people), np.nan)
     return Judged(
         name=result.study.name,
@@ -38,7 +38,7 @@ def judged(result: Result) -> Judged:
         stature=tall,
         margin=found.margin,
         who=people_hash(people),
-        confidence=found.study.confidence,
+        confidence=found.study.shares.confidence,
     )
 
 

@@ -5,19 +5,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from workbench.model.accommodation import AccommodationStudy, Change, Gain
+from workbench.model.accommodation import Change, Gain
 from workbench.model.arrays import Bools, Floats
+from workbench.model.workplace import Workplace
 from workbench.study.accommodation.changes import borne_by, changed
-from workbench.study.accommodation.chunks import Chunk, gathered, result_chunks
+from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.population_bodies import PopulationBodies
-from workbench.study.accommodation.positions import Before
 from workbench.study.accommodation.proposals import growth, met_of, proposals
-from workbench.study.accommodation.requirements import Asked
 from workbench.study.accommodation.shares import share_single
+from workbench.study.checks.margins import Asked
+from workbench.study.positions import Before
 
 __all__ = ["MOST_GAINS", "MOST_TRIES", "gains_of"]
 
@@ -27,12 +29,12 @@ MOST_TRIES = 5
 proposed."""
 NEAR = 5e-3
 """Half the move [m] over which the rate of a gain is taken."""
-Run = Callable[[AccommodationStudy, Sequence[Asked], Before | None], Chunk]
+Run = Callable[[Question], Chunk]
 
 
 def gains_of(
-    study: AccommodationStudy,
-    asked: Sequence[Asked],
+    question: Question,
+    changes: Sequence[Change],
     bodies: PopulationBodies,
     found: Chunk,
     *,
@@ -40,31 +42,21 @@ def gains_of(
     say: Callable[[str], None],
     executor: Executor | None = None,
 ) -> Iterator[Gain]:
-    """The gains of the study's own changes, whatever they are, or else of proposals that let more
-    people meet everything."""
+    """The gains of changes that are asked for, or else of proposals that let more people meet
+    everything."""
 
-    def run(other: AccommodationStudy, some: Sequence[Asked], before: Before | None) -> Chunk:
-        chunks = result_chunks(
-            other,
-            some,
-            bodies,
-            keep=keep,
-            say=say,
-            executor=executor,
-            before=before,
-            with_sets=False,
-        )
-        return gathered(chunks)
+    def run(other: Question) -> Chunk:
+        return joined_chunks(result_chunks(other, bodies, keep=keep, say=say, executor=executor))
 
     def tried(change: Change, at: int | None) -> Gain:
         say(f"trying: {change.words}")
-        return _gain(study, asked, (found, run), (change, at))
+        return _gain(question, found, run, change, at)
 
-    if study.changes:
-        yield from (tried(change, None) for change in study.changes)
+    if changes:
+        yield from (tried(change, None) for change in changes)
         return
     good = 0
-    for count, (change, at) in enumerate(proposals(study, asked, found), 1):
+    for count, (change, at) in enumerate(proposals(question, found), 1):
         gain = tried(change, at)
         if gain.joint_after > gain.joint_before + 1e-12:
             good += 1
@@ -73,23 +65,26 @@ def gains_of(
             return
 
 
-def _gain(
-    study: AccommodationStudy,
-    asked: Sequence[Asked],
-    runs: tuple[Chunk, Run],
-    what: tuple[Change, int | None],
-) -> Gain:
-    (found, run), (change, at) = runs, what
-    rows = borne_by(study, asked, change)
-    other = changed(study, change)
-    margin = run(other, [_renewed(other, one) for one in asked], _before(asked, found, rows)).margin
+def _gain(question: Question, found: Chunk, run: Run, change: Change, at: int | None) -> Gain:
+    """The gain of a change, told of the requirement `at`: else of the one it bears on most."""
+    asked = question.asked
+    rows = borne_by(question.place, asked, change)
+    place = changed(question.place, change)
+    other = replace(
+        question,
+        place=place,
+        asked=tuple(_renewed(place, one) for one in asked),
+        members=np.zeros((len(asked), 0), dtype=np.bool_),
+        before=_before(asked, found, rows),
+    )
+    margin = run(other).margin
     before = met_of(found.margin)
     after = met_of(margin)
-    weight = study.people.weight
+    weight = question.people.weight
     single = share_single(before, weight)
     then = share_single(after, weight)
     r = at if at is not None else rows[int(np.argmax(np.abs(then - single)[rows]))]
-    grows = growth(study, asked, found, (change, r))
+    grows = growth(question, found, change, r)
     return Gain(
         words=change.words,
         requirement=asked[r].requirement.name,
@@ -118,14 +113,14 @@ def _before(asked: Sequence[Asked], found: Chunk, rows: Sequence[int]) -> Before
     return Before(found.margin, stays, tuple(rows))
 
 
-def _renewed(study: AccommodationStudy, one: Asked) -> Asked:
+def _renewed(place: Workplace, one: Asked) -> Asked:
     """The requirement with its control where the changed environment has it."""
     if one.control is None:
         return one
     now = next(
-        control for control in study.environment.controls if control.name == one.control.name
+        control for control in place.environment.controls if control.name == one.control.name
     )
-    return Asked(one.requirement, one.criterion, now)
+    return replace(one, control=now)
 
 
 def _joint(met: Bools, weight: Floats) -> float:

@@ -3,32 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.body.forward import place
-from workbench.body.parts import moved
-from workbench.contact.clearance_pairs import clearance_of_pairs
-from workbench.model.accommodation import MET, AccommodationStudy, Shown
+from workbench.body.forward import place as place_body
+from workbench.model.accommodation import MET
 from workbench.model.arrays import Floats
 from workbench.model.body import Body
-from workbench.model.environment import Environment
+from workbench.model.population_found import Shown
 from workbench.model.poses import Placed
 from workbench.posture.reaching.limbs import FEET, HANDS, Limb, limb
 from workbench.posture.reaching.reach import reach
-from workbench.study.accommodation.chunks import Chunk
+from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.population_bodies import PopulationBodies
-from workbench.study.accommodation.requirements import Asked
-from workbench.study.accommodation.sitters import (
-    Sitters,
-    seated,
-    seated_at,
+from workbench.study.checks.margins import Asked
+from workbench.study.checks.parts import nearest_pair
+from workbench.study.checks.seat_travel import worse_foot
+from workbench.study.positions import comfortable_situations, in_position
+from workbench.study.situation import (
+    Occupants,
+    Situation,
+    seats_moved,
     with_hands,
     without_seat,
 )
-from workbench.study.pairs import pair_of
 
-__all__ = ["hardest_rows", "in_position", "shown_people"]
+__all__ = ["found_situations", "hardest_rows", "shown_people"]
 
 MOST = 5
 
@@ -47,102 +48,117 @@ def hardest_rows(margin: Floats) -> tuple[int, ...]:
     return tuple(sorted(chosen, key=order.index))
 
 
-def in_position(study: AccommodationStudy, body: Body, row: int, found: Chunk) -> Sitters:
-    """A person in the position of the seat that the margins are of."""
+def found_situations(question: Question, body: Body, row: int, found: Chunk) -> list[Situation]:
+    """A person in each case, in the position of the seat that the margins are of."""
+    place = question.place
+    who = Occupants(body, question.people, np.array([row]))
+    comfortable = comfortable_situations(place, who)
     if np.array_equal(found.seat[row], found.comfortable[row]):
-        return seated(study, body, [row])
-    forward, up = found.seat[row].tolist()
-    return seated_at(study, body, [row], (forward, up))
+        return comfortable
+    at = found.seat[row : row + 1]
+    return [
+        in_position(place, case, who, at, comfortable[case]) for case in range(len(place.cases))
+    ]
 
 
 def shown_people(
-    study: AccommodationStudy,
-    asked: Sequence[Asked],
-    bodies: PopulationBodies,
-    found: Chunk,
-    rows: Sequence[int],
+    question: Question, bodies: PopulationBodies, found: Chunk, rows: Sequence[int]
 ) -> Iterator[Shown]:
     """Some people (rows) as found, in their position, at the requirement they miss by most."""
     for row in rows:
-        body = bodies[row]
         r = int(np.nanargmin(found.margin[row]))
-        sitters = in_position(study, body, row, found)
-        seat = study.environment.seat(study.seat)
-        environment = moved(study.environment, seat.moves, sitters.seat.shift[0])
-        yield _shown(study, (asked[r], r), (row, body, environment, sitters))
+        one = question.asked[r]
+        situation = found_situations(question, bodies[row], row, found)[one.case]
+        look = _look(situation, one)
+        environment = seats_moved(question.place, situation)
+        yield Shown(row, r, look.placed, environment, look.limb, look.target, look.tip)
 
 
-def _shown(
-    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
-) -> Shown:
-    (one, r), (row, body, environment, resting) = what, who
-    if one.control is not None:
-        return _reaching(study, what, who)
-    sitters = with_hands(study, resting)
-    placed = place(body, sitters.held)
-    if one.requirement.check in ("clearance", "contact"):
-        pairs = [pair_of(body, study.environment, one.criterion)]
-        moves = study.environment.seat(study.seat).moves
-        shift = sitters.seat.shift
-        found = clearance_of_pairs(
-            placed, study.environment, pairs=pairs, moving_parts=moves, displacement=shift
-        )
-        sphere = int(found.sphere[0, 0])
-        if sphere >= 0:
-            segment = body.segment_names[int(body.sphere_segment[sphere])]
-            point = found.point[0, 0]
-            centre = placed.centres[0, sphere]
-            return Shown(row, r, placed, environment, segment, _xyz(point), _xyz(centre))
-    if one.requirement.check in ("eye_height", "view_over") and study.aims.eyes is not None:
-        eye = sitters.seat.eye[0]
-        return Shown(
-            row,
-            r,
-            placed,
-            environment,
-            "eyes",
-            study.environment.points[study.aims.eyes],
-            _xyz(eye),
-        )
-    if one.requirement.check in ("pedals", "preferred_seat") and sitters.seat.miss:
-        foot = max(sitters.seat.miss, key=lambda name: float(sitters.seat.miss[name][0]))
-        controls = {control.name: control for control in study.environment.controls}
-        at = controls[study.aims.controls[foot]].at
-        return Shown(
-            row, r, placed, environment, foot, at, _xyz(_tip(placed, limb(body, foot, grip="ball")))
-        )
-    return Shown(row, r, placed, environment)
+@dataclass(frozen=True, eq=False)
+class _Look:
+    """What to look at: a body in one pose; what comes too near or does not get there, "" where
+    nothing is to be named; and the two points that are to be near or apart."""
+
+    placed: Placed
+    limb: str = ""
+    target: tuple[float, float, float] | None = None
+    tip: tuple[float, float, float] | None = None
 
 
-def _reaching(
-    study: AccommodationStudy, what: tuple[Asked, int], who: tuple[int, Body, Environment, Sitters]
-) -> Shown:
-    """In the attempt: by whichever hand or foot comes nearest. The obstacles stand as in the study,
+def _look(resting: Situation, one: Asked) -> _Look:
+    """How a person misses a requirement."""
+    check = one.requirement.check
+    if check == "reach":
+        return _reaching(resting, one)
+    situation = with_hands(resting)
+    if check in ("clearance", "contact"):
+        return _nearest(situation, one)
+    if check in ("eye_height", "view_over"):
+        return _eyes(situation)
+    if check in ("pedals", "preferred_seat"):
+        return _foot(situation)
+    return _Look(situation.placed)
+
+
+def _nearest(situation: Situation, one: Asked) -> _Look:
+    """The nearest points of a clearance."""
+    body = situation.body
+    placed = situation.placed
+    found = nearest_pair(situation, one.criterion)
+    sphere = int(found.sphere[0, 0])
+    if sphere < 0:
+        return _Look(placed)
+    segment = body.segment_names[int(body.sphere_segment[sphere])]
+    return _Look(placed, segment, _xyz(found.point[0, 0]), _xyz(placed.centres[0, sphere]))
+
+
+def _eyes(situation: Situation) -> _Look:
+    """The eyes and the point that they are meant for."""
+    if situation.eyes is None or situation.seated is None:
+        return _Look(situation.placed)
+    point = situation.environment.points[situation.eyes]
+    return _Look(situation.placed, "eyes", point, _xyz(situation.seated.eye[0]))
+
+
+def _foot(situation: Situation) -> _Look:
+    """The worse foot and its pedal."""
+    seated = situation.seated
+    aims = situation.work.aims
+    placed = situation.placed
+    if seated is None or aims is None or not seated.miss:
+        return _Look(placed)
+    foot = worse_foot(seated)
+    controls = {control.name: control for control in situation.environment.controls}
+    tip = _tip(placed, limb(situation.body, foot, grip="ball"))
+    return _Look(placed, foot, controls[aims.controls[foot]].at, _xyz(tip))
+
+
+def _reaching(situation: Situation, one: Asked) -> _Look:
+    """In the attempt, by whichever hand or foot comes nearest. The obstacles stand as in the study,
     those that go along with the seat aside by its travel: an environment of its own for each person
     would be indexed anew."""
-    (one, r), (row, body, environment, sitters) = what, who
     assert one.control is not None
     foot = one.control.grip == "foot"
-    seat = sitters.seat
     sides = [f"{one.criterion.hand} hand"] if one.criterion.hand else list(FEET if foot else HANDS)
-    room = without_seat(study.environment, study.seat) if foot else study.environment
+    place = situation.place
+    room = without_seat(place) if foot and place.seat is not None else place.environment
     grip, zone = ("ball", 1) if foot else (one.control.grip, one.requirement.zone)
     tries = []
     for name in sides:
         found = reach(
-            body,
-            seat.poses,
+            situation.body,
+            situation.taken.poses,
             [one.control.at],
-            limb=limb(body, name, grip=grip, zone=zone),
+            limb=limb(situation.body, name, grip=grip, zone=zone),
             environment=room,
-            moving_parts=study.environment.seat(study.seat).moves,
-            displacement=seat.shift,
+            moving_parts=place.moving_parts,
+            displacement=situation.displacement,
         )
         tries.append((float(found.miss[0, 0] + found.overlap[0, 0]), name, found))
     _, name, best = min(tries, key=lambda entry: entry[:2])
-    placed = place(body, best.poses)
-    tip = _tip(placed, limb(body, name, grip=grip, zone=zone))
-    return Shown(row, r, placed, environment, name, one.control.at, _xyz(tip))
+    body = place_body(situation.body, best.poses)
+    tip = _tip(body, limb(situation.body, name, grip=grip, zone=zone))
+    return _Look(body, name, one.control.at, _xyz(tip))
 
 
 def _tip(placed: Placed, chain: Limb) -> Floats:

@@ -20,9 +20,9 @@ from workbench.files.populations import load_population_model
 from workbench.model.arrays import Ints
 from workbench.model.body import Body
 from workbench.model.population import SEXES, Population
-from workbench.study.accommodation.requirements import Asked
-from workbench.study.accommodation.sitters import SEAT_FORWARD
-from workbench.study.accommodation.views import TOO_HIGH
+from workbench.study.checks.margins import Asked
+from workbench.study.checks.seat_travel import SEAT_FORWARD
+from workbench.study.checks.view import TOO_HIGH
 
 __all__ = ["BEARING", "bearing_on", "limiting_measures"]
 
@@ -84,7 +84,7 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
     """The measures that bear on a requirement and the direction in which they hurt (-1: too small,
     1: too large).
 
-    words: what limits, as `judged` says it.
+    words: what limits, as `Margins` says it.
     """
     check = one.requirement.check
     if check in ("pedals", "preferred_seat"):
@@ -95,7 +95,7 @@ def bearing_on(one: Asked, words: str, body: Body) -> tuple[tuple[str, ...], int
         ], -1
     if check in ("eye_height", "view_over"):
         return BEARING["eyes"], 1 if words == TOO_HIGH else -1
-    if check in ("stops", "self_contact"):
+    if check in ("stops", "self_contact", "excursion"):
         return (), 1
     named = [n for n, name in enumerate(body.segment_names) if words.startswith(name)]
     segment = body.segments[max(named, key=lambda n: len(body.segment_names[n]))] if named else ""

@@ -1,4 +1,4 @@
-"""The reach maps of an accommodation study: everybody where they sit, with the hands that are asked
+"""The reach maps of a population: everybody where they are, with the hands that are asked
 for."""
 
 from __future__ import annotations
@@ -9,14 +9,15 @@ from contextlib import closing
 
 import numpy as np
 
-from workbench.model.accommodation import AccommodationStudy, MapTask, ReachMap
+from workbench.model.accommodation import MapTask, ReachMap
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.poses import Poses
+from workbench.model.posing import join_poses
+from workbench.model.workplace import Workplace
 from workbench.posture.reaching.limbs import HANDS
-from workbench.posture.seating.seat import Seated
-from workbench.posture.seating.seating import seat_planes
-from workbench.study.accommodation.chunks import seat_everybody
+from workbench.posture.seating.sides import leftward, middle
+from workbench.study.accommodation.chunks import Question, taken_places
 from workbench.study.accommodation.population_bodies import PopulationBodies
 from workbench.study.executors import completed
 from workbench.study.reach_map import groups, part_points, who_reaches
@@ -26,25 +27,28 @@ __all__ = ["people_maps"]
 _SHOULDERS = 0.6
 """How far [m] over the seat reference point somebody looks at a part from, to tell which of its
 sides count."""
+_STANDING = 1.4
+"""The same over the point that somebody stands on."""
 
 
 def people_maps(
-    study: AccommodationStudy,
+    question: Question,
+    tasks: Sequence[MapTask],
     bodies: PopulationBodies,
     *,
     say: Callable[[str], None],
     executor: Executor | None = None,
 ) -> Iterator[ReachMap]:
-    """The maps a study asks for, over the sides of each part that face the sitter. Obstacles do not
-    count."""
-    for task in study.maps:
-        points, normals = _facing(study, task)
-        share = _reached_share(study, bodies, task, points, say, executor)
-        yield ReachMap(task, points, normals, _flat(study, points), share)
+    """The maps that a study asks for, over the sides of each part that face the people. Obstacles
+    do not count."""
+    for task in tasks:
+        points, normals = _facing(question.place, task)
+        share = _reached_share(question, bodies, task, points, say, executor)
+        yield ReachMap(task, points, normals, _flat(question.place, points), share)
 
 
 def _reached_share(
-    study: AccommodationStudy,
+    question: Question,
     bodies: PopulationBodies,
     task: MapTask,
     points: Floats,
@@ -52,10 +56,11 @@ def _reached_share(
     executor: Executor | None,
 ) -> Floats:
     """(M,) the weighted share of everybody, where they sit, who reach each point."""
-    weight = study.people.weight
+    weight = question.people.weight
     names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
     limbs = [(name, task.grip, task.zone) for name in names]
-    poses = _everybody([seat for seat, _ in seat_everybody(study, bodies, executor=executor)])
+    chunks = taken_places(question.place, question.people, bodies, executor=executor)
+    poses = join_poses([taken[0].poses for taken in chunks])
     body = bodies[: len(bodies)]
     parts = groups(body, poses, points, names[0])
     jobs = completed(
@@ -73,16 +78,6 @@ def _reached_share(
     return share
 
 
-def _everybody(seats: Sequence[Seated]) -> Poses:
-    """The poses of all chunks of people, where they sit."""
-    poses = [seat.poses for seat in seats]
-    return Poses(
-        np.concatenate([some.rotations for some in poses]),
-        poses[0].reference,
-        np.concatenate([some.world_from_reference for some in poses]),
-    )
-
-
 def reached_weight(
     body: Body,
     poses: Poses,
@@ -98,16 +93,17 @@ def reached_weight(
     return found
 
 
-def _facing(study: AccommodationStudy, task: MapTask) -> tuple[Floats, Floats]:
+def _facing(place: Workplace, task: MapTask) -> tuple[Floats, Floats]:
     """About as many points as are asked for on what of a part faces the sitter, all of its sides
     where nothing does."""
-    viewer = np.array(study.environment.seat(study.seat).srp) + np.array([0.0, 0.0, _SHOULDERS])
-    points, normals = part_points(study.environment, task.part, task.points)
+    above = _SHOULDERS if place.seat is not None else _STANDING if place.stand is not None else 0.0
+    viewer = middle(place) + np.array([0.0, 0.0, above])
+    points, normals = part_points(place.environment, task.part, task.points)
     share = float(np.mean(_faces(points, normals, viewer)))
     if share == 0:
         return points, normals
     points, normals = part_points(
-        study.environment, task.part, round(task.points / max(share, 0.05))
+        place.environment, task.part, round(task.points / max(share, 0.05))
     )
     kept = _faces(points, normals, viewer)
     return points[kept], normals[kept]
@@ -119,10 +115,10 @@ def _faces(points: Floats, normals: Floats, viewer: Floats) -> Bools:
     return seen
 
 
-def _flat(study: AccommodationStudy, points: Floats) -> Floats:
+def _flat(place: Workplace, points: Floats) -> Floats:
     """(M, 2) [m] to the sitter's right and up the part: along its steepest line where it lies, else
     straight up."""
-    left = seat_planes(study.environment.seat(study.seat))[2]
+    left = leftward(place)
     ahead = np.array([left[1], -left[0], 0.0])
     arm = points - points.mean(axis=0)
     thin = np.linalg.svd(arm, full_matrices=False)[2][-1]

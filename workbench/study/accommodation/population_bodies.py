@@ -30,10 +30,9 @@ from workbench.model.content import content_key
 from workbench.model.encumbrance import Encumbrance
 from workbench.model.measures import MASS
 from workbench.model.population import SEXES, Population
-from workbench.model.poses import Poses
-from workbench.posture.seating.seat import Seated
 from workbench.study.executors import Shared, completed
 from workbench.study.persons import APART
+from workbench.study.situation import Taken
 
 __all__ = [
     "CHUNK_SIZE",
@@ -128,9 +127,9 @@ class PopulationBodies:
     """FITTED_FIELDS (B, ...) of the bare bodies."""
     notes: tuple[str, ...]
     """(B,) why a body does not show all measures exactly, "" where it does."""
-    seats: dict[tuple[bytes, int, int], tuple[Seated, Poses]] = field(default_factory=dict)
-    """Where the people of a chunk sit, by the key of what decides it and the chunk's first and last
-    rows; filled as chunks are worked on."""
+    seats: dict[tuple[bytes, int, int], tuple[Taken, ...]] = field(default_factory=dict)
+    """The places that the people of a chunk take in each case, by the key of what decides them and
+    the chunk's first and last rows; filled as chunks are worked on."""
 
     def __len__(self) -> int:
         return len(self.sex)

@@ -8,18 +8,17 @@ what a run with it says (see gains).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.model.accommodation import MET, AccommodationStudy, Change
+from workbench.model.accommodation import MET, Change
 from workbench.model.arrays import Bools, Floats
-from workbench.posture.seating.seating import seat_planes
+from workbench.posture.seating.sides import leftward
 from workbench.study.accommodation.changes import moved_parts
-from workbench.study.accommodation.chunks import Chunk
-from workbench.study.accommodation.requirements import Asked
+from workbench.study.accommodation.chunks import Chunk, Question
 from workbench.study.accommodation.shares import left_out_alone, share_single
-from workbench.study.accommodation.views import TOO_LOW
+from workbench.study.checks.view import TOO_LOW
 
 __all__ = ["MOST_MOVE", "growth", "met_of", "proposals", "shortest"]
 
@@ -32,12 +31,11 @@ ENOUGH = 0.95
 """The part of what the best move would gain that the shortest one which is proposed must gain."""
 
 
-def proposals(
-    study: AccommodationStudy, asked: Sequence[Asked], found: Chunk
-) -> Iterator[tuple[Change, int]]:
+def proposals(question: Question, found: Chunk) -> Iterator[tuple[Change, int]]:
     """Changes that let more people meet everything, as far as the margins say, with the number of
     the requirement each is for: those first that leave out most people by nothing else."""
-    weight = study.people.weight
+    asked = question.asked
+    weight = question.people.weight
     met = met_of(found.margin)
     single = share_single(met, weight)
     alone = left_out_alone(met, found.sets[:, : len(asked)], weight)
@@ -47,7 +45,7 @@ def proposals(
         if single[r] >= 1.0 or target in tried:
             continue
         seat = asked[r].requirement.check in OF_THE_SEAT
-        change = (_travel if seat else _moved)(study, asked, (found, r))
+        change = (_travel if seat else _moved)(question, found, r)
         if change is not None:
             tried.add(target)
             yield change, r
@@ -58,20 +56,21 @@ def met_of(margin: Floats) -> Bools:
     return np.asarray(np.isnan(margin) | (margin >= -MET))
 
 
-def growth(
-    study: AccommodationStudy, asked: Sequence[Asked], found: Chunk, what: tuple[Change, int]
-) -> Floats:
-    """(P,) by how much each person's margin of a requirement (a number) grows with a unit of a
-    change's move: for a start, and as long as nothing else gets in the way."""
-    change, r = what
+def growth(question: Question, found: Chunk, change: Change, r: int) -> Floats:
+    """(P,) by how much each person's margin of the requirement r grows with a unit of a change's
+    move: for a start, and as long as nothing else gets in the way."""
+    place = question.place
+    asked = question.asked
     if change.control or change.parts:
         size = float(np.linalg.norm(change.move))
-        if r not in _rows(study, asked, change) or size == 0:
+        if r not in _rows(question, change) or size == 0:
             return np.zeros(len(found.margin))
         return np.nan_to_num(found.toward[:, r] @ (np.array(change.move) / size))
     if asked[r].requirement.check not in OF_THE_SEAT:
         return np.zeros(len(found.margin))
-    seat = study.environment.seat(study.seat)
+    seat = place.own_seat
+    if seat is None:
+        return np.zeros(len(found.margin))
     column = 0 if any(change.travel_forward) else 1
     low, high = change.travel_forward if column == 0 else change.travel_up
     ends = seat.travel_forward if column == 0 else seat.travel_up
@@ -82,12 +81,12 @@ def growth(
     return np.asarray((helped & ~met_of(found.margin[:, r])).astype(np.float64))
 
 
-def _rows(study: AccommodationStudy, asked: Sequence[Asked], change: Change) -> list[int]:
+def _rows(question: Question, change: Change) -> list[int]:
     """The requirements whose margins a moved control or part changes as `toward` says: reaches of
     what is moved, and clearances to nothing but what is moved."""
-    parts = set(moved_parts(study.environment, change))
+    parts = set(moved_parts(question.place.environment, change))
     rows = []
-    for r, one in enumerate(asked):
+    for r, one in enumerate(question.asked):
         if one.control is not None:
             goes = one.control.part in parts if change.parts else one.control.name == change.control
         else:
@@ -105,19 +104,16 @@ def shortest(shares: Floats, now: float) -> int | None:
     return int(np.argmax(shares >= now + ENOUGH * (best - now) - 1e-12))
 
 
-def _moved(
-    study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]
-) -> Change | None:
+def _moved(question: Question, found: Chunk, r: int) -> Change | None:
     """A control or parts moved along an axis: the shortest of the moves that gain about as much as
     the best."""
-    found, r = what
-    one = asked[r]
+    one = question.asked[r]
     if one.requirement.check not in ("reach", "clearance"):
         return None
     control, parts = (
         (one.control.name, ()) if one.control is not None else ("", one.criterion.parts)
     )
-    side = seat_planes(study.environment.seat(study.seat))[2]
+    side = leftward(question.place)
     ahead = np.array([side[1], -side[0], 0.0])
     up = np.array([0.0, 0.0, 1.0])
     ways = {
@@ -129,13 +125,13 @@ def _moved(
         "to the right": -side,
     }
     met = met_of(found.margin)
-    weight = study.people.weight
+    weight = question.people.weight
     now = _joint(met, weight)
     moves = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
     shares = np.empty((len(moves), len(ways)))
     for k, axis in enumerate(ways.values()):
         x, y, z = axis.tolist()
-        rows = _rows(study, asked, Change("", control, parts, (x, y, z)))
+        rows = _rows(question, Change("", control, parts, (x, y, z)))
         others = np.delete(met, rows, axis=1).all(axis=1)
         steps = np.nan_to_num(found.toward[:, rows] @ axis)
         for at, move in enumerate(moves):
@@ -154,17 +150,16 @@ def _joint(met: Bools, weight: Floats) -> float:
     return float(weight @ met.all(axis=1) / weight.sum())
 
 
-def _travel(
-    study: AccommodationStudy, asked: Sequence[Asked], what: tuple[Chunk, int]
-) -> Change | None:
+def _travel(question: Question, found: Chunk, r: int) -> Change | None:
     """The end of the seat's travel, at which those sit who miss the view or the pedals, moved
     outward."""
-    found, r = what
-    seat = asked[r].requirement.check in ("pedals", "preferred_seat")
+    own = question.place.own_seat
+    if own is None:
+        return None
+    seat = question.asked[r].requirement.check in ("pedals", "preferred_seat")
     met = met_of(found.margin)
-    weight = study.people.weight
+    weight = question.people.weight
     missed = np.flatnonzero(~met[:, r])
-    own = study.environment.seat(study.seat)
     column, ends = (0, own.travel_forward) if seat else (1, own.travel_up)
     if seat:  # short legs stop short of pedals: who sits at neither end is helped by neither
         beyond = np.mean(found.seat[missed, 0] - ends[0] >= ends[1] - found.seat[missed, 0]) >= 0.5

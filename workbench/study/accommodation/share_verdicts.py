@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from workbench.model.accommodation import PopulationFound
 from workbench.model.arrays import Bools
 from workbench.model.criterion import Criterion
+from workbench.model.population_found import PopulationFound
 from workbench.model.result import Finding, Verdict
 from workbench.study.accommodation.shares import group_shares
 
@@ -28,14 +28,17 @@ def share_verdicts(found: PopulationFound) -> tuple[Verdict, ...]:
 
 def _share_verdict(found: PopulationFound, criterion: Criterion, served: Bools) -> Verdict:
     """The verdict of a criterion that so many people (P,) meet."""
-    study = found.study
     groups = group_shares(
-        served, study.people, {}, confidence=study.confidence, interval=study.interval
+        served,
+        found.people,
+        {},
+        confidence=found.study.shares.confidence,
+        interval=found.study.shares.interval,
     )
     everybody = next(iter(groups))
     finding = Finding(
         case="",
-        person=study.role,
+        person=found.place.role,
         other_person="",
         subject=everybody.group,
         target="",

@@ -18,12 +18,12 @@ from workbench.model.moving import poses_at
 from workbench.model.poses import Poses
 from workbench.model.result import MotionFound
 from workbench.model.spool import pieces
+from workbench.study.checks.table import motion_verdict
 from workbench.study.crash.belts import belt_tensions
 from workbench.study.crash.forces import force_curves, ruled_pairs, with_forces
 from workbench.study.crash.frames import BLOCK, frames_of, stop_breaches
 from workbench.study.crash.meetings import environment_meetings, own_meetings
 from workbench.study.crash.signals import signal_of
-from workbench.study.crash.verdicts import motion_verdict
 from workbench.study.warnings import enclosure_warnings
 
 __all__ = ["motion_found", "motions_agree"]
@@ -53,6 +53,7 @@ def motion_found(study: MotionCase) -> MotionFound:
         breaches=stop_breaches(body, motion),
         signals=signals,
         clearance=frames.clearance,
+        excursions=frames.excursions,
         verdicts=(),
         warnings=(
             *frames.coarse,
@@ -63,7 +64,7 @@ def motion_found(study: MotionCase) -> MotionFound:
         forces=(*belt_tensions(study), *force_curves(study, pairs, frames.gaps)),
     )
     return replace(
-        result, verdicts=tuple(motion_verdict(c, result, frames.excursions) for c in study.criteria)
+        result, verdicts=tuple(motion_verdict(criterion, result) for criterion in study.criteria)
     )
 
 

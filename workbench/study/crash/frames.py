@@ -19,28 +19,18 @@ from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Environment
-from workbench.model.motion_case import MotionCase, StopBreach
+from workbench.model.motion_case import Excursion, MotionCase, StopBreach
 from workbench.model.poses import Placed, Poses
 from workbench.model.simulation import depth_offset
 from workbench.model.spool import Spool, pieces
 from workbench.posture.stops import stops
 from workbench.study.crash.forces import ruled_pairs
 
-__all__ = ["BLOCK", "Excursion", "Frames", "frames_of", "stop_breaches"]
+__all__ = ["BLOCK", "Frames", "frames_of", "stop_breaches"]
 
 BLOCK = 256
 """Frames that are placed at a time."""
 _PAST = np.radians(0.1)
-
-
-@dataclass(frozen=True)
-class Excursion:
-    """How far [m] the surface of a sphere gets along a criterion's direction at most, and in which
-    frame."""
-
-    value: float
-    frame: int
-    sphere: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +13,9 @@ from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body, check_one
 from workbench.model.envelope import Envelope
 from workbench.model.environment import Environment
-from workbench.model.poses import Placed, Poses, check_rows
-from workbench.model.posture_study import PostureStudy
+from workbench.model.poses import Poses, check_rows
 from workbench.model.ray_reach import GRADES, Losses, RayReach
+from workbench.model.study import Study
 from workbench.posture.reaching.chains import Task
 from workbench.posture.reaching.limbs import limb
 from workbench.study.envelope.asking import Drawn, asked, drawn
@@ -31,7 +31,7 @@ from workbench.study.envelope.rays import (
     solid_angles,
 )
 from workbench.study.envelope.stations import Stations, cleared_stations, stations
-from workbench.study.placement import seat_point
+from workbench.study.situation import Situation
 
 __all__ = ["MOST_DISCOMFORT", "envelopes", "no_rays", "reach_envelope"]
 
@@ -45,23 +45,34 @@ MOST_DISCOMFORT = (7.0, 28.0)
 its comfortable range, and twice as far from the mode as that."""
 
 
-def envelopes(
-    study: PostureStudy, placed: Mapping[str, Placed], environment: Environment
-) -> Iterator[Envelope]:
-    """The envelopes that a study asks for, each from the posture of its case."""
-    for task in study.envelopes:
-        person = next(person for person in study.people if person.name == task.person)
-        row = slice(task.case, task.case + 1)
-        world = placed[person.name].world_from_segment[row, person.poses.reference]
-        poses = Poses(person.poses.rotations[row], person.poses.reference, world)
+def envelopes(study: Study, people: Sequence[Sequence[Situation]]) -> Iterator[Envelope]:
+    """The envelopes that a study asks for, each from the posture of its case and about the
+    reference point of the seat where it stands.
+
+    Parameters
+    ----------
+    people
+        Of each person the cases that are postures.
+    """
+    for task in study.reach_envelopes:
+        case = study.cases[task.case].name
+        here = next(
+            situation
+            for mine in people
+            for situation in mine
+            if (situation.place.role, situation.work.name) == (task.person, case)
+        )
+        seat = here.place.own_seat
+        seated = here.seated
+        assert seat is not None and seated is not None
         yield reach_envelope(
-            placed[person.name].body,
-            poses,
-            seat_point(person, environment),
+            here.body,
+            here.poses,
+            np.array(seat.srp) + seated.shift[0],
             name=task.limb,
             grip=task.grip,
             zone=task.zone,
-            environment=environment if task.obstacles else None,
+            environment=here.environment if task.obstacles else None,
             person=task.person,
         )
 

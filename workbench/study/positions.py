@@ -19,20 +19,38 @@ was tried, is not found.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.model.accommodation import MET, AccommodationStudy
+from workbench.model.accommodation import MET
 from workbench.model.arrays import Bools, Floats, Ints
-from workbench.model.body import Body
 from workbench.model.environment import Seat
-from workbench.study.accommodation.requirements import Asked
-from workbench.study.accommodation.sitters import Sitters, join_sitters, seated_at
-from workbench.study.accommodation.tried import Tried, judged, sitting
+from workbench.model.workplace import Workplace
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.table import CHECKS, REACHING, SAME_EVERYWHERE, margins_of
+from workbench.study.situation import (
+    Occupants,
+    Situation,
+    Taken,
+    in_place,
+    position_of,
+    situated,
+)
 
-__all__ = ["FINEST", "SPACING", "Before", "Fitted", "fitted_positions", "lattice"]
+__all__ = [
+    "FINEST",
+    "SPACING",
+    "Before",
+    "Fitted",
+    "Tried",
+    "comfortable_situations",
+    "fitted_positions",
+    "in_position",
+    "lattice",
+    "tried",
+]
 
 SPACING = 0.03
 """Distance [m] between neighbours of the lattice, at most."""
@@ -42,11 +60,63 @@ WAVE = 8
 """Positions of the lattice that are tried at a time."""
 MOST_ROWS = 512
 """People in positions that are judged at a time, which bounds the memory."""
-_FIRST = ("eye_height", "view_over", "pedals")
-"""Checks that seating alone answers: they come first."""
-_NOWHERE = ("preferred_seat",)
-"""Checks whose margin is the same in every position."""
 _AROUND = ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (-1, 1), (1, -1), (1, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Tried(Margins):
+    """Margins of B people, and (B, 2) [m] the positions of the seat, forward and up."""
+
+    seat: Floats
+
+    def rows(self, keep: Ints) -> Tried:
+        """A copy of what became of the people at indices, in their order."""
+        return Tried(self.margin[keep], self.words[keep], self.toward[keep], self.seat[keep])
+
+    def take(self, rows: Ints, other: Tried) -> None:
+        """Replace what became of the people at indices."""
+        self.put(rows, np.arange(self.margin.shape[1]), other)
+        self.seat[rows] = other.seat
+
+
+def tried(situations: Sequence[Situation], asked: Sequence[Asked]) -> Tried:
+    """What becomes of people where they are, in the cases of their workplace."""
+    found = margins_of(situations, asked)
+    return Tried(found.margin, found.words, found.toward, position_of(situations[0]))
+
+
+def comfortable_situations(
+    place: Workplace, who: Occupants, taken: Sequence[Taken] = ()
+) -> list[Situation]:
+    """Put people into each case of their workplace, the seat in the position that the first
+    predicted case makes comfortable.
+
+    Parameters
+    ----------
+    taken
+        The places that they have taken in each case; looked for where it is empty.
+    """
+    first = place.first_predicted
+    if taken:
+        wanted = in_place(place, first, who, taken[first])
+        every = [in_place(place, case, who, one) for case, one in enumerate(taken)]
+        return [replace(situation, spare=wanted.spare) for situation in every]
+    wanted = situated(place, first, who)
+    at = position_of(wanted)
+    return [
+        wanted if case == first else in_position(place, case, who, at, wanted)
+        for case in range(len(place.cases))
+    ]
+
+
+def in_position(
+    place: Workplace, case: int, who: Occupants, positions: Floats, wanted: Situation
+) -> Situation:
+    """People in a case with their seats in positions (B, 2) [m].
+
+    What is left of the travel stays as it is where the seat is `wanted`.
+    """
+    return replace(situated(place, case, who, positions), spare=wanted.spare)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,24 +170,25 @@ class Before:
 class _Search:
     """Who is searched for, and what was found so far; `best` is in the order of these people.
 
-    score (B,) [m]: the least margin in the best position of the requirements that depend on it.
+    wanted: the cases in the comfortable position; score (B,) [m]: the least margin in the best
+    position of the requirements that depend on it.
     """
 
-    study: AccommodationStudy
+    place: Workplace
     asked: Sequence[Asked]
     members: Bools
-    body: Body
-    rows: Ints
+    who: Occupants
+    wanted: Sequence[Situation]
     best: Fitted
     score: Floats
 
 
 def fitted_positions(
-    study: AccommodationStudy,
+    place: Workplace,
     asked: Sequence[Asked],
     members: Bools,
-    sitters: Sitters,
-    rows: Sequence[int],
+    who: Occupants,
+    comfortable: Sequence[Situation],
     before: Before | None = None,
 ) -> Fitted:
     """Judge people in the fitting position nearest to the comfortable one.
@@ -126,61 +197,57 @@ def fitted_positions(
     ----------
     members
         (R, K) the requirements of each set.
-    sitters
-        B people in their comfortable positions.
-    rows
-        (B,) their rows in the study's population.
+    who
+        B people.
+    comfortable
+        The same people in each case, in their comfortable positions.
     before
         Of a changed design: how the same people came out without the change. Who met everything
         where he sits, and still meets what the change bears on, is asked nothing else.
     """
-    if before is None:
-        tried = judged(study, asked, sitting(study, asked, sitters))
-    else:
-        tried = _judged_again(study, asked, sitters, before)
-    comfortable = tried.seat.copy()
-    window = np.full((len(comfortable), 4), np.nan)
-    found = Fitted(tried, comfortable, window, _met_sets(tried.margin, members))
-    positions = lattice(study.environment.seat(study.seat))
-    short = np.flatnonzero((tried.margin[:, _movable(asked)] < -MET).any(axis=1))
+    here = _tried_again(comfortable, asked, before) if before else tried(comfortable, asked)
+    at = here.seat.copy()
+    window = np.full((len(at), 4), np.nan)
+    found = Fitted(here, at, window, _met_sets(here.margin, members))
+    positions = lattice(place.own_seat)
+    short = np.flatnonzero((here.margin[:, _movable(asked)] < -MET).any(axis=1))
     if len(positions) < 2 or not len(short):
         return found
-    best = Fitted(tried.rows(short), comfortable[short], window[short], found.sets[short])
+    best = Fitted(here.rows(short), at[short], window[short], found.sets[short])
+    wanted = [situation.rows(short) for situation in comfortable]
     score = _score(best.tried.margin, asked)
-    numbers = np.asarray(rows)[short]
-    search = _Search(study, asked, members, sitters.body[short], numbers, best, score)
+    search = _Search(place, asked, members, who.rows(short), wanted, best, score)
     _scan(search, positions)
     _refine(search)
-    tried.put(short, best.tried)
+    here.take(short, best.tried)
     window[short] = best.window
     found.sets[short] = best.sets
     return found
 
 
-def _judged_again(
-    study: AccommodationStudy, asked: Sequence[Asked], sitters: Sitters, before: Before
-) -> Tried:
+def _tried_again(situations: Sequence[Situation], asked: Sequence[Asked], before: Before) -> Tried:
     """People of a changed design in their comfortable positions."""
-    people = len(sitters.seat)
-    nothing = np.full((people, len(asked)), "", dtype=object)
-    toward = np.full((people, len(asked), 3), np.nan)
-    seat = np.stack([sitters.seat.forward, sitters.seat.up], axis=1)
-    tried = Tried(before.margin.copy(), nothing, toward, seat)
+    people = len(situations[0])
+    nothing = no_margins(people, asked)
+    margin = before.margin.copy()
+    found = Tried(margin, nothing.words, nothing.toward, position_of(situations[0]))
     borne = np.array(before.borne, dtype=np.int64)
     stays = np.flatnonzero(before.stays)
     if len(stays) and len(borne):
         some = [asked[r] for r in before.borne]
-        again = judged(study, some, sitting(study, some, sitters.rows(stays)))
-        tried.margin[np.ix_(stays, borne)] = again.margin
-    short = (tried.margin < -MET).any(axis=1) | ~before.stays
-    rest = np.flatnonzero(short)
+        again = tried([situation.rows(stays) for situation in situations], some)
+        margin[np.ix_(stays, borne)] = again.margin
+    rest = np.flatnonzero((margin < -MET).any(axis=1) | ~before.stays)
     if len(rest):
-        tried.put(rest, judged(study, asked, sitting(study, asked, sitters.rows(rest))))
-    return tried
+        found.take(rest, tried([situation.rows(rest) for situation in situations], asked))
+    return found
 
 
-def lattice(seat: Seat) -> Floats:
-    """(M, 2) [m] positions all over the travel of a seat, forward and up, with its ends."""
+def lattice(seat: Seat | None) -> Floats:
+    """(M, 2) [m] positions all over the travel of a seat, forward and up, with its ends; one
+    position without a seat."""
+    if seat is None:
+        return np.zeros((1, 2))
     axes = [_axis(*seat.travel_forward), _axis(*seat.travel_up)]
     forward, up = np.meshgrid(*axes, indexing="ij")
     return np.stack([forward.ravel(), up.ravel()], axis=1)
@@ -192,7 +259,7 @@ def _axis(low: float, high: float) -> Floats:
 
 def _movable(asked: Sequence[Asked]) -> Bools:
     """(R,) the requirements whose margins depend on the position."""
-    return np.array([one.requirement.check not in _NOWHERE for one in asked], dtype=np.bool_)
+    return np.array([one.requirement.check not in SAME_EVERYWHERE for one in asked], dtype=np.bool_)
 
 
 def _score(margin: Floats, asked: Sequence[Asked]) -> Floats:
@@ -224,73 +291,56 @@ def _scan(search: _Search, positions: Floats) -> None:
 def _try_positions(search: _Search, people: Ints, positions: Floats) -> None:
     """Judge people (N,) of the search in positions (N, 2), one each, and keep what is better.
 
-    All are judged in batches: a call costs more than a person.
+    They are judged in batches: a call costs more than a person.
     """
-    seats: list[Sitters] = []
-    whose: list[Ints] = []
-    for position, some in _groups(positions):
-        who = people[some]
-        place = tuple(position.tolist())
-        seats.append(seated_at(search.study, search.body[who], search.rows[who].tolist(), place))
-        whose.append(who)
-    for part in _batches([len(rows) for rows in whose]):
-        _judge(search, np.concatenate(whose[part]), join_sitters(seats[part]))
+    order = np.lexsort(positions.T[::-1])
+    for first in range(0, len(order), MOST_ROWS):
+        some = order[first : first + MOST_ROWS]
+        _judge(search, people[some], positions[some])
 
 
-def _batches(sizes: Sequence[int]) -> Iterator[slice]:
-    """Parts of a list whose sizes come to MOST_ROWS at most, or that have one entry."""
-    first = 0
-    total = 0
-    for last, size in enumerate(sizes):
-        if last > first and total + size > MOST_ROWS:
-            yield slice(first, last)
-            first = last
-            total = 0
-        total += size
-    if sizes:
-        yield slice(first, len(sizes))
-
-
-def _judge(search: _Search, people: Ints, sitters: Sitters) -> None:
-    """Judge people (N,) of the search, each where it sits, and keep what is better.
+def _judge(search: _Search, people: Ints, positions: Floats) -> None:
+    """Judge people (N,) of the search, each in a position (N, 2), and keep what is better.
 
     What costs least is asked first, and what follows only of those who may still do better in
     their position, or meet another set.
     """
     best = search.best
-    count = len(search.asked)
-    margin = np.full((len(people), count), np.nan)
-    words = np.full(margin.shape, "", dtype=object)
-    toward = np.full((*margin.shape, 3), np.nan)
-    seat = np.stack([sitters.seat.forward, sitters.seat.up], axis=1)
-    same = np.flatnonzero(~_movable(search.asked))
-    margin[:, same] = best.tried.margin[np.ix_(people, same)]
-    left = np.arange(len(people))
+    found = no_margins(len(people), search.asked)
     known = ~_movable(search.asked)
+    found.margin[:, known] = best.tried.margin[np.ix_(people, np.flatnonzero(known))]
+    situations = _in_positions(search, people, positions)
+    left = np.arange(len(people))
     for stage in _stages(search.asked):
         if not stage.any():
             continue
-        rows = np.flatnonzero(stage)
-        asked = [search.asked[r] for r in rows.tolist()]
-        some = sitters.rows(left)
-        tried = judged(search.study, asked, sitting(search.study, asked, some))
-        margin[np.ix_(left, rows)] = tried.margin
-        words[np.ix_(left, rows)] = tried.words
-        toward[np.ix_(left, rows)] = tried.toward
+        asked = [search.asked[r] for r in np.flatnonzero(stage).tolist()]
+        some = situations
+        if len(left) < len(people):
+            some = [situation.rows(left) for situation in situations]
+        found.put(left, np.flatnonzero(stage), margins_of(some, asked))
         known = known | stage
-        left = left[_hopeful(search, people[left], margin[left], known)]
+        left = left[_hopeful(search, people[left], found.margin[left], known)]
         if not len(left):
             return
-    _keep(search, people[left], Tried(margin[left], words[left], toward[left], seat[left]))
+    whole = Tried(found.margin, found.words, found.toward, position_of(situations[0]))
+    _keep(search, people[left], whole.rows(left))
+
+
+def _in_positions(search: _Search, people: Ints, positions: Floats) -> list[Situation]:
+    """People (N,) of the search in each case, with their seats in positions (N, 2)."""
+    who = search.who.rows(people)
+    return [
+        in_position(search.place, case, who, positions, search.wanted[case].rows(people))
+        for case in range(len(search.place.cases))
+    ]
 
 
 def _stages(asked: Sequence[Asked]) -> list[Bools]:
-    """The requirements (R,) that are asked one after the other: by seating alone, then where the
-    body is, then reaches."""
-    checks = np.array([one.requirement.check for one in asked])
-    first = np.isin(checks, _FIRST)
-    last = checks == "reach"
-    return [first, ~first & ~last & _movable(asked), last]
+    """The requirements (R,) that are asked one after the other, the cheapest first."""
+    cost = np.array([CHECKS[one.requirement.check].cost for one in asked])
+    movable = _movable(asked)
+    return [(cost == level) & movable for level in range(REACHING + 1)]
 
 
 def _hopeful(search: _Search, people: Ints, margin: Floats, known: Bools) -> Ints:
@@ -312,7 +362,7 @@ def _keep(search: _Search, people: Ints, tried: Tried) -> None:
         _widen(best.window[people[row]], tried.seat[row])
     for row, person in enumerate(people.tolist()):
         if _is_better(search, person, float(score[row]), tried.seat[row]):
-            best.tried.put(np.array([person]), tried.rows(np.array([row])))
+            best.tried.take(np.array([person]), tried.rows(np.array([row])))
             search.score[person] = score[row]
 
 
@@ -335,7 +385,8 @@ def _widen(window: Floats, position: Floats) -> None:
 
 def _refine(search: _Search) -> None:
     """Try the neighbours of the best position of those for whom none fits, nearer and nearer."""
-    seat = search.study.environment.seat(search.study.seat)
+    seat = search.place.own_seat
+    assert seat is not None
     low, high = np.array([seat.travel_forward, seat.travel_up]).T
     step = SPACING / 2
     while step >= FINEST - 1e-9:
@@ -347,10 +398,3 @@ def _refine(search: _Search) -> None:
         wanted = np.clip(centres + step * ways, low, high)
         _try_positions(search, np.repeat(people, len(_AROUND)), wanted)
         step /= 2
-
-
-def _groups(positions: Floats) -> Iterator[tuple[Floats, Ints]]:
-    """The distinct positions of (B, 2), with the rows that have each."""
-    distinct, which = np.unique(np.round(positions, 6), axis=0, return_inverse=True)
-    for k, position in enumerate(distinct):
-        yield position, np.flatnonzero(which.ravel() == k)

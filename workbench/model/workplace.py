@@ -1,0 +1,106 @@
+"""A workplace: what a role does in the postures of a study and what it must meet, apart from who
+takes the role."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from workbench.model.criterion import Criterion
+from workbench.model.driving import DrivingAims
+from workbench.model.environment import Environment, Seat
+from workbench.model.poses import Placed, Poses
+
+__all__ = ["Aims", "Beside", "WorkCase", "Workplace"]
+
+
+@dataclass(frozen=True)
+class Aims:
+    """What a sitter's posture is predicted from: by limb ("left hand", ...) the control that it
+    holds; the point whose height the eyes are to reach and the point on the floor whose height the
+    heels stand at, None where any. driving: of a driver at the wheel, whose posture is the
+    statistical one."""
+
+    controls: Mapping[str, str]
+    eyes: str | None = None
+    heels: str | None = None
+    driving: DrivingAims | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class WorkCase:
+    """A case that is a posture, of one role.
+
+    Parameters
+    ----------
+    name
+        The name of the case.
+    posture
+        The name of the posture: of trunk and head alone where the rest is predicted.
+    pose
+        That posture (P = 1) of the body as its file has it.
+    aims
+        What the posture is predicted from, None where it is given.
+    """
+
+    name: str
+    posture: str
+    pose: Poses
+    aims: Aims | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """Somebody who is there too: the role, and the body in each of the cases."""
+
+    role: str
+    placed: Placed
+
+
+@dataclass(frozen=True, eq=False)
+class Workplace:
+    """Where a role is and what it does, case by case.
+
+    Parameters
+    ----------
+    role
+        The name of the role.
+    environment
+        The surroundings. The seats of others stand where these have put them; the own seat has the
+        travel that may be used.
+    cases
+        The cases that are postures.
+    criteria
+        What is asked of the role. `between_people` is asked about those who are `beside`.
+    seat
+        The own seat, None for somebody who stands, or is where the poses say.
+    stand
+        (3,) [m] the point that the lowest sphere stands on, where there is one.
+    beside
+        Others who are there too, each with a pose for every case.
+    """
+
+    role: str
+    environment: Environment
+    cases: tuple[WorkCase, ...]
+    criteria: tuple[Criterion, ...]
+    seat: str | None = None
+    stand: tuple[float, float, float] | None = None
+    beside: tuple[Beside, ...] = ()
+
+    @property
+    def own_seat(self) -> Seat | None:
+        """The own seat with its travel."""
+        return None if self.seat is None else self.environment.seat(self.seat)
+
+    @property
+    def moving_parts(self) -> tuple[str, ...]:
+        """The parts that move with the own seat."""
+        seat = self.own_seat
+        return () if seat is None else seat.moves
+
+    @property
+    def first_predicted(self) -> int:
+        """The index of the case that decides where the seat is wanted: the first whose posture is
+        predicted, 0 where none is."""
+        return next((k for k, case in enumerate(self.cases) if case.aims is not None), 0)

@@ -1,0 +1,75 @@
+"""Excursion: how far the surface of segments gets along a direction from an origin.
+
+The margin is the distance that is allowed, less the greatest (c - origin) . direction + r over the
+spheres.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from workbench.model.accommodation import MET
+from workbench.model.arrays import Floats, Ints
+from workbench.model.criterion import Criterion
+from workbench.model.result import Finding, MotionFound
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.situation import Situation
+
+__all__ = ["findings", "margins", "moments"]
+
+
+def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """How much farther everybody may get."""
+    found = no_margins(len(situation), asked)
+    body = situation.body
+    for r, one in enumerate(asked):
+        ahead, spheres = _ahead(situation, one.criterion)
+        found.margin[:, r] = one.criterion.at_most - ahead.max(axis=1)
+        farthest = spheres[ahead.argmax(axis=1)]
+        for b in np.flatnonzero(found.margin[:, r] < -MET):
+            found.words[b, r] = body.segment_names[int(body.sphere_segment[farthest[b]])]
+    return found
+
+
+def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
+    """The farthest of the segments."""
+    body = situation.body
+    ahead, spheres = _ahead(situation, criterion)
+    farthest = int(ahead[0].argmax())
+    yield Finding(
+        case=situation.work.name,
+        person=situation.place.role,
+        other_person="",
+        subject=body.segment_names[int(body.sphere_segment[spheres[farthest]])],
+        target="the origin",
+        value=-float(ahead[0, farthest]),
+        limit=-criterion.at_most,
+    )
+
+
+def _ahead(situation: Situation, criterion: Criterion) -> tuple[Floats, Ints]:
+    """(B, S) [m] how far the surfaces of spheres get, and which spheres (S,) these are."""
+    body = situation.body
+    rows = [n for n, name in enumerate(body.segments) if name in criterion.segments]
+    about = np.flatnonzero(np.isin(body.sphere_segment, rows))
+    gap = situation.placed.centres[:, about] - np.array(criterion.origin)
+    return gap @ np.array(criterion.direction) + body.radius[:, about], about
+
+
+def moments(found: MotionFound, criterion: Criterion) -> Iterator[Finding]:
+    """The farthest moment of a motion."""
+    body = found.study.body
+    farthest = found.excursions[criterion.name]
+    segment = body.segment_names[int(body.sphere_segment[farthest.sphere])]
+    yield Finding(
+        case=found.study.case,
+        person=found.study.person,
+        other_person="",
+        subject=body.sphere_names[farthest.sphere] or segment,
+        target="the origin",
+        value=-farthest.value,
+        limit=-criterion.at_most,
+        time=float(found.study.motion.clock[farthest.frame]),
+    )

@@ -1,0 +1,71 @@
+"""Margins: what each of many people has to spare in each requirement, or lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.model.accommodation import Requirement
+from workbench.model.arrays import Floats, Ints
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Control
+
+__all__ = ["Asked", "Margins", "no_margins"]
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A requirement of the people in one case of their workplace.
+
+    Parameters
+    ----------
+    requirement, criterion
+        What is asked, and the criterion of the study that asks it.
+    control
+        Of a reach.
+    case
+        The index of the case.
+    """
+
+    requirement: Requirement
+    criterion: Criterion
+    control: Control | None = None
+    case: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Margins:
+    """What B people have to spare in R requirements.
+
+    Parameters
+    ----------
+    margin
+        (B, R) [m], negative where the requirement is not met by so much, NaN where it does not
+        apply.
+    words
+        (B, R) what limits, "" where the requirement is met.
+    toward
+        (B, R, 3) the unit vector along which moving the control or part lets the margin grow as
+        much, NaN where there is none.
+    """
+
+    margin: Floats
+    words: NDArray[np.object_]
+    toward: Floats
+
+    def put(self, people: Ints, columns: Ints, other: Margins) -> None:
+        """Take the margins of some people in some requirements from elsewhere."""
+        where = np.ix_(people, columns)
+        self.margin[where] = other.margin
+        self.words[where] = other.words
+        self.toward[where] = other.toward
+
+
+def no_margins(people: int, asked: Sequence[Asked]) -> Margins:
+    """Margins that nothing is known of yet."""
+    shape = (people, len(asked))
+    words = np.full(shape, "", dtype=object)
+    return Margins(np.full(shape, np.nan), words, np.full((*shape, 3), np.nan))

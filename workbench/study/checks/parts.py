@@ -1,0 +1,213 @@
+"""Clearance from parts and contact with parts.
+
+The margin of a clearance is the distance less what is asked for. The margin of a contact is the
+depth that is allowed, and `at_most` more, less the depth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.contact.clearance_pairs import ClearancePair, PairClearance, clearance_of_pairs
+from workbench.contact.collide import allowed_depth
+from workbench.model.accommodation import MET
+from workbench.model.arrays import Floats
+from workbench.model.body import Body
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Environment
+from workbench.model.motion_case import Meeting
+from workbench.model.poses import Placed
+from workbench.model.result import Finding, MotionFound
+from workbench.model.spool import pieces
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.checks.pairs import NearPairs, pair_findings
+from workbench.study.crash.frames import BLOCK
+from workbench.study.situation import Situation
+
+__all__ = [
+    "clearance_moments",
+    "contact_moments",
+    "findings",
+    "margins",
+    "meeting_finding",
+    "nearest_pair",
+    "no_contact",
+]
+
+
+def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """What everybody has to spare in clearances and contacts, all in one search."""
+    found = no_margins(len(situation), asked)
+    body = situation.body
+    environment = situation.environment
+    near = clearance_of_pairs(
+        situation.placed,
+        environment,
+        pairs=[_pair(body, environment, one.criterion) for one in asked],
+        moving_parts=situation.place.moving_parts,
+        displacement=situation.displacement,
+    )
+    found.toward[:] = _toward(situation.placed, near)
+    for q, one in enumerate(asked):
+        room = near.distance[:, q] - _limit(one.criterion)
+        found.margin[:, q] = np.where(np.isfinite(room), room, np.nan)
+        for b in np.flatnonzero(room < -MET):
+            pair = int(near.sphere[b, q]), int(near.polygon[b, q])
+            found.words[b, q] = _words(body, environment, *pair)
+    return found
+
+
+def nearest_pair(situation: Situation, criterion: Criterion) -> PairClearance:
+    """(B, 1) the spheres and polygons that a criterion finds nearest to each other."""
+    return clearance_of_pairs(
+        situation.placed,
+        situation.environment,
+        pairs=[_pair(situation.body, situation.environment, criterion)],
+        moving_parts=situation.place.moving_parts,
+        displacement=situation.displacement,
+    )
+
+
+def _pair(body: Body, environment: Environment, criterion: Criterion) -> ClearancePair:
+    """The spheres and parts that a criterion is about; of a contact with the overlap that is
+    allowed added back."""
+    if criterion.subparts:
+        spheres = np.isin(body.subparts, criterion.subparts)
+    else:
+        spheres = np.isin(np.array(body.segments)[body.sphere_segment], criterion.segments)
+    parts = np.isin(environment.parts, criterion.parts)
+    return ClearancePair(spheres, parts, criterion.check == "contact")
+
+
+def _limit(criterion: Criterion) -> float:
+    """The distance [m] that may not be fallen short of."""
+    return -criterion.at_most if criterion.check == "contact" else criterion.at_least
+
+
+def _words(body: Body, environment: Environment, sphere: int, polygon: int) -> str:
+    """ "right lower leg (knee cap) at instrument_panel"."""
+    segment = body.segment_names[int(body.sphere_segment[sphere])]
+    name = body.sphere_names[sphere]
+    part = environment.parts[int(environment.polygon_part[polygon])]
+    return f"{segment} ({name}) at {part}" if name else f"{segment} at {part}"
+
+
+def _toward(placed: Placed, found: PairClearance) -> Floats:
+    """(B, Q, 3) the unit vectors from the nearest spheres to the nearest parts: where a part would
+    have to go. NaN where nothing is near, or a centre is inside."""
+    people = np.arange(len(placed.centres))[:, None]
+    sphere = np.maximum(found.sphere, 0)
+    way = found.point - placed.centres[people, sphere]
+    far = np.linalg.norm(way, axis=2)
+    radius = placed.body.radius[placed.person[:, None], sphere]
+    seen = (found.sphere >= 0) & (far > 1e-9) & (found.distance > -radius)
+    toward: Floats = np.where(seen[..., None], way / np.maximum(far, 1e-9)[..., None], np.nan)
+    return toward
+
+
+def findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
+    """Every pair of a segment and a part, of named spheres the nearest; pairs whose contact is
+    allowed by rule have no clearance."""
+    if criterion.subparts:
+        yield from _subpart_findings(situation, criterion)
+        return
+    body = situation.body
+    environment = situation.environment
+    allowed = allowed_depth(body, environment)
+    about = np.isin(body.segments, criterion.segments)[:, None]
+    keep = about & np.isin(environment.parts, criterion.parts)[None, :]
+    if criterion.check == "contact":
+        limit = -(allowed + criterion.at_most)
+    else:
+        keep = keep & (allowed == 0)
+        limit = np.full(allowed.shape, criterion.at_least)
+    asked = NearPairs(situation.nearest, limit, keep, situation.place.role)
+    yield from pair_findings(asked, situation.work.name)
+
+
+def _subpart_findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
+    body = situation.body
+    environment = situation.environment
+    found = nearest_pair(situation, criterion)
+    for row in np.flatnonzero(np.isfinite(found.distance[:, 0])).tolist():
+        sphere = int(found.sphere[row, 0])
+        polygon = int(found.polygon[row, 0])
+        segment = body.segment_names[int(body.sphere_segment[sphere])]
+        yield Finding(
+            case=situation.work.name,
+            person=situation.place.role,
+            other_person="",
+            subject=f"{segment} ({body.sphere_names[sphere]})",
+            target=environment.parts[int(environment.polygon_part[polygon])],
+            value=float(found.distance[row, 0]),
+            limit=_limit(criterion),
+            point=tuple(found.point[row, 0].tolist()),
+        )
+
+
+def clearance_moments(found: MotionFound, criterion: Criterion) -> list[Finding]:
+    """The nearest that segments or named spheres come to parts at the frames of a motion, allowed
+    contacts left out."""
+    study = found.study
+    body = study.body
+    environment = study.environment
+    pair = _pair(body, environment, criterion)
+    best: list[Finding] = []
+    for frames in pieces(len(study.motion), size=BLOCK):
+        placed = place(body, study.motion.rows(frames))
+        near = clearance_of_pairs(placed, environment, pairs=[pair])
+        frame = int(np.argmin(near.distance[:, 0]))
+        least = float(near.distance[frame, 0])
+        if not np.isfinite(least) or (best and least >= best[0].value):
+            continue
+        segment = int(body.sphere_segment[near.sphere[frame, 0]])
+        part = int(environment.polygon_part[near.polygon[frame, 0]])
+        moment = Finding(
+            case=study.case,
+            person=study.person,
+            other_person="",
+            subject=body.segment_names[segment],
+            target=environment.parts[part],
+            value=least,
+            limit=_limit(criterion),
+            time=float(study.motion.clock[frames.start + frame]),
+        )
+        best = [moment]
+    return best
+
+
+def contact_moments(found: MotionFound, criterion: Criterion) -> Iterable[Finding]:
+    """The contacts of a motion in continuous time, each at its deepest; of named spheres the
+    nearest at the frames."""
+    if criterion.subparts:
+        return clearance_moments(found, criterion)
+    return (
+        meeting_finding(found, meeting, criterion.at_most)
+        for meeting in found.meetings
+        if not meeting.own
+        and meeting.segment in criterion.segments
+        and meeting.other in criterion.parts
+    )
+
+
+def no_contact(criterion: Criterion) -> str:
+    """Why a motion without findings passes."""
+    return "" if criterion.subparts else "no contact"
+
+
+def meeting_finding(found: MotionFound, meeting: Meeting, at_most: float) -> Finding:
+    """The deepest moment of a contact, against what is allowed and `at_most` [m] more."""
+    return Finding(
+        case=found.study.case,
+        person=found.study.person,
+        other_person="",
+        subject=meeting.who,
+        target=meeting.other,
+        value=-meeting.depth,
+        limit=-(meeting.allowed + at_most),
+        point=meeting.point,
+        time=meeting.deepest,
+    )

@@ -1,0 +1,283 @@
+"""Reach: controls by the hands and feet, in the harness zone that is asked for.
+
+The margin of a control that is reached is how much farther out from the shoulder or hip it could
+be. The margin of one that is missed is what the limb stays short, and how deep obstacles are still
+entered there. The limb on the side of the control is asked first, the other where that one misses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.body.forward import segment_frames
+from workbench.model.accommodation import MET
+from workbench.model.arrays import Bools, Floats, Ints
+from workbench.model.body import Body
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Control, Environment
+from workbench.model.poses import Poses
+from workbench.model.result import ControlReach, Finding
+from workbench.model.workplace import Workplace
+from workbench.posture.reaching.limbs import ZONES, limb
+from workbench.posture.reaching.reach import reach
+from workbench.posture.seating.sides import leftward, middle
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.situation import Situation, without_seat
+
+__all__ = ["control_reaches", "findings", "margins"]
+
+MOST_SPARE = 0.2
+"""A control that is reached with this much to spare [m], or more, is reported to have this."""
+LEAST_MISS = 1e-4
+"""What is reached through an obstacle only is missed by this [m] at least."""
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Controls that are asked for together: in one way, from one side.
+
+    Parameters
+    ----------
+    grip, zone
+        Of all of them.
+    side
+        "left" or "right": the limb that is asked first.
+    hand
+        The hand that must do it, "" where either may.
+    """
+
+    grip: str
+    zone: int
+    side: str
+    hand: str
+
+    @property
+    def limbs(self) -> list[str]:
+        """The limbs that may do it, in the order in which they are asked."""
+        kind = "foot" if self.grip == "foot" else "hand"
+        other = "left" if self.side == "right" else "right"
+        sides = [self.hand] if self.hand else [self.side, other]
+        return [f"{side} {kind}" for side in sides]
+
+
+@dataclass(frozen=True, eq=False)
+class _Reached:
+    """How B people reach T controls, each by the limb that does it best.
+
+    Parameters
+    ----------
+    margin
+        (B, T) [m].
+    reached, miss, overlap, discomfort
+        (B, T) as of `Reach`.
+    limb, limit
+        (B, T) which limb, and what limits it in words.
+    toward
+        (B, T, 3) from the control to the root of the limb.
+    """
+
+    margin: Floats
+    reached: Bools
+    miss: Floats
+    overlap: Floats
+    discomfort: Floats
+    limb: NDArray[np.object_]
+    limit: NDArray[np.object_]
+    toward: Floats
+
+
+def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """What everybody has to spare in each control; controls of one grip, zone and side together."""
+    found = no_margins(len(situation), asked)
+    groups: dict[_Group, list[int]] = {}
+    for r, one in enumerate(asked):
+        assert one.control is not None
+        group = _group(situation.place, one.control, one.requirement.zone, one.criterion)
+        groups.setdefault(group, []).append(r)
+    for group, rows in groups.items():
+        controls = [control for r in rows if (control := asked[r].control) is not None]
+        best = _reached_by(situation, group, controls)
+        found.margin[:, rows] = best.margin
+        found.words[:, rows] = best.limit
+        found.toward[:, rows] = best.toward
+    return found
+
+
+def _group(place: Workplace, control: Control, zone: int, criterion: Criterion) -> _Group:
+    hand = criterion.hand or ""
+    return _Group(control.grip, zone, hand or _side(place, control), hand)
+
+
+def _side(place: Workplace, control: Control) -> str:
+    """On which side of the own seat a control is; of somebody without a seat, of the posture."""
+    away = np.array(control.at) - middle(place)
+    return "left" if away @ leftward(place) > 0 else "right"
+
+
+def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
+    """How people reach the controls of a group: by the first limb, and who misses any by the
+    other."""
+    shape = (len(situation), len(controls))
+    best = _Reached(
+        margin=np.full(shape, np.nan),
+        reached=np.zeros(shape, dtype=np.bool_),
+        miss=np.full(shape, np.inf),
+        overlap=np.zeros(shape),
+        discomfort=np.zeros(shape),
+        limb=np.full(shape, "", dtype=object),
+        limit=np.full(shape, "", dtype=object),
+        toward=np.full((*shape, 3), np.nan),
+    )
+    environment = situation.environment
+    if group.grip == "foot" and situation.place.seat is not None:
+        environment = without_seat(situation.place)
+    for name in group.limbs:
+        short = np.isnan(best.margin) | (best.margin < -MET)
+        who = np.flatnonzero(short.any(axis=1))
+        if len(who):
+            _try_limb(situation, group, controls, name, environment, who, best)
+    return best
+
+
+def _try_limb(
+    situation: Situation,
+    group: _Group,
+    controls: Sequence[Control],
+    name: str,
+    environment: Environment,
+    who: Ints,
+    best: _Reached,
+) -> None:
+    """Let some people reach with one limb; what is better than before counts."""
+    body = situation.body
+    rest = situation.taken.poses
+    grip = "ball" if group.grip == "foot" else group.grip
+    found = reach(
+        body,
+        Poses(rest.rotations[who], rest.reference, rest.world_from_reference[who], None, who),
+        [control.at for control in controls],
+        limb=limb(body, name, grip=grip, zone=group.zone),
+        environment=environment,
+        moving_parts=situation.place.moving_parts,
+        displacement=situation.displacement[who],
+        max_extension=MOST_SPARE,
+    )
+    short = np.maximum(found.miss + found.overlap, LEAST_MISS)
+    margin = np.where(found.reached, found.extension, -short)
+    before = best.margin[who]
+    better = np.isnan(before) | ((before < -MET) & (margin > before))
+    root = _root(body, rest, name)[who]
+    for t, control in enumerate(controls):
+        rows = np.flatnonzero(better[:, t])
+        at = who[rows]
+        best.margin[at, t] = margin[rows, t]
+        best.reached[at, t] = found.reached[rows, t]
+        best.miss[at, t] = found.miss[rows, t]
+        best.overlap[at, t] = found.overlap[rows, t]
+        best.discomfort[at, t] = found.discomfort[rows, t]
+        best.limb[at, t] = name
+        best.limit[at, t] = [found.limit(int(row), t) for row in rows]
+        way = root - control.at
+        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
+        best.toward[at, t] = way[rows]
+
+
+def _root(body: Body, poses: Poses, limb: str) -> Floats:
+    """(B, 3) [m] the shoulder or hip that a limb begins at, as people are."""
+    joint = body.joint(limb[0].upper() + ("S" if limb.endswith("hand") else "H"))
+    world = segment_frames(body, poses, joint + 1)
+    below = body.joint_in_child[:, joint]
+    at: Floats = np.einsum("bij,bj->bi", world[:, :, :3], below) + world[:, :, 3]
+    return at
+
+
+def control_reaches(situation: Situation) -> Iterator[ControlReach]:
+    """Every control that a criterion asks one person for in a case, in the zones 1 to 3.
+
+    What is reached in one zone is reached in the next, which leaves the limb free to do the same.
+
+    InputError where a body lacks the landmarks of a grip.
+    """
+    place = situation.place
+    wanted: dict[str, set[str]] = {}
+    by_hand: dict[str, Criterion] = {}
+    for criterion in place.criteria:
+        if criterion.check == "reach" and criterion.asks(situation.work.name):
+            hand = criterion.hand or ""
+            wanted.setdefault(hand, set()).update(criterion.controls)
+            by_hand.setdefault(hand, criterion)
+    for hand, names in wanted.items():
+        controls = [c for c in situation.environment.controls if c.name in names]
+        for grip in dict.fromkeys(control.grip for control in controls):
+            same = [control for control in controls if control.grip == grip]
+            yield from _zones(situation, same, by_hand[hand])
+
+
+def _zones(
+    situation: Situation, controls: Sequence[Control], criterion: Criterion
+) -> Iterator[ControlReach]:
+    """How the controls of one grip are reached in all zones."""
+    tighter: dict[str, ControlReach] = {}
+    for zone in ZONES:
+        rows = {row.control: row for row in _zone_reaches(situation, controls, zone, criterion)}
+        for control in controls:
+            row = rows[control.name]
+            before = tighter.get(control.name)
+            if before is not None and before.reached and not row.reached:
+                row = replace(before, zone=zone)
+            tighter[control.name] = row
+            yield row
+
+
+def _zone_reaches(
+    situation: Situation, controls: Sequence[Control], zone: int, criterion: Criterion
+) -> Iterator[ControlReach]:
+    """How one person reaches controls in one zone."""
+    groups: dict[_Group, list[Control]] = {}
+    for control in controls:
+        group = _group(situation.place, control, zone, criterion)
+        groups.setdefault(group, []).append(control)
+    for group, some in groups.items():
+        best = _reached_by(situation, group, some)
+        for t, control in enumerate(some):
+            yield ControlReach(
+                person=situation.place.role,
+                control=control.name,
+                zone=zone,
+                own_zone=control.zone,
+                limb=best.limb[0, t],
+                reached=bool(best.reached[0, t]),
+                miss=float(best.miss[0, t]),
+                overlap=float(best.overlap[0, t]),
+                limit=best.limit[0, t],
+                discomfort=float(best.discomfort[0, t]),
+                case=situation.work.name,
+                hand=group.hand,
+            )
+
+
+def findings(reaches: Iterable[ControlReach], criterion: Criterion) -> Iterator[Finding]:
+    """Each control in the zone asked for, or its own: how far the limb stays from it must be
+    nothing."""
+    for row in reaches:
+        wanted = (
+            row.person in criterion.people
+            and row.control in criterion.controls
+            and row.hand == (criterion.hand or "")
+        )
+        if wanted and row.zone == (criterion.zone or row.own_zone):
+            short = 0.0 if row.reached else max(row.miss + row.overlap, LEAST_MISS)
+            target = f"{row.control} in zone {row.zone}"
+            yield Finding(
+                case=row.case,
+                person=row.person,
+                other_person="",
+                subject=f"the {row.limb}",
+                target=target + (f", limited by {row.limit}" if row.limit else ""),
+                value=-short,
+                limit=0.0,
+            )

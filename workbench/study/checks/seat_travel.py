@@ -1,0 +1,99 @@
+"""Pedals and the place of the seat, as seating came out.
+
+The margin of pedals is how much farther the worse foot may stay from its pedal. The margin of the
+preferred seat is the travel that is left to its nearer end where the seat is wanted, less what is
+asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from workbench.model.accommodation import MET
+from workbench.model.criterion import Criterion
+from workbench.model.result import Finding
+from workbench.posture.seating.seat import Seated
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.situation import Situation
+
+__all__ = [
+    "SEAT_FORWARD",
+    "pedal_findings",
+    "pedal_margins",
+    "seat_findings",
+    "seat_margins",
+    "worse_foot",
+]
+
+SEAT_BACK = "the seat stops too far back"
+SEAT_FORWARD = "the seat stops too far forward"
+
+
+def pedal_margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """How much farther everybody's worse foot may stay from its pedal."""
+    found = no_margins(len(situation), asked)
+    seat = situation.seated
+    if seat is None or not seat.miss:
+        return found
+    feet = list(seat.miss)
+    miss = np.stack([seat.miss[foot] for foot in feet])
+    worst = miss.argmax(axis=0)
+    for r, one in enumerate(asked):
+        found.margin[:, r] = one.criterion.at_most - miss.max(axis=0)
+        for b in np.flatnonzero(found.margin[:, r] < -MET):
+            foot = feet[int(worst[b])]
+            found.words[b, r] = f"{foot}, {seat.limit[foot][b]}"
+    return found
+
+
+def worse_foot(seat: Seated) -> str:
+    """The foot of the first person that stays farther from its pedal, "" where there are none."""
+    return max(seat.miss, key=lambda name: float(seat.miss[name][0]), default="")
+
+
+def pedal_findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
+    """How far the worse foot stays from its pedal."""
+    seat = situation.seated
+    aims = situation.work.aims
+    if seat is None or aims is None or not seat.miss:
+        return
+    foot = worse_foot(seat)
+    limit = seat.limit[foot][0]
+    yield Finding(
+        case=situation.work.name,
+        person=situation.place.role,
+        other_person="",
+        subject=f"the {foot}",
+        target=aims.controls[foot] + (f", limited by {limit}" if limit else ""),
+        value=-float(seat.miss[foot][0]),
+        limit=-criterion.at_most,
+    )
+
+
+def seat_margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
+    """What is left of the travel, fore and aft, where everybody wants the seat."""
+    found = no_margins(len(situation), asked)
+    spare = situation.spare
+    for r, one in enumerate(asked):
+        found.margin[:, r] = spare.min(axis=1) - one.criterion.at_least
+        for b in np.flatnonzero(found.margin[:, r] < -MET):
+            back = spare[b, 1] < spare[b, 0]
+            found.words[b, r] = SEAT_BACK if back else SEAT_FORWARD
+    return found
+
+
+def seat_findings(situation: Situation, criterion: Criterion) -> Iterator[Finding]:
+    """What is left of the travel where the seat is wanted."""
+    if situation.seated is None or situation.work.aims is None:
+        return
+    yield Finding(
+        case=situation.work.name,
+        person=situation.place.role,
+        other_person="",
+        subject=f"seat {situation.place.seat}",
+        target="the travel",
+        value=float(situation.spare[0].min()),
+        limit=criterion.at_least,
+    )

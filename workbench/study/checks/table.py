@@ -1,0 +1,236 @@
+"""The table of checks, and the verdicts that they come to.
+
+A new check is a file with `margins`, `findings` or `moments`, a row here, its keys in
+`files.study.schema` and its sentence in `report.words`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.errors import UsageError
+from workbench.model.criterion import Criterion
+from workbench.model.motion_case import MotionCase
+from workbench.model.result import Finding, MotionFound, Verdict
+from workbench.study.checks import (
+    between_people,
+    excursion,
+    injury,
+    joint_stops,
+    parts,
+    reach,
+    seat_travel,
+    self_contact,
+    view,
+)
+from workbench.study.checks.margins import Asked, Margins, no_margins
+from workbench.study.situation import Situation, with_hands
+
+__all__ = [
+    "AFTER_SEATING",
+    "CHECKS",
+    "LENGTH_TOLERANCE",
+    "REACHING",
+    "SAME_EVERYWHERE",
+    "between_verdict",
+    "findings_of",
+    "margins_of",
+    "motion_verdict",
+    "verdict",
+]
+
+LENGTH_TOLERANCE = 1e-9
+"""[m], and [rad]: a breach by no more than this is none."""
+AFTER_SEATING = 0
+"""The cost of what seating alone answers."""
+IN_POSTURE = 1
+"""The cost of what is asked of the whole posture, with the hands on their controls."""
+REACHING = 2
+"""The cost of what searches for postures."""
+SAME_EVERYWHERE = ("preferred_seat",)
+"""Checks whose margin is the same in every position of the seat."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """How a check is asked.
+
+    Parameters
+    ----------
+    cost
+        When it is asked: AFTER_SEATING, IN_POSTURE or REACHING.
+    margins
+        Of many people in one case: a number for each requirement. None of what is not asked so.
+    findings
+        Of one person in one case: everything that is near or missed. None of checks that look at
+        more than one person or case.
+    moments
+        Of a motion: what comes nearest to failing. None of what is not asked of motions.
+    nothing
+        Why a motion without moments passes; "" where it does not.
+    """
+
+    cost: int
+    margins: Callable[[Situation, Sequence[Asked]], Margins] | None = None
+    findings: Callable[[Situation, Criterion], Iterable[Finding]] | None = None
+    moments: Callable[[MotionFound, Criterion], Iterable[Finding]] | None = None
+    nothing: Callable[[Criterion], str] = lambda criterion: ""
+
+
+CHECKS = {
+    "eye_height": Check(AFTER_SEATING, view.margins, view.findings),
+    "view_over": Check(AFTER_SEATING, view.margins, view.findings),
+    "pedals": Check(AFTER_SEATING, seat_travel.pedal_margins, seat_travel.pedal_findings),
+    "preferred_seat": Check(AFTER_SEATING, seat_travel.seat_margins, seat_travel.seat_findings),
+    "clearance": Check(IN_POSTURE, parts.margins, parts.findings, parts.clearance_moments),
+    "contact": Check(
+        IN_POSTURE, parts.margins, parts.findings, parts.contact_moments, parts.no_contact
+    ),
+    "self_contact": Check(
+        IN_POSTURE,
+        self_contact.margins,
+        self_contact.findings,
+        self_contact.moments,
+        self_contact.no_overlap,
+    ),
+    "between_people": Check(IN_POSTURE, between_people.margins),
+    "stops": Check(
+        IN_POSTURE,
+        joint_stops.margins,
+        joint_stops.findings,
+        joint_stops.moments,
+        joint_stops.no_joint,
+    ),
+    "excursion": Check(IN_POSTURE, excursion.margins, excursion.findings, excursion.moments),
+    "reach": Check(REACHING, reach.margins),
+    "injury": Check(IN_POSTURE, moments=injury.moments),
+}
+
+
+def margins_of(situations: Sequence[Situation], asked: Sequence[Asked]) -> Margins:
+    """What people have to spare in all requirements.
+
+    Parameters
+    ----------
+    situations
+        The same B people in each case of their workplace, with the hands at rest.
+    """
+    found = no_margins(len(situations[0]), asked)
+    everybody = np.arange(len(situations[0]))
+    for number, situation in enumerate(situations):
+        rows = [r for r, one in enumerate(asked) if one.case == number]
+        if any(CHECKS[asked[r].requirement.check].cost == IN_POSTURE for r in rows):
+            situation = with_hands(situation)
+        for margins, columns in _by_function(asked, rows):
+            some = [asked[r] for r in columns]
+            found.put(everybody, np.array(columns), margins(situation, some))
+    return found
+
+
+def _by_function(
+    asked: Sequence[Asked], rows: Sequence[int]
+) -> Iterator[tuple[Callable[[Situation, Sequence[Asked]], Margins], list[int]]]:
+    """The functions that answer some requirements, each with those it answers together."""
+    groups: dict[Callable[[Situation, Sequence[Asked]], Margins], list[int]] = {}
+    for r in rows:
+        margins = CHECKS[asked[r].requirement.check].margins
+        if margins is not None:
+            groups.setdefault(margins, []).append(r)
+    yield from groups.items()
+
+
+def findings_of(situations: Iterable[Situation], criterion: Criterion) -> list[Finding]:
+    """What a criterion finds about people by themselves, in the cases that it is asked of."""
+    findings = CHECKS[criterion.check].findings
+    if findings is None:
+        return []
+    return [
+        finding
+        for situation in situations
+        if situation.place.role in criterion.people and criterion.asks(situation.work.name)
+        for finding in findings(situation, criterion)
+    ]
+
+
+def verdict(criterion: Criterion, findings: Iterable[Finding], cases: Sequence[str]) -> Verdict:
+    """Judge one criterion of people in postures.
+
+    A criterion that looked at nothing has shown nothing: it fails.
+
+    Parameters
+    ----------
+    cases
+        The names of the cases in their order, by which equal findings stand.
+    """
+    ordered = sorted(findings, key=lambda f: (f.margin, cases.index(f.case), f.person))
+    breaches = tuple(f for f in ordered if f.margin < -LENGTH_TOLERANCE)
+    return Verdict(
+        criterion,
+        bool(ordered) and not breaches,
+        ordered[0] if ordered else None,
+        breaches,
+        _doubtful(ordered, breaches),
+    )
+
+
+def _doubtful(findings: list[Finding], breaches: tuple[Finding, ...]) -> Finding | None:
+    """What could turn a verdict: one finding that may be a breach, or all breaches together that
+    may be none."""
+    known = [f for f in breaches or findings if f.doubt > 0]
+    if not known or len(known) < len(breaches):
+        return None
+    return min(known, key=lambda f: f.doubt) if breaches else max(known, key=lambda f: f.doubt)
+
+
+def motion_verdict(criterion: Criterion, found: MotionFound) -> Verdict:
+    """Judge one criterion of a motion.
+
+    Parameters
+    ----------
+    found
+        What was found of the motion, without its verdicts.
+
+    Raises
+    ------
+    UsageError
+        For a check that cannot be asked of a motion.
+    """
+    check = CHECKS.get(criterion.check)
+    if check is None or check.moments is None:
+        raise UsageError(f"no check {criterion.check!r} of a motion")
+    if criterion.check == "injury":
+        coarse = injury.too_coarse(found, criterion)
+        if coarse:
+            return Verdict(criterion, False, None, motion=found.study.name, words=coarse)
+        return _motion_verdict(criterion, found.study.name, list(check.moments(found, criterion)))
+    ordered = sorted(check.moments(found, criterion), key=lambda finding: finding.margin)
+    nothing = check.nothing(criterion)
+    if not ordered and nothing:
+        return Verdict(criterion, True, None, motion=found.study.name, words=nothing)
+    return _motion_verdict(criterion, found.study.name, ordered)
+
+
+def between_verdict(criterion: Criterion, case: str, motions: Sequence[MotionCase]) -> Verdict:
+    """Judge a criterion between the people who move in one case."""
+    findings = between_people.motion_findings(criterion, motions)
+    ordered = sorted(findings, key=lambda finding: finding.margin)
+    return _motion_verdict(criterion, case, ordered)
+
+
+def _motion_verdict(criterion: Criterion, motion: str, ordered: Sequence[Finding]) -> Verdict:
+    """The verdict of findings in their order, the worst first."""
+    breaches = tuple(
+        finding
+        for finding in ordered
+        if finding.margin < (-LENGTH_TOLERANCE if finding.unit in ("m", "rad") else 0.0)
+    )
+    return Verdict(
+        criterion,
+        bool(ordered) and not breaches,
+        ordered[0] if ordered else None,
+        breaches,
+        motion=motion,
+    )

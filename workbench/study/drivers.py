@@ -1,0 +1,61 @@
+"""What is known of each person that a driving posture depends on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from workbench.body.scaling.measure import measure
+from workbench.errors import InputError
+from workbench.model.body import Body
+from workbench.model.driving import Driver, DrivingAims
+from workbench.model.population import SEXES, Population
+
+__all__ = ["drivers_among"]
+
+NEEDED = ("stature", "sitting_height")
+"""The measures that are taken from the body of somebody who does not state them."""
+
+
+def drivers_among(
+    people: Population, rows: Sequence[int], body: Body, aims: DrivingAims
+) -> list[Driver]:
+    """The drivers that some people are.
+
+    Parameters
+    ----------
+    people, rows
+        A population, and B of its people.
+    body
+        B rows, from which measures and masses are taken that the population does not state.
+    aims
+        Says the age, and the sex where it is not that of the person.
+
+    Raises
+    ------
+    InputError
+        For somebody who is no driver.
+    """
+    found = []
+    for row, one in zip(rows, body, strict=True):
+        values = dict(zip(people.names, people.measures[row].tolist(), strict=True))
+        if "mass" not in values:
+            values["mass"] = float(one.mass[0].sum())
+        missing = [name for name in NEEDED if name not in values]
+        values |= measure(one, missing) if missing else {}
+        sex = aims.sex or SEXES[int(people.sex[row])]
+        try:
+            found.append(_driver(sex, values, aims.age))
+        except InputError as error:
+            label = people.labels[row] if people.labels else f"person {row + 1}"
+            raise InputError([f"{label}: {problem}" for problem in error.problems]) from None
+    return found
+
+
+def _driver(sex: str, values: Mapping[str, float], age: float) -> Driver:
+    return Driver(
+        sex=sex,
+        stature=values["stature"],
+        sitting_height=values["sitting_height"],
+        mass_index=values["mass"] / values["stature"] ** 2,
+        age=age,
+    )

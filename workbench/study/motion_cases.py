@@ -1,0 +1,169 @@
+"""The motions of a study: read or simulated, each in its cabin with its restraints."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.body.parts import moved
+from workbench.body.wear import wear
+from workbench.errors import InputError, UsageError
+from workbench.files.crash.simulations import load_simulation, with_airbags
+from workbench.files.motions.number_rows import FrameRange
+from workbench.model.body import Body
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Environment
+from workbench.model.motion_case import MotionCase, SignalPoint
+from workbench.model.moving import poses_at
+from workbench.model.poses import Poses
+from workbench.model.simulation import ContactRule, Restraints
+from workbench.model.study import Case, RecordedMotion, Role, SimulatedMotion, Study
+from workbench.posture.seating.seating import seat_shift
+from workbench.study.crash.belts import with_belts
+from workbench.study.motions import MotionOptions, load_motion
+from workbench.study.persons import sized_body
+from workbench.study.simulation import bearing, run_simulation
+from workbench.study.subject import subject_body
+
+__all__ = ["motion_cases"]
+
+
+def motion_cases(study: Study) -> tuple[MotionCase, ...]:
+    """The motions of a study, read or simulated, with their restraints: role by role, each in the
+    order of the cases.
+
+    Raises
+    ------
+    InputError
+        For a motion that cannot be read, or is a single frame.
+    UsageError
+        For a study without motions.
+    """
+    if not study.motions:
+        raise UsageError(f"study {study.name} has no motion")
+    found: list[MotionCase] = []
+    for row, role in enumerate(study.roles):
+        for size, single in study.by_size() if role.sizes else [("", study)]:
+            found += _role_motions(single, row, size)
+    return tuple(found)
+
+
+def _role_motions(study: Study, row: int, size: str) -> list[MotionCase]:
+    """The motions of one role of a study, which is of this size where there are several."""
+    role = study.roles[row]
+    body, notes = sized_body(role.body, role.size, role.detail)
+    body = wear(body, role.clothes)
+    notes = tuple(f"{role.name}: {note}" for note in notes)
+    subject = study.motions[0].actions[row]
+    if isinstance(subject, RecordedMotion) and subject.subject:
+        body, lengths = subject_body(body, subject.file, options=_options(subject))
+        notes += lengths
+    found = []
+    for case in study.motions:
+        several = (role.name if len(study.roles) > 1 else "", size)
+        name = ", ".join([case.name, *filter(None, several)])
+        found.append(_motion_case(study, case, row, body, name))
+    return [replace(found[0], warnings=(*notes, *found[0].warnings)), *found[1:]]
+
+
+def _motion_case(study: Study, case: Case, row: int, body: Body, name: str) -> MotionCase:
+    """The motion of one role (row) in one case by itself, with a name of its own."""
+    role = study.roles[row]
+    action = case.actions[row]
+    assert isinstance(action, (RecordedMotion, SimulatedMotion))
+    if isinstance(action, RecordedMotion):
+        motion, notes = load_motion(body, action.file, options=_options(action))
+        if len(motion) < 2:
+            raise InputError(f"{action.file}: one frame is a posture; a motion needs two or more")
+    else:
+        motion, notes = _simulated(action)
+    restraints = action.restraints
+    cabin = _cabin(study.environment, restraints)
+    first = place(body, poses_at(motion, motion.clock[:1]))
+    environment = with_belts(cabin, restraints.belts, first)
+    return MotionCase(
+        case=case.name,
+        name=name,
+        person=role.name,
+        body=body,
+        motion=motion,
+        environment=environment,
+        cabin=cabin,
+        points=_points(study, body),
+        filter_class=study.signals.filter_class,
+        criteria=_motion_criteria(study, case, role),
+        belts=restraints.belts,
+        pulse=restraints.pulse,
+        forces=_forces(study, body, environment, len(cabin.parts)),
+        bears=bearing(environment, restraints.names),
+        warnings=notes,
+    )
+
+
+def _motion_criteria(study: Study, case: Case, role: Role) -> tuple[Criterion, ...]:
+    """The criteria that are asked of a role in a case, those between people aside."""
+    return tuple(
+        criterion
+        for criterion in study.criteria
+        if criterion.check != "between_people"
+        and criterion.asks(case.name)
+        and role.name in criterion.people
+    )
+
+
+def _options(action: RecordedMotion) -> MotionOptions:
+    keep = FrameRange(action.begin, action.end, action.every)
+    return MotionOptions(
+        action.names, action.up, action.metres, keep, action.gaps, action.move, action.yaw
+    )
+
+
+def _simulated(action: SimulatedMotion) -> tuple[Poses, tuple[str, ...]]:
+    """The motion of a simulation that starts from a posture of the study."""
+    plan = load_simulation(action.simulation)
+    poses = action.poses
+    at = plan.file.at
+    if at is not None:
+        world = np.column_stack([np.asarray(at.attitude.matrix()), at.position])
+        poses = Poses(poses.rotations, plan.body.segment(at.segment), world[None])
+    made = run_simulation(replace(plan, poses=poses))
+    return made.motion, made.warnings
+
+
+def _cabin(environment: Environment, restraints: Restraints) -> Environment:
+    """The environment with the seat where its occupant has put it, and with airbags."""
+    if restraints.seat:
+        seat = environment.seat(restraints.seat)
+        shift = seat_shift(seat, restraints.forward, restraints.up)
+        environment = moved(environment, seat.moves, shift)
+    return with_airbags(environment, restraints.airbags)
+
+
+def _points(study: Study, body: Body) -> tuple[SignalPoint, ...]:
+    """The points of the signals, and the origins of the segments that only rules are about."""
+    points = study.signals.points
+    known = {body.segments[point.segment] for point in points}
+    limited = (limit.segment for criterion in study.criteria for limit in criterion.limits)
+    return points + tuple(
+        SignalPoint(body.segment_names[body.segment(s)], body.segment(s), (0.0, 0.0, 0.0))
+        for s in dict.fromkeys(limited)
+        if s not in known
+    )
+
+
+def _forces(
+    study: Study, body: Body, environment: Environment, still: int
+) -> tuple[ContactRule, ...]:
+    """The laws of contact with the first `still` parts, which stand still: of belts the tension is
+    reported, not the depth in where they were."""
+    stands = np.arange(len(environment.parts)) < still
+    return tuple(
+        ContactRule(
+            np.isin(body.segments, law.segments),
+            np.isin(environment.parts, law.parts) & stands,
+            law.law,
+        )
+        for law in study.contact_forces
+    )

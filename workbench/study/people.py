@@ -1,0 +1,253 @@
+"""Single people in postures: each takes a place, then everything is measured and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from workbench.body.forward import place, segment_frames
+from workbench.body.pieces import piece_warnings
+from workbench.contact.collide import body_contacts, contacts, self_contacts
+from workbench.model.arrays import Floats
+from workbench.model.contacts import Clearance
+from workbench.model.criterion import Criterion
+from workbench.model.environment import Environment
+from workbench.model.poses import Placed, Poses
+from workbench.model.posing import join_poses
+from workbench.model.result import ControlReach, Finding, PersonFound, PosturesFound, Verdict
+from workbench.model.study import Role, Study
+from workbench.model.workplace import Beside, Workplace
+from workbench.posture.stops import stops
+from workbench.study.buried import buried_controls
+from workbench.study.checks import between_people, reach
+from workbench.study.checks.table import findings_of, verdict
+from workbench.study.envelope.envelope import envelopes
+from workbench.study.positions import (
+    comfortable_situations,
+    fitted_positions,
+    in_position,
+)
+from workbench.study.requirements import asked_of
+from workbench.study.seat_words import move_words, shortfalls
+from workbench.study.situation import Occupants, Situation, seats_moved, with_hands
+from workbench.study.warnings import result_warnings, seat_verdicts
+from workbench.study.workplaces import occupant, workplace_of
+
+__all__ = ["Present", "people_found", "present_people"]
+
+
+@dataclass(frozen=True, eq=False)
+class Present:
+    """People who are there at the same time.
+
+    Parameters
+    ----------
+    environment
+        With all their seats where they have put them.
+    roles, situations
+        Who they are; of each the cases, as they are checked.
+    words
+        What is improbable about their sizes, and what could not be had.
+    """
+
+    environment: Environment
+    roles: tuple[Role, ...]
+    situations: tuple[tuple[Situation, ...], ...]
+    words: tuple[str, ...]
+
+    def beside(self) -> list[Beside]:
+        """The people as somebody else finds them."""
+        return [
+            Beside(role.name, placed_of(poses_of(mine), mine))
+            for role, mine in zip(self.roles, self.situations, strict=True)
+        ]
+
+
+def present_people(study: Study) -> Present:
+    """Let the single people of a study take their places.
+
+    They are seated in the order of the roles; a later one heeds those before. The hands go on their
+    controls when everybody sits.
+    """
+    environment = study.environment
+    roles: list[Role] = []
+    seated: list[list[Situation]] = []
+    words: list[str] = []
+    for row, role in enumerate(study.roles):
+        if role.population is not None:
+            continue
+        before = Present(environment, tuple(roles), tuple(map(tuple, seated)), ())
+        who, notes = occupant(role, row)
+        workplace = workplace_of(study, row, environment, before.beside())
+        found, moves = _take_place(workplace, who, role)
+        environment = seats_moved(workplace, found[0])
+        roles.append(role)
+        seated.append(found)
+        words += [*notes, *moves]
+    done = tuple(
+        tuple(with_hands(situation.seat_moved(environment)) for situation in mine)
+        for mine in seated
+    )
+    words += [line for mine in done for situation in mine for line in shortfalls(situation)]
+    return Present(environment, tuple(roles), done, tuple(words))
+
+
+def _take_place(
+    workplace: Workplace, who: Occupants, role: Role
+) -> tuple[list[Situation], list[str]]:
+    """One person in the position that meets all that is asked, nearest to the comfortable one; and
+    in words that this is another one."""
+    comfortable = comfortable_situations(workplace, who)
+    asked = asked_of(workplace)
+    first = workplace.first_predicted
+    if not role.free or workplace.cases[first].aims is None or not asked:
+        return comfortable, []
+    no_sets = np.zeros((len(asked), 0), dtype=np.bool_)
+    found = fitted_positions(workplace, asked, no_sets, who, comfortable)
+    words = move_words(comfortable[first], found.tried, found.comfortable[0])
+    if not words:
+        return comfortable, []
+    seat = found.tried.seat
+    cases = range(len(workplace.cases))
+    moved = [in_position(workplace, case, who, seat, comfortable[case]) for case in cases]
+    return moved, words
+
+
+def poses_of(situations: Sequence[Situation]) -> Poses:
+    """(P,) the poses of one person in all cases."""
+    reference = situations[0].poses.reference
+    found = []
+    for situation in situations:
+        poses = situation.poses
+        if poses.reference != reference:
+            world = segment_frames(situation.body, poses, reference)
+            poses = Poses(poses.rotations, reference, world)
+        found.append(poses)
+    return join_poses(found)
+
+
+def placed_of(poses: Poses, situations: Sequence[Situation]) -> Placed:
+    """(P,) one person in all cases, in the world."""
+    return place(situations[0].body, poses)
+
+
+def people_found(study: Study, there: Present) -> PosturesFound:
+    """Find how the single people of a study, who are there, come out in its postures."""
+    environment = there.environment
+    people = tuple(
+        _person(role, mine) for role, mine in zip(there.roles, there.situations, strict=True)
+    )
+    reaches = tuple(
+        row
+        for mine in there.situations
+        for situation in mine
+        for row in reach.control_reaches(situation)
+    )
+    cases = tuple(case.name for case in study.postures)
+    placed = {person.name: person.placed for person in people}
+    return PosturesFound(
+        study=study,
+        cases=cases,
+        environment=environment,
+        verdicts=(
+            *seat_verdicts(environment, cases, people),
+            *_verdicts(study, there, reaches, cases),
+        ),
+        people=people,
+        between={
+            (one, other): body_contacts(placed[one], placed[other])
+            for one, other in combinations(placed, 2)
+        },
+        warnings=(
+            *there.words,
+            *piece_warnings((person.name, person.body) for person in people),
+            *(buried_controls(environment) if reaches else ()),
+            *result_warnings(environment, cases, people),
+        ),
+        reaches=reaches,
+        envelopes=tuple(envelopes(study, there.situations)),
+    )
+
+
+def _person(role: Role, situations: Sequence[Situation]) -> PersonFound:
+    """What is measured of one person in all cases."""
+    poses = poses_of(situations)
+    placed = placed_of(poses, situations)
+    margins = stops(placed.body, poses)
+    joints = range(len(placed.body.joints))
+    seated = situations[0].seated
+    return PersonFound(
+        role=role,
+        poses=poses,
+        placed=placed,
+        postures=tuple(_posture(situation) for situation in situations),
+        forward=float(seated.forward[0]) if seated is not None else 0.0,
+        up=float(seated.up[0]) if seated is not None else 0.0,
+        contacts=contacts(placed, situations[0].environment),
+        self_contacts=self_contacts(placed),
+        clearance=_joined([situation.nearest for situation in situations]),
+        margin=margins.margin,
+        margin_motion=tuple(
+            tuple(margins.motion(case, joint) for joint in joints) for case in range(len(placed))
+        ),
+    )
+
+
+def _posture(situation: Situation) -> str:
+    """What the posture of a case is called."""
+    aims = situation.work.aims
+    if aims is None:
+        return situation.work.posture
+    return "predicted" if aims.driving is None else "driver"
+
+
+def _joined(parts: Sequence[Clearance]) -> Clearance:
+    """The clearances of several poses of one body."""
+
+    def whole(name: str) -> Floats:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    first = parts[0]
+    return Clearance(
+        body=first.body,
+        other=first.other,
+        distance=whole("distance"),
+        sphere=np.concatenate([part.sphere for part in parts]),
+        target=np.concatenate([part.target for part in parts]),
+        point=whole("point"),
+        facing=np.concatenate([part.facing for part in parts]),
+    )
+
+
+def _verdicts(
+    study: Study, there: Present, reaches: Sequence[ControlReach], cases: tuple[str, ...]
+) -> Iterator[Verdict]:
+    """The verdicts of the criteria that are asked of single people in postures."""
+    names = {role.name for role in there.roles}
+    for criterion in study.criteria:
+        people = names.intersection(criterion.people)
+        enough = len(names) > 1 if criterion.check == "between_people" else True
+        asked = bool(people) and enough and any(criterion.asks(case) for case in cases)
+        if asked and criterion.check not in ("share", "injury"):
+            yield verdict(criterion, _findings(criterion, there, reaches), cases)
+
+
+def _findings(
+    criterion: Criterion, there: Present, reaches: Sequence[ControlReach]
+) -> Iterator[Finding]:
+    """Everything that a criterion finds, case by case."""
+    if criterion.check == "reach":
+        found = reach.findings(reaches, criterion)
+        yield from (finding for finding in found if criterion.asks(finding.case))
+    elif criterion.check == "between_people":
+        for one, other in combinations(there.situations, 2):
+            if {one[0].place.role, other[0].place.role}.intersection(criterion.people):
+                for mine, yours in zip(one, other, strict=True):
+                    if criterion.asks(mine.work.name):
+                        yield from between_people.findings(mine, yours, criterion)
+    else:
+        every = [situation for mine in there.situations for situation in mine]
+        yield from findings_of(every, criterion)

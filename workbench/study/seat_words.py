@@ -1,0 +1,88 @@
+"""What seat, feet and hands of one person could not give, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.model.accommodation import MET
+from workbench.model.arrays import Floats
+from workbench.posture.seating.driving import DrivingPosture
+from workbench.posture.seating.seat import Seated
+from workbench.study.positions import Tried
+from workbench.study.situation import Situation
+
+__all__ = ["move_words", "shortfalls"]
+
+REPORTED = 1e-3
+"""A miss [m] that is reported."""
+AT_END = 1e-6
+"""Travel [m] that is none."""
+
+
+def shortfalls(situation: Situation) -> list[str]:
+    """What a person with the hands on the controls misses of the aims of a case."""
+    seated = situation.seated
+    aims = situation.work.aims
+    if seated is None or aims is None:
+        return []
+    lines = [*_eyes_off(situation, seated), *_travel_off(seated)]
+    for foot, miss in seated.miss.items():
+        lines += _limb_off(foot, aims.controls[foot], miss, seated.limit[foot])
+    for hand, miss in situation.hand_miss.items():
+        lines += _limb_off(hand, aims.controls[hand], miss, situation.hand_limit[hand])
+    return [f"{situation.place.role}, {situation.work.name}: {line}" for line in lines]
+
+
+def _eyes_off(situation: Situation, seated: Seated) -> list[str]:
+    """How far the eyes are from the height of their point."""
+    if situation.eyes is None:
+        return []
+    above = float(seated.eye[0, 2] - situation.environment.points[situation.eyes][2])
+    if abs(above) <= REPORTED:
+        return []
+    seat = situation.place.own_seat
+    assert seat is not None
+    low, high = seat.travel_up
+    height = float(seated.up[0])
+    if above < 0:
+        why = ", the seat is as high as it goes" if high - height < AT_END else ""
+        return [f"the eyes stay {-1000 * above:.0f} mm below {situation.eyes}{why}"]
+    why = ", the seat is as low as it goes" if height - low < AT_END else ""
+    return [f"the eyes are {1000 * above:.0f} mm above {situation.eyes}{why}"]
+
+
+def _travel_off(seated: Seated) -> list[str]:
+    """How far the travel ends before a driver has the seat where it is wanted."""
+    if not isinstance(seated, DrivingPosture):
+        return []
+    beyond = float(seated.wanted[0] - seated.forward[0])
+    at_end = float(seated.spare_travel[0, :2].min()) < AT_END
+    if abs(beyond) <= REPORTED or not at_end:
+        return []
+    way = "forward" if beyond > 0 else "back"
+    return [f"the seat would go {1000 * abs(beyond):.0f} mm farther {way} than its travel lets it"]
+
+
+def _limb_off(limb: str, control: str, miss: Floats, limit: tuple[str, ...]) -> list[str]:
+    """How far a hand or foot stays from its control."""
+    if miss[0] <= (REPORTED if limb.endswith("foot") else 0.0):
+        return []
+    why = f", limited by {limit[0]}" if limit[0] else ""
+    return [f"the {limb} stays {1000 * miss[0]:.0f} mm from {control}{why}"]
+
+
+def move_words(situation: Situation, found: Tried, comfortable: Floats) -> list[str]:
+    """That the seat of a person has left the comfortable position (2,) [m], and why."""
+    ahead, above = (found.seat[0] - comfortable).tolist()
+    if not (ahead or above):
+        return []
+    way = [
+        f"{1000 * abs(size):.0f} mm {words[0] if size > 0 else words[1]}"
+        for size, words in ((ahead, ("forward", "back")), (above, ("up", "down")))
+        if abs(size) >= 5e-4
+    ]
+    met = float(np.nanmin(found.margin[0])) >= -MET
+    why = "everything asked of the person is met" if met else "least is missing"
+    lead = f"{situation.place.role}, {situation.work.name}"
+    where = f"{' and '.join(way)} of the most comfortable position"
+    return [f"{lead}: the seat is {where}: there {why}"]

@@ -1,0 +1,437 @@
+"""Situations: people put into their workplace, as every check looks at them.
+
+Who is seated by a prediction takes the lowest position of the seat that still gives the view, then
+the pedals, then the controls with the hands, each in the tightest harness zone that will do. This
+is the order of Zehner and Kennedy's cockpit assessments.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from workbench.body.forward import place
+from workbench.body.parts import moved
+from workbench.contact.collide import nearest, self_clearance
+from workbench.model.arrays import Floats, Ints
+from workbench.model.body import Body, stack_bodies
+from workbench.model.contacts import Clearance
+from workbench.model.driving import DrivingAims, Package
+from workbench.model.environment import Control, Environment, Seat
+from workbench.model.population import Population
+from workbench.model.poses import Placed, Poses
+from workbench.model.posing import join_poses
+from workbench.model.workplace import Aims, WorkCase, Workplace
+from workbench.posture.reaching.limbs import FEET, HANDS, limb
+from workbench.posture.reaching.reach import reach
+from workbench.posture.seating.driving import driving_posture
+from workbench.posture.seating.posture import Pedals
+from workbench.posture.seating.seat import Seated, join_seated, seat
+from workbench.study.drivers import drivers_among
+
+__all__ = [
+    "Occupants",
+    "Seating",
+    "Situation",
+    "Taken",
+    "feet_of",
+    "in_place",
+    "join_situations",
+    "package_of",
+    "position_of",
+    "seating_of",
+    "seats_moved",
+    "situated",
+    "take_places",
+    "with_hands",
+    "without_seat",
+]
+
+
+@dataclass(frozen=True, eq=False)
+class Occupants:
+    """B people who take a role, one at a time: rows of a body.
+
+    Parameters
+    ----------
+    body
+        B rows, at their size and dressed.
+    people
+        The people they are taken from.
+    numbers
+        (B,) the row of each in `people`.
+    first
+        The number by which the driving posture of the first of `people` is drawn.
+    """
+
+    body: Body
+    people: Population
+    numbers: Ints
+    first: int = 0
+
+    def __len__(self) -> int:
+        return len(self.body)
+
+    def rows(self, keep: Ints) -> Occupants:
+        """The people at indices, in their order."""
+        return replace(self, body=self.body[keep], numbers=self.numbers[keep])
+
+
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """The places that B people have taken: their poses in the world with the hands at rest, and how
+    the seat came out, None for people without one."""
+
+    poses: Poses
+    seated: Seated | None
+
+    def rows(self, keep: Ints) -> Taken:
+        """The people at indices, in their order."""
+        return Taken(self.poses.rows(keep), self.seated.rows(keep) if self.seated else None)
+
+
+@dataclass(frozen=True, eq=False)
+class Situation:
+    """B people in one case of their workplace.
+
+    Parameters
+    ----------
+    place, case
+        The workplace and the index of the case.
+    body
+        B rows.
+    taken
+        Where they are, with the hands at rest: reaches begin there.
+    poses
+        (B,) their postures, a pose of each row of the body.
+    displacement
+        (B, 3) [m] of the parts that move with the own seat.
+    spare
+        (B, 2) [m] the travel that is left to the rear and to the front where the seat is wanted.
+    hand_miss, hand_limit
+        (B,) by hand that holds a control: [m] how far it stays from it, and what limits it in
+        words; empty while the hands are at rest.
+    """
+
+    place: Workplace
+    case: int
+    body: Body
+    taken: Taken
+    poses: Poses
+    displacement: Floats
+    spare: Floats
+    hand_miss: Mapping[str, Floats] = field(default_factory=dict)
+    hand_limit: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def __len__(self) -> int:
+        return len(self.poses)
+
+    @property
+    def environment(self) -> Environment:
+        """The surroundings, with the own seat in its reference position."""
+        return self.place.environment
+
+    @property
+    def work(self) -> WorkCase:
+        """What is done."""
+        return self.place.cases[self.case]
+
+    @property
+    def seated(self) -> Seated | None:
+        """How the seat came out, None for people without one."""
+        return self.taken.seated
+
+    @property
+    def eyes(self) -> str | None:
+        """The point whose height the eyes are to reach, None where any will do."""
+        return self.work.aims.eyes if self.work.aims is not None else None
+
+    @cached_property
+    def placed(self) -> Placed:
+        """(B,) the bodies in the world."""
+        return place(self.body, self.poses)
+
+    @cached_property
+    def nearest(self) -> Clearance:
+        """The nearest pairs of segments and parts, with the own seat in its reference position."""
+        return nearest(self.placed, self.environment)
+
+    @cached_property
+    def own(self) -> Clearance:
+        """The nearest pairs of segments of the same body."""
+        return self_clearance(self.placed)
+
+    def rows(self, keep: Ints) -> Situation:
+        """The people at indices, in their order."""
+        return Situation(
+            place=self.place,
+            case=self.case,
+            body=self.body[keep],
+            taken=self.taken.rows(keep),
+            poses=self.poses.rows(keep),
+            displacement=self.displacement[keep],
+            spare=self.spare[keep],
+            hand_miss={hand: miss[keep] for hand, miss in self.hand_miss.items()},
+            hand_limit={
+                hand: tuple(words[k] for k in keep) for hand, words in self.hand_limit.items()
+            },
+        )
+
+    def seat_moved(self, environment: Environment) -> Situation:
+        """The same in surroundings where the own seat stands where it was put."""
+        place = replace(self.place, environment=environment)
+        return replace(self, place=place, displacement=np.zeros_like(self.displacement))
+
+
+def join_situations(parts: Sequence[Situation]) -> Situation:
+    """The rows of several parts of one case, in their order, with the hands at rest."""
+    first = parts[0]
+    return Situation(
+        place=first.place,
+        case=first.case,
+        body=stack_bodies([part.body for part in parts]),
+        taken=_join_taken([part.taken for part in parts]),
+        poses=join_poses([part.taken.poses for part in parts]),
+        displacement=np.concatenate([part.displacement for part in parts]),
+        spare=np.concatenate([part.spare for part in parts]),
+    )
+
+
+def _join_taken(parts: Sequence[Taken]) -> Taken:
+    seats = [part.seated for part in parts if part.seated is not None]
+    return Taken(join_poses([part.poses for part in parts]), join_seated(seats) if seats else None)
+
+
+@dataclass(frozen=True, eq=False)
+class Seating:
+    """What decides where people are in one case: the whole input of `take_places`, so that a key of
+    kept places is made from it and nothing else can move people.
+
+    Parameters
+    ----------
+    seat, stand
+        The seat with its travel, or the point (3,) [m] to stand on, None where there is none.
+    pose
+        The posture that the prediction begins from, or the posture itself (P = 1).
+    pedals
+        Where the feet go, None where the legs stay as the posture has them.
+    eye
+        Height [m] that the eyes are to reach, None where any.
+    driving, package
+        Of drivers.
+    """
+
+    seat: Seat | None
+    stand: tuple[float, float, float] | None
+    pose: Poses
+    pedals: Pedals | None = None
+    eye: float | None = None
+    driving: DrivingAims | None = None
+    package: Package | None = None
+
+
+def seating_of(place: Workplace, case: int) -> Seating:
+    """What decides where people are in a case of a workplace."""
+    work = place.cases[case]
+    aims = work.aims
+    if aims is None:
+        return Seating(place.own_seat, place.stand, work.pose)
+    points = place.environment.points
+    feet = feet_of(aims, place.environment)
+    return Seating(
+        seat=place.own_seat,
+        stand=place.stand,
+        pose=work.pose,
+        pedals=Pedals(feet, points[aims.heels][2] if aims.heels else None),
+        eye=points[aims.eyes][2] if aims.eyes else None,
+        driving=aims.driving,
+        package=package_of(aims, place.environment) if aims.driving is not None else None,
+    )
+
+
+def feet_of(aims: Aims, environment: Environment) -> dict[str, tuple[float, float, float]]:
+    """Where the balls of the feet go [m], by "left foot" and "right foot"."""
+    controls = {control.name: control for control in environment.controls}
+    return {foot: controls[held].at for foot, held in aims.controls.items() if foot in FEET}
+
+
+def package_of(aims: Aims, environment: Environment) -> Package:
+    """The package a driver sits in: the heel's point, the accelerator, the wheel's centre, the
+    seat's hip point."""
+    assert aims.driving is not None and aims.heels is not None
+    points = environment.points
+    return Package(
+        heel=points[aims.heels],
+        ball=feet_of(aims, environment)["right foot"],
+        wheel=points[aims.driving.wheel],
+        h_point=points[aims.driving.h_point],
+    )
+
+
+def take_places(seating: Seating, who: Occupants, positions: Floats | None = None) -> Taken:
+    """Let people take their places in a case.
+
+    Parameters
+    ----------
+    positions
+        (B, 2) [m] forward and up, where the seat of each stands. None: where it is comfortable
+        within its travel.
+    """
+    if seating.seat is None or positions is None:
+        return _taken(seating, who)
+    parts = []
+    order = []
+    distinct, which = np.unique(positions, axis=0, return_inverse=True)
+    for k, (forward, up) in enumerate(distinct.tolist()):
+        rows = np.flatnonzero(which.ravel() == k)
+        held = replace(seating, seat=seating.seat.held(forward, up))
+        parts.append(_taken(held, who.rows(rows)))
+        order.append(rows)
+    back = np.argsort(np.concatenate(order), kind="stable")
+    return parts[0] if len(parts) == 1 else _join_taken(parts).rows(back)
+
+
+def _taken(seating: Seating, who: Occupants) -> Taken:
+    """People with the seat where it is comfortable within the travel of the seating."""
+    body = who.body
+    poses = _pose_of_each(seating, body)
+    if seating.seat is None:
+        if seating.stand is not None:
+            poses = _standing(body, poses, seating.stand)
+        return Taken(poses, None)
+    if seating.driving is None:
+        found = seat(body, poses, seating.seat, eye=seating.eye, pedals=seating.pedals)
+        return Taken(found.poses, found)
+    assert seating.package is not None and seating.pedals is not None
+    driven = driving_posture(
+        body,
+        poses,
+        seating.seat,
+        drivers=drivers_among(who.people, who.numbers.tolist(), body, seating.driving),
+        seed=seating.driving.seed,
+        package=seating.package,
+        feet=seating.pedals.at,
+        eye=seating.eye,
+        numbers=(who.first + who.numbers).tolist(),
+    )
+    return Taken(driven.poses, driven)
+
+
+def _pose_of_each(seating: Seating, body: Body) -> Poses:
+    """The posture of a seating for each row of a body; of a predicted one placed by the pelvis,
+    which the seat carries."""
+    pose = seating.pose
+    reference = pose.reference
+    world = pose.world_from_reference
+    if seating.pedals is not None:
+        reference = body.segment("LT")
+        world = place(body[0], pose).world_from_segment[:, reference]
+    count = len(body)
+    return Poses(
+        np.repeat(pose.rotations, count, axis=0), reference, np.repeat(world, count, axis=0)
+    )
+
+
+def _standing(body: Body, poses: Poses, stand: tuple[float, float, float]) -> Poses:
+    """Bodies whose lowest spheres rest at the height of a point, their reference segments over
+    it."""
+    centres = place(body, poses).centres
+    lowest = np.min(centres[:, :, 2] - body.radius, axis=1)
+    world = poses.world_from_reference.copy()
+    world[:, :2, 3] = stand[:2]
+    world[:, 2, 3] += stand[2] - lowest
+    return Poses(poses.rotations, poses.reference, world)
+
+
+def situated(
+    place: Workplace, case: int, who: Occupants, positions: Floats | None = None
+) -> Situation:
+    """Put people into a case of their workplace, with the hands at rest.
+
+    Parameters
+    ----------
+    positions
+        As of `take_places`.
+    """
+    return in_place(place, case, who, take_places(seating_of(place, case), who, positions))
+
+
+def in_place(place: Workplace, case: int, who: Occupants, taken: Taken) -> Situation:
+    """People in the places that they have taken in a case, with the hands at rest."""
+    seated = taken.seated
+    shift = np.zeros((len(who), 3)) if seated is None else seated.shift
+    spare = np.full((len(who), 2), np.nan) if seated is None else seated.spare_travel[:, :2]
+    return Situation(place, case, who.body, taken, taken.poses, shift, spare)
+
+
+def position_of(situation: Situation) -> Floats:
+    """(B, 2) [m] where the seats stand, forward and up; 0 of people without a seat."""
+    seated = situation.seated
+    if seated is None:
+        return np.zeros((len(situation), 2))
+    return np.stack([seated.forward, seated.up], axis=1)
+
+
+def with_hands(situation: Situation) -> Situation:
+    """The same with the hands on the controls that they hold, each in the tightest harness zone
+    that will do."""
+    aims = situation.work.aims
+    if aims is None:
+        return situation
+    controls = {control.name: control for control in situation.environment.controls}
+    for hand, name in aims.controls.items():
+        if hand in HANDS:
+            situation = _with_hand(situation, hand, controls[name])
+    return situation
+
+
+def _with_hand(situation: Situation, name: str, control: Control) -> Situation:
+    """The same with one hand on its control."""
+    body = situation.body
+    poses = situation.poses
+    rotations = poses.rotations.copy()
+    miss = np.zeros(len(situation))
+    limit = np.full(len(situation), "", dtype=object)
+    left = np.arange(len(situation))
+    for zone in range(1, control.zone + 1):
+        found = reach(
+            body,
+            Poses(
+                poses.rotations[left], poses.reference, poses.world_from_reference[left], None, left
+            ),
+            [control.at],
+            limb=limb(body, name, grip=control.grip, zone=zone),
+            environment=situation.environment,
+            moving_parts=situation.place.moving_parts,
+            displacement=situation.displacement[left],
+        )
+        rotations[left] = found.poses.rotations
+        miss[left] = np.where(found.reached[:, 0], 0.0, found.miss[:, 0])
+        limit[left] = [found.limit(row, 0) for row in range(len(left))]
+        left = left[~found.reached[:, 0]]
+        if not len(left):
+            break
+    return replace(
+        situation,
+        poses=Poses(rotations, poses.reference, poses.world_from_reference),
+        hand_miss={**situation.hand_miss, name: miss},
+        hand_limit={**situation.hand_limit, name: tuple(limit.tolist())},
+    )
+
+
+def without_seat(place: Workplace) -> Environment:
+    """The surroundings without the own seat: a thigh presses the cushion down, it does not stop
+    there."""
+    environment = place.environment
+    gone = np.isin(environment.parts, place.moving_parts)
+    return replace(environment, hidden=environment.hidden | gone)
+
+
+def seats_moved(place: Workplace, situation: Situation) -> Environment:
+    """The surroundings with the own seat where the first person has put it."""
+    if place.seat is None:
+        return place.environment
+    return moved(place.environment, place.moving_parts, situation.displacement[0])
