@@ -25,15 +25,14 @@ import numpy as np
 
 import workbench as wb
 from workbench.body.scaling.scale import morph_to
-from workbench.files.study.reader import load_study
 from workbench.model.accommodation import MapTask
-from workbench.study.accommodation import tried
-from workbench.study.accommodation.chunks import gathered, result_chunks
+from workbench.study.accommodation.accommodation import population_question
+from workbench.study.accommodation.chunks import Question, joined_chunks, result_chunks
 from workbench.study.accommodation.people_maps import people_maps
-from workbench.study.accommodation.population_bodies import fit_population
-from workbench.study.accommodation.requirements import asked_of
-from workbench.study.accommodation.sitters import seated, with_hands
-from workbench.study.pipelines import population_study
+from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
+from workbench.study.checks.table import margins_of
+from workbench.study.positions import comfortable_situations
+from workbench.study.situation import Occupants
 
 PEOPLE = 6068
 
@@ -67,43 +66,44 @@ def main() -> None:
     """Time everything once; kernels are compiled before."""
     count = int(sys.argv[1]) if len(sys.argv) > 1 else PEOPLE
     folder = Path(sys.argv[2]) if len(sys.argv) > 2 else None
-    study = population_study(load_study("trainer_accommodation"))
-    body = morph_to(study.body, sys.argv[3] if len(sys.argv) > 3 else "coarse")
-    study = replace(study, body=body, people=people_of(count, folder))
-    asked = asked_of(study)
+    study = wb.load_study("trainer_accommodation")
+    (role,) = study.roles
+    role = replace(role, population=people_of(count, folder))
+    question = population_question(replace(study, roles=(role,)))
+    body = morph_to(role.body, sys.argv[3] if len(sys.argv) > 3 else "coarse")
+    people = question.people
     clock = Clock()
     with tempfile.TemporaryDirectory() as cache:
         os.environ["WORKBENCH_CACHE"] = cache
-        warm = fit_population(study.body, study.people.rows(np.arange(2)))[:]
-        people = seated(study, warm, range(2))
-        tried.judged(study, asked, tried.sitting(study, asked, people))
+        warm = fit_population(body, people.rows(np.arange(2)))[:]
+        who = Occupants(warm, people, np.arange(2))
+        margins_of(comfortable_situations(question.place, who), question.asked)
         begun = time.perf_counter()
-        clock.time("bodies, first time", lambda: fit_population(study.body, study.people))
+        clock.time("bodies, first time", lambda: fit_population(body, people))
         first = time.perf_counter() - begun
         begun = time.perf_counter()
-        bodies = clock.time("bodies at hand", lambda: fit_population(study.body, study.people))
-        met = [staged(clock, study, asked, bodies, rows) for rows in bodies.chunks]
+        bodies = clock.time("bodies at hand", lambda: fit_population(body, people))
+        met = [staged(clock, question, bodies, rows) for rows in bodies.chunks]
         alone = time.perf_counter() - begun
         begun = time.perf_counter()
-        shared = gathered(result_chunks(study, asked, bodies, keep=None, say=lambda text: None))
+        chunks = result_chunks(question, bodies, keep=None, say=lambda text: None)
+        shared = joined_chunks(chunks)
         wall = time.perf_counter() - begun
         begun = time.perf_counter()
         task = MapTask("instrument_panel", "push", 2, "either", 2000)
         panel = clock.time(
             "reach map",
-            lambda: next(people_maps(replace(study, maps=(task,)), bodies, say=lambda t: None)),
+            lambda: next(people_maps(question, (task,), bodies, say=lambda t: None)),
         )
         mapped = time.perf_counter() - begun
     served = np.concatenate(met)
     fits = np.all(np.isnan(shared.margin) | (shared.margin >= -1e-6), axis=1)
     assert np.all(fits | ~served)  # other positions of the seat serve more, and nobody less
     print(
-        f"{len(study.people)} people, {len(asked)} requirements, {len(bodies.chunks)} chunks, {os.cpu_count()} cores"
+        f"{len(people)} people, {len(question.asked)} requirements, {len(bodies.chunks)} chunks, {os.cpu_count()} cores"
     )
     for stage, used in clock.cpu.items():
-        print(
-            f"  {stage:20} {used:8.2f} s of CPU, {1000 * used / len(study.people):8.3f} ms a person"
-        )
+        print(f"  {stage:20} {used:8.2f} s of CPU, {1000 * used / len(people):8.3f} ms a person")
     print(
         f"  first time {first:.1f} s more, then {alone:.1f} s of wall clock in one process, {wall:.1f} s in all; "
         f"{100 * served.mean():.1f} % fit"
@@ -113,17 +113,13 @@ def main() -> None:
     )
 
 
-def staged(clock: Clock, study: Any, asked: Any, bodies: Any, people: slice) -> Any:
+def staged(clock: Clock, question: Question, bodies: PopulationBodies, people: slice) -> Any:
     """One chunk in stages; who meets everything."""
-    rows = range(people.start, people.stop)
+    rows = np.arange(people.start, people.stop)
     body = clock.time("bodies at hand", lambda: bodies[people])
-    found: dict[str, Any] = {}
-    clock.time("seats", lambda: found.update(sitters=seated(study, body, rows)))
-    clock.time("hands", lambda: found.update(sitters=with_hands(study, found["sitters"])))
-    clock.time(
-        "reaches and gaps", lambda: found.update(out=tried.judged(study, asked, found["sitters"]))
-    )
-    margin = found["out"].margin
+    who = Occupants(body, question.people, rows)
+    there = clock.time("seats", lambda: comfortable_situations(question.place, who))
+    margin = clock.time("margins", lambda: margins_of(there, question.asked)).margin
     return np.all(np.isnan(margin) | (margin >= -1e-6), axis=1)
 
 

@@ -14,21 +14,17 @@ from workbench.body.people.draw import draw_people
 from workbench.body.people.share import share_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
-    AccommodationStudy,
     Gain,
     GroupShare,
     MapTask,
-    PopulationFound,
     ReachMap,
     Requirement,
-    Shown,
 )
 from workbench.model.criterion import Criterion
-from workbench.model.poses import Poses
-from workbench.model.posture_study import Aims, Person
+from workbench.model.population_found import PopulationFound, Shown
 from workbench.model.result import Result
-from workbench.study.placement import place_person
 from workbench.study.provenance import people_hash
+from workbench.study.workplaces import workplace_of
 
 __all__ = [
     "ACCOMMODATIONS",
@@ -79,26 +75,26 @@ def trainer_people(count, *, seed=7):
     return draw_people(wb.load_population_model("ansur2"), count, seed=seed)
 
 
-def study_of(people, criteria, *, name="made_up", maps=(), mixes=None, confidence=0.95):
+def study_of(people, criteria, *, maps=(), mixes=None):
+    """The study of a population in the trainer's left seat, and the body of its people."""
+    study = wb.load_study("trainer_accommodation")
+    (role,) = study.roles
     body = wb.load_body("bubbleman")
-    return AccommodationStudy(
-        name,
-        "Who fits the trainer",
-        "Made up for a test.",
-        trainer(),
-        body,
-        (),
-        people,
-        "left",
-        Aims({}),
-        "seated",
-        criteria,
-        mixes or {},
-        confidence,
-        maps,
-        {},
-        people and 7,
+    shares = replace(study.shares, mixes=mixes or {}, confidence=0.95)
+    made_up = replace(
+        study,
+        name="made_up",
+        title="Who fits the trainer",
+        description="Made up for a test.",
+        environment=trainer(),
+        roles=(replace(role, body=body, detail=None, clothes=(), population=people),),
+        criteria=criteria,
+        shares=shares,
+        reach_maps=maps,
+        changes=(),
+        inputs={},
     )
+    return made_up, body
 
 
 def groups_of(people, served, mixes, confidence):
@@ -151,7 +147,7 @@ def made(
     names = dict.fromkeys(r.criterion for r in requirements)
     checks = {r.criterion: r.check for r in requirements}
     criteria = tuple(Criterion(n, checks[n], (), (), (), 0.0) for n in names)
-    study = study_of(people, criteria, mixes=mixes, maps=tuple(m.task for m in maps))
+    study, body = study_of(people, criteria, mixes=mixes, maps=tuple(m.task for m in maps))
     if reason is None:
         reason = np.where(met, -1, np.arange(margin.shape[1]) % len(REASONS))
     spread = np.full((margin.shape[1], 5), np.nan)
@@ -163,6 +159,9 @@ def made(
     worst = np.argmin(np.where(np.isnan(margin), np.inf, margin), axis=1)
     return PopulationFound(
         study,
+        workplace_of(study, 0, study.environment),
+        people,
+        body,
         tuple(requirements),
         margin,
         reason,
@@ -181,7 +180,7 @@ def made(
         tuple(gains),
         tuple(maps),
         tuple(warnings),
-        tuple(shown_of(study, p, int(worst[p]), requirements) for p in hardest) if shown else (),
+        tuple(shown_of(body, p, int(worst[p]), requirements) for p in hardest) if shown else (),
     )
 
 
@@ -193,21 +192,13 @@ def sets_met(met, names):
     return np.stack(without, axis=1)
 
 
-def shown_of(study, row, requirement, requirements):
-    """The body of the study, seated, with its target where the requirement's control is."""
-    body = study.body
-    environment = study.environment
+def shown_of(body, row, requirement, requirements):
+    """The body, seated, with its target where the requirement's control is."""
+    environment = trainer()
     file, _ = load_postures(posture_path("bubbleman"), body)
     name = "seated" if "seated" in file.postures else next(iter(file.postures))
     pose = posture_pose(body, file, name)
-    person = Person(
-        "who",
-        body,
-        Poses(pose.rotations, pose.reference, pose.world_from_reference),
-        (name,),
-        "left",
-    )
-    placed = place_person(person, environment)
+    placed = wb.place(body, wb.seat(body, pose, environment.seat("left")).poses)
     here = requirements[requirement]
     control = next((c for c in environment.controls if c.name == here.target), None)
     segment = body.segments.index("RHN")
@@ -312,24 +303,16 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
 
 def result_of(found):
     """The result of a study of a population, made up of what was found of it."""
-    asked = found.study
-    study = replace(
-        wb.load_study("trainer_accommodation"),
-        name=asked.name,
-        title=asked.title,
-        description=asked.description,
-        environment=asked.environment,
-    )
     provenance = {
         "inputs": {"study": "0" * 64},
-        "people": {"measures": people_hash(asked.people)},
+        "people": {"measures": people_hash(found.people)},
         "versions": {"workbench": "0.1.0"},
     }
-    return Result(study, (), found.warnings, provenance, population=found)
+    return Result(found.study, (), found.warnings, provenance, population=found)
 
 
 def few(result, rows):
     """The same for some of the people, worked out again."""
-    people = result.study.people.rows(np.asarray(rows))
+    people = result.people.rows(np.asarray(rows))
     again = made(people, result.requirements, result.margin[rows], maps=result.maps)
     return replace(again, gains=result.gains)

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.crowds import crowd_of
 from tests.toy_cockpit import write_toy
-from workbench.files.study.reader import load_study
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
-from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.accommodation.accommodation import accommodation
 from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.executors import dask_executor, local_executor
-from workbench.study.pipelines import population_study
 
 distributed = pytest.importorskip("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -25,7 +24,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 @pytest.fixture
 def toy(tmp_path, monkeypatch):
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 2)
-    return population_study(load_study(write_toy(tmp_path, people=8)))
+    return crowd_of(write_toy(tmp_path, people=8))
 
 
 def test_an_address_where_nobody_answers_is_reported_within_ten_seconds(monkeypatch):
@@ -59,7 +58,7 @@ def test_bodies_are_the_same_bytes_here_in_processes_and_on_a_cluster(toy, monke
 
 @pytest.mark.nightly
 def test_a_worker_that_is_killed_loses_nothing(toy, tmp_path):
-    alone = accommodation_study(toy)
+    alone = accommodation(toy.study)
     own = distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None)
     with own, distributed.Client(own) as client:
         pids = list(client.run(os.getpid).values())
@@ -71,7 +70,7 @@ def test_a_worker_that_is_killed_loses_nothing(toy, tmp_path):
                 os.kill(pids[0], signal.SIGKILL)
 
         with dask_executor(own.scheduler_address) as executor:
-            found = accommodation_study(toy, keep=tmp_path / "keep", say=say, executor=executor)
+            found = accommodation(toy.study, keep=tmp_path / "keep", say=say, executor=executor)
     assert killed
     for name in ("margin", "seat", "reason"):
         assert np.array_equal(getattr(found, name), getattr(alone, name), equal_nan=True), name

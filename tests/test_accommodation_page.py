@@ -121,7 +121,7 @@ def test_the_headline_says_share_interval_and_what_leaves_out_most(ten):
 
 def test_a_person_is_told_with_limb_millimetres_zone_limit_and_measure(ten):
     said = person_sentence(ten, 0)
-    tall = 1000 * ten.study.people.column("stature")[0]
+    tall = 1000 * ten.people.column("stature")[0]
     assert said.startswith(
         f"A man of {tall:,.0f} mm (male 1): his right hand stays 41 mm short of flaps in zone 2, "
         "limited by the length of the arm. His thumb tip reach is "
@@ -355,7 +355,7 @@ def test_forty_requirements_and_a_name_of_two_hundred_letters():
 
 
 def test_weights_count_in_every_share(ten):
-    people = replace(ten.study.people, weight=np.array([7, 1, 1, 1, 1, 1, 1, 1, 1, 1.0]))
+    people = replace(ten.people, weight=np.array([7, 1, 1, 1, 1, 1, 1, 1, 1, 1.0]))
     result = made(people, ten.requirements, ten.margin)
     assert "room: 56 % left out, 12 % by it alone" in page_of(result)  # (7 + 1 + 1) / 16
 

@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -20,6 +21,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
+from tests.crowds import crowd_of
 from tests.test_index_cache import DAMAGE
 from tests.toy_cockpit import write_toy
 from workbench.body.parts import moved
@@ -35,12 +37,9 @@ from workbench.report.folder import write_report
 from workbench.report.population.rows import population_lines
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
-from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.accommodation.accommodation import accommodation
 from workbench.study.accommodation.chunks import forget_chunks, result_chunks
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population
-from workbench.study.accommodation.requirements import asked_of
-from workbench.study.accommodation.sitters import seated
-from workbench.study.pipelines import population_study
 
 PEOPLE = 8
 
@@ -49,16 +48,22 @@ PEOPLE = 8
 def toy(tmp_path_factory):
     """The study's path, what it gives of its people, and their bodies in their seats."""
     path = write_toy(tmp_path_factory.mktemp("toy"), people=PEOPLE)
-    study = population_study(load_study(path))
-    bodies = fit_population(study.body, study.people, study.wears)
-    return path, accommodation_study(study), (study, bodies)
+    study = crowd_of(path)
+    return path, wb.run(study.study).population, (study, study.bodies)
+
+
+def few_asked(study):
+    """What is asked, without the first two requirements."""
+    question = study.question
+    members = np.zeros((len(question.asked) - 2, 0), dtype=bool)
+    return replace(question, asked=question.asked[2:], members=members)
 
 
 def reaching(study, bodies, at):
     """Who reaches a point with the right hand in zone 1, one by one with the plain solver."""
     found = []
     for body in bodies[:]:
-        poses = seated(study, body, [0]).seat.poses
+        poses = study.seated(body, [0]).poses
         chain = limb(body, "right hand", grip="push", zone=1)
         found.append(
             bool(reach(body, poses, at, limb=chain, environment=study.environment).reached[0, 0])
@@ -77,9 +82,8 @@ def test_a_knob_put_where_exactly_so_many_reach_it_is_reached_by_so_many(toy, tm
             break
         low, high = (middle, high) if count > 3 else (low, middle)
     assert count == 3
-    result = accommodation_study(
-        population_study(load_study(write_toy(tmp_path, knob=1000 * middle, people=PEOPLE)))
-    )
+    path = write_toy(tmp_path, knob=1000 * middle, people=PEOPLE)
+    result = wb.run(load_study(path)).population
     column = [r.name for r in result.requirements].index("reach knob by the right hand")
     assert int(result.met[:, column].sum()) == 3
     assert result.single[column] == pytest.approx(3 / PEOPLE)
@@ -95,7 +99,7 @@ def test_the_spare_of_a_reach_is_how_much_farther_it_would_still_be_reached(toy)
     spare = result.margin[row, column]
     body = bodies[row]
     assert 0 < spare < 0.19
-    poses = seated(study, body, [0]).seat.poses
+    poses = study.seated(body, [0]).poses
     placed = wb.place(body, poses)
     joint = body.joint("RS")
     world = placed.world_from_segment[0, joint + 1]
@@ -111,7 +115,7 @@ def test_margins_of_view_and_head_room_are_heights_that_can_be_measured(toy):
     _, result, (study, bodies) = toy
     names = [r.name for r in result.requirements]
     body = bodies[3]
-    placed = wb.place(body, seated(study, body, [0]).seat.poses)
+    placed = wb.place(body, study.seated(body, [0]).poses)
     eyes = [
         placed.centres[0, body.sphere_names.index(f"{side} eye"), 2] for side in ("left", "right")
     ]
@@ -135,7 +139,7 @@ def test_joint_shares_follow_from_the_margins(toy):
 def test_many_bodies_are_placed_as_one_after_the_other(toy):
     _, _, (study, fitted) = toy
     bodies = fitted[:3]
-    poses = seated(study, bodies, [0, 1, 2]).seat.poses
+    poses = study.seated(bodies, [0, 1, 2]).poses
     found = wb.place(bodies, poses)
     for b, body in enumerate(bodies):
         one = wb.Poses(
@@ -149,7 +153,7 @@ def test_many_bodies_are_placed_as_one_after_the_other(toy):
 def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_moved(toy):
     _, _, (study, fitted) = toy
     bodies = fitted[:3]
-    sitters = seated(study, bodies, [0, 1, 2])
+    sitters = study.situations(bodies, [0, 1, 2])[0]
     shift = np.array([[0.01, 0, 0], [0, 0, 0.02], [-0.03, 0, 0.01]])
     moves = study.environment.seat("pilot").moves
     head = ClearancePair(
@@ -157,12 +161,12 @@ def test_clearances_of_many_are_those_of_each_in_the_environment_with_the_seat_m
         np.array([True, True, False, True]),
         False,
     )
-    placed = wb.place(bodies, sitters.seat.poses)
+    placed = wb.place(bodies, sitters.taken.poses)
     found = clearance_of_pairs(
         placed, study.environment, pairs=[head], moving_parts=moves, displacement=shift
     )
     for b, body in enumerate(bodies):
-        one = sitters.seat.poses
+        one = sitters.taken.poses
         pose = wb.Poses(
             one.rotations[b : b + 1], one.reference, one.world_from_reference[b : b + 1]
         )
@@ -232,12 +236,12 @@ def test_bodies_are_fitted_where_nothing_can_be_kept(toy, tmp_path, monkeypatch)
 def test_a_damaged_chunk_is_worked_on_anew(toy, tmp_path, monkeypatch, damage):
     study, bodies = toy[2]
     monkeypatch.setattr(population_bodies, "CHUNK_SIZE", 4)
-    asked = asked_of(study)[2:]
+    question = few_asked(study)
     lines = []
-    first = result_chunks(study, asked, bodies, keep=tmp_path, say=lines.append)
+    first = result_chunks(question, bodies, keep=tmp_path, say=lines.append)
     path = min(tmp_path.iterdir())
     path.write_bytes(DAMAGE[damage](path.read_bytes()))
-    again = result_chunks(study, asked, bodies, keep=tmp_path, say=lines.append)
+    again = result_chunks(question, bodies, keep=tmp_path, say=lines.append)
     assert [line for line in lines if line.startswith("person 0")] == [
         "person 0 of 8",
         f"person 0 of {0 if damage == 'longer' else 4}",
@@ -249,13 +253,8 @@ def test_a_folder_that_cannot_be_written_gives_one_clear_message(toy, tmp_path):
     study, bodies = toy[2]
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(wb.InputError, match=r"file/keep: cannot be written \(Not a directory\)$"):
-        result_chunks(
-            study,
-            asked_of(study)[2:],
-            bodies,
-            keep=tmp_path / "file" / "keep",
-            say=lambda text: None,
-        )
+        keep = tmp_path / "file" / "keep"
+        result_chunks(few_asked(study), bodies, keep=keep, say=lambda text: None)
 
 
 def test_the_result_has_its_published_shape_and_everybody_is_in_the_table(toy, tmp_path):
@@ -369,7 +368,7 @@ def test_on_a_full_disk_the_run_stops_and_earlier_chunks_stay(toy, tmp_path, mon
     with pytest.raises(
         wb.InputError, match=r"\(No space left on device\)\n4 of 8 people are done and kept"
     ):
-        accommodation_study(population_study(load_study(toy[0])), keep=tmp_path / "keep")
+        accommodation(load_study(toy[0]), keep=tmp_path / "keep")
     assert len(list((tmp_path / "keep").iterdir())) == 2
 
 
@@ -402,8 +401,8 @@ def test_real_rows_with_weights_are_people_too(toy, tmp_path):
         tmp_path, swap={"{people: 10, seed: 3}": "{files: [four.csv], unit: cm, weights: count}"}
     )
     (path.parent / "four.csv").write_text("\n".join(lines) + "\n")
-    found = accommodation_study(population_study(load_study(path)))
-    assert found.study.people.labels == ("p0", "p1", "p2", "p3")
+    found = wb.run(load_study(path)).population
+    assert found.people.labels == ("p0", "p1", "p2", "p3")
     served = found.served
     weight = np.arange(1, 5)
     assert found.shares[0].share == pytest.approx(weight[served].sum() / 10)
@@ -419,10 +418,9 @@ def test_a_change_of_the_design_is_confirmed_by_a_run_with_it(toy, tmp_path):
         study=study.replace(f"people: {PEOPLE}", "people: PEOPLE"),
         people=PEOPLE,
     )
-    result = accommodation_study(population_study(load_study(path)))
-    nearer = accommodation_study(
-        population_study(load_study(write_toy(tmp_path / "nearer", knob=790, people=PEOPLE)))
-    )
+    result = wb.run(load_study(path)).population
+    path = write_toy(tmp_path / "nearer", knob=790, people=PEOPLE)
+    nearer = wb.run(load_study(path)).population
     gain = result.gains[0]
     assert gain.requirement == "reach knob by the right hand" and gain.move == pytest.approx(0.06)
     assert gain.before == result.single[0] and gain.after == nearer.single[0] > gain.before
@@ -435,9 +433,7 @@ def test_a_change_of_the_design_is_confirmed_by_a_run_with_it(toy, tmp_path):
 
 
 def test_what_is_proposed_lets_more_people_meet_everything(tmp_path):
-    result = accommodation_study(
-        population_study(load_study(write_toy(tmp_path, knob=890, people=PEOPLE)))
-    )
+    result = wb.run(load_study(write_toy(tmp_path, knob=890, people=PEOPLE))).population
     assert result.gains and all(gain.joint_after > gain.joint_before for gain in result.gains)
     knob = next(gain for gain in result.gains if gain.words.startswith("moving knob"))
     assert knob.words.endswith("aft") and knob.after > knob.before
@@ -447,9 +443,7 @@ def test_what_is_proposed_lets_more_people_meet_everything(tmp_path):
 def test_where_everybody_left_out_lacks_two_things_nothing_is_proposed(tmp_path):
     """At 850 mm the two who are short of the knob are too low to see as well: no single move lets
     them in."""
-    result = accommodation_study(
-        population_study(load_study(write_toy(tmp_path, knob=850, people=PEOPLE)))
-    )
+    result = wb.run(load_study(write_toy(tmp_path, knob=850, people=PEOPLE))).population
     missed = ~result.met
     assert missed[:, 0].any() and np.all(missed.sum(axis=1) != 1)
     assert result.gains == ()

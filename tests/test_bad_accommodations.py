@@ -10,6 +10,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT, SHARED, needs_real_input
+from tests.crowds import crowd_of
 from tests.toy_cockpit import ENVIRONMENT, STUDY, write_toy
 from workbench.cli import main
 from workbench.errors import MissingPartError
@@ -17,10 +18,9 @@ from workbench.files.study.reader import load_study
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless
-from workbench.study.accommodation.requirements import Asked
+from workbench.study.buried import buried_controls
+from workbench.study.checks.margins import Asked
 from workbench.study.executors import dask_executor
-from workbench.study.pipelines import population_study
-from workbench.study.reaches import buried_controls
 
 CRITERIA = STUDY[STUDY.index("criteria:") :]
 MORE = "criteria:"
@@ -212,7 +212,7 @@ def test_a_control_inside_a_solid_is_told(tmp_path):
     place.write_text(ENVIRONMENT.replace("[KNOB, -180, 850]", "[200, 0, 250]"))
     assert (
         "control 'knob' is inside the solid part 'pan'"
-        in buried_controls(population_study(load_study(path)).environment)[0]
+        in buried_controls(load_study(path).environment)[0]
     )
 
 
@@ -240,7 +240,7 @@ def test_a_man_of_17_metres_is_named_by_row_and_column(tmp_path):
     with pytest.raises(
         wb.InputError, match=r"rows.csv:3: stature: 17550 mm is absurd for a person; 630 to 2800 mm"
     ):
-        population_study(load_study(rows_file(tmp_path, tall)))
+        load_study(rows_file(tmp_path, tall))
 
 
 def test_a_missing_measure_is_named_by_row_and_column(tmp_path):
@@ -250,7 +250,7 @@ def test_a_missing_measure_is_named_by_row_and_column(tmp_path):
     with pytest.raises(
         wb.InputError, match=r"rows.csv:2: thumbtipreach: a number is needed \(got ''\)"
     ):
-        population_study(load_study(rows_file(tmp_path, empty)))
+        load_study(rows_file(tmp_path, empty))
 
 
 def test_a_missing_column_that_a_workplace_needs_is_named(tmp_path):
@@ -260,11 +260,11 @@ def test_a_missing_column_that_a_workplace_needs_is_named(tmp_path):
             del row[column]
 
     with pytest.raises(wb.InputError, match=r"missing: buttock_knee_length"):
-        population_study(load_study(rows_file(tmp_path, without)))
+        load_study(rows_file(tmp_path, without))
 
 
 def test_whole_rows_are_read(tmp_path):
-    people = population_study(load_study(rows_file(tmp_path))).people
+    people = crowd_of(rows_file(tmp_path)).people
     assert len(people) == 3 and people.labels == ("p0", "p1", "p2")
 
 
@@ -291,9 +291,7 @@ def test_what_nobody_meets_and_what_contradicts_is_told():
 
 
 def test_a_seat_that_does_not_move_is_a_seat(tmp_path):
-    assert population_study(load_study(write_toy(tmp_path))).environment.seat(
-        "pilot"
-    ).travel_forward == (
+    assert load_study(write_toy(tmp_path)).environment.seat("pilot").travel_forward == (
         0.0,
         0.0,
     )
@@ -319,5 +317,5 @@ def test_the_public_files_are_a_population(tmp_path):
     paths = sorted((SHARED / "anthropometry" / "ansur2").glob("*.csv"))
     names = ", ".join(str(path) for path in paths)
     path = write_toy(tmp_path, swap={"people: 10, seed: 3": f"files: [{names}], people: 100"})
-    people = population_study(load_study(path)).people
+    people = crowd_of(path).people
     assert len(people) == 100 and 0.2 < np.mean(people.sex == 1) < 0.5

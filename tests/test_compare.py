@@ -128,7 +128,7 @@ def after(before):
     found = before.population
     margin = found.margin + np.array([0.021, 0.0])
     margin[6:, 1] -= 0.045
-    made_up = result_of(made(found.study.people, found.requirements, margin))
+    made_up = result_of(made(found.people, found.requirements, margin))
     return replace(made_up, study=replace(made_up.study, name="nearer", title="Flaps nearer"))
 
 
@@ -156,7 +156,7 @@ def test_who_gains_and_who_loses_by_hand(before, after):
 
 def test_each_who_changes_is_told_with_the_margin_in_both(before, after):
     found = compare(before, after)
-    tall = 1000 * before.population.study.people.column("stature")
+    tall = 1000 * before.population.people.column("stature")
     assert change_sentence(found, 1) == (
         f"male 2, a man of {tall[1]:,.0f} mm: “reach flaps” was 20 mm short, 1 mm to spare now."
     )
@@ -177,7 +177,7 @@ def test_a_design_compared_with_itself_changes_nothing(before):
 
 def test_a_requirement_of_one_side_only_counts_there_and_is_told(before):
     found = before.population
-    alone = result_of(made(found.study.people, [FLAPS], found.margin[:, :1]))
+    alone = result_of(made(found.people, [FLAPS], found.margin[:, :1]))
     found = compare(before, alone)
     assert found.only_before == (KNEE.name,)
     assert found.gained == (4, 5)

@@ -13,16 +13,16 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
+from tests.crowds import crowd_of
 from tests.toy_cockpit import STUDY, write_toy
 from workbench.files.study.reader import load_study
 from workbench.model.content import content_key, program_hash
 from workbench.model.stops import StopKind
 from workbench.study.accommodation import population_bodies
+from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.chunks import result_chunks
-from workbench.study.accommodation.population_bodies import FittedChunk, fit_population
-from workbench.study.accommodation.requirements import asked_of
-from workbench.study.accommodation.sitters import seating_study
-from workbench.study.pipelines import population_study
+from workbench.study.accommodation.population_bodies import FittedChunk
+from workbench.study.situation import seating_of
 
 FULL = (
     STUDY.replace("length: mm", "title: a toy\ndescription: of boxes\nlength: mm")
@@ -122,13 +122,12 @@ def nouns(value):
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = write_toy(tmp_path_factory.mktemp("toy"), people=3, study=FULL)
-    return population_study(load_study(path))
+    return load_study(path)
 
 
 def test_a_study_holds_every_noun_that_its_numbers_rest_on(study):
     names = {type(noun).__name__ for noun in nouns(study)}
     assert names >= {
-        "AccommodationStudy",
         "Aims",
         "Allowance",
         "Body",
@@ -142,12 +141,13 @@ def test_a_study_holds_every_noun_that_its_numbers_rest_on(study):
         "IntervalRule",
         "Layer",
         "MapTask",
-        "Population",
+        "PeopleDrawn",
         "Poses",
         "Rest",
         "Seat",
         "ShapeBasis",
         "Stops",
+        "Study",
     }
 
 
@@ -167,7 +167,7 @@ def test_any_field_of_any_noun_changes_the_key(study, tmp_path):
     assert {
         "Coupling.limit[1]",
         "Coupling.driver_angle[0]",
-        "AccommodationStudy.inputs[body of pilot]",
+        "Study.inputs[body of pilot]",
     } <= tried
 
 
@@ -297,29 +297,22 @@ def test_versions_of_libraries_belong_to_the_program(tmp_path, monkeypatch):
 
 
 def test_where_people_sit_is_a_matter_of_seat_pedals_points_and_people_alone(study):
-    base = key(seating_study(study))
-    room = study.environment
+    place = population_question(study).place
+
+    def seating(room):
+        return key(seating_of(replace(place, environment=room), 0))
+
+    room = place.environment
+    base = seating(room)
     same = [
         replace(room, controls=()),
         replace(room, vertices=room.vertices + 0.1),
         replace(room, allowances=()),
     ]
-    assert all(key(seating_study(replace(study, environment=one))) == base for one in same)
+    assert all(seating(one) == base for one in same)
     seat = replace(room.seats[0], travel_up=(0.0, 0.03))
-    assert key(seating_study(replace(study, environment=replace(room, seats=(seat,))))) != base
-    assert (
-        key(
-            seating_study(
-                replace(study, environment=replace(room, points={"eye": (0.1, 0.0, 1.06)}))
-            )
-        )
-        != base
-    )
-    stops = replace(study.body.stops, play=study.body.stops.play + 0.01)
-    shared = with_field(study.body.topology, "stops", stops)
-    assert (
-        key(seating_study(replace(study, body=with_field(study.body, "topology", shared)))) != base
-    )
+    assert seating(replace(room, seats=(seat,))) != base
+    assert seating(replace(room, points={"eye": (0.1, 0.0, 1.06)})) != base
 
 
 STOPS = """
@@ -349,10 +342,9 @@ EDITS = {
 
 def margins(path, keep):
     """The numbers of all chunks, and how many people had to be worked on."""
-    study = population_study(load_study(path))
-    bodies = fit_population(study.body, study.people)
+    crowd = crowd_of(path)
     said = []
-    chunks = result_chunks(study, asked_of(study), bodies, keep=keep, say=said.append)
+    chunks = result_chunks(crowd.question, crowd.bodies, keep=keep, say=said.append)
     names = ("margin", "reason", "toward", "seat")
     return [[getattr(c, n).tobytes() for n in names] + [c.words] for c in chunks], said[0]
 

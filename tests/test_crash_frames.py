@@ -19,7 +19,7 @@ from workbench.model.moving import poses_at
 from workbench.study.crash.forces import force_curves, ruled_pairs
 from workbench.study.crash.frames import frames_of
 from workbench.study.crash.meetings import environment_meetings
-from workbench.study.pipelines import motion_cases
+from workbench.study.motion_cases import motion_cases
 
 PIT = """environment: pit
 length: mm

@@ -20,7 +20,7 @@ from workbench.model.poses import Poses
 from workbench.report.motions.words import pulse_words
 from workbench.study.crash.belts import with_belts
 from workbench.study.crash.crash import motion_found
-from workbench.study.pipelines import motion_cases
+from workbench.study.motion_cases import motion_cases
 
 STUDY = """study: fall
 length: mm

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from tests.made_studies import found_of
 from tests.rows import changed
 from tests.test_study import criterion, only, study
 from workbench.report.result_rows import verdict_row
 from workbench.report.tables import verdict_tables
 from workbench.report.words import verdict_sentence
-from workbench.study.clearance import clearance_study
 
 # the thumb tip stands 455 mm from the wall
 ASKED = ("clearance", {"segments": ("HAND",), "parts": ("wall",)})
@@ -24,7 +23,7 @@ def outcome(one_arm, at_least, outside=np.nan, inside=np.nan):
     """The verdict on the hand's clearance to the wall, the surface of every segment known so
     well."""
     body = changed(one_arm, fit_error=np.tile([outside, inside], (4, 1)))
-    return clearance_study(study(body, criterion(ASKED[0], at_least=at_least, **ASKED[1])))
+    return found_of(study(body, criterion(ASKED[0], at_least=at_least, **ASKED[1])))
 
 
 def test_a_body_that_does_not_say_how_well_it_fits_leaves_no_doubt(one_arm):
@@ -64,9 +63,7 @@ def test_a_breach_that_the_surface_may_lie_inside_of_may_yet_hold(one_arm):
 
 def test_one_breach_beyond_doubt_decides(one_arm):
     body = changed(one_arm, fit_error=np.array([[0.01, 0.6]] * 3 + [[0.01, 0.001]]))
-    found = only(
-        clearance_study(study(body, criterion("clearance", at_least=0.47, parts=("wall",))))
-    )
+    found = only(found_of(study(body, criterion("clearance", at_least=0.47, parts=("wall",)))))
     assert len(found.breaches) > 1
     assert found.doubtful is None
 
@@ -74,8 +71,7 @@ def test_one_breach_beyond_doubt_decides(one_arm):
 def test_of_two_people_both_surfaces_count(one_arm):
     body = changed(one_arm, fit_error=np.full((4, 2), 0.002))
     made = study(body, criterion("between_people", at_least=0.197), other=(0.3, 0.0, 0.0))
-    made = replace(made, people=tuple(replace(person, body=body) for person in made.people))
-    found = only(clearance_study(made))
+    found = only(found_of(made))
     assert found.worst.surface_known_to == pytest.approx(0.004)
     assert ("the bodies' surfaces are known to 4.0 mm" in verdict_sentence(found)) == (
         abs(found.worst.value - 0.197) < 0.004
@@ -84,7 +80,7 @@ def test_of_two_people_both_surfaces_count(one_arm):
 
 def test_a_margin_of_a_joint_stop_has_no_surface(one_arm):
     body = changed(one_arm, fit_error=np.full((4, 2), 0.002))
-    assert np.isnan(only(clearance_study(study(body, criterion("stops")))).worst.surface_known_to)
+    assert np.isnan(only(found_of(study(body, criterion("stops")))).worst.surface_known_to)
 
 
 def test_the_doubt_stands_in_the_rows_and_tables(one_arm):

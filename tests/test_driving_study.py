@@ -9,13 +9,12 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from tests.crowds import Crowd, crowd_of
 from workbench.files.study.reader import load_study
+from workbench.model.driving import DrivingAims
 from workbench.posture.seating.packaging import eyellipse, seat_curve
-from workbench.study.accommodation.drivers import driver_of, drivers_among
-from workbench.study.accommodation.population_bodies import fit_population
-from workbench.study.accommodation.sitters import seated
-from workbench.study.clearance import clearance_study
-from workbench.study.pipelines import population_study, posture_study
+from workbench.study.drivers import drivers_among
+from workbench.study.workplaces import occupant
 
 STUDY = """
 study: two_drive
@@ -69,6 +68,10 @@ criteria:
 """
 
 
+MEAN = DrivingAims("", 40.0, None, "wheel_centre", "driver_h_point")
+"""Drivers of forty years in their mean posture."""
+
+
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
     def write(text):
@@ -81,7 +84,7 @@ def written(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def result(written):
-    return clearance_study(posture_study(load_study(written(STUDY))))
+    return wb.run(load_study(written(STUDY))).postures[0]
 
 
 def test_a_driver_in_the_car_touches_what_may_be_touched_and_meets_every_criterion(result):
@@ -94,7 +97,7 @@ def test_a_driver_in_the_car_touches_what_may_be_touched_and_meets_every_criteri
 
 
 def test_the_drivers_hip_point_is_the_seats_where_the_seat_stands(result):
-    person = result.study.people[0]
+    person = result.people[0]
     world = person.poses.world_from_reference[0]
     body = person.body
     lap = person.body.segment("LT")
@@ -113,8 +116,9 @@ def test_the_drivers_hip_point_is_the_seats_where_the_seat_stands(result):
 
 
 def test_the_mass_that_a_size_gives_counts_and_not_that_of_the_body(written):
-    study = posture_study(load_study(written(STUDY)))
-    driver = driver_of(study.people[0], study.people[0].aims[0].driving)
+    (role,) = load_study(written(STUDY)).roles
+    who, _ = occupant(role, 0)
+    (driver,) = drivers_among(who.people, [0], who.body, MEAN)
     assert driver.mass_index == pytest.approx(70 / 1.6**2)
     assert (driver.sex, driver.age, driver.stature) == ("female", 40.0, 1.6)
 
@@ -128,10 +132,7 @@ def test_a_seed_draws_another_posture_and_the_seat_goes_with_it(written):
 
 
 def predicted_forward(path):
-    from workbench.study.persons import sized
-    from workbench.study.predicted import predicted
-
-    return predicted(sized(posture_study(load_study(path)))[0])[0].people[0].forward
+    return wb.run(load_study(path)).postures[0].people[0].forward
 
 
 @pytest.mark.parametrize(
@@ -168,33 +169,33 @@ def test_what_is_wrong_with_a_driver_is_told_with_its_line(written, old, new, wo
 
 
 def test_the_drivers_of_a_population_are_its_people_and_each_draws_by_number(written):
-    study = population_study(load_study(written(CREW)))
-    bodies = fit_population(study.body, study.people, study.wears)[:]
-    drivers = drivers_among(study.people, range(6), bodies, 40.0)
+    study = crowd_of(written(CREW))
+    bodies = study.bodies[:]
+    drivers = drivers_among(study.people, range(6), bodies, MEAN)
     assert [d.sex for d in drivers] == ["male"] * 3 + ["female"] * 3
     assert drivers[4].stature == study.people.column("stature")[4]
-    whole = seated(study, bodies, range(6)).seat
-    last = seated(study, bodies[4:], [4, 5]).seat
+    whole = study.seated(bodies, range(6))
+    last = study.seated(bodies[4:], [4, 5])
     assert np.array_equal(whole.forward[4:], last.forward)
     assert max(whole.miss["right foot"]) < 1e-3
 
 
 def test_a_population_with_somebody_who_cannot_drive_names_the_person(written):
-    study = population_study(load_study(written(CREW)))
+    study = crowd_of(written(CREW))
     with pytest.raises(wb.InputError, match="male 1: drivers are 16 to 100 years old, got 9"):
-        drivers_among(study.people, [0], study.body, 9.0)
+        drivers_among(study.people, [0], study.body, replace(MEAN, age=9.0))
 
 
 def test_the_sex_of_a_populations_drivers_is_not_for_the_study_to_say(written):
     text = CREW.replace("seed: 2\n", "seed: 2\n          sex: male\n")
     with pytest.raises(wb.InputError, match="that of the person in the population"):
-        population_study(load_study(written(text)))
+        load_study(written(text))
 
 
 def test_a_point_that_is_not_there_is_told_of_a_population_too(written):
     text = CREW.replace("wheel: wheel_centre", "wheel: weel")
     with pytest.raises(wb.InputError, match="has no point 'weel'"):
-        population_study(load_study(written(text)))
+        load_study(written(text))
 
 
 @pytest.fixture(scope="module")
@@ -203,12 +204,10 @@ def drivers(written):
     ball of foot and eyes [mm], statures [cm]."""
     text = CREW.replace("people: 6", "people: 40").replace("          eyes: low_eye\n", "")
     text = text.replace("detail: coarse", "detail: coarse\n    clothes: [shoes]")
-    study = population_study(load_study(written(text)))
-
-    seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in study.environment.seats)
-    study = replace(study, environment=replace(study.environment, seats=seats))
-    bodies = fit_population(study.body, study.people, study.wears)[:]
-    found = seated(study, bodies, range(40)).seat
+    read = load_study(written(text))
+    seats = tuple(replace(seat, travel_forward=(-0.4, 0.6)) for seat in read.environment.seats)
+    study = Crowd(replace(read, environment=replace(read.environment, seats=seats)))
+    found = study.seated(study.bodies[:], range(40))
     ball = study.environment.points["ball_of_foot"][0]
     return 1e3 * (ball - found.forward), 1e3 * found.eye, 100 * study.people.column("stature")
 

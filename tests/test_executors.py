@@ -19,9 +19,8 @@ from tests.toy_cockpit import write_toy
 from workbench.files.study.reader import load_study
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
-from workbench.study.accommodation.accommodation import accommodation_study
+from workbench.study.accommodation.accommodation import accommodation
 from workbench.study.executors import Shared, completed
-from workbench.study.pipelines import population_study
 from workbench.threads import cores
 
 BOTH = multiprocessing.Barrier(2)
@@ -218,15 +217,15 @@ def test_an_interrupted_run_reports_what_is_kept_and_leaves_no_process(tmp_path,
         if text.startswith("person 2"):
             raise KeyboardInterrupt
 
-    plan = population_study(load_study(write_toy(tmp_path, people=8)))
+    plan = load_study(write_toy(tmp_path, people=8))
     with pytest.raises(
         KeyboardInterrupt, match="stopped after 2 of 8 people: what was done is kept"
     ):
-        accommodation_study(plan, keep=tmp_path / "keep", say=say)
+        accommodation(plan, keep=tmp_path / "keep", say=say)
     assert len(list((tmp_path / "keep").glob("*.chunk"))) == 1
     assert not multiprocessing.active_children()
     reported = []
-    accommodation_study(plan, keep=tmp_path / "keep", say=reported.append)
+    accommodation(plan, keep=tmp_path / "keep", say=reported.append)
     assert "person 0 of 6" in reported
 
 

@@ -3,24 +3,23 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
 import workbench as wb
+from tests.crowds import Crowd
 from tests.toy_cockpit import write_toy
 from workbench.cli import main
 from workbench.files.study.reader import load_study
 from workbench.model.accommodation import Change
 from workbench.study.accommodation.changes import borne_by, changed
-from workbench.study.accommodation.chunks import gathered, result_chunks
-from workbench.study.accommodation.population_bodies import fit_population
-from workbench.study.accommodation.positions import SPACING, Before, lattice
-from workbench.study.accommodation.requirements import asked_of
-from workbench.study.accommodation.sitters import seated_at
-from workbench.study.accommodation.tried import judged, sitting
-from workbench.study.pipelines import population_study
+from workbench.study.accommodation.chunks import joined_chunks, result_chunks
+from workbench.study.checks.table import margins_of
+from workbench.study.positions import SPACING, Before, lattice
+from workbench.study.requirements import asked_of, sets_of
 
 PEOPLE = 16
 KNOB = 900
@@ -43,16 +42,16 @@ def found(tmp_path_factory):
     """The toy cockpit with its knob far away, and what is found of its people."""
     path = cockpit(tmp_path_factory.mktemp("toy"))
     study = load_study(path)
-    return path, population_study(study), wb.run(study).population
+    return path, Crowd(study), wb.run(study).population
 
 
 @pytest.fixture(scope="module")
 def everywhere(found):
     """(M, 2) positions 10 mm apart, and the margins (M, P, R) of everybody in each."""
     _, study, _ = found
-    seat = study.environment.seat(study.seat)
-    asked = asked_of(study)
-    bodies = fit_population(study.body, study.people, study.wears)
+    seat = study.seat
+    asked = study.question.asked
+    bodies = study.bodies
     axes = [
         np.linspace(low, high, 1 + round(100 * (high - low)))
         for low, high in (seat.travel_forward, seat.travel_up)
@@ -61,8 +60,7 @@ def everywhere(found):
     rows = list(range(len(bodies)))
     margins = []
     for position in positions:
-        sitters = seated_at(study, bodies[:], rows, position)
-        margins.append(judged(study, asked, sitting(study, asked, sitters)).margin)
+        margins.append(margins_of(study.situations(bodies[:], rows, position), asked).margin)
     return np.array(positions), np.array(margins)
 
 
@@ -74,12 +72,10 @@ def test_the_case_has_people_who_fit_only_elsewhere_and_people_who_fit_nowhere(f
 
 def test_nobody_fits_who_does_not_fit_in_the_position_that_is_named(found):
     _, study, population = found
-    asked = asked_of(study)
-    bodies = fit_population(study.body, study.people, study.wears)
     for row in np.flatnonzero(population.moved):
         position = tuple(population.seat[row].tolist())
-        sitters = seated_at(study, bodies[[row]], [int(row)], position)
-        alone = judged(study, asked, sitting(study, asked, sitters))
+        there = study.situations(study.bodies[[row]], [int(row)], position)
+        alone = margins_of(there, study.question.asked)
         np.testing.assert_array_equal(alone.margin[0], population.margin[row])
         assert np.nanmin(alone.margin) >= -1e-6
 
@@ -114,7 +110,7 @@ def test_whoever_would_fit_without_a_requirement_does_so_in_some_position(found,
 
 def test_the_position_named_is_the_fitting_one_nearest_to_the_comfortable_one(found):
     population = found[2]
-    seat = found[1].environment.seat(found[1].seat)
+    seat = found[1].seat
     for row in np.flatnonzero(population.moved):
         window = population.window[row]
         forward, up = population.seat[row]
@@ -135,18 +131,20 @@ def test_a_seat_without_travel_leaves_everybody_where_it_stands(tmp_path):
 
 def test_a_change_asks_only_what_it_bears_on_and_finds_the_same_people_fitting(found):
     _, study, population = found
-    bodies = fit_population(study.body, study.people, study.wears)
-    asked = asked_of(study)
+    question = study.question
+    asked = question.asked
     options = {"keep": None, "say": lambda text: None}
     change = Change("nearer", control="knob", move=(-0.03, 0.0, 0.0))
-    other = changed(study, change)
-    renewed = asked_of(other)
-    borne = borne_by(study, asked, change)
+    place = changed(question.place, change)
+    renewed = asked_of(place)
+    borne = borne_by(question.place, asked, change)
+    other = replace(question, place=place, asked=renewed, members=sets_of(renewed, ()))
     assert 0 < len(borne) < len(asked)
     stays = population.served & ~population.moved
     before = Before(population.margin, stays, tuple(borne))
-    short = gathered(result_chunks(other, renewed, bodies, before=before, **options))
-    whole = gathered(result_chunks(other, renewed, bodies, **options))
+    some = replace(other, before=before)
+    short = joined_chunks(result_chunks(some, study.bodies, **options))
+    whole = joined_chunks(result_chunks(other, study.bodies, **options))
     np.testing.assert_array_equal(short.margin, whole.margin)
     np.testing.assert_array_equal(short.seat, whole.seat)
     np.testing.assert_array_equal(short.sets, whole.sets)
@@ -181,7 +179,7 @@ def test_the_free_seat_of_one_person_goes_to_where_all_criteria_are_met(tmp_path
     moved = 0
     for stature in (1640, 1700, 1760):
         result = wb.run(load_study(alone(tmp_path / str(stature), stature)))
-        person = result.postures[0].study.people[0]
+        person = result.postures[0].people[0]
         words = [line for line in result.warnings if "of the most comfortable position" in line]
         if words and "there everything asked of the person is met" in words[0]:
             moved += 1

@@ -9,14 +9,12 @@ import numpy as np
 import pytest
 
 from tests.accommodations import smaller_study
-from workbench.files.study.reader import load_study
+from tests.crowds import crowd_of
 from workbench.model.accommodation import MapTask
 from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.reach import reach
-from workbench.study.accommodation.chunks import seat_everybody
+from workbench.study.accommodation.chunks import taken_places
 from workbench.study.accommodation.people_maps import people_maps
-from workbench.study.accommodation.population_bodies import fit_population
-from workbench.study.pipelines import population_study
 
 
 @pytest.fixture(scope="module")
@@ -24,12 +22,14 @@ def two(tmp_path_factory):
     """Two people of the trainer's study, the second counting three times, and a map of few points
     by either hand."""
     folder = tmp_path_factory.mktemp("study")
-    study = population_study(load_study(smaller_study("trainer_accommodation", folder, people=30)))
+    study = crowd_of(smaller_study("trainer_accommodation", folder, people=30))
     people = study.people.rows(np.array([0, len(study.people) - 1]))
     task = MapTask("instrument_panel", "push", 2, "either", 14)
-    study = replace(study, people=replace(people, weight=np.array([1.0, 3.0])), maps=(task,))
-    bodies = fit_population(study.body, study.people, study.wears)
-    return study, bodies, next(people_maps(study, bodies, say=lambda text: None))
+    people = replace(people, weight=np.array([1.0, 3.0]))
+    study = study.with_people(people, reach_maps=(task,))
+    bodies = study.bodies
+    maps = people_maps(study.question, study.study.reach_maps, bodies, say=lambda text: None)
+    return study, bodies, next(maps)
 
 
 def test_points_lie_on_what_faces_the_sitter_about_as_many_as_asked_for(two):
@@ -44,9 +44,9 @@ def test_points_lie_on_what_faces_the_sitter_about_as_many_as_asked_for(two):
 
 def test_shares_are_those_of_reaching_for_each_point_one_by_one(two):
     study, bodies, found = two
-    ((seat, _),) = seat_everybody(study, bodies)
+    ((taken,),) = taken_places(study.question.place, study.people, bodies)
     reached = np.zeros((2, len(found.points)), dtype=bool)
     for hand in ("left hand", "right hand"):
         arm = limb(bodies[:], hand, grip="push", zone=2)
-        reached |= reach(bodies[:], seat.poses, found.points, limb=arm).reached
+        reached |= reach(bodies[:], taken.poses, found.points, limb=arm).reached
     assert found.share == pytest.approx(np.array([0.25, 0.75]) @ reached, abs=1e-12)

@@ -10,12 +10,10 @@ import pytest
 
 import workbench as wb
 from tests.accommodations import smaller_study
+from tests.crowds import crowd_of
 from workbench.body.people.draw import draw_people
 from workbench.body.people.percentile import percentile_values
-from workbench.files.study.reader import load_study
 from workbench.model.population import SEXES, Population
-from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.pipelines import population_study
 
 BEARING = {
     "eyes at the design eye point": "eye height",
@@ -58,19 +56,17 @@ def still(plan):
 def test_a_cockpit_without_travel_that_clears_both_percentiles_in_eight_dimensions_serves_far_fewer_than_nine_in_ten(
     count, tmp_path
 ):
-    plan = population_study(
-        load_study(smaller_study("trainer_accommodation", tmp_path, people=count))
-    )
+    plan = crowd_of(smaller_study("trainer_accommodation", tmp_path, people=count))
     model = wb.load_population_model("ansur2")
-    criteria = tuple(c for c in plan.criteria if c.name in BEARING)
+    criteria = tuple(c for c in plan.study.criteria if c.name in BEARING)
     assert len(criteria) == 8
-    plan = replace(plan, criteria=criteria, maps=(), changes=(), environment=still(plan))
-    two = accommodation_study(replace(plan, people=both(model)))
+    still_room = {"reach_maps": (), "changes": (), "environment": still(plan)}
+    few = plan.with_people(both(model), criteria=criteria, **still_room)
+    two = wb.run(few.study).population
     variant = tuple(just_cleared(c, two.margin[:, r]) for r, c in enumerate(criteria))
-    plan = replace(plan, criteria=variant)
-    assert accommodation_study(replace(plan, people=both(model))).served.all()
-    everybody = accommodation_study(
-        replace(plan, people=draw_people(model, count, seed=4, men=0.5))
-    )
+    few = plan.with_people(both(model), criteria=variant, **still_room)
+    assert wb.run(few.study).population.served.all()
+    many = draw_people(model, count, seed=4, men=0.5)
+    everybody = wb.run(plan.with_people(many, criteria=variant, **still_room).study).population
     share = everybody.shares[0]
     assert share.high < 0.9

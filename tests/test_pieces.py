@@ -10,16 +10,15 @@ import pytest
 
 import workbench as wb
 from tests.accommodations import ACCOMMODATIONS
+from tests.crowds import crowd_of
 from tests.rows import changed
 from tests.toy_cockpit import write_toy
 from workbench.body.people.share import TENTHS_FROM
 from workbench.body.pieces import body_pieces, piece_warnings
 from workbench.body.scaling.scale import morph_to
-from workbench.files.study.reader import load_study
 from workbench.report.page import page
 from workbench.report.result_rows import result_file
 from workbench.study.accommodation.population_bodies import templates_by_sex
-from workbench.study.pipelines import population_study
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +64,7 @@ def test_a_warning_names_the_level_the_gap_and_where_the_body_is_whole(man):
 
 
 def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_spheres(tmp_path):
-    result = wb.run(load_study(write_toy(tmp_path, people=1)))
+    result = wb.run(wb.load_study(write_toy(tmp_path, people=1)))
     html = page(result, result_file(result))
     text = re.sub(r"<style>.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL)
     assert "adult_male: the body at level of detail coarse is in 23 pieces" in text
@@ -75,6 +74,6 @@ def test_a_study_of_bodies_in_pieces_says_so_on_its_page_with_the_level_and_the_
 
 @pytest.mark.parametrize("name", ACCOMMODATIONS)
 def test_a_shipped_accommodation_study_has_whole_bodies_and_enough_people(name):
-    study = population_study(load_study(name))
+    study = crowd_of(name)
     assert [body_pieces(body).count for body in templates_by_sex(study.body).values()] == [1, 1]
     assert 200 <= len(study.people) < TENTHS_FROM

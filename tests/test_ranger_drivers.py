@@ -11,8 +11,6 @@ import pytest
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from workbench.files.study.reader import load_study
-from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.pipelines import population_study
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"
 DATA = Path(__file__).parent / "data"
@@ -57,7 +55,7 @@ def test_its_bench_is_too_high_for_a_car_drivers_posture_and_that_is_said(folder
         STUDY.replace("predicted: {", "driver: {wheel: wheel_centre, h_point: hips, seed: 1, ")
     )
     with pytest.raises(wb.InputError, match=r"100 to 500 mm above the heel \(H30\), got 552 mm"):
-        accommodation_study(population_study(load_study(folder / "car.yaml")))
+        wb.run(load_study(folder / "car.yaml"))
 
 
 @pytest.mark.nightly
@@ -65,7 +63,7 @@ def test_drawn_people_reach_its_wheel_and_pedals_from_the_bench(folder):
     """Wheel and gas by everybody; to a pedal by itself, kept off the one big part that floor and
     dash are, by most."""
     (folder / "study.yaml").write_text(STUDY)
-    result = accommodation_study(population_study(load_study(folder / "study.yaml")))
+    result = wb.run(load_study(folder / "study.yaml")).population
     share = dict(zip((r.name for r in result.requirements), result.single.tolist(), strict=True))
     assert share["the right foot on the gas"] == 1 and share["reach steering_wheel"] == 1
     assert min(share.values()) >= 0.75

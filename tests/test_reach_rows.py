@@ -10,8 +10,6 @@ from tests.conftest import box_part, environment_of
 from workbench.body.parts import moved
 from workbench.body.scaling.scale import scale
 from workbench.files.postures import load_postures, posture_path, posture_pose
-from workbench.model.posture_study import Person
-from workbench.study.placement import place_person
 
 MEASURES = (
     {"stature": 1.60, "thumb_tip_reach": 0.70},
@@ -69,9 +67,7 @@ def driving(body, environment, seat):
     own = []
     for one in body:
         poses = posture_pose(one, file, "driving")
-        placed = place_person(Person("driver", one, poses, ("driving",), seat), environment)
-        world = placed.world_from_segment[:, poses.reference]
-        own.append(wb.Poses(poses.rotations, poses.reference, world))
+        own.append(wb.seat(one, poses, environment.seat(seat).held(0.0, 0.0)).poses)
     return wb.join_poses(own)
 
 

@@ -11,17 +11,16 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ROOT
+from tests.made_studies import found_of, made_study
 from tests.seat_oracle import eye_points
 from workbench.body.scaling.scale import scale
 from workbench.draw.scene_builder import build_source
 from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
-from workbench.model.posture_study import Person
 from workbench.posture.reaching.limbs import limb
-from workbench.study.pipelines import posture_study
-from workbench.study.placement import adjusted_environment, place_person
-from workbench.study.predicted import predicted
-from workbench.study.reaches import buried_controls, control_reaches
+from workbench.study.buried import buried_controls
+from workbench.study.people import present_people
+from workbench.study.situation import position_of
 
 STUDY = """
 study: two_sitters
@@ -57,9 +56,9 @@ def written(tmp_path_factory):
 def flying(written):
     """The median man in the left seat, predicted: his study, person, environment and placed
     body."""
-    study, told = predicted(posture_study(load_study(written(STUDY))))
-    environment = adjusted_environment(study)
-    return study, told, environment, place_person(study.people[0], environment)
+    there = present_people(load_study(written(STUDY)))
+    situation = there.situations[0][0]
+    return situation, there.words, there.environment, situation.placed
 
 
 def tip(placed, name, grip):
@@ -81,18 +80,18 @@ def test_hands_and_feet_are_on_their_controls_without_an_angle_given(flying):
 
 
 def test_the_seat_stays_within_its_travel_and_what_it_cannot_give_is_told(flying):
-    study, told, environment, placed = flying
-    person = study.people[0]
+    situation, told, environment, placed = flying
+    ((forward, up),) = position_of(situation)
     seat = environment.seat("left")
-    assert seat.travel_forward[0] <= person.forward <= seat.travel_forward[1]
-    assert seat.travel_up[0] <= person.up <= seat.travel_up[1]
+    assert seat.travel_forward[0] <= forward <= seat.travel_forward[1]
+    assert seat.travel_up[0] <= up <= seat.travel_up[1]
     off = eye_points(placed)[0, 2] - environment.points["left_design_eye"][2]
     assert abs(off) < 2e-3 or any("eyes" in line for line in told)
 
 
 def test_the_predicted_posture_is_within_the_stops(flying):
-    study, _, _, placed = flying
-    poses = wb.Poses(study.people[0].poses.rotations, 1, placed.world_from_segment[:, 1])
+    situation, _, _, placed = flying
+    poses = wb.Poses(situation.poses.rotations, 1, placed.world_from_segment[:, 1])
     assert np.degrees(wb.stops(placed.body, poses).margin.min()) > -0.1
 
 
@@ -140,12 +139,7 @@ def test_what_is_reached_in_a_zone_is_reached_in_the_next(bubbleman):
     }
     pose = wb.pose(body, legs, reference="LT", position=(0.219, 0.28, 0.407))
     asked = Criterion("throttle", "reach", ("pilot",), (), (), 0.0, controls=("throttle",))
-    study = replace(
-        posture_study(load_study(ROOT / "studies" / "trainer_reach.yaml")),
-        criteria=(asked,),
-        people=(Person("pilot", body, pose, ()),),
-    )
-    rows = list(control_reaches(study, {"pilot": wb.place(body, pose)}, trainer))
+    rows = found_of(made_study(trainer, {"pilot": ({"body": body}, pose)}, [asked])).reaches
     alone = wb.reach(
         body,
         pose,

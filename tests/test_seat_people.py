@@ -12,14 +12,12 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.accommodations import smaller_study
+from tests.crowds import crowd_of
 from tests.seat_oracle import seat_slowly
-from workbench.files.study.reader import load_study
 from workbench.model.environment import Rest, Seat
 from workbench.posture.seating.posture import Pedals, positions
 from workbench.posture.seating.seat import seat as sit
 from workbench.posture.seating.seating import seat_planes
-from workbench.study.accommodation.population_bodies import fit_population
-from workbench.study.pipelines import population_study
 
 TRAINER = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)
 EYE = 1.053
@@ -136,24 +134,25 @@ def test_drawn_people_sit_where_trying_all_places_puts_them(tmp_path, study, dri
     if drivers:  # the same people without a driver's posture
         text = path.read_text().replace("{driver: {wheel:", "{predicted: {wheel:")
         path.write_text(re.sub(r"wheel: \w+, h_point: \w+, seed: \d+, ", "", text))
-    plan = population_study(load_study(path))
-    bodies = fit_population(plan.body, plan.people, plan.wears)[:]
+    plan = crowd_of(path)
+    work = plan.question.place.cases[0]
+    bodies = plan.bodies[:]
     controls = {control.name: control.at for control in plan.environment.controls}
     pedals = Pedals(
         {
             foot: controls[name]
-            for foot, name in plan.aims.controls.items()
+            for foot, name in work.aims.controls.items()
             if foot.endswith("foot")
         },
-        plan.environment.points[plan.aims.heels][2],
+        plan.environment.points[work.aims.heels][2],
     )
     poses = wb.Poses(
-        np.repeat(plan.pose.rotations, len(bodies), axis=0),
-        plan.pose.reference,
-        np.repeat(plan.pose.world_from_reference, len(bodies), axis=0),
+        np.repeat(work.pose.rotations, len(bodies), axis=0),
+        work.pose.reference,
+        np.repeat(work.pose.world_from_reference, len(bodies), axis=0),
     )
-    own = plan.environment.seat(plan.seat)
-    eye = plan.environment.points[plan.aims.eyes][2]
+    own = plan.seat
+    eye = plan.environment.points[work.aims.eyes][2]
     quick, slow = (
         sit(bodies, poses, own, eye=eye, pedals=pedals, every=every) for every in (False, True)
     )

@@ -9,12 +9,11 @@ import pytest
 
 import workbench as wb
 from tests.conftest import ONE_ARM, box_part, environment_of
+from tests.made_studies import found_of, made_study
 from workbench.model.criterion import Criterion
 from workbench.model.environment import Allowance, Rest, Seat
-from workbench.model.posture_study import Person, PostureStudy
 from workbench.posture.seating.seating import seat_planes
-from workbench.study.clearance import clearance_study
-from workbench.study.placement import adjusted_environment, place_person
+from workbench.study.people import present_people
 
 
 def seat(**changes):
@@ -50,25 +49,15 @@ def test_a_sitter_sinks_into_cushion_and_back_by_exactly_the_stated_depth(bubble
     assert centre @ (origin - np.array(place.srp)) == pytest.approx(0, abs=1e-12)
 
 
-def study(one_arm, *criteria, environment=None, stand=(0.0, 0.0, 0.0), other=None, **person):
+def study(one_arm, *criteria, environment=None, stand=(0.0, 0.0, 0.0), other=None, angles=None):
     """One arm (and perhaps another) in a box cab, one case."""
     cab = environment or environment_of(
         box_part("floor", [-1, -1, -0.1], [1, 1, 0]), box_part("wall", [0.5, -1, 0], [0.6, 1, 1])
     )
-    one = Person(
-        "arm",
-        one_arm,
-        wb.pose(one_arm, person.pop("angles", {})),
-        ("hanging",),
-        stand=stand,
-        **person,
-    )
-    people = (
-        (one,)
-        if other is None
-        else (one, Person("twin", one_arm, wb.pose(one_arm, {}), ("hanging",), stand=other))
-    )
-    return PostureStudy("test", "test", "", cab, people, ("hanging",), tuple(criteria), {})
+    people = {"arm": ({"body": one_arm, "stand": stand}, wb.pose(one_arm, angles or {}))}
+    if other is not None:
+        people["twin"] = ({"body": one_arm, "stand": other}, wb.pose(one_arm, {}))
+    return made_study(cab, people, criteria)
 
 
 def criterion(
@@ -84,17 +73,16 @@ def only(result):
 
 
 def test_standing_puts_the_lowest_sphere_on_the_point(one_arm):
-    placed = place_person(
-        study(one_arm, stand=(0.1, 0.2, 0.3)).people[0],
-        environment_of(box_part("b", [0, 0, 0], [1, 1, 1])),
-    )
+    room = environment_of(box_part("b", [0, 0, 0], [1, 1, 1]))
+    there = present_people(study(one_arm, environment=room, stand=(0.1, 0.2, 0.3)))
+    placed = there.situations[0][0].placed
     assert (placed.centres[0, :, 2] - one_arm.radius[0]).min() == pytest.approx(0.3)
     assert placed.world_from_segment[0, 0, :2, 3] == pytest.approx([0.1, 0.2])
 
 
 def test_touching_the_floor_is_no_fault_and_one_micrometre_into_it_is(one_arm):
-    assert clearance_study(study(one_arm, criterion("contact"))).passed
-    assert not clearance_study(study(one_arm, criterion("contact"), stand=(0, 0, -1e-6))).passed
+    assert found_of(study(one_arm, criterion("contact"))).passed
+    assert not found_of(study(one_arm, criterion("contact"), stand=(0, 0, -1e-6))).passed
 
 
 def test_allowed_contact_passes_down_to_its_depth(one_arm):
@@ -104,17 +92,13 @@ def test_allowed_contact_passes_down_to_its_depth(one_arm):
         study(one_arm, criterion("contact", parts=("floor",)), environment=cab, stand=(0, 0, -d))
         for d in (0.009, 0.011)
     ]
-    assert [clearance_study(s).passed for s in made] == [True, False]
+    assert [found_of(s).passed for s in made] == [True, False]
 
 
 def test_clearance_is_judged_against_its_limit(one_arm):
     # the base of 50 mm at x = 0 and the wall at 500 mm
-    assert clearance_study(
-        study(one_arm, criterion("clearance", at_least=0.449, parts=("wall",)))
-    ).passed
-    failed = only(
-        clearance_study(study(one_arm, criterion("clearance", at_least=0.451, parts=("wall",))))
-    )
+    assert found_of(study(one_arm, criterion("clearance", at_least=0.449, parts=("wall",)))).passed
+    failed = only(found_of(study(one_arm, criterion("clearance", at_least=0.451, parts=("wall",)))))
     assert not failed.passed
     assert failed.worst.value == pytest.approx(0.45)
     assert failed.worst.subject in {"base (front)", "lower arm (front)"}
@@ -122,7 +106,7 @@ def test_clearance_is_judged_against_its_limit(one_arm):
 
 def test_clearance_of_segments_looks_at_those_alone(one_arm):
     found = only(
-        clearance_study(
+        found_of(
             study(
                 one_arm, criterion("clearance", segments=("HAND",), at_least=0.1, parts=("wall",))
             )
@@ -133,21 +117,17 @@ def test_clearance_of_segments_looks_at_those_alone(one_arm):
 
 def test_self_contact_counts_from_the_allowance(one_arm):
     folded = study(one_arm, criterion("self_contact"), angles={"ELBOW": {"flexion": 178}})
-    found = only(clearance_study(folded))
+    found = only(found_of(folded))
     assert not found.passed
     assert {f.target.split(",")[0].split(" (")[0] for f in found.breaches} <= {"lower arm", "hand"}
 
 
 def test_two_people_are_kept_apart(one_arm):
     near = only(
-        clearance_study(
-            study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.14, 0))
-        )
+        found_of(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.14, 0)))
     )
     far = only(
-        clearance_study(
-            study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.16, 0))
-        )
+        found_of(study(one_arm, criterion("between_people", at_least=0.05), other=(0, 0.16, 0)))
     )
     assert (near.passed, far.passed) == (False, True)
     assert near.worst.value == pytest.approx(0.04)
@@ -155,9 +135,7 @@ def test_two_people_are_kept_apart(one_arm):
 
 
 def test_stops_are_judged_in_radians_and_warned_about(one_arm):
-    result = clearance_study(
-        study(one_arm, criterion("stops"), angles={"SHOULDER": {"extension": 25}})
-    )
+    result = found_of(study(one_arm, criterion("stops"), angles={"SHOULDER": {"extension": 25}}))
     assert not result.passed
     assert only(result).worst.value == pytest.approx(np.radians(-5), abs=1e-9)
     assert any("5.0 degrees past its stop in extension" in w for w in result.warnings)
@@ -169,13 +147,15 @@ def test_a_seat_adjusted_moves_its_sitter_and_its_parts(bubbleman):
         box_part("wall", [2.5, 0, 0], [2.6, 1, 1]),
     )
     cab = replace(cab, seats=(seat(),))
-    person = Person("p", bubbleman, wb.pose(bubbleman, {}, reference="LT"), ("x",), seat="left")
-    still = place_person(person, cab).centres
-    ahead = replace(person, forward=0.05, up=0.02)
-    moved = adjusted_environment(PostureStudy("s", "", "", cab, (ahead,), ("c",), (), {}))
-    assert place_person(ahead, moved).centres - still == pytest.approx(
-        np.broadcast_to([0.05, 0, 0.02], still.shape)
+    pose = wb.pose(bubbleman, {}, reference="LT")
+    role = {"body": bubbleman, "seat": "left"}
+    still, ahead = (
+        present_people(made_study(cab, {"p": (fields, pose)}, []))
+        for fields in (role, {**role, "forward": 0.05, "up": 0.02})
     )
+    before, after = (there.situations[0][0].placed.centres for there in (still, ahead))
+    assert after - before == pytest.approx(np.broadcast_to([0.05, 0, 0.02], before.shape))
+    moved = ahead.environment
     assert moved.vertices[:8] - cab.vertices[:8] == pytest.approx(
         np.broadcast_to([0.05, 0, 0.02], (8, 3))
     )
@@ -184,9 +164,7 @@ def test_a_seat_adjusted_moves_its_sitter_and_its_parts(bubbleman):
 
 def test_a_body_swallowed_by_a_solid_is_warned_about(one_arm):
     cabin = environment_of(box_part("cabin", [-2, -2, -2], [2, 2, 2]))
-    result = clearance_study(
-        study(one_arm, criterion("contact", parts=("cabin",)), environment=cabin)
-    )
+    result = found_of(study(one_arm, criterion("contact", parts=("cabin",)), environment=cabin))
     assert any("whole body is inside the solid part 'cabin'" in w for w in result.warnings)
 
 

@@ -22,8 +22,8 @@ from workbench.motion.recorded.marker_names import marker_site
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.recorded.retarget import body_lengths
 from workbench.motion.recorded.subject import factors_from_markers, factors_from_track
+from workbench.study.motion_cases import motion_cases
 from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.pipelines import motion_cases
 from workbench.study.subject import subject_body
 
 __all__ = ["drop"]

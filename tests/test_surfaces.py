@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import BOX_FACES, ROOT, SHARED, box_part, environment_of, real_input
+from tests.made_studies import found_of, made_study
 from tests.oracles import point_triangle, winding
 from tests.test_crash import BODY
 from tests.test_crash import STUDY as CRASH
@@ -34,10 +35,6 @@ from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
 from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
-from workbench.model.posture_study import Person, PostureStudy
-from workbench.study.accommodation.accommodation import accommodation_study
-from workbench.study.clearance import clearance_study
-from workbench.study.pipelines import population_study
 
 LOW = [-1.5, -1.5, -0.5]
 HIGH = [1.5, 1.5, 2.5]
@@ -183,15 +180,15 @@ def standing(bubbleman, postures, environment, *, at=(0.0, 0.0, 0.0)):
     clear = Criterion(
         "clear", "clearance", ("man",), tuple(bubbleman.segments), environment.parts, 0.0
     )
-    person = Person("man", bubbleman, pose, ("standing",), stand=at)
-    return PostureStudy("inside", "inside", "", environment, (person,), ("standing",), (clear,), {})
+    man = {"man": ({"body": bubbleman, "stand": at}, pose)}
+    return made_study(environment, man, [clear], case="standing")
 
 
 def test_a_man_inside_a_block_fails_as_deep_with_two_triangles_turned_round(bubbleman, postures):
     good = box_part("block", LOW, HIGH)
     bad = turned(good, [3, 8])
     results = [
-        clearance_study(standing(bubbleman, postures, environment_of(part))) for part in (good, bad)
+        found_of(standing(bubbleman, postures, environment_of(part))) for part in (good, bad)
     ]
     assert [result.passed for result in results] == [False, False]
     depths = [result.people[0].clearance.distance.min() for result in results]
@@ -348,7 +345,7 @@ def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures,
     block = without(box_part("block", LOW, HIGH), [2 * face, 2 * face + 1])
     (said,) = [
         line
-        for line in clearance_study(standing(bubbleman, postures, environment_of(block))).warnings
+        for line in found_of(standing(bubbleman, postures, environment_of(block))).warnings
         if "enclosed" in line
     ]
     assert said.startswith("man, standing: the body is enclosed by the open part 'block'")
@@ -363,13 +360,13 @@ def test_a_man_in_a_block_with_one_face_missing_is_reported(bubbleman, postures,
     ids=["wound unevenly and open", "with an inner wall"],
 )
 def test_a_man_in_a_block_of_undetermined_winding_is_reported(bubbleman, postures, parts):
-    warnings = clearance_study(standing(bubbleman, postures, environment_of(*parts))).warnings
+    warnings = found_of(standing(bubbleman, postures, environment_of(*parts))).warnings
     assert any("enclosed by the open part 'block'" in line for line in warnings)
 
 
 def test_nobody_is_reported_in_a_cabin_that_is_declared_not_to_be_solid(bubbleman, postures):
     for cabin in (box_part("cabin", LOW, HIGH), without(box_part("cabin", LOW, HIGH), [4])):
-        result = clearance_study(standing(bubbleman, postures, environment_of(cabin, solid=False)))
+        result = found_of(standing(bubbleman, postures, environment_of(cabin, solid=False)))
         assert not [
             line for line in result.warnings if "enclosed" in line or "inside" in line.split(":")[0]
         ]
@@ -380,13 +377,11 @@ def test_nobody_is_reported_beside_an_open_block_in_a_bowl_or_between_double_wal
     bubbleman, postures
 ):
     block = without(box_part("block", LOW, HIGH), [0, 1])
-    beside = clearance_study(
-        standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0))
-    )
+    beside = found_of(standing(bubbleman, postures, environment_of(block), at=(4.0, 0.0, 0.0)))
     low_bowl = without(box_part("bowl", [-1, -1, -0.2], [1, 1, 0.2]), [10, 11])
-    bowl = clearance_study(standing(bubbleman, postures, environment_of(low_bowl)))
+    bowl = found_of(standing(bubbleman, postures, environment_of(low_bowl)))
     walls = together("walls", box([-1.6, -1.6, -0.6], [1.6, 1.6, 2.6]), box(LOW, HIGH, inward=True))
-    room = clearance_study(standing(bubbleman, postures, environment_of(without(walls, [0]))))
+    room = found_of(standing(bubbleman, postures, environment_of(without(walls, [0]))))
     for result in (beside, bowl, room):
         assert not [line for line in result.warnings if "enclosed" in line]
 
@@ -425,7 +420,7 @@ def test_an_accommodation_study_reports_an_open_part_around_the_people(tmp_path)
     (place / "environment.yaml").write_text(
         text.replace("toy.obj, length: mm, up: z, forward: x}]", more)
     )
-    said = accommodation_study(population_study(load_study(path))).warnings
+    said = wb.run(load_study(path)).population.warnings
     assert any("the body is enclosed by the open part 'hall'" in line for line in said)
 
 

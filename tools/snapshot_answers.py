@@ -39,7 +39,6 @@ from workbench.body.people.percentile import percentile_people
 from workbench.body.people.share import bootstrap_share, share_of
 from workbench.body.wear import wear
 from workbench.cli import main as command
-from workbench.contact.collide import self_clearance
 from workbench.errors import InputError
 from workbench.files.body.encumbrances import worn
 from workbench.files.catalogue import names
@@ -47,15 +46,12 @@ from workbench.files.growth import load_growth
 from workbench.files.motions.number_rows import FrameRange
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.posing import angles_of
-from workbench.model.posture_study import Person
 from workbench.model.result import MotionFound, PosturesFound, Verdict
 from workbench.model.study import PeopleDrawn
 from workbench.motion.recorded.marker_names import marker_site
 from workbench.motion.recorded.marker_places import marker_places
 from workbench.motion.signals import cfc_filter, held_level, hic
-from workbench.study.criteria import CHECKS, Measured
 from workbench.study.motions import MotionOptions, load_motion
-from workbench.study.placement import place_person
 from workbench.study.run import run
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -165,10 +161,9 @@ def _seated(
     body: wb.Body, postures: Mapping[str, wb.Poses], around: wb.Environment, seat: str
 ) -> wb.Placed:
     """A body in a seat that stands in its reference position, a row for each posture."""
-    return place_person(
-        Person(body.name, body, wb.join_poses(list(postures.values())), tuple(postures), seat),
-        around,
-    )
+    poses = wb.join_poses(list(postures.values()))
+    held = around.seat(seat).held(0.0, 0.0)
+    return wb.place(body, wb.seat(body, poses, held).poses)
 
 
 def controls() -> Named:
@@ -554,7 +549,7 @@ def clearance_study() -> Named:
     result = _ran("trainer_clearance")
     yield from _present(result)
     for person in result.people:
-        for case, name in enumerate(result.study.cases):
+        for case, name in enumerate(result.cases):
             here = f"trainer_clearance/{person.name}/{name}"
             body = person.placed.body
             environment = result.environment
@@ -567,7 +562,7 @@ def clearance_study() -> Named:
             )
     for (one, other), found in result.between.items():
         near = wb.body_clearance(*(person.placed for person in result.people)).distance
-        for case, name in enumerate(result.study.cases):
+        for case, name in enumerate(result.cases):
             yield (
                 f"between/trainer_clearance/{one} and {other}/{name}",
                 {"nearest_mm": 1000 * float(near[case].min())},
@@ -583,10 +578,10 @@ def reach_study() -> Named:
     envelopes."""
     result = _ran("trainer_reach")
     yield from _present(result)
-    for asked, person in zip(result.study.people, result.people, strict=True):
-        seat = next(one for one in result.environment.seats if one.name == asked.seat)
+    for person in result.people:
+        seat = next(one for one in result.environment.seats if one.name == person.role.seat)
         yield f"seat/trainer_reach/{person.name}", {"srp_mm": [1000 * value for value in seat.srp]}
-        for case, name in enumerate(result.study.cases):
+        for case, name in enumerate(result.cases):
             yield f"seated/trainer_reach/{person.name}/{name}", _spheres(person.placed, case)
     for row in result.reaches:
         yield (
@@ -626,20 +621,6 @@ def _present(result: PosturesFound) -> Named:
     at once."""
     study = result.study
     yield f"study/{study.name}", {"passed": result.passed, "warnings": len(result.warnings)}
-    measured = Measured(
-        environment=result.environment,
-        cases=study.cases,
-        asked={person.name: person for person in study.people},
-        people={person.name: person for person in result.people},
-        own={person.name: self_clearance(person.placed) for person in result.people},
-        between={
-            (one, other): wb.body_clearance(
-                *(p.placed for p in result.people if p.name in (one, other))
-            )
-            for one, other in result.between
-        },
-        reaches=result.reaches,
-    )
     for verdict in result.verdicts:
         criterion = verdict.criterion
         degrees = criterion.check == "stops"
@@ -651,21 +632,6 @@ def _present(result: PosturesFound) -> Named:
             answer[f"margin_{unit}"] = factor * (worst.value - worst.limit)
             answer["where"] = f"{worst.case}, {worst.person}: {worst.subject}, {worst.target}"
         yield f"verdict/{study.name}/{criterion.name}", answer
-        if (
-            criterion.check not in CHECKS
-        ):  # everybody is on his seat: told only where somebody is not
-            continue
-        least: dict[str, float] = {}
-        for found in CHECKS[criterion.check](criterion, measured):
-            role = (
-                f"{found.person} and {found.other_person}" if found.other_person else found.person
-            )
-            key = f"{role}/{found.case}"
-            least[key] = min(least.get(key, math.inf), factor * (found.value - found.limit))
-        yield (
-            f"margin/{study.name}/{criterion.name}",
-            {f"{key}/{unit}": value for key, value in least.items()},
-        )
 
 
 def trainer_people() -> Named:

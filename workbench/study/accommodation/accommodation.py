@@ -17,7 +17,7 @@ from workbench.model.arrays import Bools
 from workbench.model.body import Body
 from workbench.model.population import Population
 from workbench.model.population_found import PopulationFound
-from workbench.model.study import Study
+from workbench.model.study import Role, Study
 from workbench.study.accommodation.chunks import Chunk, Question, joined_chunks, result_chunks
 from workbench.study.accommodation.gains import gains_of
 from workbench.study.accommodation.hardest import found_situations, hardest_rows, shown_people
@@ -39,7 +39,7 @@ from workbench.study.situation import seats_moved
 from workbench.study.warnings import enclosure_warnings
 from workbench.study.workplaces import population_of, workplace_of
 
-__all__ = ["accommodation"]
+__all__ = ["accommodation", "population_question"]
 
 Say = Callable[[str], None]
 EXPECTED = 10.0
@@ -76,15 +76,12 @@ def accommodation(
     InputError
         Where a chunk cannot be written, or somebody cannot be given a body.
     """
-    row, role = next((k, role) for k, role in enumerate(study.roles) if role.population is not None)
-    people = population_of(role)
+    question = population_question(study, beside)
+    place = question.place
+    asked = question.asked
+    people = question.people
+    role = _crowd(study)[1]
     body = morph_to(role.body, role.detail)
-    environment = study.environment if beside is None else beside.environment
-    place = workplace_of(study, row, environment, () if beside is None else beside.beside())
-    asked = asked_of(place)
-    if not asked:
-        raise InputError(f"{study.name}: no criterion asks for anything")
-    question = Question(place, asked, sets_of(asked, study.share_criteria), people)
     bodies = fit_population(body, people, role.clothes, executor=executor, progress=say)
     chunks = result_chunks(question, bodies, keep=keep, say=say, executor=executor)
     found = joined_chunks(chunks)
@@ -121,6 +118,28 @@ def accommodation(
         ),
         shown=tuple(shown_people(question, bodies, found, hardest)),
     )
+
+
+def population_question(study: Study, beside: Present | None = None) -> Question:
+    """What is asked of everybody who takes the role of a population.
+
+    Raises
+    ------
+    InputError
+        Where no criterion asks for anything.
+    """
+    row, role = _crowd(study)
+    environment = study.environment if beside is None else beside.environment
+    place = workplace_of(study, row, environment, () if beside is None else beside.beside())
+    asked = asked_of(place)
+    if not asked:
+        raise InputError(f"{study.name}: no criterion asks for anything")
+    return Question(place, asked, sets_of(asked, study.share_criteria), population_of(role))
+
+
+def _crowd(study: Study) -> tuple[int, Role]:
+    """The role that a population takes, and its index."""
+    return next((k, role) for k, role in enumerate(study.roles) if role.population is not None)
 
 
 def _shares(study: Study, people: Population, served: Bools) -> tuple[GroupShare, ...]:

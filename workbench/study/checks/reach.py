@@ -48,12 +48,15 @@ class _Group:
         "left" or "right": the limb that is asked first.
     hand
         The hand that must do it, "" where either may.
+    spare
+        [m] how far beyond a control it is asked whether the limb gets there too.
     """
 
     grip: str
     zone: int
     side: str
     hand: str
+    spare: float
 
     @property
     def limbs(self) -> list[str]:
@@ -96,7 +99,8 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     groups: dict[_Group, list[int]] = {}
     for r, one in enumerate(asked):
         assert one.control is not None
-        group = _group(situation.place, one.control, one.requirement.zone, one.criterion)
+        zone = one.requirement.zone
+        group = _group(situation.place, one.control, zone, one.criterion, MOST_SPARE)
         groups.setdefault(group, []).append(r)
     for group, rows in groups.items():
         controls = [control for r in rows if (control := asked[r].control) is not None]
@@ -107,9 +111,11 @@ def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
     return found
 
 
-def _group(place: Workplace, control: Control, zone: int, criterion: Criterion) -> _Group:
+def _group(
+    place: Workplace, control: Control, zone: int, criterion: Criterion, spare: float
+) -> _Group:
     hand = criterion.hand or ""
-    return _Group(control.grip, zone, hand or _side(place, control), hand)
+    return _Group(control.grip, zone, hand or _side(place, control), hand, spare)
 
 
 def _side(place: Workplace, control: Control) -> str:
@@ -164,7 +170,7 @@ def _try_limb(
         environment=environment,
         moving_parts=situation.place.moving_parts,
         displacement=situation.displacement[who],
-        max_extension=MOST_SPARE,
+        max_extension=group.spare,
     )
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
     margin = np.where(found.reached, found.extension, -short)
@@ -239,7 +245,7 @@ def _zone_reaches(
     """How one person reaches controls in one zone."""
     groups: dict[_Group, list[Control]] = {}
     for control in controls:
-        group = _group(situation.place, control, zone, criterion)
+        group = _group(situation.place, control, zone, criterion, 0.0)
         groups.setdefault(group, []).append(control)
     for group, some in groups.items():
         best = _reached_by(situation, group, some)
