@@ -163,16 +163,6 @@ CASES = [
         "nothing is left to ask: a share is of those who meet other criteria",
     ),
     (
-        "  pilot: {body",
-        "  other: {body: adult_male, stand: {on: [0, 0, 0]}}\n  pilot: {body",
-        "a population takes its place alone yet",
-    ),
-    (
-        "criteria:",
-        "  - {name: again, people: {pilot: {predicted: {eyes: eye}}}}\ncriteria:",
-        "cases[1]: a population has one case yet",
-    ),
-    (
         "predicted: {like: driving, eyes: eye}",
         "posture: driving",
         "check: eye_height fits no case: it is asked of a predicted posture",

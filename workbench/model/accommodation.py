@@ -30,13 +30,14 @@ to."""
 @dataclass(frozen=True)
 class MapTask:
     """A population reach map that a study asks for: a part's surface with so many points on it, by
-    which hands, grip and zone; hands: left, right or either."""
+    which hands (left, right or either), grip and zone, from the posture of which case."""
 
     part: str
     grip: str
     zone: int
     hand: str
     points: int
+    case: int = 0
 
 
 @dataclass(frozen=True)

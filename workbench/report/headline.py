@@ -11,9 +11,9 @@ __all__ = ["headline"]
 
 def headline(result: Result) -> str:
     """The whole result in a sentence for each section."""
-    if result.population is not None:
-        return population_headline(result.population)
     words = [_postures_headline(found) for found in result.postures]
+    if result.population is not None:
+        words.insert(0, population_headline(result.population))
     if result.motions:
         words.append(motions_headline(result.motions))
     return " ".join(words)

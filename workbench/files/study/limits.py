@@ -18,35 +18,24 @@ def limit_faults(work: Work) -> None:
             work.fault((*key, "position", "tilt"), what)
     crowd = work.parts.crowd
     if crowd is not None:
-        _crowd_faults(work, crowd, roles)
+        _crowd_faults(work, crowd)
     if work.parts.moves:
         _motion_faults(work)
-    if crowd is None:
-        for row, _ in enumerate(work.parts.maps):
+    for row, task in work.parts.maps:
+        if task.people in roles and task.people != crowd:
             what = "a reach map is of a population; ask for 'reach_envelopes' of one person"
             work.fault(("reach_maps", row, "people"), what)
 
 
-def _crowd_faults(work: Work, name: str, roles: dict[str, RoleFile]) -> None:
-    """A population takes one role alone, in one case, in a seat."""
-    key = ("people", name, "population")
-    if len(roles) > 1:
-        what = "a population takes its place alone yet: leave the other roles out, or give a 'size'"
-        work.fault(key, what)
-    if len(work.parts.cases) > 1:
-        what = "a population has one case yet: leave the other cases out, or give a 'size'"
-        work.fault(("cases", work.parts.cases[1][0]), what)
+def _crowd_faults(work: Work, name: str) -> None:
+    """A population takes a role in postures, and its answers are shares."""
     if work.parts.moves:
-        work.fault(key, "a population does not move yet: give one 'size' for a motion")
-    elif roles[name].seat is None:
-        work.fault(key, "a population sits yet: give the role a 'seat', or one 'size'")
-    for row, _ in enumerate(work.parts.envelopes):
-        what = "an envelope is of one person; ask for 'reach_maps' of a population"
-        work.fault(("reach_envelopes", row, "people"), what)
-    for row, criterion in work.parts.criteria:
-        if criterion.check == "excursion":
-            what = "an excursion is of one person yet; give the role a 'size'"
-            work.fault(("criteria", row, "check"), what)
+        what = "a population does not move yet: give one 'size' for a motion"
+        work.fault(("people", name, "population"), what)
+    for row, task in work.parts.envelopes:
+        if task.people == name:
+            what = "an envelope is of one person; ask for 'reach_maps' of a population"
+            work.fault(("reach_envelopes", row, "people"), what)
 
 
 def _motion_faults(work: Work) -> None:

@@ -263,8 +263,11 @@ def _whole_faults(work: Work) -> None:
             work.fault((key,), f"'{key}' are of motions; give a case a 'motion', or leave them out")
     for row, change in work.parts.changes:
         if crowd is not None and change.seat is not None and change.seat != crowd.seat:
-            what = f"the population sits in {crowd.seat!r}, so this changes nothing for it; "
-            work.fault(("changes", row, "seat"), what + f"valid: {crowd.seat}")
+            what = "the population has no seat, so this changes nothing for it; move a part"
+            if crowd.seat is not None:
+                what = f"the population sits in {crowd.seat!r}, so this changes nothing for it; "
+                what += f"valid: {crowd.seat}"
+            work.fault(("changes", row, "seat"), what)
     _compare_faults(work)
     rows = document.get("criteria")
     whole = isinstance(rows, list) and 0 < len(rows) == len(work.parts.criteria_whole)
@@ -352,7 +355,10 @@ def _study(
         inputs=work.inputs,
         shares=_shares(file),
         reach_maps=tuple(
-            MapTask(row.part, row.grip, row.zone, row.hand, row.points) for row in file.reach_maps
+            MapTask(
+                row.part, row.grip, row.zone, row.hand, row.points, _posture_case(work, row.case)
+            )
+            for row in file.reach_maps
         ),
         reach_envelopes=tuple(
             ReachTask(

@@ -27,8 +27,6 @@ __all__ = ["people_maps"]
 _SHOULDERS = 0.6
 """How far [m] over the seat reference point somebody looks at a part from, to tell which of its
 sides count."""
-_STANDING = 1.4
-"""The same over the point that somebody stands on."""
 
 
 def people_maps(
@@ -60,7 +58,7 @@ def _reached_share(
     names = HANDS if task.hand == "either" else (f"{task.hand} hand",)
     limbs = [(name, task.grip, task.zone) for name in names]
     chunks = taken_places(question.place, question.people, bodies, executor=executor)
-    poses = join_poses([taken[0].poses for taken in chunks])
+    poses = join_poses([taken[task.case].poses for taken in chunks])
     body = bodies[: len(bodies)]
     parts = groups(body, poses, points, names[0])
     jobs = completed(
@@ -96,8 +94,7 @@ def reached_weight(
 def _facing(place: Workplace, task: MapTask) -> tuple[Floats, Floats]:
     """About as many points as are asked for on what of a part faces the sitter, all of its sides
     where nothing does."""
-    above = _SHOULDERS if place.seat is not None else _STANDING if place.stand is not None else 0.0
-    viewer = middle(place) + np.array([0.0, 0.0, above])
+    viewer = middle(place) + np.array([0.0, 0.0, _SHOULDERS])
     points, normals = part_points(place.environment, task.part, task.points)
     share = float(np.mean(_faces(points, normals, viewer)))
     if share == 0:
