@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from workbench.files.study.schema import PositionFile, RoleFile
+from workbench.files.study.schema import PositionFile
 from workbench.files.study.work import Work
 
 __all__ = ["limit_faults"]
