@@ -7,7 +7,7 @@ bytes. A field that is added later belongs to the key without anybody thinking o
 does not know is an error, never skipped.
 
 Where a computation needs only a part of a noun, it gets a noun that holds this part alone, and the
-key is made from the same noun (see `solve.contact.fields` and `study.accommodation.sitters`).
+key is made from the same noun (see `contact.fields` and `study.situation.Seating`).
 """
 
 from __future__ import annotations
