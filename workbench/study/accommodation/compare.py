@@ -4,6 +4,7 @@ by requirement."""
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -79,21 +80,11 @@ def compare(before: Judged | Result, after: Judged | Result) -> Comparison:
         )
     was = one.served
     now = two.served
-    groups = [_pair("everybody", one, (was, now), np.ones(len(was), dtype=np.bool_))]
-    present = [code for code in range(len(SEXES)) if (one.sex == code).any()]
-    for code in present if len(present) > 1 else []:
-        groups.append(_pair(_GROUPS[SEXES[code]], one, (was, now), one.sex == code))
-    columns = [(one.requirements.index(name), two.requirements.index(name)) for name in shared]
-    everybody = np.ones(len(was), dtype=np.bool_)
-    pairs = [
-        _pair(name, one, (one.met[:, a], two.met[:, b]), everybody)
-        for name, (a, b) in zip(shared, columns, strict=True)
-    ]
     return Comparison(
         before=one,
         after=two,
-        groups=tuple(groups),
-        pairs=tuple(pairs),
+        groups=tuple(_groups(one, two)),
+        pairs=tuple(_pair(name, one, *_met(name, one, two)) for name in shared),
         gained=tuple(np.flatnonzero(~was & now).tolist()),
         lost=tuple(np.flatnonzero(was & ~now).tolist()),
         only_before=tuple(name for name in one.requirements if name not in shared),
@@ -101,8 +92,24 @@ def compare(before: Judged | Result, after: Judged | Result) -> Comparison:
     )
 
 
-def _pair(name: str, who: Judged, both: tuple[Bools, Bools], rows: Bools) -> PairedShare:
-    was, now = both
+def _groups(one: Judged, two: Judged) -> Iterator[PairedShare]:
+    """The shares that fit of everybody, and of each sex where there are both."""
+    yield _pair("everybody", one, one.served, two.served)
+    present = [code for code in range(len(SEXES)) if (one.sex == code).any()]
+    for code in present if len(present) > 1 else []:
+        yield _pair(_GROUPS[SEXES[code]], one, one.served, two.served, one.sex == code)
+
+
+def _met(name: str, one: Judged, two: Judged) -> tuple[Bools, Bools]:
+    """(P,) who meets a requirement in each of two designs."""
+    first, second = (judged.requirements.index(name) for judged in (one, two))
+    return one.met[:, first], two.met[:, second]
+
+
+def _pair(name: str, who: Judged, was: Bools, now: Bools, rows: Bools | None = None) -> PairedShare:
+    """The shares before and after, of those in some rows."""
+    if rows is None:
+        rows = np.ones(len(was), dtype=np.bool_)
     return paired_share(
         was[rows], now[rows], weight=who.weight[rows], confidence=who.confidence, name=name
     )

@@ -77,24 +77,28 @@ def _gain(question: Question, found: Chunk, run: Run, change: Change, at: int | 
         members=np.zeros((len(asked), 0), dtype=np.bool_),
         before=_before(asked, found, rows),
     )
-    margin = run(other).margin
+    return _compared(question, found, run(other).margin, change, at if at is not None else rows)
+
+
+def _compared(
+    question: Question, found: Chunk, margin: Floats, change: Change, at: int | list[int]
+) -> Gain:
+    """The gain from the margins found to those with a change.
+
+    at: the requirement that it is told of, or several, of which the share changes most.
+    """
+    weight = question.people.weight
     before = met_of(found.margin)
     after = met_of(margin)
-    weight = question.people.weight
     single = share_single(before, weight)
     then = share_single(after, weight)
-    r = at if at is not None else rows[int(np.argmax(np.abs(then - single)[rows]))]
+    r = at if isinstance(at, int) else at[int(np.argmax(np.abs(then - single)[at]))]
     grows = growth(question, found, change, r)
+    ways = (np.linalg.norm(change.move), *np.abs([change.travel_forward, change.travel_up]).ravel())
     return Gain(
         words=change.words,
-        requirement=asked[r].requirement.name,
-        move=float(
-            max(
-                np.linalg.norm(change.move),
-                *np.abs(change.travel_forward),
-                *np.abs(change.travel_up),
-            )
-        ),
+        requirement=question.asked[r].requirement.name,
+        move=float(max(ways)),
         rate=_rate(found.margin[:, r], grows, weight),
         margin_rate=_mean(grows, ~before[:, r], weight),
         before=float(single[r]),

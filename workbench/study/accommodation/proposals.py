@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.model.accommodation import MET, Change
 from workbench.model.arrays import Bools, Floats
+from workbench.model.workplace import Workplace
 from workbench.posture.seating.sides import leftward
 from workbench.study.accommodation.changes import moved_parts
 from workbench.study.accommodation.chunks import Chunk, Question
@@ -27,6 +28,8 @@ MOST_MOVE = 0.1
 OF_THE_SEAT = ("eye_height", "view_over", "pedals", "preferred_seat")
 """The checks for which the ends of the seat's travel are moved."""
 STEP = 1e-3
+"""[m] between the moves that are tried; what is nearer to an end of travel is at it."""
+_MOVES = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
 ENOUGH = 0.95
 """The part of what the best move would gain that the shortest one which is proposed must gain."""
 
@@ -110,13 +113,32 @@ def _moved(question: Question, found: Chunk, r: int) -> Change | None:
     one = question.asked[r]
     if one.requirement.check not in ("reach", "clearance"):
         return None
-    control, parts = (
-        (one.control.name, ()) if one.control is not None else ("", one.criterion.parts)
+    control = one.control.name if one.control is not None else ""
+    parts = () if one.control is not None else one.criterion.parts
+    ways = _ways(question.place)
+    shares = np.stack(
+        [
+            _shares_moved(question, found, Change("", control, parts, _xyz(axis)))
+            for axis in ways.values()
+        ],
+        axis=1,
     )
-    side = leftward(question.place)
+    m = shortest(shares.max(axis=1), _joint(met_of(found.margin), question.people.weight))
+    if m is None:
+        return None
+    word = list(ways)[int(np.argmax(shares[m]))]
+    move = float(_MOVES[m])
+    name = control or one.requirement.target
+    words = f"moving {name} {1000 * move:.0f} mm {word}"
+    return Change(words, control, parts, _xyz(move * ways[word]))
+
+
+def _ways(place: Workplace) -> dict[str, Floats]:
+    """(3,) the unit vectors along which something may be moved, by what they are called."""
+    side = leftward(place)
     ahead = np.array([side[1], -side[0], 0.0])
     up = np.array([0.0, 0.0, 1.0])
-    ways = {
+    return {
         "aft": -ahead,
         "forward": ahead,
         "up": up,
@@ -124,26 +146,25 @@ def _moved(question: Question, found: Chunk, r: int) -> Change | None:
         "to the left": side,
         "to the right": -side,
     }
-    met = met_of(found.margin)
+
+
+def _shares_moved(question: Question, found: Chunk, change: Change) -> Floats:
+    """The share that meets everything after each of the moves along a way, as the margins say."""
     weight = question.people.weight
-    now = _joint(met, weight)
-    moves = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
-    shares = np.empty((len(moves), len(ways)))
-    for k, axis in enumerate(ways.values()):
-        x, y, z = axis.tolist()
-        rows = _rows(question, Change("", control, parts, (x, y, z)))
-        others = np.delete(met, rows, axis=1).all(axis=1)
-        steps = np.nan_to_num(found.toward[:, rows] @ axis)
-        for at, move in enumerate(moves):
-            then = others & met_of(found.margin[:, rows] + move * steps).all(axis=1)
-            shares[at, k] = weight @ then / weight.sum()
-    m = shortest(shares.max(axis=1), now)
-    if m is None:
-        return None
-    word = list(ways)[int(np.argmax(shares[m]))]
-    x, y, z = (moves[m] * ways[word]).tolist()
-    name = control or one.requirement.target
-    return Change(f"moving {name} {1000 * moves[m]:.0f} mm {word}", control, parts, (x, y, z))
+    rows = _rows(question, change)
+    others = np.delete(met_of(found.margin), rows, axis=1).all(axis=1)
+    steps = np.nan_to_num(found.toward[:, rows] @ np.array(change.move))
+    shares = [
+        weight @ (others & met_of(found.margin[:, rows] + move * steps).all(axis=1))
+        for move in _MOVES
+    ]
+    share: Floats = np.array(shares) / weight.sum()
+    return share
+
+
+def _xyz(vector: Floats) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z
 
 
 def _joint(met: Bools, weight: Floats) -> float:
@@ -153,34 +174,38 @@ def _joint(met: Bools, weight: Floats) -> float:
 def _travel(question: Question, found: Chunk, r: int) -> Change | None:
     """The end of the seat's travel, at which those sit who miss the view or the pedals, moved
     outward."""
-    own = question.place.own_seat
-    if own is None:
+    seat = question.place.own_seat
+    if seat is None:
         return None
-    seat = question.asked[r].requirement.check in ("pedals", "preferred_seat")
+    along = question.asked[r].requirement.check in ("pedals", "preferred_seat")
+    ends = seat.travel_forward if along else seat.travel_up
+    beyond = _wants_upper_end(found, r, ends, along)
+    at = found.seat[:, 0 if along else 1]
+    at_end = np.abs(at - ends[int(beyond)]) < STEP
     met = met_of(found.margin)
-    weight = question.people.weight
-    missed = np.flatnonzero(~met[:, r])
-    column, ends = (0, own.travel_forward) if seat else (1, own.travel_up)
-    if seat:  # short legs stop short of pedals: who sits at neither end is helped by neither
-        beyond = np.mean(found.seat[missed, 0] - ends[0] >= ends[1] - found.seat[missed, 0]) >= 0.5
-    else:
-        beyond = np.mean([found.words[k] == TOO_LOW for k in found.reason[missed, r]]) >= 0.5
-    at_end = np.abs(found.seat[:, column] - ends[int(beyond)]) < STEP
     others = np.delete(met, r, axis=1).all(axis=1)
-    moves = np.arange(1, round(MOST_MOVE / STEP) + 1) * STEP
+    weight = question.people.weight
     shares = [
         weight @ (others & met_of(found.margin[:, r] + move * at_end)) / weight.sum()
-        for move in moves
+        for move in _MOVES
     ]
     m = shortest(np.array(shares), _joint(met, weight))
     if m is None:
         return None
-    move = float(moves[m])
-    words = (
-        ("farther forward" if beyond else "farther back")
-        if seat
-        else ("higher" if beyond else "lower")
-    )
+    move = float(_MOVES[m])
     ends_moved = (0.0, move) if beyond else (-move, 0.0)
-    told = f"letting the seat go {1000 * move:.0f} mm {words}"
-    return Change(told, travel_forward=ends_moved) if seat else Change(told, travel_up=ends_moved)
+    if along:
+        way = "farther forward" if beyond else "farther back"
+        words = f"letting the seat go {1000 * move:.0f} mm {way}"
+        return Change(words, travel_forward=ends_moved)
+    way = "higher" if beyond else "lower"
+    return Change(f"letting the seat go {1000 * move:.0f} mm {way}", travel_up=ends_moved)
+
+
+def _wants_upper_end(found: Chunk, r: int, ends: tuple[float, float], along: bool) -> bool:
+    """Whether those who miss a requirement want the seat beyond its upper (foremost) end."""
+    missed = np.flatnonzero(~met_of(found.margin)[:, r])
+    if along:  # short legs stop short of pedals: who sits at neither end is helped by neither
+        at = found.seat[missed, 0]
+        return bool(np.mean(at - ends[0] >= ends[1] - at) >= 0.5)
+    return bool(np.mean([found.words[k] == TOO_LOW for k in found.reason[missed, r]]) >= 0.5)

@@ -31,25 +31,24 @@ __all__ = ["findings", "margins", "motion_findings"]
 
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
-    """What everybody has to spare to those who are beside."""
+    """What everybody has to spare to whoever is nearest of those beside."""
     found = no_margins(len(situation), asked)
     for beside in situation.place.beside:
         near = body_clearance(situation.placed, _repeated(situation, beside))
         for r, one in enumerate(asked):
             keep = _pairs(situation.body, beside.placed.body, one.criterion)
-            room = np.where(keep & np.isfinite(near.distance), near.distance, np.inf)
-            room = room - one.criterion.at_least
-            for b in np.flatnonzero(np.isfinite(room).any(axis=(1, 2))):
-                row, other = np.unravel_index(int(np.argmin(room[b])), room[b].shape)
-                margin = float(room[b, row, other])
-                if found.margin[b, r] <= margin:
-                    continue
-                found.margin[b, r] = margin
-                where = (int(b), int(row), int(other))
+            distance = np.where(keep & np.isfinite(near.distance), near.distance, np.inf)
+            flat = distance.reshape(len(distance), -1)
+            margin = flat.min(axis=1) - one.criterion.at_least
+            before = np.nan_to_num(found.margin[:, r], nan=np.inf)
+            for b in np.flatnonzero(margin < before).tolist():
+                found.margin[b, r] = margin[b]
+                row, other = np.unravel_index(int(flat[b].argmin()), keep.shape)
                 found.words[b, r] = ""
-                if margin < -MET:
+                if margin[b] < -MET:
                     name = situation.body.segment_names[int(row)]
-                    found.words[b, r] = f"{name} at {beside.role}'s {near.other_name(where)}"
+                    theirs = near.other_name((b, int(row), int(other)))
+                    found.words[b, r] = f"{name} at {beside.role}'s {theirs}"
     return found
 
 

@@ -8,7 +8,7 @@ entered there. The limb on the side of the control is asked first, the other whe
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +74,7 @@ class _Reached:
     Parameters
     ----------
     margin
-        (B, T) [m].
+        (B, T) [m], NaN before any limb is asked.
     reached, miss, overlap, discomfort
         (B, T) as of `Reach`.
     limb, limit
@@ -91,6 +91,35 @@ class _Reached:
     limb: NDArray[np.object_]
     limit: NDArray[np.object_]
     toward: Floats
+
+    @property
+    def short(self) -> Bools:
+        """(B, T) what is not reached yet."""
+        return np.asarray(np.isnan(self.margin) | (self.margin < -MET))
+
+    def take_better(self, who: Ints, other: _Reached) -> None:
+        """Take from another limb of some people what is better than before."""
+        before = self.margin[who]
+        better = np.isnan(before) | (self.short[who] & (other.margin > before))
+        row, column = np.nonzero(better)
+        at = who[row], column
+        for field in fields(self):
+            getattr(self, field.name)[at] = getattr(other, field.name)[row, column]
+
+
+def _nothing_reached(people: int, controls: int) -> _Reached:
+    """What is known before any limb is asked."""
+    shape = (people, controls)
+    return _Reached(
+        margin=np.full(shape, np.nan),
+        reached=np.zeros(shape, dtype=np.bool_),
+        miss=np.full(shape, np.inf),
+        overlap=np.zeros(shape),
+        discomfort=np.zeros(shape),
+        limb=np.full(shape, "", dtype=object),
+        limit=np.full(shape, "", dtype=object),
+        toward=np.full((*shape, 3), np.nan),
+    )
 
 
 def margins(situation: Situation, asked: Sequence[Asked]) -> Margins:
@@ -127,69 +156,53 @@ def _side(place: Workplace, control: Control) -> str:
 def _reached_by(situation: Situation, group: _Group, controls: Sequence[Control]) -> _Reached:
     """How people reach the controls of a group: by the first limb, and who misses any by the
     other."""
-    shape = (len(situation), len(controls))
-    best = _Reached(
-        margin=np.full(shape, np.nan),
-        reached=np.zeros(shape, dtype=np.bool_),
-        miss=np.full(shape, np.inf),
-        overlap=np.zeros(shape),
-        discomfort=np.zeros(shape),
-        limb=np.full(shape, "", dtype=object),
-        limit=np.full(shape, "", dtype=object),
-        toward=np.full((*shape, 3), np.nan),
-    )
+    best = _nothing_reached(len(situation), len(controls))
     environment = situation.environment
     if group.grip == "foot" and situation.place.seat is not None:
         environment = without_seat(situation.place)
     for name in group.limbs:
-        short = np.isnan(best.margin) | (best.margin < -MET)
-        who = np.flatnonzero(short.any(axis=1))
+        who = np.flatnonzero(best.short.any(axis=1))
         if len(who):
-            _try_limb(situation, group, controls, name, environment, who, best)
+            some = situation if len(who) == len(situation) else situation.rows(who)
+            best.take_better(who, _reached_with(some, group, controls, name, environment))
     return best
 
 
-def _try_limb(
+def _reached_with(
     situation: Situation,
     group: _Group,
     controls: Sequence[Control],
     name: str,
     environment: Environment,
-    who: Ints,
-    best: _Reached,
-) -> None:
-    """Let some people reach with one limb; what is better than before counts."""
+) -> _Reached:
+    """How people reach controls with one limb."""
     body = situation.body
-    rest = situation.taken.poses
-    grip = "ball" if group.grip == "foot" else group.grip
+    targets = np.array([control.at for control in controls])
     found = reach(
         body,
-        Poses(rest.rotations[who], rest.reference, rest.world_from_reference[who], None, who),
-        [control.at for control in controls],
-        limb=limb(body, name, grip=grip, zone=group.zone),
+        situation.taken.poses,
+        targets,
+        limb=limb(body, name, grip="ball" if group.grip == "foot" else group.grip, zone=group.zone),
         environment=environment,
         moving_parts=situation.place.moving_parts,
-        displacement=situation.displacement[who],
+        displacement=situation.displacement,
         max_extension=group.spare,
     )
     short = np.maximum(found.miss + found.overlap, LEAST_MISS)
-    margin = np.where(found.reached, found.extension, -short)
-    before = best.margin[who]
-    better = np.isnan(before) | ((before < -MET) & (margin > before))
-    root = _root(body, rest, name)[who]
-    for t, control in enumerate(controls):
-        rows = np.flatnonzero(better[:, t])
-        at = who[rows]
-        best.margin[at, t] = margin[rows, t]
-        best.reached[at, t] = found.reached[rows, t]
-        best.miss[at, t] = found.miss[rows, t]
-        best.overlap[at, t] = found.overlap[rows, t]
-        best.discomfort[at, t] = found.discomfort[rows, t]
-        best.limb[at, t] = name
-        best.limit[at, t] = [found.limit(int(row), t) for row in rows]
-        way = root - control.at
-        way /= np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-9)
-        best.toward[at, t] = way[rows]
+    limit = np.full(found.reached.shape, "", dtype=object)
+    for row, target in np.argwhere(~found.reached).tolist():
+        limit[row, target] = found.limit(row, target)
+    way = _root(body, situation.taken.poses, name)[:, None] - targets
+    return _Reached(
+        margin=np.where(found.reached, found.extension, -short),
+        reached=found.reached,
+        miss=found.miss,
+        overlap=found.overlap,
+        discomfort=found.discomfort,
+        limb=np.full(found.reached.shape, name, dtype=object),
+        limit=limit,
+        toward=way / np.maximum(np.linalg.norm(way, axis=2, keepdims=True), 1e-9),
+    )
 
 
 def _root(body: Body, poses: Poses, limb: str) -> Floats:
