@@ -15,6 +15,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import workbench as wb
+from workbench.files import environments, yaml_text
+from workbench.files.meshes import reading
 from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.parts import RawPart
 from workbench.files.postures import load_postures, posture_path, posture_pose
@@ -161,6 +163,46 @@ def pytest_collection_modifyitems(items):
             item.add_marker("core")
     ranks = {name: rank for rank, name in enumerate(FIRST)}
     items.sort(key=lambda item: ranks.get(item.path.stem, len(FIRST)))
+
+
+LARGE_TEXT = 20_000
+"""Characters from which on a text is parsed once, not in each test: the shipped bodies have more."""
+LARGE_MESH = 1000
+"""Faces from which on a mesh is built once."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def large_files_are_parsed_once():
+    """Keep what large texts and meshes give, by content: hundreds of tests load the same few.
+
+    Each step depends on its arguments alone, and nobody changes what it gives.
+    """
+    parse, build = cache(yaml_text.parse_yaml), environments.build_environment
+    read_obj, memory = reading.FORMATS[".obj"]
+    read, built = cache(read_obj), {}
+
+    def parsed(text, file):
+        return (parse if len(text) > LARGE_TEXT else parse.__wrapped__)(text, file)
+
+    def was_read(path, data):
+        return (read if len(data) > LARGE_TEXT else read_obj)(path, data)
+
+    def was_built(name, parts, *, solid, notes=()):
+        parts, solid, notes = tuple(parts), tuple(solid), tuple(notes)
+        if sum(len(part.faces) for part in parts) <= LARGE_MESH:
+            return build(name, parts, solid=solid, notes=notes)
+        arrays = ((part.name, part.vertices.tobytes(), part.faces.tobytes()) for part in parts)
+        key = hash((name, solid, notes, *arrays))
+        if key not in built:
+            built[key] = build(name, parts, solid=solid, notes=notes)
+        environment, faults = built[key]
+        return environment, list(faults)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(yaml_text, "parse_yaml", parsed)
+        patch.setattr(environments, "build_environment", was_built)
+        patch.setitem(reading.FORMATS, ".obj", (was_read, memory))
+        yield
 
 
 ABSENT = "real input absent"
