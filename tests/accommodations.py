@@ -10,7 +10,7 @@ import numpy as np
 
 import workbench as wb
 from tests.conftest import ROOT, tracked
-from workbench.body.people.draw import draw_people
+from workbench import Poses, Result, draw_people
 from workbench.body.people.share import share_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
@@ -24,9 +24,7 @@ from workbench.model.accommodation import (
     Shown,
 )
 from workbench.model.criterion import Criterion
-from workbench.model.poses import Poses
 from workbench.model.posture_study import Aims, Person
-from workbench.model.result import Result
 from workbench.study.placement import place_person
 from workbench.study.provenance import people_hash
 

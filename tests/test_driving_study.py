@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.files.study.reader import load_study
-from workbench.posture.seating.packaging import eyellipse, seat_curve
+from workbench import eyellipse, load_study, seat_curve
 from workbench.study.accommodation.drivers import driver_of, drivers_among
 from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.accommodation.sitters import seated

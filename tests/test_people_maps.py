@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from tests.accommodations import smaller_study
-from workbench.files.study.reader import load_study
+from workbench import limb, load_study, reach
 from workbench.model.accommodation import MapTask
-from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.chunks import seat_everybody
 from workbench.study.accommodation.people_maps import people_maps
 from workbench.study.accommodation.population_bodies import fit_population

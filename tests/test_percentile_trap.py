@@ -10,9 +10,8 @@ import pytest
 
 import workbench as wb
 from tests.accommodations import smaller_study
-from workbench.body.people.draw import draw_people
+from workbench import draw_people, load_study
 from workbench.body.people.percentile import percentile_values
-from workbench.files.study.reader import load_study
 from workbench.model.population import SEXES, Population
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.pipelines import population_study

@@ -12,10 +12,10 @@ import workbench as wb
 from tests.accommodations import ACCOMMODATIONS
 from tests.rows import changed
 from tests.toy_cockpit import write_toy
+from workbench import load_study
 from workbench.body.people.share import TENTHS_FROM
 from workbench.body.pieces import body_pieces, piece_warnings
 from workbench.body.scaling.scale import morph_to
-from workbench.files.study.reader import load_study
 from workbench.report.page import page
 from workbench.report.result_rows import result_file
 from workbench.study.accommodation.population_bodies import templates_by_sex

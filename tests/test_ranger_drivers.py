@@ -10,7 +10,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
-from workbench.files.study.reader import load_study
+from workbench import load_study
 from workbench.study.accommodation.accommodation import accommodation_study
 from workbench.study.pipelines import population_study
 

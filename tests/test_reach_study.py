@@ -12,12 +12,10 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.seat_oracle import eye_points
-from workbench.body.scaling.scale import scale
+from workbench import limb, load_study, scale
 from workbench.draw.scene_builder import build_source
-from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
 from workbench.model.posture_study import Person
-from workbench.posture.reaching.limbs import limb
 from workbench.study.pipelines import posture_study
 from workbench.study.placement import adjusted_environment, place_person
 from workbench.study.predicted import predicted

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests.accommodations import smaller_study
 from tests.seat_oracle import seat_slowly
-from workbench.files.study.reader import load_study
+from workbench import load_study
+from workbench import seat as sit
 from workbench.model.environment import Rest, Seat
 from workbench.posture.seating.posture import Pedals, positions
-from workbench.posture.seating.seat import seat as sit
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.accommodation.population_bodies import fit_population
 from workbench.study.pipelines import population_study
