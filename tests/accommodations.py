@@ -221,6 +221,7 @@ def shown_of(study, row, requirement, requirements):
     )
 
 
+@cache
 def panel_map(part="instrument_panel", *, count=600, seed=3):
     """Shares that fall with the distance from a point, over the side of a part that the sitter
     sees."""
@@ -308,11 +309,16 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
     )
 
 
+@cache
+def shipped_study():
+    return wb.load_study("trainer_accommodation")
+
+
 def result_of(found):
     """The result of a study of a population, made up of what was found of it."""
     asked = found.study
     study = replace(
-        wb.load_study("trainer_accommodation"),
+        shipped_study(),
         name=asked.name,
         title=asked.title,
         description=asked.description,

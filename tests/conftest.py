@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 from functools import cache
 from pathlib import Path
@@ -33,7 +34,7 @@ settings.register_profile(
     "tests",
     deadline=None,
     derandomize=True,
-    max_examples=int(os.environ.get("WORKBENCH_EXAMPLES", "40")),
+    max_examples=int(os.environ.get("WORKBENCH_EXAMPLES", "25")),
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("tests")
@@ -143,14 +144,30 @@ CORE = {
     "test_yaml",
 }
 """Modules of the core tier: fast ones that between them reach every room of the package."""
-FIRST = ("test_catalogue", "test_sweep", "test_seat_people", "test_hiding", "test_render")
-"""Modules that two workers begin with: they compile most, and at first not the same kernels."""
+FIRST = (
+    "test_catalogue",
+    "test_sweep",
+    "test_fast",
+    "test_body_fit",
+    "test_fast_cells",
+    "test_hiding",
+    "test_crash_restraints",
+    "test_markers",
+    "test_render",
+    "test_seat_people",
+    "test_arguments",
+)
+"""Modules that two workers begin with: they compile most. While one worker goes through the
+catalogue, which compiles seats and reaches, the other compiles what the catalogue needs little of."""
 
 
 def pytest_configure(config):
     """Make warnings errors in collection and in tests, but not while the plugins of others load.
-    Keep the order of modules where workers share them."""
+    Keep the order of modules where workers share them. Let Ctrl-C work in children, also where a
+    shell ignores it for what runs in the background."""
     config.addinivalue_line("filterwarnings", "error")
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config.option, "loadscopereorder"):  # there is pytest-xdist
         config.option.loadscopereorder = False
 
