@@ -10,7 +10,7 @@ import numpy as np
 
 import workbench as wb
 from tests.conftest import ROOT, tracked
-from workbench.body.people.draw import draw_people
+from workbench import Result, draw_people
 from workbench.body.people.share import share_of
 from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.accommodation import (
@@ -22,7 +22,6 @@ from workbench.model.accommodation import (
 )
 from workbench.model.criterion import Criterion
 from workbench.model.population_found import PopulationFound, Shown
-from workbench.model.result import Result
 from workbench.study.provenance import people_hash
 from workbench.study.workplaces import workplace_of
 
@@ -77,7 +76,7 @@ def trainer_people(count, *, seed=7):
 
 def study_of(people, criteria, *, maps=(), mixes=None):
     """The study of a population in the trainer's left seat, and the body of its people."""
-    study = wb.load_study("trainer_accommodation")
+    study = shipped_study()
     (role,) = study.roles
     body = wb.load_body("bubbleman")
     shares = replace(study.shares, mixes=mixes or {}, confidence=0.95)
@@ -214,6 +213,7 @@ def shown_of(body, row, requirement, requirements):
     )
 
 
+@cache
 def panel_map(part="instrument_panel", *, count=600, seed=3):
     """Shares that fall with the distance from a point, over the side of a part that the sitter
     sees."""
@@ -299,6 +299,11 @@ def trainer_accommodation(count=200, *, maps=1, controls=None, seed=7, shown=Tru
         warnings=["The population is one of soldiers."],
         shown=shown,
     )
+
+
+@cache
+def shipped_study():
+    return wb.load_study("trainer_accommodation")
 
 
 def result_of(found):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 from functools import cache
 from pathlib import Path
@@ -15,6 +16,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 import workbench as wb
+from workbench.files import environments, yaml_text
+from workbench.files.meshes import reading
 from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.parts import RawPart
 from workbench.files.postures import load_postures, posture_path, posture_pose
@@ -31,7 +34,7 @@ settings.register_profile(
     "tests",
     deadline=None,
     derandomize=True,
-    max_examples=int(os.environ.get("WORKBENCH_EXAMPLES", "40")),
+    max_examples=int(os.environ.get("WORKBENCH_EXAMPLES", "25")),
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 settings.load_profile("tests")
@@ -141,14 +144,30 @@ CORE = {
     "test_yaml",
 }
 """Modules of the core tier: fast ones that between them reach every room of the package."""
-FIRST = ("test_catalogue", "test_sweep", "test_seat_people", "test_hiding", "test_render")
-"""Modules that two workers begin with: they compile most, and at first not the same kernels."""
+FIRST = (
+    "test_catalogue",
+    "test_sweep",
+    "test_fast",
+    "test_body_fit",
+    "test_fast_cells",
+    "test_hiding",
+    "test_crash_restraints",
+    "test_markers",
+    "test_render",
+    "test_seat_people",
+    "test_arguments",
+)
+"""Modules that two workers begin with: they compile most. While one worker goes through the
+catalogue, which compiles seats and reaches, the other compiles what the catalogue needs little of."""
 
 
 def pytest_configure(config):
     """Make warnings errors in collection and in tests, but not while the plugins of others load.
-    Keep the order of modules where workers share them."""
+    Keep the order of modules where workers share them. Let Ctrl-C work in children, also where a
+    shell ignores it for what runs in the background."""
     config.addinivalue_line("filterwarnings", "error")
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config.option, "loadscopereorder"):  # there is pytest-xdist
         config.option.loadscopereorder = False
 
@@ -161,6 +180,46 @@ def pytest_collection_modifyitems(items):
             item.add_marker("core")
     ranks = {name: rank for rank, name in enumerate(FIRST)}
     items.sort(key=lambda item: ranks.get(item.path.stem, len(FIRST)))
+
+
+LARGE_TEXT = 20_000
+"""Characters from which on a text is parsed once, not in each test: the shipped bodies have more."""
+LARGE_MESH = 1000
+"""Faces from which on a mesh is built once."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def large_files_are_parsed_once():
+    """Keep what large texts and meshes give, by content: hundreds of tests load the same few.
+
+    Each step depends on its arguments alone, and nobody changes what it gives.
+    """
+    parse, build = cache(yaml_text.parse_yaml), environments.build_environment
+    read_obj, memory = reading.FORMATS[".obj"]
+    read, built = cache(read_obj), {}
+
+    def parsed(text, file):
+        return (parse if len(text) > LARGE_TEXT else parse.__wrapped__)(text, file)
+
+    def was_read(path, data):
+        return (read if len(data) > LARGE_TEXT else read_obj)(path, data)
+
+    def was_built(name, parts, *, solid, notes=()):
+        parts, solid, notes = tuple(parts), tuple(solid), tuple(notes)
+        if sum(len(part.faces) for part in parts) <= LARGE_MESH:
+            return build(name, parts, solid=solid, notes=notes)
+        arrays = ((part.name, part.vertices.tobytes(), part.faces.tobytes()) for part in parts)
+        key = hash((name, solid, notes, *arrays))
+        if key not in built:
+            built[key] = build(name, parts, solid=solid, notes=notes)
+        environment, faults = built[key]
+        return environment, list(faults)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(yaml_text, "parse_yaml", parsed)
+        patch.setattr(environments, "build_environment", was_built)
+        patch.setitem(reading.FORMATS, ".obj", (was_read, memory))
+        yield
 
 
 ABSENT = "real input absent"

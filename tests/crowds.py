@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench import load_study
 from workbench.body.scaling.scale import morph_to
-from workbench.files.study.reader import load_study
 from workbench.model.study import Study
 from workbench.study.accommodation.accommodation import population_question
 from workbench.study.accommodation.population_bodies import PopulationBodies, fit_population

@@ -36,10 +36,8 @@ from tests import crash_pit
 from tests.c3d_files import c3d_file
 from tests.conftest import ONE_ARM, ROOT
 from tests.one_arm_cab import ENVIRONMENT, PARTS, POSTURES, STUDY, boxes, write_cab
-from workbench import WorkbenchError
-from workbench.files.ansur import read_ansur
+from workbench import WorkbenchError, load_body, read_ansur
 from workbench.files.basis import load_basis
-from workbench.files.body.bodies import load_body
 from workbench.files.kinds import check_file
 from workbench.files.meshes.reading import read_mesh
 from workbench.files.motions.reading import read_motion

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
+from workbench import stops
 from workbench.model.posing import angles_of, compose
-from workbench.posture.stops import stops
 
 STEP = 1e-6
 ROUNDS = 12

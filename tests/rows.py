@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 
-from workbench.model.body import Topology
+from workbench import Topology
 
 SHARED = {field.name for field in fields(Topology)}
 

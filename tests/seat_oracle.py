@@ -6,8 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 import workbench as wb
-from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach import reach
+from workbench import limb, reach
 from workbench.posture.seating.posture import pointed_foot, positions
 from workbench.posture.seating.seating import seat_attitude, seat_planes
 

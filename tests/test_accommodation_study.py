@@ -24,15 +24,13 @@ from tests.conftest import ROOT
 from tests.crowds import crowd_of
 from tests.test_index_cache import DAMAGE
 from tests.toy_cockpit import write_toy
+from workbench import limb, load_study, reach
 from workbench.body.parts import moved
 from workbench.cli import main
 from workbench.contact import index_cache
 from workbench.contact.clearance_pairs import ClearancePair, clearance_of_pairs
 from workbench.files.kinds import json_schemas
 from workbench.files.results.result import load_result
-from workbench.files.study.reader import load_study
-from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach import reach
 from workbench.report.folder import write_report
 from workbench.report.population.rows import population_lines
 from workbench.study import executors

@@ -155,7 +155,6 @@ def arm_cases(one_arm):
             "position": (0, 0, 0),
             "attitude": np.eye(3),
         },
-        "relation": {"distance": [0.1, INF, NAN], "tolerance": 1e-6},
         "rereference": {"placed": placed, "segment": "HAND"},
         "sealed": {"vertices": cube, "faces": faces, "what": "block"},
         "self_contacts": {"placed": placed, "margin": 0.1, "tolerance": 1e-6},

@@ -12,9 +12,8 @@ import workbench as wb
 from tests.conftest import ROOT, SHARED, needs_real_input
 from tests.crowds import crowd_of
 from tests.toy_cockpit import ENVIRONMENT, STUDY, write_toy
+from workbench import MissingPartError, load_study
 from workbench.cli import main
-from workbench.errors import MissingPartError
-from workbench.files.study.reader import load_study
 from workbench.model.accommodation import Requirement
 from workbench.model.criterion import Criterion
 from workbench.study.accommodation.accommodation import _hopeless

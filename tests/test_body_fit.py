@@ -177,7 +177,7 @@ def test_the_bound_is_at_most_what_was_found():
 
 
 def read_of(mesh):
-    from workbench.body.surface import sealed
+    from workbench import sealed
 
     return sealed(mesh.vertices, mesh.faces)
 

@@ -15,8 +15,8 @@ from jsonschema import Draft202012Validator
 import workbench as wb
 from tests.accommodations import ACCOMMODATIONS, smaller_study
 from tests.conftest import REFERENCE, ROOT, real_input, tracked
+from tests.paper_tables import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.files.kinds import check_file, json_schemas
-from workbench.model.vocabulary import PAPER_JOINTS, PAPER_SEGMENTS
 from workbench.report.folder import write_report
 from workbench.report.result_rows import result_file
 

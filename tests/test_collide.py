@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import workbench as wb
 from tests import oracles
 from tests.conftest import box_part, environment_of
-from workbench import body_clearance, relation
+from workbench import body_clearance
 from workbench.contact.collide import _faces, nearest, self_clearance
 from workbench.files.meshes.parts import RawPart
 from workbench.geometry.polygon import point_polygon, point_winding
@@ -18,11 +18,6 @@ from workbench.geometry.polygon import point_polygon, point_winding
 
 def at(body, *position, angles=None):
     return wb.place(body, wb.pose(body, angles or {}, position=position))
-
-
-def test_tangent_disjoint_and_overlapping_are_told_apart(two_spheres):
-    told = relation(np.array([1e-6, 1e-10, 0.0, -1e-10, -1e-6]))
-    assert told.tolist() == [1, 0, 0, 0, -1]
 
 
 def test_two_spheres_of_10_mm_at_100_mm_are_80_mm_apart(two_spheres):

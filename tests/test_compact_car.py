@@ -12,7 +12,7 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.pedal_plane import heel_from_ball, pedal_plane_angle
-from workbench.posture.seating.packaging import eyellipse, seat_curve
+from workbench import eyellipse, seat_curve
 from workbench.posture.seating.seating import seat_planes
 from workbench.study.buried import buried_controls
 

@@ -18,7 +18,7 @@ import workbench as wb
 from tests.accommodations import made, result_of, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
-from workbench import InputError
+from workbench import InputError, compare
 from workbench.body.people.paired import paired_share
 from workbench.body.people.share import share_of
 from workbench.cli import main
@@ -26,7 +26,7 @@ from workbench.model.comparison import Judged
 from workbench.report.comparison.page import comparison_tables, write_comparison
 from workbench.report.comparison.words import change_sentence, comparison_headline
 from workbench.report.folder import write_report
-from workbench.study.accommodation.compare import compare, judged
+from workbench.study.accommodation.compare import judged
 
 
 def paired(both, gained, lost, neither, **options):

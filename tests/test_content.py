@@ -15,7 +15,7 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.crowds import crowd_of
 from tests.toy_cockpit import STUDY, write_toy
-from workbench.files.study.reader import load_study
+from workbench import load_study
 from workbench.model.content import content_key, program_hash
 from workbench.model.stops import StopKind
 from workbench.study.accommodation import population_bodies

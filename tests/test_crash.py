@@ -11,13 +11,10 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import tracked
-from workbench.body.forward import place
+from workbench import InputError, Poses, load_body, place
 from workbench.cli import main
-from workbench.errors import InputError
-from workbench.files.body.bodies import load_body
 from workbench.files.motions.tables import angle_table_text
 from workbench.model.motion import SegmentTrack
-from workbench.model.poses import Poses
 from workbench.model.posing import compose, motion_of
 from workbench.motion.recorded.tracks import poses_from_track
 from workbench.report.motions.movement import movement_sentences

@@ -10,11 +10,10 @@ import pytest
 
 import workbench as wb
 from tests.test_crash import BODY, PLATE, STUDY, standing
+from workbench import episodes, load_study
 from workbench.contact import batches
 from workbench.contact.collide import allowed_depth, allowed_groups, nearest
-from workbench.contact.episodes import episodes
 from workbench.files.motions.tables import angle_table_text
-from workbench.files.study.reader import load_study
 from workbench.model.moving import poses_at
 from workbench.study.crash.forces import force_curves, ruled_pairs
 from workbench.study.crash.frames import frames_of

@@ -12,11 +12,9 @@ import pytest
 import workbench as wb
 from tests.crash_pit import SIMULATION, pit
 from tests.test_crash import BODY, standing
-from workbench.body.forward import place
+from workbench import Poses, load_study, place
 from workbench.cli import main
 from workbench.files.motions.tables import angle_table_text
-from workbench.files.study.reader import load_study
-from workbench.model.poses import Poses
 from workbench.report.motions.words import pulse_words
 from workbench.study.crash.belts import with_belts
 from workbench.study.crash.crash import motion_found

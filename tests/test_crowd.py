@@ -10,7 +10,7 @@ import pytest
 import workbench as wb
 from tests.conftest import REFERENCE, needs_real_input
 from tests.family import write_family
-from workbench.body.scaling.measure import measure
+from workbench import measure
 from workbench.cli import main
 from workbench.model.measures import COCKPIT
 

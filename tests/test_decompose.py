@@ -7,15 +7,12 @@ import pytest
 import trimesh
 
 from tests.conftest import SHARED, needs_real_input
-from workbench import Bones, InputError, UsageError
-from workbench.body.fitting.decompose import decompose
+from workbench import Bones, InputError, UsageError, decompose, fit_segments, sealed
 from workbench.body.fitting.fit_quality import exposed_points, fit_quality
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.sampling import even_samples, random_samples
-from workbench.body.fitting.segmenting import fit_segments
 from workbench.body.kernels.scanlines import shared_volume
 from workbench.body.kernels.setcover import greedy_cover, prune_cover
-from workbench.body.surface import sealed
 from workbench.files.meshes.reading import read_mesh
 
 ADULT = SHARED / "bodies" / "makehuman_derived" / "adult_male.obj"

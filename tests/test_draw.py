@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+from workbench import Body, Environment, InputError, Placed, Topology, UsageError
 from workbench.draw.camera import VIEWS, Camera, project, standard_view
 from workbench.draw.disks import disks
 from workbench.draw.lines.circles import circles
@@ -18,11 +19,7 @@ from workbench.draw.marks.layout import layout_marks
 from workbench.draw.scene import Mark, Scene, SceneBody
 from workbench.draw.views import four_views
 from workbench.draw.visibility import projected_disks, render_buffers
-from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Ints
-from workbench.model.body import Body, Topology
-from workbench.model.environment import Environment
-from workbench.model.poses import Placed
 from workbench.model.stops import Stops
 
 BOX = np.array([[-1.0, -1.0, -1.0], [1.0, 1.0, 1.0]])

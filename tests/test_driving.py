@@ -15,6 +15,7 @@ from scipy.optimize import minimize
 import workbench as wb
 from tests.conftest import ROOT
 from tests.pedal_plane import heel_from_ball, pedal_plane_angle
+from tests.side_view import side_view
 from workbench import Driver, Package, driving_angles, driving_posture, measure, seat_curve
 from workbench.body.wear import wear
 from workbench.files.body.encumbrances import load_encumbrance
@@ -22,7 +23,7 @@ from workbench.files.postures import load_postures, posture_path, posture_pose
 from workbench.model.driving import ANGLES
 from workbench.model.environment import Rest, Seat
 from workbench.posture.seating.driving_angles import drawn_angles, h_point_offset
-from workbench.posture.seating.spine import side_view, spine_of, spine_tilts
+from workbench.posture.seating.spine import spine_of, spine_tilts
 
 SMALL = Driver("female", 1.525, 0.803, 51.3 / 1.525**2)
 MEDIAN = Driver("male", 1.755, 0.918, 27.47)

@@ -10,9 +10,8 @@ import pytest
 
 import workbench as wb
 from tests.crowds import Crowd, crowd_of
-from workbench.files.study.reader import load_study
+from workbench import eyellipse, load_study, seat_curve
 from workbench.model.driving import DrivingAims
-from workbench.posture.seating.packaging import eyellipse, seat_curve
 from workbench.study.drivers import drivers_among
 from workbench.study.workplaces import occupant
 

@@ -13,8 +13,7 @@ pytest.importorskip("mujoco")
 
 from tests.conftest import ROOT
 from tests.crash_pit import SIMULATION, pit
-from workbench import InputError, Poses
-from workbench.body.forward import place
+from workbench import InputError, Poses, place, stops
 from workbench.cli import main
 from workbench.crash.masses import carried, segment_inertia, segment_masses
 from workbench.crash.simulated import simulate
@@ -24,7 +23,6 @@ from workbench.files.motions.tables import read_angle_table
 from workbench.model.posing import compose
 from workbench.model.pulse import gained
 from workbench.posture.kernels.past_stops import past_stops
-from workbench.posture.stops import stops
 from workbench.study.simulation import prepared
 
 BELT = """belts:

@@ -16,7 +16,7 @@ import pytest
 
 import workbench as wb
 from tests.toy_cockpit import write_toy
-from workbench.files.study.reader import load_study
+from workbench import load_study
 from workbench.study import executors
 from workbench.study.accommodation import population_bodies
 from workbench.study.accommodation.accommodation import accommodation

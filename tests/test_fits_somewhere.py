@@ -12,8 +12,8 @@ import pytest
 import workbench as wb
 from tests.crowds import Crowd
 from tests.toy_cockpit import write_toy
+from workbench import load_study
 from workbench.cli import main
-from workbench.files.study.reader import load_study
 from workbench.model.accommodation import Change
 from workbench.study.accommodation.changes import borne_by, changed
 from workbench.study.accommodation.chunks import joined_chunks, result_chunks

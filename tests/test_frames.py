@@ -13,13 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.test_draw import BOX, SVG, boxes, crowd, eye_of, front, spheres_body, veiled
-from workbench import InputError, UsageError
+from workbench import InputError, UsageError, scene_of
 from workbench.draw.camera import Camera, look_at, orbit, standard_view
 from workbench.draw.disks import MODES, POLYGONS, disks
 from workbench.draw.kernels.disk_painter import update_depth_order
 from workbench.draw.lines.circles import circles
 from workbench.draw.scene import Scene, Spheres
-from workbench.draw.scene_builder import scene_of
 from workbench.draw.sphere_raster import (
     cast_rays,
     exact_item_buffer,

@@ -12,8 +12,7 @@ import pytest
 
 from tests.conftest import ROOT, SHARED, needs_real_input, real_input
 from tests.fuzzing import LONGEST, READERS, mutation
-from workbench import InputError, WorkbenchError
-from workbench.files.ansur import read_ansur
+from workbench import InputError, WorkbenchError, read_ansur
 from workbench.files.meshes.reading import FORMATS, read_mesh
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.motions.reading import MOTIONS, read_motion

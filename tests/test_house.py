@@ -72,6 +72,30 @@ def test_the_house_check_finds_words_about_a_machine(tmp_path):
     assert [line for _, line, _ in check.check_words(path)] == [2]
 
 
+@pytest.mark.parametrize(
+    ("text", "listed", "found"),
+    [
+        ("from workbench import place", "", []),
+        ("from workbench.draw.camera import Camera", "workbench.draw.camera", []),
+        ("from workbench.draw.camera import Camera", "", ["use a public name"]),
+        (
+            "import workbench.geometry.order",
+            "workbench.geometry.order test_b",
+            ["kernels", "any more"],
+        ),
+        ("", "workbench.draw.camera", ["not imported there any more"]),
+    ],
+)
+def test_the_house_check_finds_tests_that_reach_inside(tmp_path, monkeypatch, text, listed, found):
+    (tmp_path / "test_a.py").write_text(text)
+    (tmp_path / "listed.txt").write_text(f"# a comment\n{listed}\n")
+    monkeypatch.setattr(check, "tracked", lambda *patterns: [tmp_path / "test_a.py"])
+    monkeypatch.setattr(check, "INNER_IMPORTS", tmp_path / "listed.txt")
+    faults = [what for _, _, what in check.check_test_imports()]
+    assert len(faults) == len(found)
+    assert all(part in what for part, what in zip(found, faults, strict=True))
+
+
 def test_a_stray_folder_in_a_checkout_is_not_the_repositorys(tmp_path):
     for name in ("workbench/a.py", "venv2/lib/b.py", ".tox/c.md"):
         (tmp_path / name).parent.mkdir(parents=True)

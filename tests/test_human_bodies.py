@@ -11,8 +11,9 @@ import yaml
 
 import workbench as wb
 from tests.conftest import ROOT
+from workbench import measure
 from workbench.body.fitting.polish import union_field
-from workbench.body.scaling.measure import MEASURES, measure
+from workbench.body.scaling.measure import MEASURES
 from workbench.body.scaling.morph import morph
 from workbench.geometry.nearest import morton_order
 

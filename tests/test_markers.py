@@ -8,9 +8,7 @@ import pytest
 
 from tests.c3d_files import c3d_file
 from tests.conftest import SHARED, real_input
-from workbench import InputError, Poses, UsageError
-from workbench.body.forward import place
-from workbench.files.body.bodies import load_body
+from workbench import InputError, Poses, UsageError, load_body, place
 from workbench.files.motions.markers import read_c3d, read_trc
 from workbench.files.motions.number_rows import ALL_FRAMES, FrameRange
 from workbench.files.names import unique_names

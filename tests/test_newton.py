@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from workbench import limb
 from workbench.posture.kernels.limits import Planes, rooms
 from workbench.posture.kernels.linkage import move, new_state
 from workbench.posture.kernels.newton import HOLD, INSIDE, equations, new_work
-from workbench.posture.reaching.limbs import limb
 from workbench.posture.reaching.packing import packed_links
 
 STEP = 1e-4

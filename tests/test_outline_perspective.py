@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from tests.test_draw import BOX, boxes, crowd, eye_of, front, spheres_body
 from tests.test_outline import bodies, covered
+from workbench import scene_of
 from workbench.draw.camera import Camera, look_at, project, standard_view, to_view
 from workbench.draw.eye_view import eye_view
 from workbench.draw.kernels.arcs import silhouette_arcs
@@ -21,7 +22,6 @@ from workbench.draw.kernels.silhouettes import perspective_rims
 from workbench.draw.lines.arcs import arc_points, outline_arcs
 from workbench.draw.lines.outline import outline
 from workbench.draw.scene import Scene
-from workbench.draw.scene_builder import scene_of
 from workbench.model.arrays import Bools, Floats, Ints
 
 

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import SHARED, needs_real_input
-from workbench import InputError
-from workbench.body.fitting.decompose import decompose
+from workbench import InputError, decompose, sealed
 from workbench.body.fitting.fit_quality import fit_quality
 from workbench.body.outlines import outline_surface
-from workbench.body.surface import sealed
 from workbench.files.body.outlines import load_outlines
 from workbench.files.meshes.reading import read_mesh
 from workbench.model.outlines import Outlines, crossing

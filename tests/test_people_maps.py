@@ -10,9 +10,8 @@ import pytest
 
 from tests.accommodations import smaller_study
 from tests.crowds import crowd_of
+from workbench import limb, reach
 from workbench.model.accommodation import MapTask
-from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach import reach
 from workbench.study.accommodation.chunks import taken_places
 from workbench.study.accommodation.people_maps import people_maps
 

@@ -11,7 +11,7 @@ import pytest
 import workbench as wb
 from tests.accommodations import smaller_study
 from tests.crowds import crowd_of
-from workbench.body.people.draw import draw_people
+from workbench import draw_people
 from workbench.body.people.percentile import percentile_values
 from workbench.model.population import SEXES, Population
 

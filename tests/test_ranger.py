@@ -16,8 +16,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
+from workbench import contacts
 from workbench.cli import main
-from workbench.contact.collide import contacts
 from workbench.files.inspection import inspect_environment
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"

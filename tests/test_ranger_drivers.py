@@ -10,7 +10,7 @@ import pytest
 
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
-from workbench.files.study.reader import load_study
+from workbench import load_study
 
 MESH = SHARED / "environments" / "polaris_ranger_ev" / "polaris.dae"
 DATA = Path(__file__).parent / "data"

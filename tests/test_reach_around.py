@@ -9,9 +9,7 @@ import pytest
 import workbench as wb
 from tests.conftest import box_part, environment_of
 from tests.reach_oracle import clear_ways, slow_ways
-from workbench.body.scaling.scale import scale
-from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach import reach
+from workbench import limb, reach, scale
 
 MEASURES = ({"stature": 1.56}, {"stature": 1.66}, {"stature": 1.75}, {"stature": 1.86})
 HOW = {"name": "left hand", "grip": "grasp", "zone": 2}

@@ -8,10 +8,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
-from workbench.body.scaling.scale import scale
-from workbench.posture.reaching.limbs import limb
-from workbench.posture.reaching.reach import reach
-from workbench.study.reach_map import from_coarse_to_fine, part_points, reach_map, who_reaches
+from workbench import limb, reach, reach_map, scale
+from workbench.study.reach_map import from_coarse_to_fine, part_points, who_reaches
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import pytest
 
 import workbench as wb
 from tests.conftest import box_part, environment_of
+from workbench import scale
 from workbench.body.parts import moved
-from workbench.body.scaling.scale import scale
 from workbench.files.postures import load_postures, posture_path, posture_pose
 
 MEASURES = (

@@ -13,11 +13,9 @@ import workbench as wb
 from tests.conftest import ROOT
 from tests.made_studies import found_of, made_study
 from tests.seat_oracle import eye_points
-from workbench.body.scaling.scale import scale
+from workbench import limb, load_study, scale
 from workbench.draw.scene_builder import build_source
-from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
-from workbench.posture.reaching.limbs import limb
 from workbench.study.buried import buried_controls
 from workbench.study.people import present_people
 from workbench.study.situation import position_of

@@ -16,8 +16,7 @@ import trimesh
 import workbench as wb
 from tests.conftest import SHARED, needs_real_input
 from tests.oracles import winding
-from workbench import InputError
-from workbench.files.environments import environment_from_mesh
+from workbench import InputError, environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.postures import posture_pose
 

@@ -29,13 +29,19 @@ SMALL = "64x48"
 CASES = [
     name for name in names("studies") if "population: {" not in find("studies", name).read_text()
 ]
-SOURCES = [*names("bodies"), *names("environments", "environment.yaml"), *CASES]
+SOURCES = [*names("bodies"), *names("environments", "environment.yaml"), "trainer_clearance"]
 LIVE = [
     (name, style)
     for name, display in DISPLAYS.items()
     for style in display.styles
     if name != "pyvista"
 ]
+DRAWN = [
+    *((source, display, style) for source in SOURCES for display, style in LIVE),
+    *((source, "disks", "flat") for source in CASES if source not in SOURCES),
+    ("trainer_reach", "outline", "veiled"),
+]
+"""Every body and environment and the first study in every display, the other studies in one."""
 
 
 @pytest.fixture(scope="module")
@@ -61,8 +67,7 @@ def catalogued(source):
     return build_source(source)
 
 
-@pytest.mark.parametrize(("display", "style"), LIVE)
-@pytest.mark.parametrize("source", SOURCES)
+@pytest.mark.parametrize(("source", "display", "style"), DRAWN)
 def test_every_display_draws_everything_in_the_catalogue(tmp_path, source, display, style):
     if source in names("environments", "environment.yaml") and (
         display == "scanline" or style in ("id", "depth")

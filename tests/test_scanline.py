@@ -13,11 +13,10 @@ from hypothesis import strategies as st
 
 from tests.test_draw import BOX, crowd, front
 from tests.test_frames import cameras, swarm
-from workbench import UsageError
+from workbench import UsageError, scene_of
 from workbench.draw.camera import standard_view
 from workbench.draw.scanline import scan_numbers, scan_pieces, scanline
 from workbench.draw.scene import Scene, Spheres
-from workbench.draw.scene_builder import scene_of
 from workbench.draw.sphere_raster import (
     cast_rays,
     exact_item_buffer,

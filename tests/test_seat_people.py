@@ -14,9 +14,9 @@ import workbench as wb
 from tests.accommodations import smaller_study
 from tests.crowds import crowd_of
 from tests.seat_oracle import seat_slowly
+from workbench import seat as sit
 from workbench.model.environment import Rest, Seat
 from workbench.posture.seating.posture import Pedals, positions
-from workbench.posture.seating.seat import seat as sit
 from workbench.posture.seating.seating import seat_planes
 
 TRAINER = Pedals({"left foot": (0.93, 0.365, 0.144), "right foot": (0.93, 0.195, 0.144)}, floor=0.0)

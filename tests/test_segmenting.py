@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from workbench import Bones, InputError, UsageError
+from workbench import Bones, InputError, UsageError, fit_segments, sealed
 from workbench.body.fitting.polish import union_field
 from workbench.body.fitting.sampling import random_samples
-from workbench.body.fitting.segmenting import fit_segments, regions_of
-from workbench.body.surface import sealed
+from workbench.body.fitting.segmenting import regions_of
 
 RADII = {"least_radius": 0.002, "greatest_radius": 0.2}
 TOLERANCE = 0.004

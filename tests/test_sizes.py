@@ -11,13 +11,11 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from tests.conftest import REFERENCE, ROOT, real_input
+from workbench import load_population_model, measure, person_body, scale
 from workbench.body.scaling.manikin import Manikin
-from workbench.body.scaling.measure import MEASURES, lengths, measure
-from workbench.body.scaling.scale import scale
+from workbench.body.scaling.measure import MEASURES, lengths
 from workbench.cli import main
-from workbench.files.populations import load_population_model
 from workbench.files.postures import posture_pose
-from workbench.study.persons import person_body
 
 SIX = (
     "stature",

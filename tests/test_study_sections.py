@@ -9,8 +9,8 @@ import pytest
 
 import workbench as wb
 from tests.test_crash import BODY, PLATE, standing
+from workbench import InputError
 from workbench.cli import main
-from workbench.errors import InputError
 from workbench.files.motions.tables import angle_table_text
 
 SIZES = """study: sizes

@@ -9,13 +9,11 @@ import pytest
 from tests.conftest import SHARED, real_input
 from tests.test_crash import drop
 from tests.test_markers import BODY, FULL, marked, walk
-from workbench.body.forward import place
+from workbench import InputError, load_study, place
 from workbench.body.scaling.lengthen import lengthened
 from workbench.cli import main
-from workbench.errors import InputError
 from workbench.files.motions.bvh_writer import bvh_text
 from workbench.files.motions.number_rows import FrameRange
-from workbench.files.study.reader import load_study
 from workbench.model.motion import Markers, SegmentTrack
 from workbench.model.posing import compose
 from workbench.motion.recorded.marker_names import marker_site

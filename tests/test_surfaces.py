@@ -23,9 +23,8 @@ from tests.test_crash import STUDY as CRASH
 from tests.test_crash import standing as dropped
 from tests.test_real_inputs import BALL, FILES
 from tests.toy_cockpit import write_toy
+from workbench import InputError, environment_from_mesh, load_study
 from workbench.cli import main
-from workbench.errors import InputError
-from workbench.files.environments import environment_from_mesh
 from workbench.files.inspection import inspect_mesh
 from workbench.files.meshes.assembly import build_environment
 from workbench.files.meshes.mesh_validation import validate_part
@@ -33,7 +32,6 @@ from workbench.files.meshes.parts import RawPart, weld
 from workbench.files.meshes.reading import read_mesh, to_world
 from workbench.files.motions.tables import angle_table_text
 from workbench.files.postures import posture_pose
-from workbench.files.study.reader import load_study
 from workbench.model.criterion import Criterion
 
 LOW = [-1.5, -1.5, -0.5]

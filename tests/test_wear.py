@@ -8,7 +8,7 @@ import pytest
 import workbench as wb
 from tests.conftest import ROOT
 from tests.family import write_family
-from workbench.body.scaling.measure import measure
+from workbench import measure
 from workbench.body.wear import wear
 from workbench.cli import main
 from workbench.files.body.encumbrances import load_encumbrance, worn

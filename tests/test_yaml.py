@@ -11,9 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench import InputError
+from workbench import InputError, read_ansur
 from workbench.errors import has_controls, printable
-from workbench.files.ansur import read_ansur
 from workbench.files.kinds import check_file
 from workbench.files.motions.number_rows import numbered_lines
 from workbench.files.results.result import load_result

@@ -13,6 +13,9 @@ The rules of the house:
   drawer for everything (utils, helpers, common, misc).
 - Every public function and class has a docstring.
 - No file names the machine that it was made on.
+- Tests import public names from `workbench`, commands from `workbench.cli`, and beyond these only the
+  modules of `tests/inner_imports.txt`. Kernels are imported only by the files that are named there
+  beside them, next to a slow version that they are compared with.
 """
 
 from __future__ import annotations
@@ -78,6 +81,11 @@ CATCHES = {"cli/application.py"}
 """Files that may catch every exception: an exit code and one line for what nobody expects."""
 TEXTS = {".py", ".md", ".yaml", ".toml", ".cff", ".j2"}
 PLACES = ("/wo" + "rk/", "/ro" + "ot/", "is" + "sue #", "sess" + "ion ends")
+
+INNER_IMPORTS = ROOT / "tests" / "inner_imports.txt"
+"""The modules that tests import besides the public names, a line each: the module, and for kernels
+the test files that may."""
+PUBLIC = {"workbench", "workbench.cli"}
 
 Fault = tuple[Path, int, str]
 
@@ -152,6 +160,35 @@ def check_words(path: Path) -> Iterator[Fault]:
                 yield path, number, f"speaks of {word!r}"
 
 
+def is_kernel(module: str) -> bool:
+    """Whether a module holds compiled loops, which only comparisons with slow ones may import."""
+    return ".kernels." in module or module.startswith("workbench.geometry")
+
+
+def check_test_imports() -> Iterator[Fault]:
+    """Find modules that tests import and the list does not name, and lines nobody needs."""
+    rows = [line.split() for line in INNER_IMPORTS.read_text(encoding="utf-8").splitlines()]
+    listed = {row[0]: set(row[1:]) for row in rows if row and row[0] != "#"}
+    used: dict[str, set[str]] = {}
+    for path in tracked("tests/*.py"):
+        for module, node in imported_modules(ast.parse(path.read_text(encoding="utf-8"))):
+            if not module.startswith("workbench") or module in PUBLIC:
+                continue
+            used.setdefault(module, set()).add(path.stem)
+            if module not in listed:
+                yield path, node.lineno, f"imports {module}: use a public name or a command"
+            elif is_kernel(module) and path.stem not in listed[module]:
+                yield path, node.lineno, f"imports the kernels of {module} without being listed"
+    for number, row in enumerate(rows, start=1):
+        idle = (
+            row
+            and row[0] != "#"
+            and (set(row[1:]) - used.get(row[0], set()) or not used.get(row[0]))
+        )
+        if idle:
+            yield INNER_IMPORTS, number, f"{' '.join(row)}: not imported there any more"
+
+
 def house_faults() -> list[Fault]:
     """Faults against the rules of the house, file by file."""
     faults: list[Fault] = []
@@ -159,6 +196,7 @@ def house_faults() -> list[Fault]:
         tree = ast.parse(path.read_text(encoding="utf-8"))
         faults += check_imports(path, tree)
         faults += check_definitions(path, tree)
+    faults += check_test_imports()
     for path in tracked():
         if path.suffix in TEXTS:
             faults += check_words(path)

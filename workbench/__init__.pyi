@@ -41,7 +41,6 @@ from .model.body import stack_bodies as stack_bodies
 from .model.comparison import Comparison as Comparison
 from .model.contacts import Clearance as Clearance
 from .model.contacts import Contacts as Contacts
-from .model.contacts import relation as relation
 from .model.driving import Driver as Driver
 from .model.driving import Package as Package
 from .model.environment import Environment as Environment

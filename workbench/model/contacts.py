@@ -12,19 +12,9 @@ from workbench.model.body import Body
 from workbench.model.environment import Environment
 from workbench.model.vocabulary import DIRECTIONS
 
-__all__ = ["TANGENT_TOLERANCE", "Clearance", "Contacts", "relation"]
+__all__ = ["TANGENT_TOLERANCE", "Clearance", "Contacts"]
 
 TANGENT_TOLERANCE = 1e-9
-
-
-def relation(distance: Floats, *, tolerance: float = TANGENT_TOLERANCE) -> Ints:
-    """Tell signed distances [m] apart: 1 disjoint, 0 tangent (within `tolerance` [m] of zero), -1
-    overlapping.
-
-    The signed distance is the paper's I(Si, Sj) = |ci - cj| - (ri + rj).
-    """
-    signed = np.asarray(distance, dtype=np.float64)
-    return np.where(signed > tolerance, 1, np.where(signed < -tolerance, -1, 0))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -66,7 +66,6 @@ _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 _MAX_UNBACKED_ROWS = 1_000_000
 """Largest number of rows of an accessor without a buffer, which are zeros but for sparse ones."""
 _TRIANGLES = 4
-_STRIP = 5
 _FAN = 6
 _JSON = b"JSON"
 _BINARY = b"BIN\0"

@@ -33,7 +33,6 @@ from workbench.files.yaml_text import Document
 __all__ = ["CaseParts", "StudyParts", "read_parts"]
 
 Model = TypeVar("Model", bound=FileModel)
-Row = tuple[int, Model]
 
 
 @dataclass(frozen=True)

@@ -63,8 +63,7 @@ class DrivingPosture(Seated):
     h_point: Floats
     """(B, 3) [m] the hip point of the seat."""
     expected: Floats
-    """(B, 8) [rad] the angles of ANGLES as predicted, or drawn; `side_view` has those of the
-    body."""
+    """(B, 8) [rad] the angles of ANGLES as predicted, or drawn."""
 
 
 def driving_posture(

@@ -20,12 +20,10 @@ from workbench.model.arrays import Floats
 from workbench.model.body import Body
 from workbench.model.driving import DrivingAngles
 from workbench.model.kept import kept_with_body
-from workbench.model.poses import Placed
 from workbench.model.posing import motion_of
 from workbench.posture.kernels.trunk import trunk_turns
-from workbench.posture.reaching.chains import apply
 
-__all__ = ["SPINE", "Spine", "side_view", "spine_of", "spine_tilts"]
+__all__ = ["SPINE", "Spine", "spine_of", "spine_tilts"]
 
 SPINE = ("LT", "W", "SP", "NP", "HP")
 """The lower torso, and the joints that tilt what is above."""
@@ -108,37 +106,3 @@ def spine_tilts(spines: Sequence[Spine], angles: Sequence[DrivingAngles]) -> Flo
         [turns[:, :1], turns[:, :1] - np.cumsum(turns[:, 1:], axis=1)], axis=1
     )
     return tilts
-
-
-def side_view(placed: Placed) -> Floats:
-    """(P, 8) [rad] the angles of ANGLES as placed bodies have them, facing along +x; thigh and knee
-    are the right leg's."""
-    body = placed.body
-    world = placed.world_from_segment
-
-    def joint(name: str) -> Floats:
-        j = body.joint(name)
-        frame = world[:, body.parent[j + 1]]
-        return apply(frame[:, :, :3], body.joint_in_parent[placed.person, j]) + frame[:, :, 3]
-
-    hips = 0.5 * (joint("LH") + joint("RH"))
-    head = world[:, body.segment("H")]
-    ear, eye = (
-        apply(head[:, :, :3], _middle(body, name)[placed.person]) + head[:, :, 3]
-        for name in ("ear", "eye")
-    )
-    waist = joint("W")
-    plexus = joint("SP")
-    neck = joint("NP")
-    hip = joint("RH")
-    knee = joint("RK")
-    ankle = joint("RA")
-    aft = [(hips, eye), (neck, ear), (plexus, neck), (waist, plexus), (hips, waist)]
-    rows = [np.arctan2(a[:, 0] - b[:, 0], b[:, 2] - a[:, 2]) for a, b in aft]
-    rows.insert(1, np.arctan2(eye[:, 2] - ear[:, 2], eye[:, 0] - ear[:, 0]))
-    rows.append(np.arctan2(knee[:, 2] - hip[:, 2], knee[:, 0] - hip[:, 0]))
-    one = hip - knee
-    two = ankle - knee
-    cosine = np.sum(one * two, axis=1) / (np.linalg.norm(one, axis=1) * np.linalg.norm(two, axis=1))
-    rows.append(np.arccos(np.clip(cosine, -1.0, 1.0)))
-    return np.stack(rows, axis=1)
