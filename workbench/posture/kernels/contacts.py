@@ -232,21 +232,20 @@ def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _still_far(x, y, z, near, s, g, space):  # type: ignore[no-untyped-def]
-    """Whether sphere s, with its centre at (x, y, z), surely has no polygon of group g within
-    `near` [m] of it: it has moved by less than its gap was wider."""
+def _spare(x, y, z, s, g, space):  # type: ignore[no-untyped-def]
+    """How far [m] sphere s, with its centre at (x, y, z), still is from all surfaces of group g at
+    least: its last gap, less what it has moved. Where that is more than 0, the centre is outside."""
     last = space.last
     u = x - last[g, s, 0]
     v = y - last[g, s, 1]
     w = z - last[g, s, 2]
-    spare = space.gap[g, s] - near - ROUNDING
-    return spare > 0.0 and u * u + v * v + w * w < spare * spare
+    return space.gap[g, s] - math.sqrt(u * u + v * v + w * w) - ROUNDING
 
 
 @inlined
-def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-untyped-def]
+def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: ignore[no-untyped-def]
     """Keep what sphere s of segment n, at (x, y, z) with radius r, enters of group g by more than
-    -clear beyond what is allowed."""
+    -clear beyond what is allowed; outside: whether its centre surely is outside all solids."""
     faces = room.faces
     shells = room.shells
     field = room.field
@@ -262,11 +261,11 @@ def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-
     space.last[g, s, 0] = x
     space.last[g, s, 1] = y
     space.last[g, s, 2] = z
-    if sure and square > limit:
+    if (sure or outside) and square > limit:
         space.gap[g, s] = math.sqrt(square)
         return count
     deep = -1
-    if not sure:
+    if not sure and not outside:
         depth, rank = deepest(x, y, z, faces, shells, field, g, stack, gaps)
         if rank >= 0:
             deep = int(field.record[field.begin[rank] + 8])
@@ -329,8 +328,9 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
             n = limbs.segment[s]
             # only what is entered deeper than all that is kept is still of interest
             some = min(near, -space.found[0, DEEPEST - 1, 0]) if count == DEEPEST else near
-            if not _still_far(u, v, w, max(r + some - room.least[n, g], 0.0), s, g, space):
-                count = _sphere(u, v, w, r, s, n, g, room, some, count, space)
+            spare = _spare(u, v, w, s, g, space)
+            if spare <= max(r + some - room.least[n, g], 0.0):
+                count = _sphere(u, v, w, r, s, n, g, room, some, spare > 0.0, count, space)
     return count
 
 
