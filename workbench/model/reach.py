@@ -13,7 +13,12 @@ from workbench.model.body import Body
 from workbench.model.poses import Poses, people_of
 from workbench.model.posing import compose
 
-__all__ = ["Reach", "join_reaches", "limit_words"]
+__all__ = ["DOUBTS", "Reach", "join_reaches", "limit_words"]
+
+DOUBTS = ("not in doubt", "clear after a few steps", "clear in another posture", "kept")
+"""What becomes of a reach beside obstacles. In doubt is one whose posture without obstacles enters
+something, or misses the target by less than 2 mm. It may come clear from that posture, or from
+another start of the search, or not at all."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,6 +62,8 @@ class Reach:
     part: Ints
     """(B, T) obstacle that limits a reach that missed, -1 where none does. With neither stop nor
     obstacle, the limb is straight and too short."""
+    doubt: Ints
+    """(B, T) how a reach ended that obstacles put in doubt, as an index into DOUBTS."""
     parts: tuple[str, ...] = ()
     """Names of the obstacles."""
 
@@ -112,7 +119,7 @@ class Reach:
 
 
 _NUMBERS = ("miss", "overlap", "discomfort", "extension")
-_INDICES = ("joint", "axis", "side", "part")
+_INDICES = ("joint", "axis", "side", "part", "doubt")
 
 
 def join_reaches(parts: Sequence[Reach], body: Body, held: Poses) -> Reach:
@@ -140,6 +147,7 @@ def join_reaches(parts: Sequence[Reach], body: Body, held: Poses) -> Reach:
         axis=whole("axis"),
         side=whole("side"),
         part=whole("part"),
+        doubt=whole("doubt"),
     )
 
 

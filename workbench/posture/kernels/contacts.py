@@ -1,5 +1,10 @@
-"""What the spheres of limbs of a family's bodies enter, and walls in its place that they must stay
-behind."""
+"""What the spheres of limbs of a family's bodies enter, and planes that they must stay behind.
+
+A search places one limb again and again, a little farther each time, and most of its spheres are far
+from everything. So of each sphere it is kept where it was last looked at, and how far it was from
+all parts at least: as long as it has not moved as far, it touches nothing. What is found is the
+same with and without what is kept, to the last bit.
+"""
 
 from __future__ import annotations
 
@@ -25,17 +30,24 @@ __all__ = [
     "Limbs",
     "Obstacles",
     "Space",
+    "forget",
     "least_heights",
     "limb_contacts",
     "new_space",
-    "overlaps",
+    "plane_of_contact",
     "touch",
-    "wall",
 ]
 
 
 DEEPEST = 16
-"""Contacts of a limb that are told, the deepest."""
+"""Contacts of a limb that are found, the deepest."""
+GROUPS = 2
+"""Groups of parts: those that stay, and those that stand aside for each body."""
+WIDER = 5e-3
+"""How much farther [m] than asked for is looked for polygons, so that it need not be done again
+soon."""
+ROUNDING = 1e-9
+"""Rounding [m] of the distance that a sphere has moved."""
 
 
 class Obstacles(NamedTuple):
@@ -56,15 +68,25 @@ class Obstacles(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Working space: rotations (1, J, 4), world (1, N, 3, 4), centres (1, S, 3), stack, gaps; found
-    (1, DEEPEST, 7): excess, sphere, polygon, point (3), 1 where the centre is inside."""
+    """Working space of one limb at a time."""
 
     rotations: NDArray[np.float64]
+    """(1, J, 4) of all joints."""
     world: NDArray[np.float64]
+    """(1, N, 3, 4) the segments that go along."""
     centres: NDArray[np.float64]
+    """(1, S, 3) [m] their spheres."""
     stack: NDArray[np.int64]
     gaps: NDArray[np.float32]
+    """Working space of the trees of polygons."""
     found: NDArray[np.float64]
+    """(1, DEEPEST, 7) the contacts: excess [m], sphere, polygon, point (3) [m], 1 where the centre
+    is inside."""
+    last: NDArray[np.float64]
+    """(groups, S, 3) [m] where a sphere was last looked at, in its group's own frame."""
+    gap: NDArray[np.float64]
+    """(groups, S) [m] how far its centre was from all surfaces of the group at least; -1 where it
+    is not known, or the centre is inside."""
 
 
 @njit(cache=True)
@@ -79,7 +101,17 @@ def new_space(limbs, joints):  # type: ignore[no-untyped-def]
         np.empty(DEEP, np.int64),
         np.empty(DEEP + EIGHT, np.float32),
         np.zeros((1, DEEPEST, 7)),
+        np.zeros((GROUPS, spheres, 3)),
+        np.full((GROUPS, spheres), -1.0),
     )
+
+
+@inlined
+def forget(space):  # type: ignore[no-untyped-def]
+    """Forget how far spheres were from all parts: others are looked at, or parts have moved."""
+    for g in range(space.gap.shape[0]):
+        for s in range(space.gap.shape[1]):
+            space.gap[g, s] = -1.0
 
 
 class Limbs(NamedTuple):
@@ -199,10 +231,21 @@ def _keep(found, p, count, values):  # type: ignore[no-untyped-def]
     return min(count + 1, most)
 
 
-@inner
-def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-untyped-def]
+@inlined
+def _spare(x, y, z, s, g, space):  # type: ignore[no-untyped-def]
+    """How far [m] sphere s, with its centre at (x, y, z), still is from all surfaces of group g at
+    least: its last gap, less what it has moved. Where that is more than 0, the centre is outside."""
+    last = space.last
+    u = x - last[g, s, 0]
+    v = y - last[g, s, 1]
+    w = z - last[g, s, 2]
+    return space.gap[g, s] - math.sqrt(u * u + v * v + w * w) - ROUNDING
+
+
+@inlined
+def _sphere(x, y, z, r, s, n, g, room, clear, outside, count, space):  # type: ignore[no-untyped-def]
     """Keep what sphere s of segment n, at (x, y, z) with radius r, enters of group g by more than
-    -clear beyond what is allowed."""
+    -clear beyond what is allowed; outside: whether its centre surely is outside all solids."""
     faces = room.faces
     shells = room.shells
     field = room.field
@@ -214,17 +257,25 @@ def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-
     square, sure = square_bound(x, y, z, field, g)
     near = max(r + clear - room.least[n, g], 0.0)
     limit = wider(near * near)
-    if sure and square > limit:
+    far = near + WIDER
+    space.last[g, s, 0] = x
+    space.last[g, s, 1] = y
+    space.last[g, s, 2] = z
+    if (sure or outside) and square > limit:
+        space.gap[g, s] = math.sqrt(square)
         return count
     deep = -1
-    if not sure:
+    if not sure and not outside:
         depth, rank = deepest(x, y, z, faces, shells, field, g, stack, gaps)
         if rank >= 0:
             deep = int(field.record[field.begin[rank] + 8])
+            far = near
             excess = depth + r - allowed[n, owner[deep]]
-            if excess > -clear:
+            if excess > -clear and (count < DEEPEST or excess > found[0, DEEPEST - 1, 0]):
                 _, u, v, w = point_polygon(x, y, z, faces, deep, np.inf)
                 count = _keep(found, 0, count, (excess, float(s), float(deep), u, v, w, 1.0))
+    least = far * far
+    limit = wider(least)
     stack[0] = field.root[g]
     size = 1
     point = point_lanes(x, y, z)
@@ -244,11 +295,14 @@ def _sphere(x, y, z, r, s, n, g, room, clear, count, space):  # type: ignore[no-
             gap = record_gap(x, y, z, field, -1 - c, limit)
             if gap > limit:
                 continue
+            least = min(least, gap)
             f = int(field.record[field.begin[-1 - c] + 8])
             excess = r - math.sqrt(gap) - allowed[n, owner[f]]
-            if f != deep and excess > -clear:
+            known = count == DEEPEST and excess <= found[0, DEEPEST - 1, 0]
+            if f != deep and excess > -clear and not known:
                 _, u, v, w = point_polygon(x, y, z, faces, f, np.inf)
                 count = _keep(found, 0, count, (excess, float(s), float(f), u, v, w, 0.0))
+    space.gap[g, s] = -1.0 if deep >= 0 else math.sqrt(least)
     return count
 
 
@@ -265,22 +319,27 @@ def touch(limbs, b, held, base, p, angles, q, room, near, space):  # type: ignor
             continue
         x, y, z = (shift[b, 0], shift[b, 1], shift[b, 2]) if g == 1 else (0.0, 0.0, 0.0)
         for s in range(limbs.centre.shape[2]):
-            if limbs.solid[b, s]:
-                u = space.centres[0, s, 0] - x
-                v = space.centres[0, s, 1] - y
-                w = space.centres[0, s, 2] - z
-                count = _sphere(
-                    u, v, w, limbs.radius[b, s], s, limbs.segment[s], g, room, near, count, space
-                )
+            if not limbs.solid[b, s]:
+                continue
+            u = space.centres[0, s, 0] - x
+            v = space.centres[0, s, 1] - y
+            w = space.centres[0, s, 2] - z
+            r = limbs.radius[b, s]
+            n = limbs.segment[s]
+            # only what is entered deeper than all that is kept is still of interest
+            some = min(near, -space.found[0, DEEPEST - 1, 0]) if count == DEEPEST else near
+            spare = _spare(u, v, w, s, g, space)
+            if spare <= max(r + some - room.least[n, g], 0.0):
+                count = _sphere(u, v, w, r, s, n, g, room, some, spare > 0.0, count, space)
     return count
 
 
 @inlined
-def wall(limbs, b, room, i, space):  # type: ignore[no-untyped-def]
-    """What space.found[0, i] makes of a part: sphere, outward normal (3), height of the surface
-    along it where parts are that do not move [m], part."""
+def _away(room, b, i, space):  # type: ignore[no-untyped-def]
+    """The unit vector that leads sphere and polygon of contact i apart, from the polygon's nearest
+    point to the centre, or back where the centre is inside; and how high [m] that point is along
+    it, in the world."""
     found = space.found
-    centres = space.centres
     s = int(found[0, i, 1])
     f = int(found[0, i, 2])
     x = 0.0
@@ -290,16 +349,13 @@ def wall(limbs, b, room, i, space):  # type: ignore[no-untyped-def]
         x = room.shift[b, 0]
         y = room.shift[b, 1]
         z = room.shift[b, 2]
-    u = found[0, i, 3]
-    v = found[0, i, 4]
-    w = found[0, i, 5]
-    n0 = centres[0, s, 0] - x - u
-    n1 = centres[0, s, 1] - y - v
-    n2 = centres[0, s, 2] - z - w
-    if found[0, i, 6] > 0.0:
-        n0 = -n0
-        n1 = -n1
-        n2 = -n2
+    u = found[0, i, 3] + x
+    v = found[0, i, 4] + y
+    w = found[0, i, 5] + z
+    sign = -1.0 if found[0, i, 6] > 0.0 else 1.0
+    n0 = sign * (space.centres[0, s, 0] - u)
+    n1 = sign * (space.centres[0, s, 1] - v)
+    n2 = sign * (space.centres[0, s, 2] - w)
     size = math.sqrt(n0 * n0 + n1 * n1 + n2 * n2)
     if size > 1e-9:
         n0 = n0 / size
@@ -309,7 +365,32 @@ def wall(limbs, b, room, i, space):  # type: ignore[no-untyped-def]
         n0 = room.normal[f, 0]
         n1 = room.normal[f, 1]
         n2 = room.normal[f, 2]
-    return s, n0, n1, n2, n0 * u + n1 * v + n2 * w, room.owner[f]
+    return n0, n1, n2, n0 * u + n1 * v + n2 * w
+
+
+@inner
+def plane_of_contact(limbs, b, room, i, clear, space, planes, m):  # type: ignore[no-untyped-def]
+    """Make plane m of contact i of body b, whose spheres stand as in space: the centre of the sphere
+    must stay above the polygon's nearest point by its radius, less what is allowed, and by twice
+    `clear` [m]."""
+    s = int(space.found[0, i, 1])
+    part = room.owner[int(space.found[0, i, 2])]
+    n0, n1, n2, high = _away(room, b, i, space)
+    k = limbs.carrier[s]
+    world = space.world
+    d0 = space.centres[0, s, 0] - world[0, k, 0, 3]
+    d1 = space.centres[0, s, 1] - world[0, k, 1, 3]
+    d2 = space.centres[0, s, 2] - world[0, k, 2, 3]
+    for j in range(3):
+        planes.point[m, j] = (
+            world[0, k, 0, j] * d0 + world[0, k, 1, j] * d1 + world[0, k, 2, j] * d2
+        )
+    planes.link[m] = limbs.link[s]
+    planes.normal[m, 0] = n0
+    planes.normal[m, 1] = n1
+    planes.normal[m, 2] = n2
+    allowed = room.allowed[limbs.segment[s], part]
+    planes.offset[m] = high + limbs.radius[b, s] - allowed + 2.0 * clear
 
 
 @njit(cache=True, nogil=True)
@@ -318,51 +399,20 @@ def limb_contacts(limbs, who, held, base, angles, room, reach, out, begin, end):
     they enter.
 
     held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4). reach [m]:
-    how near what counts is, how far it is to be kept off. out: planes (P, DEEPEST, 8): link, point
-    (3), normal (3), offset; many (P,), part (P, DEEPEST), overlap (P,) [m] beyond what is allowed.
+    how near what counts is, how far it is to be kept off. out: planes (P DEEPEST,), DEEPEST for
+    each row; many (P,), part (P, DEEPEST), overlap (P,) [m] beyond what is allowed.
     """
     planes, many, part, overlap = out
     near, clear = reach
     space = new_space(limbs, held.shape[1])
-    centres = space.centres
-    world = space.world
     for p in range(begin, end):
         b = who[p]
+        forget(space)
         many[p] = touch(limbs, b, held, base, p, angles, p, room, near, space)
         overlap[p] = max(0.0, space.found[0, 0, 0]) if many[p] > 0 else 0.0
         for i in range(many[p]):
-            s, n0, n1, n2, high, part[p, i] = wall(limbs, b, room, i, space)
-            k = limbs.carrier[s]
-            d0 = centres[0, s, 0] - world[0, k, 0, 3]
-            d1 = centres[0, s, 1] - world[0, k, 1, 3]
-            d2 = centres[0, s, 2] - world[0, k, 2, 3]
-            planes[p, i, 0] = limbs.link[s]
-            for m in range(3):
-                planes[p, i, 1 + m] = (
-                    world[0, k, 0, m] * d0 + world[0, k, 1, m] * d1 + world[0, k, 2, m] * d2
-                )
-            planes[p, i, 4] = n0
-            planes[p, i, 5] = n1
-            planes[p, i, 6] = n2
-            if room.field.root.shape[0] > 1 and room.moving[part[p, i]] > 0:
-                high += n0 * room.shift[b, 0] + n1 * room.shift[b, 1] + n2 * room.shift[b, 2]
-            planes[p, i, 7] = (
-                high + limbs.radius[b, s] - room.allowed[limbs.segment[s], part[p, i]] + 2.0 * clear
-            )
-
-
-@njit(cache=True, nogil=True)
-def overlaps(limbs, who, held, base, angles, room, near, out, begin, end):  # type: ignore[no-untyped-def]
-    """Place the limbs of rows begin..end at angles (P, K, 3), row p of body who[p], and fill out
-    (P,) with how deep they enter obstacles beyond what is allowed [m]; 0 where by less than -near
-    [m].
-
-    held (P, J, 4): rotations of all joints, those of the chain aside; base (P, 3, 4).
-    """
-    space = new_space(limbs, held.shape[1])
-    for p in range(begin, end):
-        count = touch(limbs, who[p], held, base, p, angles, p, room, near, space)
-        out[p] = max(0.0, space.found[0, 0, 0]) if count > 0 else 0.0
+            part[p, i] = room.owner[int(space.found[0, i, 2])]
+            plane_of_contact(limbs, b, room, i, clear, space, planes, p * DEEPEST + i)
 
 
 @njit(cache=True, nogil=True)

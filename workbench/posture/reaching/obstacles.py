@@ -1,9 +1,9 @@
 """Reaches kept off obstacles.
 
-A row is in doubt where its posture enters something, or misses the target by little. It is solved
-anew from the comfort modes, by itself, and then led around what it enters (kernels.limbs.around):
-who is reached does not depend on who else is asked. A reach is what its posture shows: the tip on
-the target, the joints within their stops, nothing entered.
+A reach is in doubt where its posture enters something, or misses the target by little. Another
+posture is then searched for (kernels.clear_reach), by each reach for itself: the answer does not
+depend on who else is asked. A reach is what its posture shows: the tip on the target, the joints
+within their stops, nothing entered.
 """
 
 from __future__ import annotations
@@ -24,29 +24,13 @@ from workbench.geometry.polygon import Faces
 from workbench.model.arrays import Floats, Ints
 from workbench.model.body import Body, Topology
 from workbench.model.environment import Environment
-from workbench.posture.kernels.around import Trail, settle
-from workbench.posture.kernels.contacts import Limbs, Obstacles, overlaps
-from workbench.posture.reaching.chains import (
-    AGAIN,
-    PIECE,
-    REACHED,
-    Found,
-    Task,
-    cold,
-    rows_of,
-    solved,
-)
+from workbench.posture.kernels.clear_reach import Outcome, clear_reaches
+from workbench.posture.kernels.contacts import Limbs, Obstacles
+from workbench.posture.reaching.chains import PIECE, Found, Task
 from workbench.posture.reaching.packing import packed_limbs
 from workbench.threads import in_pieces
 
 __all__ = ["Room", "cleared", "obstacles_of"]
-
-CLEAR = 2e-4
-"""Overlap [m] below which nothing is touched."""
-NEARLY = 2e-3
-"""Distance [m] within which a search may still find that a target is reached."""
-SMALL = 8
-"""Rows that a thread searches for at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,38 +44,33 @@ class Room:
     threads: int | None = None
 
 
-def cleared(task: Task, found: Found, room: Room) -> Found:
-    """The same reaches kept off obstacles. One in doubt is solved again from the comfort modes."""
-    overlap = _overlap(task, found.angles, room)
-    miss = found.numbers[:, 0]
-    clear = overlap <= 0.0
-    doubt = np.flatnonzero(~clear | ((miss > REACHED) & (miss <= NEARLY)))
-    if not len(doubt):
-        return found
-    some = rows_of(task, doubt)
-    own = found.rows(doubt)
-    nearly = np.flatnonzero(miss[doubt] <= NEARLY)
-    alone = rows_of(some, nearly)
-    start = cold(alone, own.angles[nearly])
-    own = own.changed(nearly, solved(alone, start, AGAIN, threads=room.threads))
-    return found.changed(doubt, _settled(some, own, room))
+def cleared(task: Task, found: Found, room: Room) -> tuple[Found, Ints]:
+    """Keep reaches clear of obstacles.
 
+    Parameters
+    ----------
+    task, found
+        P reaches, and what they have come to without obstacles.
+    room
+        The obstacles.
 
-def _settled(task: Task, found: Found, room: Room) -> Found:
-    """Rows kept off obstacles, each by itself."""
+    Returns
+    -------
+    found, doubt
+        What the reaches come to, and what became of each (P,): an `Outcome.doubt`.
+    """
     count = len(task)
-    trail = Trail(
+    out = Outcome(
         np.array(found.angles),
         np.array(found.numbers),
-        np.array(found.held),
         np.zeros(count),
         np.full(count, -1),
+        np.zeros(count, np.int64),
     )
     limbs, obstacles = _packed(task, room)
-    asked = (found.numbers[:, 0] <= NEARLY).astype(np.int64)
 
     def work(begin: int, end: int) -> None:
-        settle(
+        clear_reaches(
             task.link,
             limbs,
             task.who,
@@ -99,14 +78,13 @@ def _settled(task: Task, found: Found, room: Room) -> Found:
             (task.base, task.goal),
             obstacles,
             task.seeds,
-            asked,
-            trail,
+            out,
             begin,
             end,
         )
 
-    in_pieces(work, count, SMALL, threads=room.threads)
-    return Found(trail.angles, trail.numbers, trail.held, trail.overlap, trail.part)
+    in_pieces(work, count, PIECE, threads=room.threads)
+    return Found(out.angles, out.numbers, found.held, out.overlap, out.part), out.doubt
 
 
 def _packed(task: Task, room: Room) -> tuple[Limbs, Obstacles]:
@@ -149,15 +127,3 @@ def _plain(arrays: Sequence[NDArray[Any]]) -> list[NDArray[Any]]:
     for view in views:
         view.flags.writeable = False
     return views
-
-
-def _overlap(task: Task, angles: Floats, room: Room) -> Floats:
-    """(P,) [m] how deep limbs at angles (P, K, 3) are in obstacles beyond what is allowed."""
-    found = np.zeros(len(angles))
-    limbs, obstacles = _packed(task, room)
-
-    def work(begin: int, end: int) -> None:
-        overlaps(limbs, task.who, task.held, task.base, angles, obstacles, CLEAR, found, begin, end)
-
-    in_pieces(work, len(angles), PIECE, threads=room.threads)
-    return found

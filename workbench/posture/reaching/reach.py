@@ -237,10 +237,11 @@ def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
     found = solved(
         task, start, AGAIN if ask.restarts is None else ask.restarts, near=near, threads=ask.threads
     )
+    doubt = np.zeros(len(task), np.int64)
     if ask.environment is not None:
         moving = np.isin(ask.environment.parts, list(ask.moving_parts)).astype(np.int64)
         room = Room(ask.environment, moving, crowd.displacement, ask.threads)
-        found = cleared(task, found, room)
+        found, doubt = cleared(task, found, room)
     reached = (found.numbers[:, 0] <= REACHED) & (found.overlap <= 0)
     extension = np.zeros(len(task))
     rows = np.flatnonzero(reached)
@@ -249,7 +250,7 @@ def _crowd_reach(crowd: _Crowd, ask: _Ask) -> Reach:
         root = _roots(task, crowd.held)[whose[rows]]
         lead = no_lead(some) if guided is None else guided.beyond(rows, start[rows], ask.most)
         extension[rows] = _extension(some, found.rows(rows), root, lead, ask)
-    return _answer(task, crowd, found, reached, extension, ask.environment)
+    return _answer(task, crowd, found, doubt, reached, extension, ask.environment)
 
 
 def _extension(task: Task, found: Found, root: Floats, lead: Lead, ask: _Ask) -> Floats:
@@ -325,6 +326,7 @@ def _answer(
     task: Task,
     crowd: _Crowd,
     found: Found,
+    doubt: Ints,
     reached: Bools,
     extension: Floats,
     environment: Environment | None,
@@ -359,5 +361,6 @@ def _answer(
         axis=axis.reshape(shape),
         side=side.reshape(shape),
         part=np.where(reached, -1, found.part).reshape(shape),
+        doubt=doubt.reshape(shape),
         parts=environment.parts if environment is not None else (),
     )

@@ -14,6 +14,7 @@ import numpy as np
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.posture.kernels.contacts import DEEPEST, limb_contacts
+from workbench.posture.kernels.limits import Planes
 from workbench.posture.reaching.chains import PIECE, Found, Task, Walls, rows_of, solved
 from workbench.posture.reaching.obstacles import obstacles_of
 from workbench.posture.reaching.packing import packed_limbs
@@ -59,8 +60,14 @@ def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
     count = len(angles)
     limbs = packed_limbs(task.body, task.limb)
     obstacles = obstacles_of(task.body, room.environment, room.moving, room.shift)
+    planes = Planes(
+        np.zeros(count * DEEPEST, np.int64),
+        np.zeros((count * DEEPEST, 3)),
+        np.zeros((count * DEEPEST, 3)),
+        np.zeros(count * DEEPEST),
+    )
     out = (
-        np.zeros((count, DEEPEST, 8)),
+        planes,
         np.zeros(count, np.int64),
         np.full((count, DEEPEST), -1),
         np.zeros(count),
@@ -72,7 +79,8 @@ def touched(task: Task, angles: Floats, room: Room, near: float) -> Touched:
         )
 
     in_pieces(work, count, PIECE)
-    return Touched(out[3], out[0], out[2], out[1])
+    columns = np.column_stack([planes.link, planes.point, planes.normal, planes.offset])
+    return Touched(out[3], columns.reshape(count, DEEPEST, 8), out[2], out[1])
 
 
 def cleared_from(task: Task, start: Floats, room: Room) -> tuple[Found, Bools]:

@@ -1,0 +1,542 @@
+"""Reaches kept clear of obstacles, by one search: the tip on its target, the joints within their
+stops and the spheres out of all parts, at once, and comfort afterwards.
+
+Let e(q) [m] be the distance of the tip from its target at joint angles q, s_r(q) [rad] the room to
+stop r, and d_i(q) [m] how far contact i is apart beyond what is allowed. A reach is any q with
+
+    e(q) = 0,   s_r(q) >= 0 for all r,   d_i(q) >= 0 for all i.
+
+Where there is one, what is left is zero there, so damped Gauss-Newton steps on the sum of squares
+of what is violated find it (Nocedal & Wright 2006, Numerical Optimization, chapter 10). The contacts
+are exact and found anew at each step; none is kept, since a sphere that moves on meets others. The
+search begins at the posture that reaches the target but for obstacles, then at postures of all
+kinds. What comes clear is made comfortable among all that is near it.
+
+Who does not reach a target is brought as near to it as is found: the same steps bring the tip to
+within a radius of the target, which is doubled until that is found and then halved down.
+
+A row knows of no other row.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from workbench.compiled import njit
+from workbench.contact.kernels.inner import inlined, inner
+from workbench.posture.kernels.contacts import (
+    Limbs,
+    Obstacles,
+    Space,
+    forget,
+    new_space,
+    plane_of_contact,
+    touch,
+)
+from workbench.posture.kernels.descent import (
+    REACHED,
+    approach,
+    descend,
+    look,
+    put_row,
+    take,
+    take_row,
+)
+from workbench.posture.kernels.inverse import LEGAL, Seeds, next_seed, place_seeds, worth
+from workbench.posture.kernels.limits import Planes, within
+from workbench.posture.kernels.linkage import Linkage, State, new_state
+from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
+
+__all__ = ["Outcome", "clear_reaches"]
+
+CLEAR = 2e-4
+"""How far [m] beyond what is allowed a posture is kept off obstacles, so that rounding does not
+touch them."""
+HINT = 2e-3
+NEAR = 0.03
+"""How near [m] parts are minded: where a posture is sought, and where it is made comfortable."""
+MOST_PLANES = 16
+ALIKE = 0.95
+"""Cosine between the normals of two contacts of one sphere above which only the deeper counts."""
+MOST_STEPS = 60
+MOST_SLOW = 8
+BETTER = 0.97
+"""Steps of an attempt; those in a row that leave more than so much of what is violated."""
+PULL = 1e4
+EASE = 1e-4
+DAMPING = 1.0
+"""Weights of a step: of the tip [1/m2], of comfort [1/rad2] and of its length [1/rad2]."""
+ARRIVED = 5e-5
+INSIDE = 2e-4
+"""Distance [m] and breach [rad] with which an attempt has arrived."""
+RADIAN = 0.3
+"""What a radian past a stop counts [m]."""
+NEARLY = 2e-3
+"""Distance [m] within which a target that is missed without obstacles may still be reached."""
+LOTS = (8, 24, 48)
+"""How many starts a search takes from the seeds, one lot after the other."""
+CLOSE = 0.01
+OFF = 0.05
+"""Distance [m] and breach [rad] within which a start reaches the target, obstacles aside."""
+TOWARD = 24
+"""Steps of a start toward the target."""
+EASY_TURNS = 3
+EASY_STEPS = 24
+GAIN = 0.98
+"""Turns and steps in which a clear posture is made comfortable; the share of the discomfort above
+which no further turn is worth it."""
+FIRST_RADIUS = 1e-3
+WIDENING = 3.0
+MOST_RADII = 7
+NARROWING = 5
+"""By how much [m] a target may be missed at first, how much more each time, how often, and how often
+that is halved."""
+
+CERTAIN = 0
+OWN_WAY = 1
+OTHER_WAY = 2
+KEPT = 3
+"""What became of a row: not in doubt; clear from its own posture; clear from another one; in doubt,
+and no clear posture found."""
+
+
+class Outcome(NamedTuple):
+    """What became of P rows, filled in place."""
+
+    angles: NDArray[np.float64]
+    """(P, K, 3) [rad] the free postures, in, and what they have come to, out."""
+    numbers: NDArray[np.float64]
+    """(P, 8) as of kernels.inverse."""
+    overlap: NDArray[np.float64]
+    """(P,) [m] depth in parts beyond what is allowed."""
+    part: NDArray[np.int64]
+    """(P,) the part that keeps the limb from its target, -1 where none does."""
+    doubt: NDArray[np.int64]
+    """(P,) CERTAIN, OWN_WAY, OTHER_WAY or KEPT."""
+
+
+class Case(NamedTuple):
+    """One row: the limb `limbs` of row `body` of a body, with its chain `link`, among the parts of
+    `room`; row `row` of held (P, J, 4), base (P, 3, 4) and goal (P, 12)."""
+
+    link: Linkage
+    limbs: Limbs
+    room: Obstacles
+    held: NDArray[np.float64]
+    base: NDArray[np.float64]
+    goal: NDArray[np.float64]
+    body: int
+    row: int
+
+
+class Desk(NamedTuple):
+    """Working space of a search."""
+
+    state: State
+    work: Work
+    space: Space
+    planes: Planes
+    sphere: NDArray[np.int64]
+    """(Q,) the sphere that each plane holds."""
+    many: NDArray[np.int64]
+    """(1,) how many planes there are."""
+    trial: NDArray[np.float64]
+    """(1, K, 3) angles at which contacts are found."""
+    free: NDArray[np.float64]
+    """(K, 3) the posture without obstacles."""
+    least: NDArray[np.float64]
+    """(1,) [m] the least that an attempt of this row has left violated."""
+    best: NDArray[np.float64]
+    """(K, 3) the posture with that."""
+    blocking: NDArray[np.int64]
+    """(1,) the part that was entered deepest there."""
+    tried: NDArray[np.int64]
+    """(M,) 1 for a seed that was used."""
+    starts: NDArray[np.float64]
+    """(M, K, 3) postures to start from."""
+    worth: NDArray[np.float64]
+    """(M,) [m] how far a start is from being a reach; infinite where it was used."""
+
+
+class Witness(NamedTuple):
+    """A posture as it is: distance from the target [m], breach of the stops [rad], depth in parts
+    beyond what is allowed [m], the part entered deepest, -1 where none is."""
+
+    error: float
+    breach: float
+    depth: float
+    part: int
+
+
+@njit(cache=True)
+def _new_desk(link, limbs, joints, seeds):  # type: ignore[no-untyped-def]
+    """Working space for chains of a linkage, of bodies with so many joints."""
+    count = link.axes.shape[0]
+    free = link.mode.shape[0]
+    rows = link.rows.shape[0] + MOST_PLANES
+    return Desk(
+        new_state(count, free, rows),
+        new_work(count, free, rows),
+        new_space(limbs, joints),
+        Planes(
+            np.zeros(MOST_PLANES, np.int64),
+            np.zeros((MOST_PLANES, 3)),
+            np.zeros((MOST_PLANES, 3)),
+            np.zeros(MOST_PLANES),
+        ),
+        np.zeros(MOST_PLANES, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros((1, count, 3)),
+        np.zeros((count, 3)),
+        np.zeros(1),
+        np.zeros((count, 3)),
+        np.zeros(1, np.int64),
+        np.zeros(seeds, np.int64),
+        np.zeros((seeds, count, 3)),
+        np.zeros(seeds),
+    )
+
+
+@inner
+def _contacts(case, near, desk):  # type: ignore[no-untyped-def]
+    """Find the contacts of the state within `near` [m]; returns how many."""
+    put_row(desk.state.angles, desk.trial, 0)
+    none = np.int64(0)  # a plain 0 would have all that it is passed to compiled for itself
+    return touch(
+        case.limbs,
+        case.body,
+        case.held,
+        case.base,
+        case.row,
+        desk.trial,
+        none,
+        case.room,
+        near,
+        desk.space,
+    )
+
+
+@inlined
+def _counts(room, i, count, found):  # type: ignore[no-untyped-def]
+    """Whether contact i says how to get out of its part. One from outside does not where the same
+    sphere's centre is inside the same part: it would push farther in."""
+    if found[0, i, 6] > 0.0:
+        return True
+    part = room.owner[int(found[0, i, 2])]
+    for m in range(count):
+        if (
+            found[0, m, 6] > 0.0
+            and found[0, m, 1] == found[0, i, 1]
+            and room.owner[int(found[0, m, 2])] == part
+        ):
+            return False
+    return True
+
+
+@inner
+def _make_planes(case, count, desk):  # type: ignore[no-untyped-def]
+    """Make planes of the first `count` contacts, deepest first; of those of one sphere that lead the
+    same way only the deepest."""
+    planes = desk.planes
+    sphere = desk.sphere
+    found = desk.space.found
+    many = 0
+    for i in range(count):
+        if not _counts(case.room, i, count, found):
+            continue
+        plane_of_contact(case.limbs, case.body, case.room, i, CLEAR, desk.space, planes, many)
+        sphere[many] = int(found[0, i, 1])
+        same = False
+        for m in range(many):
+            cosine = 0.0
+            for axis in range(3):
+                cosine += planes.normal[m, axis] * planes.normal[many, axis]
+            if sphere[m] == sphere[many] and cosine > ALIKE:
+                same = True
+        if not same:
+            many += 1
+    desk.many[0] = many
+
+
+@inner
+def _look(case, desk):  # type: ignore[no-untyped-def]
+    """Look at a state with its planes: the distance from the target, and the breach of the stops."""
+    state = desk.state
+    none = np.int64(0)
+    breach = 0.0
+    look(case.link, case.body, case.base, case.row, desk.planes, (none, desk.many[0]), state)
+    error, _ = worth(case.goal, case.row, state)
+    for r in range(case.link.rows.shape[0]):
+        breach = max(breach, -state.room[r])
+    return error, breach
+
+
+@inner
+def _witness(case, desk):  # type: ignore[no-untyped-def]
+    """Bring the angles of a state inside what can be clipped, and say what the posture is."""
+    within(case.link, desk.state.angles)
+    desk.many[0] = 0
+    error, breach = _look(case, desk)
+    depth = 0.0
+    part = np.int64(-1)
+    if _contacts(case, CLEAR, desk) > 0:
+        depth = max(0.0, desk.space.found[0, 0, 0])
+    if depth > 0.0:
+        part = np.int64(case.room.owner[int(desk.space.found[0, 0, 2])])
+    return Witness(error, breach, depth, part)
+
+
+@inlined
+def _is_reach(witness, radius):  # type: ignore[no-untyped-def]
+    """Whether a posture brings the tip to within a radius of the target, breaks no stop and enters
+    nothing."""
+    return witness.depth <= 0.0 and witness.error < radius + REACHED and witness.breach < LEGAL
+
+
+@inlined
+def _keep(case, witness, desk, out):  # type: ignore[no-untyped-def]
+    """Keep the state as what its row has come to."""
+    put_row(desk.state.angles, out.angles, case.row)
+    out.numbers[case.row, 0] = witness.error
+    out.numbers[case.row, 1] = witness.breach
+    out.overlap[case.row] = witness.depth
+
+
+@inlined
+def _aim(case, error, radius, desk):  # type: ignore[no-untyped-def]
+    """Pull the tip to the nearest point within a radius of the target; returns the weight of the
+    tip, 0 where it is there."""
+    share = 1.0 - radius / max(error, 1e-300)
+    pull = PULL if share > 0.0 else 0.0
+    for i in range(6):
+        off = case.goal[case.row, i] - desk.state.at[i]
+        desk.work.force[i] = pull * share * case.goal[case.row, 6 + i] ** 2 * off
+    return pull
+
+
+@inner
+def _solve(case, radius, desk, out):  # type: ignore[no-untyped-def]
+    """Bring the tip to within a radius of the target, the joints within their stops and the spheres
+    out of all parts, from the angles of a state; True where all three are had.
+
+    Damped Gauss-Newton steps on e^2, the s_r < 0 and the d_i < 0 (see the module's formula), with
+    contacts found anew at each. The best that fails is kept on the desk.
+    """
+    state = desk.state
+    work = desk.work
+    least = np.inf
+    slow = 0
+    bent = np.bool_(False)
+    work.pushed[:] = 0.0
+    work.press[:] = 0.0
+    for _ in range(MOST_STEPS):
+        count = _contacts(case, HINT, desk)
+        deepest = desk.space.found[0, 0, 0] + CLEAR if count > 0 else 0.0
+        part = np.int64(case.room.owner[int(desk.space.found[0, 0, 2])]) if count > 0 else -1
+        depth = max(0.0, deepest)
+        _make_planes(case, count, desk)
+        error, breach = _look(case, desk)
+        gap = max(0.0, error - radius)
+        if gap < ARRIVED and depth <= 0.0 and breach < INSIDE:
+            return _is_reach(_witness(case, desk), radius)
+        left = gap + depth + RADIAN * breach
+        slow = 0 if left < BETTER * least else slow + 1
+        least = min(least, left)
+        if left < desk.least[0]:
+            desk.least[0] = left
+            desk.blocking[0] = part
+            take(state.angles, desk.best)
+        if slow > MOST_SLOW:
+            return False
+        pull = _aim(case, error, radius, desk)
+        equations(case.link, case.goal, case.row, state, work, pull, EASE, bent)
+        out.numbers[case.row, 2] += 1
+        if not newton(case.link, state, work, DAMPING):
+            return False
+        go(case.link, state, work)
+    return False
+
+
+@inlined
+def _discomfort(link, angles):  # type: ignore[no-untyped-def]
+    """The weighted square of the distance of angles (K, 3) from the comfort modes."""
+    total = 0.0
+    for i in range(link.mode.shape[0]):
+        off = angles[link.free_joint[i], link.free_axis[i]] - link.mode[i]
+        total += link.weight[i] * off * off
+    return total
+
+
+@inner
+def _make_comfortable(case, desk, out):  # type: ignore[no-untyped-def]
+    """Keep a reach, and descend from it in comfort, within planes of all that is near; the most
+    comfortable reach that comes of it is kept in its place."""
+    state = desk.state
+    work = desk.work
+    none = np.int64(0)
+    cold = np.bool_(False)
+    _keep(case, _witness(case, desk), desk, out)
+    best = _discomfort(case.link, state.angles)
+    for _ in range(EASY_TURNS):
+        _make_planes(case, _contacts(case, NEAR, desk), desk)
+        steps, _ = descend(
+            case.link,
+            case.body,
+            (case.base, case.goal),
+            case.row,
+            desk.planes,
+            (none, desk.many[0]),
+            np.int64(EASY_STEPS),
+            cold,
+            state,
+            work,
+        )
+        out.numbers[case.row, 2] += steps
+        witness = _witness(case, desk)
+        value = _discomfort(case.link, state.angles)
+        if _is_reach(witness, 0.0):
+            if value < best:
+                _keep(case, witness, desk, out)
+            if value > GAIN * best:
+                return
+            best = value
+        elif witness.error >= CLOSE:
+            return
+
+
+@inlined
+def _set_free(link, angles, p, share, start, out):  # type: ignore[no-untyped-def]
+    """Fill out (K, 3) with a start, its free angles going toward angles[p] by a share."""
+    take(start, out)
+    for d in range(link.mode.shape[0]):
+        k = link.free_joint[d]
+        axis = link.free_axis[d]
+        out[k, axis] += share * (angles[p, k, axis] - out[k, axis])
+
+
+@inner
+def _find_starts(case, seeds, lot, desk, out):  # type: ignore[no-untyped-def]
+    """Bring the tip to the target, obstacles aside, from up to `lot` seeds that were not used, those
+    with the nearest tips; returns how many starts that gives."""
+    count = 0
+    none = np.int64(0)
+    problem = (case.base, case.goal)
+    desk.worth[:] = np.inf
+    for _ in range(lot):
+        at = next_seed(case.base, case.goal, case.row, seeds, case.body, desk.tried)
+        if at < 0:
+            break
+        desk.tried[at] = 1
+        desk.many[0] = 0
+        desk.work.press[:] = 0.0
+        _set_free(case.link, seeds.angles, at, 1.0, desk.free, desk.state.angles)
+        steps, _ = approach(
+            case.link,
+            case.body,
+            problem,
+            case.row,
+            desk.planes,
+            (none, none),
+            np.int64(TOWARD),
+            desk.state,
+            desk.work,
+        )
+        out.numbers[case.row, 2] += steps
+        witness = _witness(case, desk)
+        if witness.error < CLOSE and witness.breach < OFF:
+            take(desk.state.angles, desk.starts[count])
+            desk.worth[count] = witness.depth + witness.error
+            count += 1
+    return count
+
+
+@inner
+def _search(case, seeds, desk, out):  # type: ignore[no-untyped-def]
+    """Seek a reach from the free posture, then from starts of all kinds, those first that enter
+    least; returns OWN_WAY, OTHER_WAY or KEPT."""
+    take(desk.free, desk.state.angles)
+    if _solve(case, 0.0, desk, out):
+        return OWN_WAY
+    place_seeds(case.link, case.body, seeds, desk.state)
+    desk.tried[:] = 0
+    for lot in LOTS:
+        for _ in range(_find_starts(case, seeds, lot, desk, out)):
+            least = 0
+            for i in range(desk.worth.shape[0]):
+                if desk.worth[i] < desk.worth[least]:
+                    least = i
+            desk.worth[least] = np.inf
+            take(desk.starts[least], desk.state.angles)
+            if _solve(case, 0.0, desk, out):
+                return OTHER_WAY
+    return KEPT
+
+
+@inner
+def _come_near(case, missed, part, desk, out):  # type: ignore[no-untyped-def]
+    """Keep a posture that enters nothing as near to the target as is found from a state; missed
+    [m]: the miss without obstacles; part: what is in the way. The least radius is sought by widening
+    until there is a posture, and then by halving."""
+    low = missed
+    high = np.inf
+    wider = FIRST_RADIUS
+    for turn in range(MOST_RADII + NARROWING):
+        if high == np.inf and turn == MOST_RADII:
+            return
+        radius = missed + wider
+        if high < np.inf:
+            if high - low <= FIRST_RADIUS:
+                break
+            radius = 0.5 * (low + high)
+            take_row(out.angles, case.row, desk.state.angles)
+        desk.least[0] = np.inf
+        if _solve(case, radius, desk, out):
+            witness = _witness(case, desk)
+            _keep(case, witness, desk, out)
+            high = min(radius, witness.error)
+        else:
+            low = radius
+            wider *= WIDENING
+            part = desk.blocking[0] if desk.blocking[0] >= 0 else part
+            take(desk.best, desk.state.angles)
+    out.part[case.row] = part if low > missed or missed <= NEARLY else -1
+
+
+@njit(cache=True, nogil=True)
+def clear_reaches(link, limbs, who, held, problem, room, seeds, out, begin, end):  # type: ignore[no-untyped-def]
+    """Keep reaches clear of obstacles, rows begin..end of P, each by itself.
+
+    link, limbs: of B bodies; who (P,): the body of each row; held (P, J, 4); problem: base (P, 3,
+    4) and goal (P, 12); room: the parts; seeds: postures to begin at; out: the Outcome.
+    """
+    base, goal = problem
+    desk = _new_desk(link, limbs, held.shape[1], len(seeds.angles))
+    last = np.int64(-1)
+    for p in range(begin, end):
+        if who[p] != last:
+            forget(desk.space)
+            last = who[p]
+        case = Case(link, limbs, room, held, base, goal, who[p], p)
+        take_row(out.angles, p, desk.state.angles)
+        free = _witness(case, desk)
+        take(desk.state.angles, desk.free)
+        out.overlap[p] = free.depth
+        out.part[p] = free.part
+        out.doubt[p] = CERTAIN
+        desk.least[0] = np.inf
+        desk.blocking[0] = free.part
+        missed = out.numbers[p, 0]
+        if _is_reach(free, 0.0) or (free.depth <= 0.0 and missed > NEARLY):
+            continue
+        if missed <= NEARLY:
+            out.doubt[p] = _search(case, seeds, desk, out)
+            if out.doubt[p] != KEPT:
+                _make_comfortable(case, desk, out)
+                out.part[p] = -1
+                continue
+            take(desk.best, desk.state.angles)
+        if free.depth > 0.0:
+            _come_near(case, missed, free.part, desk, out)
