@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inlined
 from workbench.contact.kernels.inside import inside_part
 from workbench.geometry.polygon import point_polygon
 from workbench.geometry.tree import box_gap, nearest_polygon
 
-__all__ = ["ClearanceTask", "min_clearances"]
+__all__ = ["ClearanceTask", "Leads", "min_clearances"]
 
 
 class ClearanceTask(NamedTuple):
@@ -35,27 +35,36 @@ class ClearanceTask(NamedTuple):
     """(M,) overlap [m] that is added to the distance."""
 
 
-@njit(cache=True, nogil=True, forceinline=True)
-def _nearest(x, y, z, r, most, faces, shells, k, free, stack):  # type: ignore[no-untyped-def]
+class Leads(NamedTuple):
+    """What was nearest of the pose before, for each of the Q pairs: working space."""
+
+    row: NDArray[np.int64]
+    """(Q, 3) row of the task, sphere and polygon, -1 where there is none."""
+    bound: NDArray[np.float64]
+    """(Q,) how near these come in this pose [m]."""
+
+
+@inlined
+def _nearest(x, y, z, r, most, faces, shells, k, free, space):  # type: ignore[no-untyped-def]
     """Signed distance of a sphere to part k, the polygon and its point, -1 where not below `most`;
     and how far about the centre there is surely no surface. free: what is known of that before, 0
     where nothing is."""
     root = faces.root[k]
-    gap = math.sqrt(box_gap(x, y, z, faces.low[root], faces.high[root]))
+    gap = math.sqrt(box_gap(x, y, z, faces.low, faces.high, root))
     if max(gap, free) > 0.0 and max(gap, free) - r >= most:
         return np.inf, -1, x, y, z, max(gap, free)
-    inside = free <= 0.0 and inside_part(x, y, z, faces, shells, k, stack)
+    inside = free <= 0.0 and inside_part(x, y, z, faces, shells, k, space.stack)
     if not inside and most + r <= 0.0:
         return np.inf, -1, x, y, z, max(gap, free)
     limit = np.inf if inside or most == np.inf else (most + r) * (most + r) * (1.0 + 1e-12)
-    square, f, px, py, pz = nearest_polygon(x, y, z, faces, k, limit)
+    square, f, px, py, pz = nearest_polygon(x, y, z, faces, k, limit, space)
     if f < 0:
         return np.inf, -1, x, y, z, math.sqrt(limit)
     away = math.sqrt(square)
     return (-away if inside else away) - r, f, px, py, pz, 0.0 if inside else away
 
 
-@njit(cache=True, nogil=True, forceinline=True)
+@inlined
 def _bounds(b, centres, radius, shift, task, faces, lead, bound):  # type: ignore[no-untyped-def]
     """How near body b comes at least, by the sphere and polygon that were nearest of the one
     before: bound (Q,), a hair more, so that it cuts off nothing that counts."""
@@ -76,18 +85,22 @@ def _bounds(b, centres, radius, shift, task, faces, lead, bound):  # type: ignor
             bound[q] = math.sqrt(square) - radius[b, s] + task.allowed[m] + 1e-9
 
 
-@njit(cache=True, nogil=True)
-def min_clearances(centres, radius, shift, task, faces, shells, out, begin, end):  # type: ignore[no-untyped-def]
+@batch_loop
+def min_clearances(  # type: ignore[no-untyped-def]
+    centres, radius, shift, task, faces, shells, out, leads, space, begin, end
+):
     """Fill the least signed distance plus the allowed overlap, for poses begin..end.
 
     centres (P, S, 3), radius (P, S): the spheres of each pose; shift (P, 3): displacement of the
     parts that move. task: ClearanceTask; faces, shells: the environment. out: distance (P, Q),
-    infinite before; sphere, polygon (P, Q); point (P, Q, 3): of that polygon, displaced.
+    infinite before; sphere, polygon (P, Q); point (P, Q, 3): of that polygon, displaced. leads:
+    Leads; space: SearchSpace.
     """
     room, sphere, polygon, point = out
-    stack = np.empty(64, np.int64)
-    bound = np.empty(room.shape[1])
-    lead = np.full((room.shape[1], 3), -1)
+    bound = leads.bound
+    lead = leads.row
+    for q in range(len(lead)):
+        lead[q, 0] = -1
     for b in range(begin, end):
         _bounds(b, centres, radius, shift, task, faces, lead, bound)
         for m in range(len(task.row)):
@@ -110,7 +123,7 @@ def min_clearances(centres, radius, shift, task, faces, shells, out, begin, end)
                 free = max(0.0, clear - away - 1e-9)
                 most = min(room[b, q], bound[q]) - task.allowed[m]
                 signed, f, px, py, pz, about = _nearest(
-                    x, y, z, radius[b, s], most, faces, shells, k, free, stack
+                    x, y, z, radius[b, s], most, faces, shells, k, free, space
                 )
                 if about > free:
                     hx = x

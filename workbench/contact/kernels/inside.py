@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inner
 from workbench.geometry.polygon import point_winding
 
 __all__ = ["Shells", "inside_part", "is_closed", "odd_shares"]
@@ -42,7 +42,7 @@ def is_closed(triangles: NDArray[np.int64]) -> bool:
     return not np.any(np.bincount(edge, np.sign(head - tail)))
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _crossing(corners, t, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
     """+-1 where a ray from a point along d crosses triangle t, 0 where it surely does not, else
     DOUBT."""
@@ -78,7 +78,7 @@ def _crossing(corners, t, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
     return DOUBT
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _meets(low, high, m, wide, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
     """True where a ray may meet box m widened by `wide`; no component of its direction is zero."""
     s = (low[m, 0] - wide - x) / d0
@@ -94,7 +94,7 @@ def _meets(low, high, m, wide, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-
     return max(near, min(s, t)) <= min(far, max(s, t))
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _crossings(x, y, z, d0, d1, d2, faces, shells, root, wide, stack):  # type: ignore[no-untyped-def]
     """Signed crossings of a ray with the polygons under a tree node, DOUBT where any is in
     doubt."""
@@ -121,7 +121,7 @@ def _crossings(x, y, z, d0, d1, d2, faces, shells, root, wide, stack):  # type: 
     return total
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def inside_part(x, y, z, faces, shells, part, stack):  # type: ignore[no-untyped-def]
     """True where a point lies inside a solid part: its winding number, to the nearest whole, is not
     zero.
@@ -171,7 +171,7 @@ def inside_part(x, y, z, faces, shells, part, stack):  # type: ignore[no-untyped
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def odd_shares(points, directions, faces, shells, part, stack, share):  # type: ignore[no-untyped-def]
     """Share of the lines of sight from each point that cross a part an odd number of times.
 

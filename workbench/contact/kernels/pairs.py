@@ -4,75 +4,86 @@ segment pairs."""
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.fronts import SPARE, first_pairs, foremost_pair, place_blocks
 
-__all__ = ["pair_clearance", "sphere_contacts"]
+__all__ = ["Balls", "pair_clearance", "sphere_contacts"]
 
 
-@njit(cache=True, inline="always")
-def _apart(a, b):  # type: ignore[no-untyped-def]
-    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+class Balls(NamedTuple):
+    """The spheres of a placed body, and one around those of each segment."""
+
+    centres: NDArray[np.float64]
+    """(P, S, 3) [m]."""
+    radius: NDArray[np.float64]
+    """(S,) [m]."""
+    start: NDArray[np.int64]
+    """(N + 1,) where the spheres of each segment begin."""
+    around: NDArray[np.float64]
+    """(P, N, 3) centres of the enclosing spheres [m]."""
+    big: NDArray[np.float64]
+    """(N,) radii of the enclosing spheres [m]."""
 
 
-@njit(cache=True)
-def _grown(rows, numbers):  # type: ignore[no-untyped-def]
-    """Room for twice as many rows and numbers."""
-    more = np.empty((2 * len(rows), 3), np.int64)
-    longer = np.empty(2 * len(rows))
-    for n in range(len(rows)):
-        more[n, 0] = rows[n, 0]
-        more[n, 1] = rows[n, 1]
-        more[n, 2] = rows[n, 2]
-        longer[n] = numbers[n]
-    return more, longer
+@inlined
+def _apart(a, i, b, j, p):  # type: ignore[no-untyped-def]
+    """Distance [m] of point i of a (P, ., 3) from point j of b in pose p."""
+    x = a[p, i, 0] - b[p, j, 0]
+    y = a[p, i, 1] - b[p, j, 1]
+    z = a[p, i, 2] - b[p, j, 2]
+    return math.sqrt(x * x + y * y + z * z)
 
 
-@njit(cache=True)
-def sphere_contacts(one, other, pairs, margin):  # type: ignore[no-untyped-def]
-    """All sphere pairs of the segment pairs (M, 2) nearer than margin [m].
+@inner
+def _segment_contacts(few, many, p, a, b, swapped, margin, rows, numbers, used):  # type: ignore[no-untyped-def]
+    """Put down the sphere pairs of segment a of `few` and b of `many` that are nearer than margin;
+    returns how many there are then. swapped: whether `many` is the one, `few` the other."""
+    for u in range(few.start[a], few.start[a + 1]):
+        if not _apart(few.centres, u, many.around, b, p) - few.radius[u] - many.big[b] < margin:
+            continue
+        for v in range(many.start[b], many.start[b + 1]):
+            gap = _apart(few.centres, u, many.centres, v, p) - (few.radius[u] + many.radius[v])
+            if not gap < margin:
+                continue
+            if used < len(rows):
+                rows[used, 0] = p
+                rows[used, 1] = v if swapped else u
+                rows[used, 2] = u if swapped else v
+                numbers[used] = gap
+            used += 1
+    return used
 
-    one, other: (centres (P, S, 3), radius, start, around (P, N, 3), around_radius). I = |ci - cj| -
-    (ri + rj). Three steps: enclosing spheres; each sphere of the smaller set against the other's
-    enclosing sphere; pairs. Returns rows (C, 3): pose, sphere of one, sphere of other; I (C,).
+
+@batch_loop
+def sphere_contacts(one, other, pairs, margin, rows, numbers):  # type: ignore[no-untyped-def]
+    """Fill rows and numbers with all sphere pairs of the segment pairs (M, 2) nearer than margin
+    [m]; returns how many.
+
+    I = |ci - cj| - (ri + rj). The paper's three steps: enclosing spheres; each sphere of the
+    smaller set against the other's enclosing sphere; pairs. one, other: Balls. rows (C, 3): pose,
+    sphere of one, sphere of other; numbers (C,): I [m]. Where there are more than these hold, the
+    others are counted only.
     """
-    c1, r1, start1, around1, big1 = one
-    c2, r2, start2, around2, big2 = other
-    rows = np.empty((256, 3), np.int64)
-    numbers = np.empty(256)
     used = 0
-    for p in range(c1.shape[0]):
-        for m in range(pairs.shape[0]):
+    for p in range(len(one.centres)):
+        for m in range(len(pairs)):
             a = pairs[m, 0]
             b = pairs[m, 1]
-            if not _apart(around1[p, a], around2[p, b]) - big1[a] - big2[b] < margin:
+            if not _apart(one.around, a, other.around, b, p) - one.big[a] - other.big[b] < margin:
                 continue
-            small = start1[a + 1] - start1[a] <= start2[b + 1] - start2[b]
-            outer = (start1[a], start1[a + 1]) if small else (start2[b], start2[b + 1])
-            inner = (start2[b], start2[b + 1]) if small else (start1[a], start1[a + 1])
-            for u in range(outer[0], outer[1]):
-                cu, ru = (c1[p, u], r1[u]) if small else (c2[p, u], r2[u])
-                far, big = (around2[p, b], big2[b]) if small else (around1[p, a], big1[a])
-                if not _apart(cu, far) - ru - big < margin:
-                    continue
-                for v in range(inner[0], inner[1]):
-                    cv, rv = (c2[p, v], r2[v]) if small else (c1[p, v], r1[v])
-                    gap = _apart(cu, cv) - (ru + rv)
-                    if not gap < margin:
-                        continue
-                    if used == len(rows):
-                        rows, numbers = _grown(rows, numbers)
-                    rows[used, 0] = p
-                    rows[used, 1], rows[used, 2] = (u, v) if small else (v, u)
-                    numbers[used] = gap
-                    used += 1
-    return rows[:used], numbers[:used]
+            if one.start[a + 1] - one.start[a] <= other.start[b + 1] - other.start[b]:
+                used = _segment_contacts(one, other, p, a, b, False, margin, rows, numbers, used)
+            else:
+                used = _segment_contacts(other, one, p, b, a, True, margin, rows, numbers, used)
+    return used
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _witness(one, other, p, a, b, out):  # type: ignore[no-untyped-def]
     """Write where the nearest spheres of segments a and b face each other: the point on the other's
     sphere, and the side of the one's segment, of its table of directions, that is nearest to the
@@ -101,7 +112,7 @@ def _witness(one, other, p, a, b, out):  # type: ignore[no-untyped-def]
     facing[p, a, b] = s
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _nothing(p, shown1, shown2, out):  # type: ignore[no-untyped-def]
     """Write for all segment pairs of pose p that there is nothing: infinite, NaN outside the
     window."""
@@ -117,7 +128,7 @@ def _nothing(p, shown1, shown2, out):  # type: ignore[no-untyped-def]
             point[p, a, b, 2] = np.nan
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, nogil=True)
+@batch_loop
 def pair_clearance(one, other, alike, pairs, directions, out, space, begin, end):  # type: ignore[no-untyped-def]
     """Fill out with the least I of the segment pairs (M, 2), all with spheres, and what has it;
     poses begin..end.
