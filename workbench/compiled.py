@@ -173,6 +173,7 @@ class _Compiler(CompilerBase):  # type: ignore[misc]
             NopythonRewrites: _RewriteArrays,
         }
         passes._finalized = False
+        passes._ENFORCING = False  # no analysis again after each pass: they see to it themselves
         passes.passes = [
             (instead.get(step, step), what) for step, what in passes.passes if step not in _NEEDLESS
         ]
@@ -294,6 +295,15 @@ _Compiler.lowering = _EntryLowering
 _InnerCompiler.lowering = _InnerLowering
 
 
+class _Inner(CPUDispatcher):  # type: ignore[misc]
+    """A compiled function: what compiled callers see."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one tuple of types; a number that stands in the call counts as any other."""
+        given, _ = normalize_signature(sig)
+        return super().compile(tuple(types.unliteral(kind) for kind in given))
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A compiled function: what Python calls. Compiled callers are given `inner`."""
 
@@ -308,7 +318,7 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         entry = options | {"no_cfunc_wrapper": True}
         super().__init__(py_func, local_types or {}, entry, pipeline_class)
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        self.inner = CPUDispatcher(py_func, local_types or {}, options, _InnerCompiler)
+        self.inner = _Inner(py_func, local_types or {}, options, _InnerCompiler)
 
     @property
     def _numba_type_(self) -> types.Dispatcher:
