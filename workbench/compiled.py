@@ -40,6 +40,7 @@ from numba.core.sigutils import normalize_signature
 from numba.core.targetconfig import ConfigStack
 from numba.core.typed_passes import DumpParforDiagnostics, NativeLowering, NopythonRewrites
 from numba.core.types.containers import BaseNamedTuple, BaseTuple
+from numba.core.types.misc import unliteral
 from numba.core.typing import Context
 from numba.core.untyped_passes import (
     FindLiterallyCalls,
@@ -228,9 +229,21 @@ class _EntryLowering(NativeLowering):  # type: ignore[misc]
 
 
 class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
+    def add_ir_module(self, module: Any) -> None:
+        """Add the function, or the wrapper that takes apart what Python hands over.
+
+        The wrapper of a function of a hundred arrays is larger than the function: it is not
+        optimised.
+        """
+        for function in module.functions:
+            if function.name.startswith("_ZN7cpython"):
+                function.attributes.add("optnone")
+                function.attributes.add("noinline")
+        super().add_ir_module(module)
+
     def _optimize_functions(self, module: Any) -> None:
-        """Optimise what is defined here."""
-        _optimise(self, module)
+        """Leave it to the optimisation of the whole."""
+        module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
         """Optimise once: numba does it twice where references are counted."""
@@ -301,7 +314,7 @@ class _Inner(CPUDispatcher):  # type: ignore[misc]
     def compile(self, sig: Any) -> Any:
         """Compile for one tuple of types; a number that stands in the call counts as any other."""
         given, _ = normalize_signature(sig)
-        return super().compile(tuple(types.unliteral(kind) for kind in given))
+        return super().compile(tuple(unliteral(kind) for kind in given))
 
 
 class Kernel(CPUDispatcher):  # type: ignore[misc]
