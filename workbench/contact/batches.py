@@ -3,8 +3,6 @@ once and kept."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +16,7 @@ from workbench.contact.kernels.groups import (
     may_touch,
     witness_points,
 )
-from workbench.contact.kernels.pairs import pair_clearance
+from workbench.contact.kernels.pairs import PairAnswers, PairBody, pair_clearance
 from workbench.contact.kernels.wide import DEEP, EIGHT
 from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
@@ -112,7 +110,7 @@ def grouped_clearance(
 
 def paired_clearance(
     one: Placed, other: Placed, pairs: Ints, *, threads: int | None = None
-) -> tuple[Any, ...]:
+) -> PairAnswers:
     """Least I [m] (P, N, N') of segment pairs (M, 2) of two bodies, the one's and the other's
     sphere that have it, the nearest point (P, N, N', 3) of the other's and the side of the one's
     that faces it (P, N, N').
@@ -127,15 +125,16 @@ def paired_clearance(
     ]
     alike = one is other
     some = np.ascontiguousarray(some)
-    ends = [(b.centres, b.world_from_segment, crowd_of(b), blocks_of(b.body)) for b in (one, other)]
+    ends = [_pair_body(body) for body in (one, other)]
 
     def work(begin: int, end: int) -> None:
-        first = _rooms(ends[0][3])
-        second = _rooms(ends[1][3])
+        first = _rooms(ends[0].blocks)
+        second = _rooms(ends[1].blocks)
         if alike:
             second = second._replace(ball=first.ball)
-        space = first, second, np.empty((2, len(some)), dtype=np.uint64)
-        pair_clearance(*ends, alike, some, one.body.directions, out, space, begin, end)
+        places = np.empty((2, len(some)), dtype=np.uint64)
+        rooms = first, second
+        pair_clearance(*ends, alike, some, one.body.directions, out, rooms, places, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
     for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
@@ -143,13 +142,22 @@ def paired_clearance(
     return out
 
 
-def _answers(memory: Floats, shape: tuple[int, ...]) -> tuple[Floats, Ints, Ints, Floats, Ints]:
+def _pair_body(placed: Placed) -> PairBody:
+    body = placed.body
+    shown = placed.window.astype(np.int64)
+    return PairBody(
+        placed.centres, placed.world_from_segment, body.radius[0], shown, blocks_of(body)
+    )
+
+
+def _answers(memory: Floats, shape: tuple[int, ...]) -> PairAnswers:
     """What `paired_clearance` fills, in one memory (7 n,): the system hands out a large one in
     larger pages."""
     count = len(memory) // 7
     distance, sphere, target, facing = memory[: 4 * count].reshape(4, *shape)
     whole = (values.view(np.int64) for values in (sphere, target, facing))
-    return distance, next(whole), next(whole), memory[4 * count :].reshape(*shape, 3), next(whole)
+    point = memory[4 * count :].reshape(*shape, 3)
+    return PairAnswers(distance, next(whole), next(whole), point, next(whole))
 
 
 def _rooms(blocks: Blocks) -> Room:

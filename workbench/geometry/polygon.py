@@ -92,37 +92,18 @@ def _is_right_of(record, e, i, k, u, v):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def nearest_of_record(x, y, z, record, at, end, limit):  # type: ignore[no-untyped-def]
-    """Squared distance [m2] of a point to the polygon record[at:end], and the nearest point.
+def _nearest_of_edges(x, y, z, h, record, at, end):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of a point, h above the plane of record[at:end], to that polygon, and
+    the nearest point: the foot of the height where that is inside, else a point of an edge.
 
-    Infinite where the square exceeds `limit`. What is given up early is beyond the limit also as it
-    would have been computed: the answer does not depend on it.
+    Inside is the parity of crossings in the plane without the left-out coordinate.
     """
-    # plane: h is the height above it, widened by how far the corners leave it
-    n0 = record[at]
-    n1 = record[at + 1]
-    n2 = record[at + 2]
-    u = x - record[at + 3]
-    v = y - record[at + 4]
-    w = z - record[at + 5]
-    h = n0 * u + n1 * v + n2 * w
-    over = max(abs(h) - record[at + 9], 0.0)
-    if over * over > limit:
-        return np.inf, x, y, z
-    # enclosing circle, from the foot of the height
-    u = u - h * n0
-    v = v - h * n1
-    w = w - h * n2
-    out = max(math.sqrt(u * u + v * v + w * w) - record[at + 6], 0.0)
-    if over * over + out * out > limit:
-        return np.inf, x, y, z
-    # edges, and inside by the parity of crossings in the plane without the left-out coordinate
+    px = x - h * record[at]
+    py = y - h * record[at + 1]
+    pz = z - h * record[at + 2]
     drop = int(record[at + 7])
     i = (drop + 1) % 3
     k = (drop + 2) % 3
-    px = x - h * n0
-    py = y - h * n1
-    pz = z - h * n2
     pi = _coordinate(i, px, py, pz)
     pk = _coordinate(k, px, py, pz)
     inside = False
@@ -141,10 +122,35 @@ def nearest_of_record(x, y, z, record, at, end, limit):  # type: ignore[no-untyp
             by = qy
             bz = qz
     if inside and h * h < best:
-        best = h * h
-        bx = px
-        by = py
-        bz = pz
+        return h * h, px, py, pz
+    return best, bx, by, bz
+
+
+@inlined
+def nearest_of_record(x, y, z, record, at, end, limit):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of a point to the polygon record[at:end], and the nearest point.
+
+    The paper's steps: the height h above the plane, less what the corners lie off it; the distance
+    from the enclosing circle; the edges. Infinite where the square exceeds `limit`: what is given
+    up early is beyond it also as it would have been computed, so the answer does not depend on it.
+    """
+    n0 = record[at]
+    n1 = record[at + 1]
+    n2 = record[at + 2]
+    u = x - record[at + 3]
+    v = y - record[at + 4]
+    w = z - record[at + 5]
+    h = n0 * u + n1 * v + n2 * w
+    over = max(abs(h) - record[at + 9], 0.0)
+    if over * over > limit:
+        return np.inf, x, y, z
+    u = u - h * n0
+    v = v - h * n1
+    w = w - h * n2
+    out = max(math.sqrt(u * u + v * v + w * w) - record[at + 6], 0.0)
+    if over * over + out * out > limit:
+        return np.inf, x, y, z
+    best, bx, by, bz = _nearest_of_edges(x, y, z, h, record, at, end)
     if best > limit:
         return np.inf, x, y, z
     return best, bx, by, bz
