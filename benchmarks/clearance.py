@@ -26,7 +26,8 @@ import numpy as np
 import workbench as wb
 from benchmarks.peers import PEERS, NoAnswerError
 from benchmarks.workload import SIZES, cockpit, dense_body, seated_poses
-from workbench.contact.collide import by_segment, collides, self_clearance
+from workbench.contact.batches import grouped_clearance
+from workbench.contact.collide import collides, self_clearance
 from workbench.contact.fields import field_of, packed_faces
 from workbench.model.arrays import Floats
 from workbench.model.environment import Environment
@@ -74,10 +75,16 @@ def winding(x: Floats, corners: Floats) -> float:
     return float(np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2 * np.pi))
 
 
+def by_segment(placed: Placed, environment: Environment, *, threads: int | None = None) -> Floats:
+    """(P, N) [m] clearance of each segment to the nearest of all parts."""
+    parts = tuple(range(len(environment.parts)))
+    return grouped_clearance(placed, environment, (parts,), threads=threads)[0][:, :, 0]
+
+
 def checked(placed: Placed, environment: Environment, *, sample: int = 12) -> float:
     """Greatest error [m] of `by_segment` against brute force over a seeded sample of poses and
     segments."""
-    distance = by_segment(placed, environment).distance
+    distance = by_segment(placed, environment)
     body = placed.body
     assert np.array_equal(collides(placed, environment), (distance < -1e-9).any(axis=1))
     corners = environment.vertices[environment.triangles]
@@ -222,7 +229,7 @@ def theirs(size: str, placed: Placed) -> Iterator[Row]:
     """The peers' figures on as many poses as take a few seconds; their answers beside ours."""
     environment = cockpit(size)
     hit = collides(placed, environment)
-    distance = by_segment(placed, environment).distance
+    distance = by_segment(placed, environment)
     for name, prepare in PEERS.items():
         try:
             ask = prepare(environment, placed)

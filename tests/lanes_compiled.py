@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from workbench.contact.kernels.field import list_of, list_ways
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.wide import near_boxes, point_lanes
 from workbench.geometry.lanes import (
@@ -26,7 +25,6 @@ from workbench.geometry.lanes import (
     store,
     total,
     where_below,
-    whole,
 )
 from workbench.geometry.quads import (
     first_of,
@@ -58,7 +56,6 @@ def every_lane_function(a, b, out):
         eight(a[3]),
         eight(least(u)),
         eight(greatest(v)),
-        whole(u),
     )
     at = 0
     for row in rows:
@@ -97,17 +94,6 @@ def cell_mix(short, r, s, t, out):
 def packed(array, at, bits, base):
     """`pack` called from Python."""
     return pack(array, np.uint64(at), np.uint64(bits), np.float32(base))
-
-
-@njit
-def list_bounds(x, field, gaps):
-    """Bounds of the distance of a point (3,) from below and above by the list of its cell, and how
-    many patches."""
-    at = list_of(x[0], x[1], x[2], field, 0)
-    if at < 0:
-        return -1.0, np.inf, 0
-    low, high, _ = list_ways(x[0], x[1], x[2], field, 0, at, gaps)
-    return np.float64(low), np.float64(high), np.int64(field.listed[at])
 
 
 @njit

@@ -126,14 +126,13 @@ def arm_cases(one_arm):
             "tolerance": 1e-6,
             "threads": 1,
         },
-        "clearance": {"placed": placed, "environment": room, "device": "cpu"},
+        "clearance": {"placed": placed, "environment": room},
         "stack_bodies": ([one_arm, one_arm],),
         "collides": {
             "placed": placed,
             "environment": room,
             "tolerance": 1e-6,
             "threads": 1,
-            "device": "cpu",
         },
         "contacts": {"placed": placed, "environment": room, "margin": 0.1, "tolerance": 1e-6},
         "episodes": {

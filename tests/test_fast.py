@@ -14,9 +14,10 @@ from tests import oracles
 from tests.conftest import BOX, BOX_FACES, box_part, environment_of
 from tests.test_blend import random_blend
 from workbench import collides
-from workbench.contact.collide import _plain, allowed_depth, by_segment, nearest
+from workbench.contact.batches import grouped_clearance
+from workbench.contact.collide import _plain, allowed_depth, clearance_of_groups, nearest
 from workbench.contact.crowd import crowd_of
-from workbench.contact.fields import field_of, packed_faces, packed_records, packed_shells
+from workbench.contact.fields import field_of, packed_faces, packed_shells
 from workbench.contact.kernels.field import nearest_in, record_gap, square_bound
 from workbench.contact.kernels.groups import cluster_hub
 from workbench.contact.kernels.inside import inside_part
@@ -89,6 +90,12 @@ ZOO = {
 }
 
 
+def least_of_all(placed, environment):
+    """(P, N) clearance of each segment to the nearest of all shown parts, through their grid."""
+    shown = tuple(np.flatnonzero(~environment.hidden).tolist())
+    return clearance_of_groups(placed, environment, (shown,), grid=True)[:, :, 0]
+
+
 def compared(body, poses, environment):
     """Fast and oracle's clearance of the same poses; a pose more than the fast path needs."""
     placed = wb.place(body, poses)
@@ -98,7 +105,7 @@ def compared(body, poses, environment):
 def check_against_oracle(body, poses, environment):
     placed, found, wanted = compared(body, poses, environment)
     assert np.allclose(found, wanted, rtol=0, atol=1e-9)
-    least = by_segment(placed, environment).distance
+    least = least_of_all(placed, environment)
     assert np.allclose(least, wanted.min(axis=2), rtol=0, atol=1e-9)
     excess = (-wanted - allowed_depth(body, environment)).max(axis=(1, 2))
     clear = np.abs(excess - 1e-9) > 1e-9  # a tangent within rounding may go either way
@@ -141,7 +148,7 @@ def test_ten_kilometres_away_the_answers_are_those_at_home(one_arm, random_arm):
         wb.clearance(far, away), wb.clearance(wb.place(one_arm, poses), home), rtol=0, atol=1e-8
     )
     assert np.array_equal(wb.clearance(far, away), _plain(far, away)[0])
-    assert np.array_equal(by_segment(far, away).distance, wb.clearance(far, away).min(axis=2))
+    assert np.array_equal(least_of_all(far, away), wb.clearance(far, away).min(axis=2))
 
 
 def test_a_sphere_that_just_touches_does_not_collide_and_one_a_hair_deeper_does(one_arm, unit_box):
@@ -178,9 +185,7 @@ def test_allowances_are_respected(one_arm, random_arm):
 def test_hidden_parts_and_segments_outside_the_window_take_no_part(one_arm, random_arm, box_cab):
     hidden = replace(box_cab, hidden=np.array([True, False, False]))
     placed = wb.place(one_arm, random_arm(80, 4), window=["UPPER"])
-    found = by_segment(placed, hidden)
-    assert np.isnan(found.distance[:, one_arm.segment("HAND")]).all()
-    assert 0 not in found.part[:, 0]
+    assert np.isnan(least_of_all(placed, hidden)[:, one_arm.segment("HAND")]).all()
     assert np.isinf(wb.clearance(placed, hidden)[:, 0, 0]).all()
     plain = _plain(placed, hidden)[0]
     assert np.array_equal(collides(placed, hidden), (plain < -1e-9).any(axis=(1, 2)))
@@ -190,16 +195,16 @@ def test_an_empty_environment_hits_nothing(one_arm, random_arm, box_cab):
     placed = wb.place(one_arm, random_arm(70, 4))
     nothing = replace(box_cab, hidden=np.ones(3, dtype=bool))
     assert not collides(placed, nothing).any()
-    assert np.isinf(by_segment(placed, nothing).distance).all()
-    assert (by_segment(placed, nothing).part == -1).all()
+    assert np.isinf(least_of_all(placed, nothing)).all()
 
 
 def test_no_answer_depends_on_the_number_of_threads(one_arm, random_arm, box_cab):
     placed = wb.place(one_arm, random_arm(700, 9))
-    one = by_segment(placed, box_cab, threads=1)
-    four = by_segment(placed, box_cab, threads=4)
-    for name in ("distance", "sphere", "part", "polygon", "point"):
-        assert np.array_equal(getattr(one, name), getattr(four, name), equal_nan=True)
+    groups = ((0, 2), (1,))
+    alone = grouped_clearance(placed, box_cab, groups, threads=1)
+    shared = grouped_clearance(placed, box_cab, groups, threads=4)
+    for one, four in zip(alone, shared, strict=True):
+        assert np.array_equal(one, four)
     assert np.array_equal(
         collides(placed, box_cab, threads=1), collides(placed, box_cab, threads=3)
     )
@@ -233,10 +238,12 @@ def test_records_hold_the_same_polygons(kind):
     environment = ZOO[kind](6)
     field = field_of(environment, (tuple(range(len(environment.parts))),))
     faces = packed_faces(environment)
-    rank = packed_records(environment)[2]
     for x in np.random.default_rng(2).uniform(-1, 1, (50, 3)):
         for f in range(len(environment.normal)):
-            assert record_gap(*x, field, rank[f], np.inf) == point_polygon(*x, faces, f, np.inf)[0]
+            assert (
+                record_gap(*x, field, faces.rank[f], np.inf)
+                == point_polygon(*x, faces, f, np.inf)[0]
+            )
 
 
 @pytest.mark.parametrize("kind", ["boxes", "needles", "pierced"])
@@ -350,7 +357,6 @@ def test_fast_answers_equal_the_plain_ones_in_half_a_million_cases(
         plain, (found.distance, found.sphere, found.target, found.point), strict=True
     ):
         assert np.array_equal(one, other, equal_nan=True)
-    least = by_segment(placed, environment)
-    assert np.array_equal(least.distance, plain[0].min(axis=2))
+    assert np.array_equal(least_of_all(placed, environment), plain[0].min(axis=2))
     deep = -plain[0] > allowed_depth(one_arm, environment) + 1e-9
     assert np.array_equal(collides(placed, environment), deep.any(axis=(1, 2)))

@@ -46,7 +46,7 @@ LAYERS = [
 ]
 """Rooms from the lowest to the highest; those of one row never see each other."""
 HOMES = {
-    "numba": {"compiled.py", "geometry/lanes.py", "geometry/quads.py", "contact/kernels/gpu.py"},
+    "numba": {"compiled.py", "geometry/lanes.py", "geometry/quads.py"},
     "llvmlite": {"compiled.py", "geometry/lanes.py", "geometry/quads.py"},
     "trimesh": {"files/meshes/scene.py"},
     "collada": {"files/meshes/dae.py"},

@@ -24,21 +24,34 @@ from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
-from typing import Any
+from typing import Any, ClassVar
 
 import llvmlite
 import numba
 import numpy as np
-from numba.core import types
+from numba.core import ir, types
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder, Flags
 from numba.core.compiler_machinery import register_pass
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
-from numba.core.typed_passes import NativeLowering
+from numba.core.sigutils import normalize_signature
+from numba.core.targetconfig import ConfigStack
+from numba.core.typed_passes import DumpParforDiagnostics, NativeLowering, NopythonRewrites
+from numba.core.types.containers import BaseNamedTuple, BaseTuple
+from numba.core.types.misc import unliteral
+from numba.core.typing import Context
+from numba.core.untyped_passes import (
+    FindLiterallyCalls,
+    InlineClosureLikes,
+    LiteralPropagationSubPipelinePass,
+    LiteralUnroll,
+    RewriteDynamicRaises,
+    WithLifting,
+)
 
-__all__ = ["PACKAGE", "Kernel", "code_stamp", "njit"]
+__all__ = ["PACKAGE", "Kernel", "batch_loop", "code_stamp", "inlined", "inner", "njit"]
 
 PACKAGE = Path(__file__).parent
 WHOLE_FILES = ("compiled.py", "geometry/lanes.py", "geometry/quads.py")
@@ -49,7 +62,7 @@ _DIGEST = hashlib.sha256().digest_size
 
 
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function as `numba.njit` does.
+    """Compile a function as `numba.njit` does; a division by zero gives infinity or NaN.
 
     Parameters
     ----------
@@ -62,7 +75,7 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
     def compiled(function: Callable[..., Any]) -> Any:
         if numba.config.DISABLE_JIT:
             return function
-        made = Kernel(function, {}, {"nopython": True, **options})
+        made = Kernel(function, {}, {"nopython": True, "error_model": "numpy", **options})
         if cache:
             with suppress(RuntimeError):  # no folder can be written to
                 made._cache = _Cache(made)
@@ -71,51 +84,179 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]
     return compiled
 
 
+def inner(function: Callable[..., Any]) -> Any:
+    """Compile what only compiled code calls: it counts no references, so it makes no arrays."""
+    return njit(cache=True, error_model="numpy", _nrt=False)(function)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile as `inner` does, inlined by force: a call would copy the descriptions of arrays."""
+    return njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)(function)
+
+
+def batch_loop(function: Callable[..., Any]) -> Any:
+    """Compile a loop that Python calls in threads; it fills the arrays that it is given."""
+    return njit(cache=True, error_model="numpy", _nrt=False, nogil=True)(function)
+
+
 # ---------------------------------------------------------------------------------- compiling
 
 
 class _Flags(Flags):  # type: ignore[misc]
-    """Compiler flags that compare fast.
+    """Compiler flags that are equal where they compile what a function calls of numba's own alike.
 
-    Numba looks up each operator by a key that holds the flags. Its own flags all have one hash,
-    and each comparison makes two dictionaries of twenty values: a fifth of the compile time.
+    Numba looks up each operator, and each function of its own that it has compiled, by a key that
+    holds the flags of the caller. With its own flags `max` of two numbers is compiled anew for each
+    kind of caller, and each comparison of flags makes two dictionaries of twenty values.
     """
 
     __slots__ = ()
+    names = ("error_model", "nrt", "fastmath", "boundscheck", "debuginfo", "auto_parallel")
+
+    def _key(self) -> tuple[Any, ...]:
+        return tuple([self._values.get(name) for name in self.names])
 
     def __eq__(self, other: object) -> bool:
-        return type(other) is _Flags and self._values == other._values
+        return type(other) is _Flags and self._key() == other._key()
 
     def __hash__(self) -> int:
-        names = ("error_model", "nrt", "forceinline", "release_gil", "no_cpython_wrapper")
-        return hash(tuple(self._values.get(name) for name in names))
+        return hash(self._key()[:2])
+
+
+class _Typing(Context):  # type: ignore[misc]
+    """Numba's typing context, which remembers how calls of its own functions were resolved.
+
+    For each operator numba tries some ten templates, twice each, wherever it stands: a tenth of the
+    compile time. Else it is the same context: it shares all that the other holds and equals it, so
+    that what was compiled with either serves both.
+    """
+
+    known: ClassVar[dict[Any, Any]] = {}
+    """Signatures by function, types of the arguments and flags."""
+
+    def __init__(self, context: Context) -> None:
+        object.__setattr__(self, "__dict__", vars(context))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Context) and vars(self) is vars(other)
+
+    def __hash__(self) -> int:
+        return id(vars(self))
+
+    def resolve_function_type(self, func: Any, args: Any, kws: Any) -> Any:
+        """The signature of a call."""
+        if kws or not isinstance(func, types.Function):
+            return super().resolve_function_type(func, args, kws)
+        key = func, tuple(args), ConfigStack.top_or_none()
+        found = self.known.get(key)
+        if found is None:
+            found = super().resolve_function_type(func, args, kws)
+            self.known[key] = found
+        return found
 
 
 class _Compiler(CompilerBase):  # type: ignore[misc]
     """The compiler of entries: numba's own passes."""
 
+    lowering: Any = None
+
     def __init__(self, *arguments: Any) -> None:
         super().__init__(*arguments)
         self.state.flags = _Flags(self.state.flags)
+        self.state.typingctx = _Typing(self.state.typingctx)
 
     def define_pipelines(self) -> list[Any]:
-        """The passes, in one list."""
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+        """The passes that these functions need, in one list."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        instead = {
+            NativeLowering: self.lowering,
+            InlineClosureLikes: _InlineClosures,
+            NopythonRewrites: _RewriteArrays,
+        }
+        passes._finalized = False
+        passes._ENFORCING = False  # no analysis again after each pass: they see to it themselves
+        passes.passes = [
+            (instead.get(step, step), what) for step, what in passes.passes if step not in _NEEDLESS
+        ]
+        passes.finalize()
+        return [passes]
+
+
+_NEEDLESS = {WithLifting, RewriteDynamicRaises, FindLiterallyCalls, LiteralUnroll}
+_NEEDLESS |= {LiteralPropagationSubPipelinePass, DumpParforDiagnostics}
+"""Passes for what no kernel has: object mode, exceptions made on the way, literal_unroll, prange."""
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _InlineClosures(InlineClosureLikes):  # type: ignore[misc]
+    """Inline comprehensions and inner functions, where there are any."""
+
+    def run_pass(self, state: Any) -> bool:
+        """Look for code among the constants first."""
+        constants = state.func_id.code.co_consts
+        return any(isinstance(c, CodeType) for c in constants) and bool(super().run_pass(state))
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _RewriteArrays(NopythonRewrites):  # type: ignore[misc]
+    """Make one loop of an expression of whole arrays, where there is any."""
+
+    def run_pass(self, state: Any) -> bool:
+        """Look for what gives an array and is no index first."""
+        found = any(
+            call.op != "getitem" and isinstance(getattr(made, "return_type", None), types.Array)
+            for call, made in state.calltypes.items()
+            if isinstance(call, ir.Expr)
+        )
+        return found and bool(super().run_pass(state))
 
 
 class _InnerCompiler(_Compiler):
     """The compiler of functions for compiled callers: it stops at LLVM code."""
 
-    def define_pipelines(self) -> list[Any]:
-        """The same passes, with a lowering that makes no machine code."""
-        [passes] = super().define_pipelines()
-        passes._finalized = False
-        passes.passes = [
-            (_InnerLowering if step is NativeLowering else step, what)
-            for step, what in passes.passes
-        ]
-        passes.finalize()
-        return [passes]
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class _EntryLowering(NativeLowering):  # type: ignore[misc]
+    """Lower into a library that makes machine code."""
+
+    _name = "entry_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower one function."""
+        state.library = _EntryLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        return bool(super().run_pass(state))
+
+
+class _EntryLibrary(JITCodeLibrary):  # type: ignore[misc]
+    def add_ir_module(self, module: Any) -> None:
+        """Add the function, or the wrapper that takes apart what Python hands over.
+
+        The wrapper of a function of a hundred arrays is larger than the function: it is not
+        optimised.
+        """
+        for function in module.functions:
+            if function.name.startswith("_ZN7cpython"):
+                function.attributes.add("optnone")
+                function.attributes.add("noinline")
+        super().add_ir_module(module)
+
+    def _optimize_functions(self, module: Any) -> None:
+        """Leave it to the optimisation of the whole."""
+        module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """Optimise once: numba does it twice where references are counted."""
+        manager, builder = self._codegen._module_pass_manager()
+        manager.run(self._final_module, builder)
+
+
+def _optimise(library: Any, module: Any) -> None:
+    module.data_layout = library._codegen._data_layout
+    manager, builder = library._codegen._function_pass_manager()
+    for function in module.functions:
+        if not function.is_declaration:
+            manager.run(function, builder)
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -143,6 +284,10 @@ class _InnerLibrary(JITCodeLibrary):  # type: ignore[misc]
         self._ensure_finalized()
         return 0
 
+    def _optimize_functions(self, module: Any) -> None:
+        """Optimise what is defined here."""
+        _optimise(self, module)
+
     def _optimize_final_module(self) -> None:
         """Leave the code to the entry that links it."""
 
@@ -159,6 +304,19 @@ class _NoEnvironment:
         """Set nothing."""
 
 
+_Compiler.lowering = _EntryLowering
+_InnerCompiler.lowering = _InnerLowering
+
+
+class _Inner(CPUDispatcher):  # type: ignore[misc]
+    """A compiled function: what compiled callers see."""
+
+    def compile(self, sig: Any) -> Any:
+        """Compile for one tuple of types; a number that stands in the call counts as any other."""
+        given, _ = normalize_signature(sig)
+        return super().compile(tuple(unliteral(kind) for kind in given))
+
+
 class Kernel(CPUDispatcher):  # type: ignore[misc]
     """A compiled function: what Python calls. Compiled callers are given `inner`."""
 
@@ -170,9 +328,10 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         pipeline_class: type[CompilerBase] = _Compiler,
     ) -> None:
         options = dict(targetoptions or {})
-        super().__init__(py_func, local_types or {}, dict(options), pipeline_class)
+        entry = options | {"no_cfunc_wrapper": True}
+        super().__init__(py_func, local_types or {}, entry, pipeline_class)
         options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        self.inner = CPUDispatcher(py_func, local_types or {}, options, _InnerCompiler)
+        self.inner = _Inner(py_func, local_types or {}, options, _InnerCompiler)
 
     @property
     def _numba_type_(self) -> types.Dispatcher:
@@ -180,9 +339,32 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         return types.Dispatcher(self.inner)
 
     def compile(self, sig: Any) -> Any:
-        """Compile for one tuple of types, or read what was compiled before."""
+        """Compile for one tuple of types, or read what was compiled before.
+
+        Read-only arrays are taken as any other, so that a function is compiled once for both. What
+        writes to its arguments says so in its docstring; without the compiler a wrong write fails.
+        """
+        given, _ = normalize_signature(sig)
+        plain = tuple(_writable(kind) for kind in given)
         with _no_collection():
-            return super().compile(sig)
+            entry = super().compile(plain)
+        if plain != given and given not in self.overloads:
+            result = self.overloads[plain]
+            self.overloads[given] = result
+            self._insert([kind._code for kind in given], entry, result.objectmode)
+        return entry
+
+
+def _writable(kind: Any) -> Any:
+    """A type with all arrays in it writable."""
+    if isinstance(kind, types.Array):
+        return kind if kind.mutable else kind.copy(readonly=False)
+    if isinstance(kind, BaseNamedTuple):
+        fields = [_writable(field) for field in kind]
+        return BaseTuple.from_types(fields, kind.instance_class)
+    if isinstance(kind, BaseTuple):
+        return BaseTuple.from_types([_writable(field) for field in kind])
+    return kind
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from workbench.contact.kernels.advance import LOOK, look_at_parts, possible_rang
 from workbench.contact.kernels.inside import Shells
 from workbench.contact.moving import Mover, centres_at, jumps, ways
 from workbench.geometry.polygon import Faces
+from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 
 __all__ = [
@@ -232,5 +233,5 @@ def _looks(chase: Chase, who: Ints, time: Floats, far: Floats) -> Floats:
             looks[:, 1:4] -= centres_at(chase.against, pair, target, time)
         looks[:, 4] = np.linalg.norm(looks[:, 1:4], axis=1)
     else:
-        look_at_parts(*chase.against, target, far, looks)
+        look_at_parts(*chase.against, target, far, looks, search_space())
     return looks

@@ -3,22 +3,22 @@ once and kept."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.contact.crowd import blocks_of, crowd_of, lanes_of
+from workbench.contact.crowd import blocks_of, crowd_of
 from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells
-from workbench.contact.gpu import clearance_on_device, collides_on_device
-from workbench.contact.kernels.bounds import Lanes
-from workbench.contact.kernels.clearance import environment_contacts
+from workbench.contact.kernels.clearance import ContactRows, environment_contacts
 from workbench.contact.kernels.fronts import Blocks, Room
-from workbench.contact.kernels.groups import group_clearance, may_touch, witness_points
-from workbench.contact.kernels.pairs import pair_clearance
-from workbench.contact.kernels.segments import ROOM, segment_collides, segment_least
+from workbench.contact.kernels.groups import (
+    group_clearance,
+    group_collides,
+    may_touch,
+    witness_points,
+)
+from workbench.contact.kernels.pairs import PairAnswers, PairBody, pair_clearance
 from workbench.contact.kernels.wide import DEEP, EIGHT
-from workbench.geometry.lanes import LANES
+from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.environment import Environment
 from workbench.model.poses import Placed, Poses
@@ -28,7 +28,6 @@ __all__ = [
     "Groups",
     "grouped_clearance",
     "grouped_collides",
-    "least_clearance",
     "paired_clearance",
     "pays",
     "touching",
@@ -40,6 +39,8 @@ FEWEST_POSES = 64
 compiled."""
 PIECE = 128
 """Poses a thread takes at a time."""
+CONTACTS = 1024
+"""Contacts a pose that there is room for; poses with more are searched twice."""
 
 
 def pays(placed: Placed | Poses) -> bool:
@@ -52,12 +53,6 @@ def _room() -> tuple[Ints, NDArray[np.float32]]:
     return np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32)
 
 
-def _lane_room(lanes: Lanes) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """What bounds are worked out in, and where those of a segment's clusters stand."""
-    most = int(np.diff(lanes.group).max(initial=1))
-    return np.empty(ROOM, dtype=np.float32), np.empty(LANES * most, dtype=np.float32)
-
-
 def grouped_collides(
     placed: Placed,
     environment: Environment,
@@ -65,29 +60,22 @@ def grouped_collides(
     allowed: Floats,
     *,
     threads: int | None = None,
-    device: str = "cpu",
 ) -> Bools:
     """(P,) True where any sphere is deeper in a group of parts than allowed (N, G) [m] for its
     segment."""
     crowd = crowd_of(placed)
     field = field_of(environment, groups)
     solids = packed_faces(environment), packed_shells(environment)
-    if device == "cuda":
-        return collides_on_device(placed, (crowd, *solids, field), allowed)
+    index = (crowd, *solids, field)
     hit = np.zeros(len(placed), dtype=np.bool_)
-    index = (crowd, lanes_of(placed.body), field)
     limits = np.ascontiguousarray(allowed)
 
     def work(begin: int, end: int) -> None:
-        space = (
-            *_room(),
-            *_lane_room(index[1]),
-            np.empty(len(crowd.big)),
-            np.empty(len(crowd.big), dtype=np.int64),
-        )
-        segment_collides(
-            placed.centres, placed.world_from_segment, index, solids, limits, hit, space, begin, end
-        )
+        pairs = limits.size
+        space = (*_room(), np.empty(pairs), np.empty(pairs, dtype=np.int64))
+        group_collides(*bodies, *index, limits, hit, space, begin, end)
+
+    bodies = placed.centres, placed.world_from_segment
 
     in_pieces(work, len(placed), PIECE, threads=threads)
     return hit
@@ -99,7 +87,6 @@ def grouped_clearance(
     groups: Groups,
     *,
     threads: int | None = None,
-    device: str = "cpu",
 ) -> tuple[Floats, Ints, Ints]:
     """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of
     parts."""
@@ -107,8 +94,6 @@ def grouped_clearance(
     field = field_of(environment, groups)
     solids = packed_faces(environment), packed_shells(environment)
     index = (crowd, *solids, field)
-    if device == "cuda":
-        return clearance_on_device(placed, index)
     shape = (len(placed), len(placed.window), len(groups))
     out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
 
@@ -123,37 +108,9 @@ def grouped_clearance(
     return out
 
 
-def least_clearance(
-    placed: Placed, environment: Environment, parts: tuple[int, ...], *, threads: int | None = None
-) -> tuple[Floats, Ints, Ints, Floats]:
-    """Signed distance [m], sphere and polygon (P, N, 1) and nearest point (P, N, 1, 3) of every
-    segment to the nearest of some parts: as `grouped_clearance` of one group, and far faster."""
-    crowd = crowd_of(placed)
-    lanes = lanes_of(placed.body)
-    field = field_of(environment, (parts,))
-    solids = packed_faces(environment), packed_shells(environment)
-    shape = (len(placed), len(placed.window), 1)
-    spheres = len(crowd.radius)
-    out = (
-        np.full(shape, np.inf),
-        np.full(shape, -1),
-        np.full(shape, -1),
-        np.full((*shape, 3), np.nan),
-    )
-
-    def work(begin: int, end: int) -> None:
-        rows = np.empty(spheres, dtype=np.float32), np.empty(spheres, dtype=np.int64)
-        bodies = (placed.centres, placed.world_from_segment)
-        space = (*_room(), *_lane_room(lanes), *rows)
-        segment_least(*bodies, (crowd, lanes, field), solids, out, space, begin, end)
-
-    in_pieces(work, len(placed), PIECE, threads=threads)
-    return out
-
-
 def paired_clearance(
     one: Placed, other: Placed, pairs: Ints, *, threads: int | None = None
-) -> tuple[Any, ...]:
+) -> PairAnswers:
     """Least I [m] (P, N, N') of segment pairs (M, 2) of two bodies, the one's and the other's
     sphere that have it, the nearest point (P, N, N', 3) of the other's and the side of the one's
     that faces it (P, N, N').
@@ -168,15 +125,16 @@ def paired_clearance(
     ]
     alike = one is other
     some = np.ascontiguousarray(some)
-    ends = [(b.centres, b.world_from_segment, crowd_of(b), blocks_of(b.body)) for b in (one, other)]
+    ends = [_pair_body(body) for body in (one, other)]
 
     def work(begin: int, end: int) -> None:
-        first = _rooms(ends[0][3])
-        second = _rooms(ends[1][3])
+        first = _rooms(ends[0].blocks)
+        second = _rooms(ends[1].blocks)
         if alike:
             second = second._replace(ball=first.ball)
-        space = first, second, np.empty((2, len(some)), dtype=np.uint64)
-        pair_clearance(*ends, alike, some, one.body.directions, out, space, begin, end)
+        places = np.empty((2, len(some)), dtype=np.uint64)
+        rooms = first, second
+        pair_clearance(*ends, alike, some, one.body.directions, out, rooms, places, begin, end)
 
     in_pieces(work, len(one), PIECE, threads=threads)
     for values in (memory, *out):  # nobody else holds them: whoever takes them need not copy them
@@ -184,13 +142,22 @@ def paired_clearance(
     return out
 
 
-def _answers(memory: Floats, shape: tuple[int, ...]) -> tuple[Floats, Ints, Ints, Floats, Ints]:
+def _pair_body(placed: Placed) -> PairBody:
+    body = placed.body
+    shown = placed.window.astype(np.int64)
+    return PairBody(
+        placed.centres, placed.world_from_segment, body.radius[0], shown, blocks_of(body)
+    )
+
+
+def _answers(memory: Floats, shape: tuple[int, ...]) -> PairAnswers:
     """What `paired_clearance` fills, in one memory (7 n,): the system hands out a large one in
     larger pages."""
     count = len(memory) // 7
     distance, sphere, target, facing = memory[: 4 * count].reshape(4, *shape)
     whole = (values.view(np.int64) for values in (sphere, target, facing))
-    return distance, next(whole), next(whole), memory[4 * count :].reshape(*shape, 3), next(whole)
+    point = memory[4 * count :].reshape(*shape, 3)
+    return PairAnswers(distance, next(whole), next(whole), point, next(whole))
 
 
 def _rooms(blocks: Blocks) -> Room:
@@ -223,7 +190,7 @@ def touching(
     fast = pays(placed) if grid is None else grid
     crowd = crowd_of(placed)
     parts = tuple(np.flatnonzero(checked).tolist())
-    field = field_of(environment, (parts,), lists=False) if fast else None
+    field = field_of(environment, (parts,)) if fast else None
     found: dict[int, tuple[Ints, Floats]] = {}
 
     def work(begin: int, end: int) -> None:
@@ -232,9 +199,15 @@ def touching(
             may_touch(
                 placed.centres, placed.world_from_segment, crowd, field, margin, near, begin, end
             )
-        found[begin] = environment_contacts(
-            placed.centres, placed.body.radius[0], near, *index, margin, begin, end
-        )
+        search = (placed.centres, placed.body.radius[0], near, *index, margin)
+        count = CONTACTS * (end - begin)
+        while True:
+            rows = ContactRows(np.empty((count, 4), dtype=np.int64), np.empty((count, 5)))
+            used = environment_contacts(*search, rows, search_space(), begin, end)
+            if used <= count:
+                break
+            count = used
+        found[begin] = rows.row[:used], rows.number[:used]
 
     in_pieces(work, len(placed), PIECE)
     pieces = [found[begin] for begin in sorted(found)] or [

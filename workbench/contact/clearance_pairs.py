@@ -9,7 +9,13 @@ import numpy as np
 
 from workbench.contact.collide import allowed_depth
 from workbench.contact.fields import packed_faces, packed_shells
-from workbench.contact.kernels.clearance_people import ClearanceTask, min_clearances
+from workbench.contact.kernels.clearance_people import (
+    ClearanceTask,
+    Leads,
+    LeastClearances,
+    min_clearances,
+)
+from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body
 from workbench.model.environment import Environment
@@ -86,13 +92,15 @@ def clearance_of_pairs(
         np.full(shape, -1),
         np.full((*shape, 3), np.nan),
     )
-    out = found.distance, found.sphere, found.polygon, found.point
+    out = LeastClearances(found.distance, found.sphere, found.polygon, found.point)
     task = _packed(placed.body, environment, pairs, np.isin(environment.parts, list(moving_parts)))
     index = packed_faces(environment), packed_shells(environment)
     radius = np.ascontiguousarray(placed.body.radius[placed.person])
 
     def work(begin: int, end: int) -> None:
-        min_clearances(placed.centres, radius, moved, task, *index, out, begin, end)
+        leads = Leads(np.empty((len(pairs), 3), dtype=np.int64), np.empty(len(pairs)))
+        placed_and_task = placed.centres, radius, moved, task
+        min_clearances(*placed_and_task, *index, out, leads, search_space(), begin, end)
 
     in_pieces(work, count, PIECE, threads=threads)
     return found

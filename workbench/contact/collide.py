@@ -3,15 +3,12 @@ polygons exactly."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from workbench.contact.batches import (
     Groups,
     grouped_clearance,
     grouped_collides,
-    least_clearance,
     paired_clearance,
     pays,
     touching,
@@ -19,10 +16,10 @@ from workbench.contact.batches import (
 )
 from workbench.contact.by_person import by_person
 from workbench.contact.fields import packed_faces, packed_shells
-from workbench.contact.gpu import on_cpu
 from workbench.contact.kernels.clearance import row_clearance
-from workbench.contact.kernels.pairs import sphere_contacts
+from workbench.contact.kernels.pairs import Balls, sphere_contacts
 from workbench.errors import InputError
+from workbench.geometry.tree import search_space
 from workbench.model.arrays import Bools, Floats, Ints
 from workbench.model.body import Body, Topology, check_one
 from workbench.model.contacts import TANGENT_TOLERANCE, Clearance, Contacts
@@ -30,12 +27,10 @@ from workbench.model.environment import Environment
 from workbench.model.poses import Placed
 
 __all__ = [
-    "SegmentClearance",
     "allowed_depth",
     "allowed_groups",
     "body_clearance",
     "body_contacts",
-    "by_segment",
     "clearance",
     "clearance_of_groups",
     "clearance_of_rows",
@@ -46,25 +41,10 @@ __all__ = [
     "self_contacts",
 ]
 
-Spheres = tuple[Floats, Floats, Ints, Floats, Floats]
 _faces = packed_faces
 _ROWS = 1 << 18
-
-
-@dataclass(frozen=True, eq=False)
-class SegmentClearance:
-    """The nearest of all parts for every pose and segment.
-
-    distance (P, N) [m]: signed; infinite for segments without spheres, NaN outside the logical
-    window. sphere, part, polygon (P, N): -1 where none; point (P, N, 3) [m]: nearest point of the
-    polygon.
-    """
-
-    distance: Floats
-    sphere: Ints
-    part: Ints
-    polygon: Ints
-    point: Floats
+_ROOM = 1 << 16
+"""Sphere pairs that there is room for at first."""
 
 
 @by_person
@@ -74,55 +54,17 @@ def collides(
     *,
     tolerance: float = TANGENT_TOLERANCE,
     threads: int | None = None,
-    device: str = "cpu",
 ) -> Bools:
     """(P,) True where a pose overlaps a part by more than the part allows and `tolerance` [m].
 
     The same as asking it of all of `clearance`, but it stops at the first. Hidden parts and
-    segments outside the logical window take no part. threads: all cores where None. device: "cpu",
-    or "cuda" for an NVIDIA card (needs numba-cuda; MissingPartError where that or a card is
-    missing).
+    segments outside the logical window take no part. threads: all cores where None.
     """
-    if on_cpu(device) and not pays(placed):
+    if not pays(placed):
         deep = -_plain(placed, environment)[0] > allowed_depth(placed.body, environment) + tolerance
         return np.asarray(np.any(deep, axis=(1, 2)))
     groups, columns = allowed_groups(placed.body, environment)
-    return grouped_collides(
-        placed, environment, groups, columns + tolerance, threads=threads, device=device
-    )
-
-
-@by_person
-def by_segment(
-    placed: Placed, environment: Environment, *, threads: int | None = None, device: str = "cpu"
-) -> SegmentClearance:
-    """Signed clearance of every segment to the nearest of all parts: `nearest` reduced over the
-    parts, and far faster.
-
-    Of pairs equally near the lowest sphere is named, and of its polygons the lowest. device: as in
-    `collides`.
-    """
-    parts = np.flatnonzero(~environment.hidden)
-    some = tuple(parts.tolist())
-    if on_cpu(device) and pays(placed):
-        distance, sphere, polygon, point = least_clearance(
-            placed, environment, some, threads=threads
-        )
-    else:
-        if on_cpu(device):
-            distance, sphere, polygon = _least(*_plain(placed, environment)[:3])
-        else:
-            distance, sphere, polygon = grouped_clearance(
-                placed, environment, (some,), threads=threads, device=device
-            )
-        point = witnesses(placed, environment, (sphere, polygon))
-    distance = distance[..., 0]
-    sphere = sphere[..., 0]
-    polygon = polygon[..., 0]
-    point = point[:, :, 0]
-    distance[:, ~placed.window] = np.nan
-    owner = np.append(environment.polygon_part, -1)
-    return SegmentClearance(distance, sphere, owner[polygon], polygon, point)
+    return grouped_collides(placed, environment, groups, columns + tolerance, threads=threads)
 
 
 @by_person
@@ -205,15 +147,14 @@ def body_contacts(
 
 
 @by_person
-def clearance(placed: Placed, environment: Environment, *, device: str = "cpu") -> Floats:
+def clearance(placed: Placed, environment: Environment) -> Floats:
     """Signed clearance (P, N, parts) [m] of every segment to every part: negative is penetration
     depth.
 
-    Infinite for hidden parts and segments without spheres, NaN outside the logical window. device:
-    as in `collides`.
+    Infinite for hidden parts and segments without spheres, NaN outside the logical window.
     """
-    if not on_cpu(device) or pays(placed):
-        distance = grouped_clearance(placed, environment, _single(environment), device=device)[0]
+    if pays(placed):
+        distance = grouped_clearance(placed, environment, _single(environment))[0]
     else:
         distance = _plain(placed, environment)[0]
     distance[:, ~placed.window] = np.nan
@@ -261,7 +202,13 @@ def clearance_of_rows(
     )
     index = _faces(environment), packed_shells(environment)
     row_clearance(
-        placed.centres, body.radius[0], body.start, np.ascontiguousarray(rows), *index, out
+        placed.centres,
+        body.radius[0],
+        body.start,
+        np.ascontiguousarray(rows),
+        *index,
+        out,
+        search_space(),
     )
     return out
 
@@ -287,22 +234,6 @@ def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = Non
         polygon,
         point,
         _near_side(placed, (distance, sphere, point)),
-    )
-
-
-def _least(distance: Floats, sphere: Ints, polygon: Ints) -> tuple[Floats, Ints, Ints]:
-    """The nearest of the last axis, which is left with length 1: ties to the lowest sphere, then to
-    the first."""
-    if not distance.shape[2]:
-        none = np.full((*distance.shape[:2], 1), -1)
-        return np.full(none.shape, np.inf), none, none
-    ties = distance == distance.min(axis=2, keepdims=True)
-    first = np.argmin(np.where(ties, sphere, np.iinfo(np.int64).max), axis=2)[..., None]
-    least: Floats = np.take_along_axis(distance, first, axis=2)
-    return (
-        least,
-        np.take_along_axis(sphere, first, axis=2),
-        np.take_along_axis(polygon, first, axis=2),
     )
 
 
@@ -388,9 +319,7 @@ def _sphere_rows(
 ) -> Contacts:
     one, other = placed
     margin, allowance = rule
-    rows, distance = sphere_contacts(
-        _spheres(one), _spheres(other), np.ascontiguousarray(pairs), margin
-    )
+    rows, distance = _sphere_pairs(_spheres(one), _spheres(other), pairs, margin)
     order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
     rows = rows[order]
     distance = distance[order]
@@ -417,11 +346,23 @@ def _sphere_rows(
     )
 
 
-def _spheres(placed: Placed) -> Spheres:
+def _sphere_pairs(one: Balls, other: Balls, pairs: Ints, margin: float) -> tuple[Ints, Floats]:
+    """Rows (C, 3) and distances (C,) of `sphere_contacts`, searched again where they are many."""
+    count = _ROOM
+    while True:
+        rows = np.empty((count, 3), dtype=np.int64)
+        distance = np.empty(count)
+        used = sphere_contacts(one, other, np.ascontiguousarray(pairs), margin, rows, distance)
+        if used <= count:
+            return rows[:used], distance[:used]
+        count = used
+
+
+def _spheres(placed: Placed) -> Balls:
     body = placed.body
     world = placed.world_from_segment
     around = np.einsum("pnij,nj->pni", world[..., :3], body.enclosing_centre[0]) + world[..., 3]
-    return (
+    return Balls(
         placed.centres,
         body.radius[0],
         body.start,

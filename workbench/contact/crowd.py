@@ -5,8 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.contact.kernels.bounds import FAR as FAR_AWAY
-from workbench.contact.kernels.bounds import Lanes
 from workbench.contact.kernels.fronts import FAR, Blocks
 from workbench.contact.kernels.groups import Crowd
 from workbench.geometry.lanes import LANES
@@ -16,7 +14,7 @@ from workbench.model.body import Body
 from workbench.model.kept import kept_with_body
 from workbench.model.poses import Placed
 
-__all__ = ["blocks_of", "crowd_of", "lanes_of"]
+__all__ = ["blocks_of", "crowd_of"]
 
 CLUSTER = LANES
 
@@ -69,50 +67,6 @@ def blocks_of(body: Body) -> Blocks:
     place = np.arange(len(segment)) + (LANES * first[:-1] - body.start[:-1])[segment]
     ball[place // LANES, 3, place % LANES] = body.radius[0]
     return Blocks(body.start, first, ball.reshape(-1))
-
-
-@kept_with_body
-def lanes_of(body: Body) -> Lanes:
-    """The clusters of a body and their spheres in the frames of their segments, eight side by
-    side."""
-    crowd = _crowd(body)
-    clusters = len(crowd.middle)
-    count = np.diff(crowd.first)
-    group = np.concatenate([[0], np.cumsum(-(-np.diff(crowd.start) // LANES))]).astype(np.int64)
-    which = np.arange(clusters)
-    lane = np.repeat(LANES * group[:-1] - crowd.start[:-1], np.diff(crowd.start)) + which
-    cluster = np.full(LANES * int(group[-1]), -1)
-    cluster[lane] = which
-    hub = np.zeros((int(group[-1]), 4, LANES), dtype=np.float32)
-    ball = np.zeros((clusters, 4, LANES), dtype=np.float32)
-    member = np.full((clusters, LANES), -1)
-    hub[:, 3] = ball[:, 3] = -FAR_AWAY
-    hub[lane // LANES, :3, lane % LANES] = crowd.hub
-    hub[lane // LANES, 3, lane % LANES] = np.nextafter(
-        crowd.reach.astype(np.float32), np.float32(np.inf)
-    )
-    row = np.repeat(np.arange(clusters), count)
-    column = np.arange(len(row)) - np.repeat(crowd.first[:-1], count)
-    member[row, column] = crowd.member
-    ball[row, :3, column] = body.centre[0, crowd.member]
-    radius = crowd.radius[crowd.member].astype(np.float32)
-    ball[row, 3, column] = np.nextafter(radius, np.float32(np.inf))
-    moves = np.zeros(clusters, dtype=np.int64)
-    np.maximum.at(moves, row, _moves(body, crowd.member))
-    block_moves = np.zeros(len(hub), dtype=np.int64)
-    np.maximum.at(block_moves, lane // LANES, crowd.middle >= 0)
-    extent = max(np.abs(body.centre[0]).max(initial=0.0), np.abs(crowd.hub).max(initial=0.0))
-    return Lanes(
-        group,
-        hub.reshape(-1),
-        cluster,
-        block_moves,
-        ball.reshape(-1),
-        member.reshape(-1),
-        moves,
-        np.flatnonzero(np.diff(crowd.start)),
-        np.array([extent]),
-    )
 
 
 def _moves(body: Body, rows: Ints) -> Bools:

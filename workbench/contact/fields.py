@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 
 from workbench.contact.cells import pack_cells
 from workbench.contact.index_cache import kept
-from workbench.contact.kernels.field import RECORD, Field, fill_rows
+from workbench.contact.kernels.field import Field, fill_rows
 from workbench.contact.kernels.heads import heads_of
 from workbench.contact.kernels.inside import Shells, is_closed
-from workbench.contact.kernels.triangles import SPARE, rows_of
 from workbench.contact.kernels.wide import DEEP, EIGHT, widened
-from workbench.contact.patches import Patches, cell_lists, patches_of
-from workbench.geometry.polygon import Faces
+from workbench.geometry.polygon import RECORD, Faces
 from workbench.geometry.split import split_tree
 from workbench.geometry.tree import build_tree
 from workbench.model.arrays import Floats, Ints
@@ -26,7 +24,7 @@ from workbench.model.content import content_key
 from workbench.model.environment import Environment
 from workbench.threads import in_pieces
 
-__all__ = ["Groups", "field_of", "packed_faces", "packed_records", "packed_shells"]
+__all__ = ["Groups", "field_of", "packed_faces", "packed_shells"]
 
 CELL = 0.02
 """Edge of a cell [m]: at 1 cm the bounds are four times as tight, and the nodes no longer stay in
@@ -48,25 +46,54 @@ def packed_faces(environment: Environment) -> Faces:
 
 @lru_cache(maxsize=16)
 def _faces(environment: Environment) -> Faces:
-    head = environment.vertices[environment.edges[:, 0]]
-    tail = environment.vertices[environment.edges[:, 1]]
-    low, high = _boxes(environment)
-    off, radius = _thickness(environment)
-    corners = environment.vertices[environment.triangles]
-    return Faces(
-        np.ascontiguousarray(head),
-        np.ascontiguousarray(tail),
-        environment.edge_start,
-        environment.normal,
-        np.argmax(np.abs(environment.normal), axis=1).reshape(-1),
-        off,
-        environment.circle_centre,
-        radius,
-        *build_tree(low, high, environment.part_start),
-        environment.solid.astype(np.int64),
-        np.ascontiguousarray(corners.reshape(-1, 3, 3)),
-        environment.triangle_start[environment.part_start],
+    low, high, child, first, last, item, root = build_tree(
+        *_boxes(environment), environment.part_start
     )
+    record, begin = _records(environment, item)
+    rank = np.empty(len(item), dtype=np.int64)
+    rank[item] = np.arange(len(item))
+    return Faces(
+        record=record,
+        begin=begin,
+        rank=rank,
+        low=low,
+        high=high,
+        child=child,
+        first=first,
+        last=last,
+        item=item,
+        root=root,
+        solid=environment.solid.astype(np.int64),
+        corners=np.ascontiguousarray(environment.vertices[environment.triangles]).reshape(-1, 3, 3),
+        corner_start=environment.triangle_start[environment.part_start],
+    )
+
+
+def _records(environment: Environment, order: Ints) -> tuple[Floats, Ints]:
+    """The polygons as records in an order, and where each begins (F + 1,)."""
+    off, radius = _thickness(environment)
+    sides = np.diff(environment.edge_start)
+    count = sides[order]
+    begin = np.concatenate([[0], np.cumsum(RECORD + 6 * count)])
+    record = np.empty(int(begin[-1]))
+    head = [
+        *environment.normal[order].T,
+        *environment.circle_centre[order].T,
+        radius[order],
+        np.argmax(np.abs(environment.normal[order]), axis=1).reshape(-1),
+        order,
+        off[order],
+    ]
+    for column, values in enumerate(head):
+        record[begin[:-1] + column] = values
+    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    edge = np.repeat(environment.edge_start[order], count) + within
+    place = np.repeat(begin[:-1] + RECORD, count) + 6 * within
+    for axis in range(3):
+        for end in range(2):
+            corner = environment.edges[edge, end]
+            record[place + 3 * end + axis] = environment.vertices[corner, axis]
+    return record, begin
 
 
 def packed_shells(environment: Environment) -> Shells:
@@ -84,42 +111,8 @@ def _shells(environment: Environment) -> Shells:
     return Shells(environment.triangle_start, np.array(closed, dtype=np.int64))
 
 
-def packed_records(environment: Environment) -> tuple[Floats, Ints, Ints]:
-    """Polygons as records in the order of the trees' leaves: record, begin (F + 1,), rank (F,) of
-    each polygon."""
-    return _records(_shape(environment))
-
-
 @lru_cache(maxsize=4)
-def _records(environment: Environment) -> tuple[Floats, Ints, Ints]:
-    faces = _faces(environment)
-    order = faces.item
-    count = np.diff(environment.edge_start)[faces.item]
-    begin = np.concatenate([[0], np.cumsum(RECORD + 6 * count)])
-    record = np.empty(int(begin[-1]))
-    head = [
-        *faces.normal[order].T,
-        *faces.circle_centre[order].T,
-        faces.circle_radius[order],
-        faces.drop[order],
-        order,
-        faces.off[order],
-    ]
-    for column, values in enumerate(head):
-        record[begin[:-1] + column] = values
-    within = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    edge = np.repeat(environment.edge_start[order], count) + within
-    place = np.repeat(begin[:-1] + RECORD, count) + 6 * within
-    for axis in range(3):
-        record[place + axis] = faces.head[edge, axis]
-        record[place + 3 + axis] = faces.tail[edge, axis]
-    rank = np.empty(len(order), dtype=np.int64)
-    rank[order] = np.arange(len(order))
-    return record, begin, rank
-
-
-@lru_cache(maxsize=4)
-def field_of(environment: Environment, groups: Groups, lists: bool = True) -> Field:
+def field_of(environment: Environment, groups: Groups) -> Field:
     """Make grids and trees of groups of parts, on all cores.
 
     They are kept for the next batch, large ones also on disk.
@@ -129,21 +122,19 @@ def field_of(environment: Environment, groups: Groups, lists: bool = True) -> Fi
     environment : Environment
     groups : tuple of tuples of int
         Parts of each group.
-    lists : bool
-        With one group, also list the polygons near each cell. Only questions for distances read
-        these lists; they take as long to make as all else.
     """
     shape = _shape(environment)
-    record, begin, _ = _records(shape)
+    faces = _faces(shape)
+    record = faces.record
+    begin = faces.begin
 
     def make() -> dict[str, NDArray[Any]]:
-        made = _made(shape, groups, lists)._asdict()
+        made = _made(shape, groups)._asdict()
         return {name: values for name, values in made.items() if name not in ("record", "begin")}
 
     if len(begin) < WORTH_KEEPING:
         return Field(record, begin, **make())
-    listed = lists and len(groups) == 1
-    return Field(record, begin, **kept(content_key("contact index", shape, groups, listed), make))
+    return Field(record, begin, **kept(content_key("contact index", shape, groups), make))
 
 
 @lru_cache(maxsize=16)
@@ -167,10 +158,10 @@ def _shape(environment: Environment) -> Environment:
     )
 
 
-def _made(environment: Environment, groups: Groups, lists: bool) -> Field:
+def _made(environment: Environment, groups: Groups) -> Field:
     faces = _faces(environment)
     shells = _shells(environment)
-    record, begin, rank = _records(environment)
+    rank = faces.rank
     none = np.zeros(0, dtype=np.int64)
     members = [
         np.concatenate([none, *(np.arange(*environment.part_start[[k, k + 1]]) for k in group)])
@@ -188,14 +179,13 @@ def _made(environment: Environment, groups: Groups, lists: bool) -> Field:
     grid, shape, wide = _grids(span[: len(groups)], environment)
     nodes = int(shape[:, :3].prod(axis=1).sum())
     reach = float(np.abs(environment.vertices).max(initial=0.0))
-    absent = np.zeros(0, dtype=np.int32)
     field = Field(
-        record,
-        begin,
+        faces.record,
+        faces.begin,
         boxes,
         child,
         many,
-        heads_of(child, many, record, begin, reach),
+        heads_of(child, many, faces.record, faces.begin, reach),
         root,
         span[: len(groups)],
         wide,
@@ -204,10 +194,6 @@ def _made(environment: Environment, groups: Groups, lists: bool) -> Field:
         scale=np.ones(len(grid), dtype=np.float32),
         cell=np.zeros(nodes * EIGHT, dtype=np.uint16),
         near=np.full(nodes, -1, dtype=np.int32),
-        patch=absent,
-        triangle=absent.astype(np.float32),
-        listed=absent,
-        list_start=absent,
         solid_start=np.cumsum([0, *map(len, solids)]),
         solid_part=np.array([k for group in solids for k in group], dtype=np.int64),
         solid_root=bases[len(groups) :],
@@ -227,24 +213,7 @@ def _made(environment: Environment, groups: Groups, lists: bool) -> Field:
                 max(rows // 32, 64),
             )
     pack_cells(field, square, shells)
-    if not lists or len(groups) != 1 or root[0] < 0:
-        return field
-    return _listed(
-        faces,
-        field,
-        patches_of((box, link), rank[polygons][item][: len(members[0])], (record, begin), reach),
-    )
-
-
-def _listed(faces: Faces, field: Field, patches: Patches) -> Field:
-    """The field with its only group's patches, and their lists for each cell."""
-    listed, start = cell_lists(faces, field, patches)
-    triangle, off = rows_of(patches[0], field.record, field.begin, field.grid[0, :3])
-    field.grid[0, 7] = SPARE * field.grid[0, 3] * field.shape[0, :3].sum() + 2.0 * off
-    patch = patches[0].reshape(-1)
-    return field._replace(
-        patch=patch, triangle=triangle.reshape(-1), listed=listed, list_start=start
-    )
+    return field
 
 
 def _fill(
@@ -307,7 +276,7 @@ def _boxes(environment: Environment) -> tuple[Floats, Floats]:
 
 
 def _grids(own: Floats, environment: Environment) -> tuple[Floats, Ints, Ints]:
-    """Grids (G + W, 8), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones
+    """Grids (G + W, 7), shapes (G + W, 4) and wide (G,) for groups with boxes own (G, 6); wide ones
     where G > 1."""
     grid, shape = _cells(own, CELL)
     wide = np.full(len(own), -1, dtype=np.int64)
@@ -323,7 +292,7 @@ def _grids(own: Floats, environment: Environment) -> tuple[Floats, Ints, Ints]:
     grid[:, 5] = 1e-9 * grid[:, 3] ** 2 + 1e-14 * reach * grid[:, 3] * shape[:, :3].max(
         axis=1, initial=2
     )
-    grid[:, 6] = _faces(environment).off.max(initial=0.0)
+    grid[:, 6] = _thickness(environment)[0].max(initial=0.0)
     return grid, shape, wide
 
 
@@ -339,7 +308,7 @@ def _cells(boxes: Floats, cell: float) -> tuple[Floats, Ints]:
         cell *= 1.2
     whole: Ints = np.zeros((len(boxes), 4), dtype=np.int64)
     whole[:, :3] = shape
-    grid = np.zeros((len(boxes), 8))
+    grid = np.zeros((len(boxes), 7))
     grid[:, :3] = 0.5 * (boxes[:, :3] + boxes[:, 3:]) - 0.5 * cell * (shape - 1.0)
     grid[:, 3] = cell
     grid[:, 4] = 1.0 / cell

@@ -19,7 +19,7 @@ from numba.extending import lower_builtin, models, register_model
 from numba.np.arrayobj import make_array
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inlined
 
 __all__ = [
     "LANES",
@@ -42,7 +42,6 @@ __all__ = [
     "store",
     "total",
     "where_below",
-    "whole",
 ]
 
 LANES = 8
@@ -103,11 +102,6 @@ def root(a):  # type: ignore[no-untyped-def]
     return np.sqrt(a)
 
 
-def whole(a):  # type: ignore[no-untyped-def]
-    """Each lane without what stands behind the point; all of them below 2^31."""
-    return np.trunc(a)
-
-
 def where_below(a, b, one, other):  # type: ignore[no-untyped-def]
     """The lanes of `one` where a < b, else those of `other`."""
     return np.where(a < b, one, other)
@@ -152,7 +146,7 @@ def _places() -> NDArray[np.float32]:
 _PLACES = _places()
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def pack(array, at, bits, base):  # type: ignore[no-untyped-def]
     """Write base + k for every bit k < 8 that is set, in order, into a flat array from place `at`
     on; returns the place behind the last. What stands in the seven places behind that is spoilt:
@@ -304,7 +298,6 @@ compiles(
     _EIGHT,
     lambda b, array, at: b.load(_at(b, array, at), align=4),
 )
-compiles(whole, (_EIGHT,), _EIGHT, lambda b, a: b.sitofp(b.fptosi(a, _WHOLE), _VECTOR))
 compiles(codes, (types.Array, types.uint64), _EIGHT, _codes)
 compiles(corners, (types.float32,) * 3, _EIGHT, _corners)
 compiles(total, (_EIGHT,), types.float32, _folded(lambda b, x, y: b.fadd(x, y)))

@@ -180,7 +180,7 @@ def nearest_triangle(x, y, z, solid, hint, limit, any_will_do):  # type: ignore[
                 return best, found, feature, bx, by, bz
     stack = np.empty(64, np.int64)
     gaps = np.empty(64)
-    stack[0], gaps[0], size = 0, box_gap(x, y, z, solid.low[0], solid.high[0]), 1
+    stack[0], gaps[0], size = 0, box_gap(x, y, z, solid.low, solid.high, 0), 1
     while size > 0:
         size -= 1
         m = stack[size]
@@ -201,8 +201,8 @@ def nearest_triangle(x, y, z, solid, hint, limit, any_will_do):  # type: ignore[
                         return best, found, feature, bx, by, bz
             continue
         far = near + 1
-        a = box_gap(x, y, z, solid.low[near], solid.high[near])
-        b = box_gap(x, y, z, solid.low[far], solid.high[far])
+        a = box_gap(x, y, z, solid.low, solid.high, near)
+        b = box_gap(x, y, z, solid.low, solid.high, far)
         if b < a:
             near, far, a, b = far, near, b, a
         if b < best:

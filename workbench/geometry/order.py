@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.compiled import njit
+from workbench.compiled import inner
 from workbench.model.arrays import Floats, Ints
 
 __all__ = ["NONE", "ONE", "stable_order"]
@@ -17,7 +17,7 @@ very 0 as well."""
 _RUN = 16
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def stable_order(keys: Floats, count: int, order: Ints, spare: Ints) -> None:
     """Fill order[:count] with the places of keys[:count] (no NaN) from the least on, equal ones as
     they stand: runs sorted by insertion, then merged. spare: room for as many."""

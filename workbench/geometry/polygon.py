@@ -13,110 +13,157 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inlined, inner
 
-__all__ = ["Faces", "point_polygon", "point_winding"]
+__all__ = ["RECORD", "Faces", "nearest_of_record", "point_polygon", "point_winding"]
+
+RECORD = 10
+"""Numbers before the edges of a polygon's record: unit normal (3), centre of the enclosing circle
+(3) and its radius [m], the coordinate left out, the polygon's number, how far it leaves its plane
+[m]."""
 
 
 class Faces(NamedTuple):
-    """The polygons of an environment in flat arrays, and a tree of boxes over the polygons of each
-    part.
+    """The polygons of an environment as records, and a tree of boxes over those of each part.
 
-    Edge e runs from head[e] to tail[e] (E, 3); drop[f] is the largest component of the normal: the
-    coordinate left out when inside or outside is decided. off[f] [m] is how far the corners lie off
-    the polygon's plane, and circle_radius[f] how far from the circle's centre in it, both widened
-    by rounding. Node m of the trees spans low[m]..high[m]; inner nodes have children child[m] and
-    child[m] + 1, leaves have child -1 and the polygons listed in item[first[m]:last[m]]; root[k] is
-    part k's. corners (T, 3, 3) are the triangles of the solids, corner_start (K + 1,) by part.
+    Both the radius of a polygon's circle and how far its corners lie off its plane are widened by
+    rounding. Inner nodes of the trees have the children child[m] and child[m] + 1. A leaf has child
+    -1 and the polygons of the ranks first[m]:last[m].
     """
 
-    head: NDArray[np.float64]
-    tail: NDArray[np.float64]
-    edge_start: NDArray[np.int64]
-    normal: NDArray[np.float64]
-    drop: NDArray[np.int64]
-    off: NDArray[np.float64]
-    circle_centre: NDArray[np.float64]
-    circle_radius: NDArray[np.float64]
+    record: NDArray[np.float64]
+    """Record q at begin[q]:begin[q + 1]: RECORD numbers, then tail and head (6) of each edge [m].
+    The coordinate left out is that of the normal's largest component."""
+    begin: NDArray[np.int64]
+    """(F + 1,) where each record begins."""
+    rank: NDArray[np.int64]
+    """(F,) the record of each polygon: they stand in the order of the trees' leaves."""
     low: NDArray[np.float64]
+    """(M, 3) least coordinates of each node's box [m]."""
     high: NDArray[np.float64]
+    """(M, 3) greatest coordinates of each node's box [m]."""
     child: NDArray[np.int64]
     first: NDArray[np.int64]
     last: NDArray[np.int64]
     item: NDArray[np.int64]
+    """(F,) the polygon of each rank."""
     root: NDArray[np.int64]
+    """(K,) the node of each part, -1 for one without polygons."""
     solid: NDArray[np.int64]
+    """(K,) 1 for a solid part."""
     corners: NDArray[np.float64]
+    """(T, 3, 3) triangles of all parts [m]."""
     corner_start: NDArray[np.int64]
+    """(K + 1,) where the triangles of each part begin."""
 
 
-@njit(cache=True)
-def point_polygon(x, y, z, faces, f, limit):  # type: ignore[no-untyped-def]
-    """Squared distance of a point to polygon f and the nearest point; infinite where the square
-    exceeds `limit`.
+@inlined
+def _coordinate(axis, x, y, z):  # type: ignore[no-untyped-def]
+    """Coordinate number 0, 1 or 2 of a point."""
+    if axis == 1:
+        return y
+    return z if axis == 2 else x
 
-    What is given up early is beyond the limit also as it would have been computed: the answer does
-    not depend on it.
+
+@inlined
+def _nearest_of_edge(x, y, z, record, e):  # type: ignore[no-untyped-def]
+    """The point of an edge, whose record begins at e, that is nearest to a point."""
+    a0 = record[e]
+    a1 = record[e + 1]
+    a2 = record[e + 2]
+    d0 = record[e + 3] - a0
+    d1 = record[e + 4] - a1
+    d2 = record[e + 5] - a2
+    square = d0 * d0 + d1 * d1 + d2 * d2
+    t = 0.0
+    if square > 0.0:
+        t = min(1.0, max(0.0, ((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2) / square))
+    return a0 + t * d0, a1 + t * d1, a2 + t * d2
+
+
+@inlined
+def _is_right_of(record, e, i, k, u, v):  # type: ignore[no-untyped-def]
+    """Whether a ray from (u, v) along the coordinate i crosses an edge, seen in i and k."""
+    ai = record[e + i]
+    ak = record[e + k]
+    bi = record[e + i + 3]
+    bk = record[e + k + 3]
+    return (ak > v) != (bk > v) and u < (bi - ai) * (v - ak) / (bk - ak) + ai
+
+
+@inlined
+def _nearest_of_edges(x, y, z, h, record, at, end):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of a point, h above the plane of record[at:end], to that polygon, and
+    the nearest point: the foot of the height where that is inside, else a point of an edge.
+
+    Inside is the parity of crossings in the plane without the left-out coordinate.
     """
-    n = faces.normal[f]
-    o = faces.circle_centre[f]
-    u = x - o[0]
-    v = y - o[1]
-    w = z - o[2]
-    h = n[0] * u + n[1] * v + n[2] * w
-    over = max(abs(h) - faces.off[f], 0.0)
-    if over * over > limit:
-        return np.inf, x, y, z
-    u = u - h * n[0]
-    v = v - h * n[1]
-    w = w - h * n[2]
-    out = max(math.sqrt(u * u + v * v + w * w) - faces.circle_radius[f], 0.0)
-    if over * over + out * out > limit:
-        return np.inf, x, y, z
-    drop = faces.drop[f]
+    px = x - h * record[at]
+    py = y - h * record[at + 1]
+    pz = z - h * record[at + 2]
+    drop = int(record[at + 7])
     i = (drop + 1) % 3
     k = (drop + 2) % 3
-    p = (x - h * n[0], y - h * n[1], z - h * n[2])
+    pi = _coordinate(i, px, py, pz)
+    pk = _coordinate(k, px, py, pz)
     inside = False
     best = np.inf
     bx = x
     by = y
     bz = z
-    for e in range(faces.edge_start[f], faces.edge_start[f + 1]):
-        a = faces.head[e]
-        b = faces.tail[e]
-        if (a[k] > p[k]) != (b[k] > p[k]) and p[i] < (b[i] - a[i]) * (p[k] - a[k]) / (
-            b[k] - a[k]
-        ) + a[i]:
+    for e in range(at + RECORD, end, 6):
+        if _is_right_of(record, e, i, k, pi, pk):
             inside = not inside
-        d0 = b[0] - a[0]
-        d1 = b[1] - a[1]
-        d2 = b[2] - a[2]
-        square = d0 * d0 + d1 * d1 + d2 * d2
-        t = 0.0
-        if square > 0.0:
-            t = ((x - a[0]) * d0 + (y - a[1]) * d1 + (z - a[2]) * d2) / square
-            t = min(1.0, max(0.0, t))
-        qx = a[0] + t * d0
-        qy = a[1] + t * d1
-        qz = a[2] + t * d2
-        gap = (x - qx) ** 2 + (y - qy) ** 2 + (z - qz) ** 2
+        qx, qy, qz = _nearest_of_edge(x, y, z, record, e)
+        gap = (x - qx) * (x - qx) + (y - qy) * (y - qy) + (z - qz) * (z - qz)
         if gap < best:
             best = gap
             bx = qx
             by = qy
             bz = qz
     if inside and h * h < best:
-        best = h * h
-        bx = p[0]
-        by = p[1]
-        bz = p[2]
+        return h * h, px, py, pz
+    return best, bx, by, bz
+
+
+@inlined
+def nearest_of_record(x, y, z, record, at, end, limit):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of a point to the polygon record[at:end], and the nearest point.
+
+    The paper's steps: the height h above the plane, less what the corners lie off it; the distance
+    from the enclosing circle; the edges. Infinite where the square exceeds `limit`: what is given
+    up early is beyond it also as it would have been computed, so the answer does not depend on it.
+    """
+    n0 = record[at]
+    n1 = record[at + 1]
+    n2 = record[at + 2]
+    u = x - record[at + 3]
+    v = y - record[at + 4]
+    w = z - record[at + 5]
+    h = n0 * u + n1 * v + n2 * w
+    over = max(abs(h) - record[at + 9], 0.0)
+    if over * over > limit:
+        return np.inf, x, y, z
+    u = u - h * n0
+    v = v - h * n1
+    w = w - h * n2
+    out = max(math.sqrt(u * u + v * v + w * w) - record[at + 6], 0.0)
+    if over * over + out * out > limit:
+        return np.inf, x, y, z
+    best, bx, by, bz = _nearest_of_edges(x, y, z, h, record, at, end)
     if best > limit:
         return np.inf, x, y, z
     return best, bx, by, bz
 
 
-@njit(cache=True)
+@inner
+def point_polygon(x, y, z, faces, f, limit):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of a point to polygon f and the nearest point, as `nearest_of_record`."""
+    q = faces.rank[f]
+    return nearest_of_record(x, y, z, faces.record, faces.begin[q], faces.begin[q + 1], limit)
+
+
+@inner
 def point_winding(x, y, z, corners, first, last):  # type: ignore[no-untyped-def]
     """Winding number of triangles about a point: +-1 inside a closed surface, 0 outside.
 
@@ -125,16 +172,15 @@ def point_winding(x, y, z, corners, first, last):  # type: ignore[no-untyped-def
     """
     total = 0.0
     for t in range(first, last):
-        c = corners[t]
-        a0 = c[0, 0] - x
-        a1 = c[0, 1] - y
-        a2 = c[0, 2] - z
-        b0 = c[1, 0] - x
-        b1 = c[1, 1] - y
-        b2 = c[1, 2] - z
-        c0 = c[2, 0] - x
-        c1 = c[2, 1] - y
-        c2 = c[2, 2] - z
+        a0 = corners[t, 0, 0] - x
+        a1 = corners[t, 0, 1] - y
+        a2 = corners[t, 0, 2] - z
+        b0 = corners[t, 1, 0] - x
+        b1 = corners[t, 1, 1] - y
+        b2 = corners[t, 1, 2] - z
+        c0 = corners[t, 2, 0] - x
+        c1 = corners[t, 2, 1] - y
+        c2 = corners[t, 2, 2] - z
         a = math.sqrt(a0 * a0 + a1 * a1 + a2 * a2)
         b = math.sqrt(b0 * b0 + b1 * b1 + b2 * b2)
         d = math.sqrt(c0 * c0 + c1 * c1 + c2 * c2)

@@ -2,16 +2,43 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.geometry.order import stable_order
-from workbench.geometry.polygon import point_polygon
+from workbench.geometry.polygon import nearest_of_record
 
-__all__ = ["box_gap", "build_tree", "nearest_polygon", "wider"]
+__all__ = [
+    "DEPTH",
+    "SearchSpace",
+    "box_gap",
+    "build_tree",
+    "nearest_polygon",
+    "search_space",
+    "wider",
+]
 
 LEAF = 4
+"""Most boxes in a leaf."""
+DEPTH = 64
+"""Places on the stack of a search: trees are halved, so no tree is deeper."""
+
+
+class SearchSpace(NamedTuple):
+    """Working space of a search, one for each thread."""
+
+    stack: NDArray[np.int64]
+    """(DEPTH,) nodes to visit."""
+    gaps: NDArray[np.float64]
+    """(DEPTH,) their squared distances [m2]."""
+
+
+def search_space() -> SearchSpace:
+    """New working space."""
+    return SearchSpace(np.empty(DEPTH, dtype=np.int64), np.empty(DEPTH))
 
 
 def build_tree(
@@ -31,31 +58,56 @@ def build_tree(
     Returns low, high, child, first, last (nodes), item (boxes in leaf order), root (groups; -1
     where empty).
     """
-    return _build(low, high, groups)
-
-
-@njit(cache=True)
-def _build(low, high, groups):  # type: ignore[no-untyped-def]
-    count = low.shape[0]
-    parts = groups.shape[0] - 1
-    room = 2 * count + parts
-    node_low = np.empty((room, 3))
-    node_high = np.empty((room, 3))
-    child = np.empty(room, np.int64)
-    todo = np.empty(room, np.int64)
-    root = np.empty(parts, np.int64)
-    first = np.empty(room, np.int64)
-    last = np.empty(room, np.int64)
-    used = 0
-    item = np.empty(count, np.int64)
-    part = np.empty(count, np.int64)
+    count = len(low)
+    parts = len(groups) - 1
+    node_box = np.empty((2, 2 * count + parts, 3))
+    links = np.empty((3, 2 * count + parts), dtype=np.int64)
+    item = np.arange(count)
+    root = np.full(parts, -1)
     keys = np.empty(count)
-    order = np.empty(count, np.int64)
-    spare = np.empty(count, np.int64)
-    for s in range(count):
-        item[s] = s
-    for k in range(parts):
-        root[k] = -1
+    space = np.empty((4, 2 * count + parts), dtype=np.int64)
+    used = _build(low, high, groups, node_box, links, item, root, keys, space)
+    low, high = node_box[:, :used].copy()
+    child, first, last = links[:, :used].copy()
+    return low, high, child, first, last, item, root
+
+
+@inlined
+def _cover(low, high, item, a, b, node_box, m):  # type: ignore[no-untyped-def]
+    """Make node_box (2, M, 3) of node m the box around the boxes item[a:b]; returns its longest
+    axis."""
+    axis = 0
+    longest = -np.inf
+    for i in range(3):
+        least = np.inf
+        most = -np.inf
+        for s in range(a, b):
+            least = min(least, low[item[s], i])
+            most = max(most, high[item[s], i])
+        node_box[0, m, i] = least
+        node_box[1, m, i] = most
+        if most - least > longest:
+            longest = most - least
+            axis = i
+    return axis
+
+
+@batch_loop
+def _build(low, high, groups, node_box, links, item, root, keys, space):  # type: ignore[no-untyped-def]
+    """Fill node_box (2, M, 3), links (3, M): child, first and last of each node, item and root;
+    returns how many nodes there are. keys (F,), space (4, M): working space.
+
+    A node of more than LEAF boxes is halved at the median of their middles on its longest axis.
+    """
+    child = links[0]
+    first = links[1]
+    last = links[2]
+    todo = space[0]
+    part = space[1]
+    order = space[2]
+    spare = space[3]
+    used = 0
+    for k in range(len(root)):
         if groups[k] == groups[k + 1]:
             continue
         root[k] = used
@@ -70,18 +122,9 @@ def _build(low, high, groups):  # type: ignore[no-untyped-def]
             a = first[m]
             b = last[m]
             child[m] = -1
-            for i in range(3):
-                node_low[m, i] = np.inf
-                node_high[m, i] = -np.inf
-                for s in range(a, b):
-                    node_low[m, i] = min(node_low[m, i], low[item[s], i])
-                    node_high[m, i] = max(node_high[m, i], high[item[s], i])
+            axis = _cover(low, high, item, a, b, node_box, m)
             if b - a <= LEAF:
                 continue
-            axis = 0
-            for i in range(1, 3):
-                if node_high[m, i] - node_low[m, i] > node_high[m, axis] - node_low[m, axis]:
-                    axis = i
             for s in range(b - a):
                 part[s] = item[a + s]
                 keys[s] = 0.5 * (low[part[s], axis] + high[part[s], axis])
@@ -98,39 +141,42 @@ def _build(low, high, groups):  # type: ignore[no-untyped-def]
             todo[waiting + 1] = used + 1
             waiting += 2
             used += 2
-    return node_low[:used], node_high[:used], child[:used], first[:used], last[:used], item, root
+    return used
 
 
-@njit(cache=True, inline="always")
-def box_gap(x, y, z, low, high):  # type: ignore[no-untyped-def]
-    """Squared distance of a point to a box, 0 inside."""
-    u = max(low[0] - x, 0.0, x - high[0])
-    v = max(low[1] - y, 0.0, y - high[1])
-    w = max(low[2] - z, 0.0, z - high[2])
+@inlined
+def box_gap(x, y, z, low, high, m):  # type: ignore[no-untyped-def]
+    """Squared distance [m2] of a point to box m of low..high (M, 3), 0 inside."""
+    u = max(low[m, 0] - x, 0.0, x - high[m, 0])
+    v = max(low[m, 1] - y, 0.0, y - high[m, 1])
+    w = max(low[m, 2] - z, 0.0, z - high[m, 2])
     return u * u + v * v + w * w
 
 
-@njit(cache=True, inline="always")
+@inlined
 def wider(square):  # type: ignore[no-untyped-def]
     """A squared distance widened by rounding: what is pruned against it cannot be the equal of the
     best."""
     return square * (1.0 + 1e-12) + 1e-30
 
 
-@njit(cache=True)
-def nearest_polygon(x, y, z, faces, part, limit):  # type: ignore[no-untyped-def]
-    """Nearest polygon of a part: squared distance, polygon, point; polygon -1 where none is within
-    sqrt(limit)."""
+@inner
+def nearest_polygon(x, y, z, faces, part, limit, space):  # type: ignore[no-untyped-def]
+    """Nearest polygon of a part: squared distance [m2], polygon, and its nearest point.
+
+    -1 and infinite where none is within sqrt(limit). Equal distances go to the lower polygon, so
+    that the answer does not depend on the tree. space: SearchSpace.
+    """
+    stack = space.stack
+    gaps = space.gaps
     best = limit
     found = -1
     bx = x
     by = y
     bz = z
-    stack = np.empty(64, np.int64)
-    gaps = np.empty(64)
     stack[0] = faces.root[part]
     size = 1
-    gaps[0] = box_gap(x, y, z, faces.low[stack[0]], faces.high[stack[0]])
+    gaps[0] = box_gap(x, y, z, faces.low, faces.high, stack[0])
     while size > 0:
         size -= 1
         m = stack[size]
@@ -138,11 +184,11 @@ def nearest_polygon(x, y, z, faces, part, limit):  # type: ignore[no-untyped-def
             continue
         c = faces.child[m]
         if c < 0:
-            for s in range(faces.first[m], faces.last[m]):
-                f = faces.item[s]
-                gap, qx, qy, qz = point_polygon(x, y, z, faces, f, wider(best))
-                # equal distances go to the lower polygon, so that the answer does not depend on the
-                # tree
+            for q in range(faces.first[m], faces.last[m]):
+                at = faces.begin[q]
+                end = faces.begin[q + 1]
+                gap, qx, qy, qz = nearest_of_record(x, y, z, faces.record, at, end, wider(best))
+                f = faces.item[q]
                 if gap < best or (gap == best and (found < 0 or f < found)):
                     best = gap
                     found = f
@@ -152,8 +198,8 @@ def nearest_polygon(x, y, z, faces, part, limit):  # type: ignore[no-untyped-def
             continue
         near = c
         far = c + 1
-        a = box_gap(x, y, z, faces.low[near], faces.high[near])
-        b = box_gap(x, y, z, faces.low[far], faces.high[far])
+        a = box_gap(x, y, z, faces.low, faces.high, near)
+        b = box_gap(x, y, z, faces.low, faces.high, far)
         if b < a:
             near, far, a, b = far, near, b, a
         if b <= wider(best):

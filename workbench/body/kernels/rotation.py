@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from workbench.compiled import njit
+from workbench.compiled import inlined
 
 __all__ = ["product", "quaternion_matrix", "swing_twist_quaternion", "twist_angle"]
 
 
-@njit(cache=True, inline="always")
+@inlined
 def quaternion_matrix(w, x, y, z):  # type: ignore[no-untyped-def]
     """The nine entries, row by row, of the rotation matrix of a quaternion, which is normalised
     first."""
@@ -31,7 +31,7 @@ def quaternion_matrix(w, x, y, z):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, inline="always")
+@inlined
 def product(a, b):  # type: ignore[no-untyped-def]
     """The nine entries of the product of two 3 x 3 matrices given row by row."""
     return (
@@ -47,7 +47,7 @@ def product(a, b):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, inline="always")
+@inlined
 def twist_angle(w, x, y, z, a, b, c):  # type: ignore[no-untyped-def]
     """Angle [rad] in (-pi, pi] of the twist of a quaternion about the unit axis (a, b, c): facts of
     swing and twist."""
@@ -59,7 +59,7 @@ def twist_angle(w, x, y, z, a, b, c):  # type: ignore[no-untyped-def]
     return angle
 
 
-@njit(cache=True, inline="always")
+@inlined
 def swing_twist_quaternion(axes, j, first, second, twist):  # type: ignore[no-untyped-def]
     """The quaternion exp(swing) exp(twist) of joint j: angles [rad] about its three axes (J, 3, 3),
     twist the last."""

@@ -21,10 +21,10 @@ import math
 
 import numpy as np
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inner, njit
 from workbench.contact.kernels.inside import inside_part
 from workbench.geometry.polygon import point_polygon
-from workbench.geometry.tree import box_gap, nearest_polygon
+from workbench.geometry.tree import DEPTH, box_gap, nearest_polygon
 
 __all__ = ["LOOK", "look_at_parts", "near_pairs", "near_parts", "possible_range"]
 
@@ -33,7 +33,7 @@ LOOK = 8
 _FAR = 1e150
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@batch_loop
 def possible_range(one, two, way, least, most):  # type: ignore[no-untyped-def]
     """Fill least, most (M,) with the signed distances [m] that are possible between looks one and
     two (M, 8)."""
@@ -64,17 +64,16 @@ def possible_range(one, two, way, least, most):  # type: ignore[no-untyped-def]
             most[i] = min(most[i], -low)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def look_at_parts(faces, shells, part, far, looks):  # type: ignore[no-untyped-def]
+@batch_loop
+def look_at_parts(faces, shells, part, far, looks, space):  # type: ignore[no-untyped-def]
     """Fill distance and nearest point of looks (M, 8) at parts (M,): exact up to far (M,) [m], no
-    less beyond."""
-    stack = np.empty(64, np.int64)
+    less beyond. space: SearchSpace."""
     for i in range(len(part)):
         row = looks[i]
         k = part[i]
-        inside = inside_part(row[1], row[2], row[3], faces, shells, k, stack)
+        inside = inside_part(row[1], row[2], row[3], faces, shells, k, space.stack)
         limit = np.inf if inside else far[i] * far[i]
-        square, f, x, y, z = nearest_polygon(row[1], row[2], row[3], faces, k, limit)
+        square, f, x, y, z = nearest_polygon(row[1], row[2], row[3], faces, k, limit, space)
         if f < 0:
             row[4] = far[i]
             row[5] = _FAR
@@ -87,7 +86,7 @@ def look_at_parts(faces, shells, part, far, looks):  # type: ignore[no-untyped-d
             row[7] = z
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _ball_near(start, end, size, faces, shells, k, stack):  # type: ignore[no-untyped-def]
     """True where part k may come within `size` of a chord: within a ball around it, or around the
     ball."""
@@ -99,7 +98,7 @@ def _ball_near(start, end, size, faces, shells, k, stack):  # type: ignore[no-un
     low = faces.low
     high = faces.high
     root = faces.root[k]
-    gap = box_gap(x, y, z, low[root], high[root])
+    gap = box_gap(x, y, z, low, high, root)
     if gap > limit:
         return False
     stack[0] = root
@@ -107,7 +106,7 @@ def _ball_near(start, end, size, faces, shells, k, stack):  # type: ignore[no-un
     while depth > 0:
         depth -= 1
         m = stack[depth]
-        if box_gap(x, y, z, low[m], high[m]) > limit:
+        if box_gap(x, y, z, low, high, m) > limit:
             continue
         if faces.child[m] >= 0:
             stack[depth] = faces.child[m]
@@ -120,7 +119,7 @@ def _ball_near(start, end, size, faces, shells, k, stack):  # type: ignore[no-un
     return gap == 0.0 and inside_part(x, y, z, faces, shells, k, stack)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True)
 def near_parts(balls, spheres, start, faces, shells, allowed, checked, margin):  # type: ignore[no-untyped-def]
     """All (pair, sphere, part) (M, 3) that may touch: the segment's enclosing sphere may, and so
     may the sphere.
@@ -134,7 +133,7 @@ def near_parts(balls, spheres, start, faces, shells, allowed, checked, margin): 
     from_sphere, to_sphere, sphere_size = spheres
     rows = np.empty((1024, 3), np.int64)
     used = 0
-    stack = np.empty(64, np.int64)
+    stack = np.empty(DEPTH, np.int64)
     for p in range(len(from_ball)):
         for n in range(len(start) - 1):
             if start[n] == start[n + 1] or not ball_size[p, n] >= 0.0:
@@ -162,7 +161,7 @@ def near_parts(balls, spheres, start, faces, shells, allowed, checked, margin): 
     return rows[:used]
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@inner
 def _chords_meet(a, b, c, d, reach):  # type: ignore[no-untyped-def]
     """True where two points that run from a to b and from c to d in the same time may come within
     `reach`."""
@@ -182,7 +181,7 @@ def _chords_meet(a, b, c, d, reach):  # type: ignore[no-untyped-def]
     return not math.sqrt(x * x + y * y + z * z) > reach
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True)
 def near_pairs(one, other, pairs, allowed, margin):  # type: ignore[no-untyped-def]
     """All (pair, sphere, other sphere) (M, 3) of the segment pairs (Q, 2) that may touch.
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.compiled import njit
-from workbench.contact.kernels.field import RECORD
+from workbench.compiled import inner, njit
+from workbench.geometry.polygon import RECORD
 
 __all__ = ["mark_solids"]
 
@@ -17,7 +17,7 @@ ROUNDING = 1e-6
 """And as a part of the whole grid: cells are also found in single precision."""
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _mark(cells, field, g, low, high):  # type: ignore[no-untyped-def]
     """Set the cells (nx, ny, nz) of grid g that a box low..high (3,) meets."""
     nx, ny, nz = cells.shape

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inlined
 from workbench.contact.kernels.inside import inside_part
 from workbench.geometry.polygon import point_polygon
 from workbench.geometry.tree import box_gap, nearest_polygon
 
-__all__ = ["ClearanceTask", "min_clearances"]
+__all__ = ["ClearanceTask", "Leads", "LeastClearances", "min_clearances"]
 
 
 class ClearanceTask(NamedTuple):
@@ -35,35 +35,44 @@ class ClearanceTask(NamedTuple):
     """(M,) overlap [m] that is added to the distance."""
 
 
-@njit(cache=True, nogil=True, forceinline=True)
-def _nearest(x, y, z, r, most, faces, shells, k, free, stack):  # type: ignore[no-untyped-def]
+class Leads(NamedTuple):
+    """What was nearest of the pose before, for each of the Q pairs: working space."""
+
+    row: NDArray[np.int64]
+    """(Q, 3) row of the task, sphere and polygon, -1 where there is none."""
+    bound: NDArray[np.float64]
+    """(Q,) how near these come in this pose [m]."""
+
+
+@inlined
+def _nearest(x, y, z, r, most, faces, shells, k, free, space):  # type: ignore[no-untyped-def]
     """Signed distance of a sphere to part k, the polygon and its point, -1 where not below `most`;
     and how far about the centre there is surely no surface. free: what is known of that before, 0
     where nothing is."""
     root = faces.root[k]
-    gap = math.sqrt(box_gap(x, y, z, faces.low[root], faces.high[root]))
+    gap = math.sqrt(box_gap(x, y, z, faces.low, faces.high, root))
     if max(gap, free) > 0.0 and max(gap, free) - r >= most:
         return np.inf, -1, x, y, z, max(gap, free)
-    inside = free <= 0.0 and inside_part(x, y, z, faces, shells, k, stack)
+    inside = free <= 0.0 and inside_part(x, y, z, faces, shells, k, space.stack)
     if not inside and most + r <= 0.0:
         return np.inf, -1, x, y, z, max(gap, free)
     limit = np.inf if inside or most == np.inf else (most + r) * (most + r) * (1.0 + 1e-12)
-    square, f, px, py, pz = nearest_polygon(x, y, z, faces, k, limit)
+    square, f, px, py, pz = nearest_polygon(x, y, z, faces, k, limit, space)
     if f < 0:
         return np.inf, -1, x, y, z, math.sqrt(limit)
     away = math.sqrt(square)
     return (-away if inside else away) - r, f, px, py, pz, 0.0 if inside else away
 
 
-@njit(cache=True, nogil=True, forceinline=True)
-def _bounds(b, centres, radius, shift, task, faces, lead, bound):  # type: ignore[no-untyped-def]
+@inlined
+def _bounds(b, centres, radius, shift, task, faces, leads):  # type: ignore[no-untyped-def]
     """How near body b comes at least, by the sphere and polygon that were nearest of the one
-    before: bound (Q,), a hair more, so that it cuts off nothing that counts."""
-    for q in range(len(bound)):
-        m = lead[q, 0]
-        s = lead[q, 1]
-        f = lead[q, 2]
-        bound[q] = np.inf
+    before: leads.bound, a hair more, so that it cuts off nothing that counts."""
+    for q in range(len(leads.bound)):
+        m = leads.row[q, 0]
+        s = leads.row[q, 1]
+        f = leads.row[q, 2]
+        leads.bound[q] = np.inf
         if m >= 0:
             moves = task.row[m, 3]
             x = centres[b, s, 0]
@@ -73,57 +82,85 @@ def _bounds(b, centres, radius, shift, task, faces, lead, bound):  # type: ignor
             y = y - moves * shift[b, 1]
             z = z - moves * shift[b, 2]
             square = point_polygon(x, y, z, faces, f, np.inf)[0]
-            bound[q] = math.sqrt(square) - radius[b, s] + task.allowed[m] + 1e-9
+            leads.bound[q] = math.sqrt(square) - radius[b, s] + task.allowed[m] + 1e-9
 
 
-@njit(cache=True, nogil=True)
-def min_clearances(centres, radius, shift, task, faces, shells, out, begin, end):  # type: ignore[no-untyped-def]
+class LeastClearances(NamedTuple):
+    """What is filled for each pose and pair."""
+
+    distance: NDArray[np.float64]
+    """(P, Q) least signed distance plus the allowed overlap [m], infinite before."""
+    sphere: NDArray[np.int64]
+    """(P, Q) the nearest sphere."""
+    polygon: NDArray[np.int64]
+    """(P, Q) the nearest polygon."""
+    point: NDArray[np.float64]
+    """(P, Q, 3) the nearest point of that polygon, displaced [m]."""
+
+
+@inlined
+def _write_least(b, q, s, f, point, moves, shift, out):  # type: ignore[no-untyped-def]
+    """Write which sphere and polygon are nearest; point: in the frame of the part."""
+    out.sphere[b, q] = s
+    out.polygon[b, q] = f
+    for i in range(3):
+        out.point[b, q, i] = point[i] + moves * shift[b, i]
+
+
+@inlined
+def _measure_group(b, m, centres, radius, shift, task, faces, shells, out, leads, space):  # type: ignore[no-untyped-def]
+    """Measure the spheres of row m's group by its part for pose b, where they may be nearest.
+
+    (hx, hy, hz) is the centre of the ball of radius `clear` that holds no surface, from a sphere
+    before.
+    """
+    q = task.row[m, 0]
+    g = task.row[m, 1]
+    k = task.row[m, 2]
+    moves = task.row[m, 3]
+    allowed = task.allowed[m]
+    hx = 0.0
+    hy = 0.0
+    hz = 0.0
+    clear = 0.0
+    for i in range(task.first[g], task.first[g + 1]):
+        s = task.sphere[i]
+        x = centres[b, s, 0] - moves * shift[b, 0]
+        y = centres[b, s, 1] - moves * shift[b, 1]
+        z = centres[b, s, 2] - moves * shift[b, 2]
+        away = math.sqrt((x - hx) ** 2 + (y - hy) ** 2 + (z - hz) ** 2)
+        free = max(0.0, clear - away - 1e-9)
+        most = min(out.distance[b, q], leads.bound[q]) - allowed
+        signed, f, px, py, pz, about = _nearest(
+            x, y, z, radius[b, s], most, faces, shells, k, free, space
+        )
+        if about > free:
+            hx = x
+            hy = y
+            hz = z
+            clear = about
+        if f >= 0 and signed + allowed < out.distance[b, q]:
+            out.distance[b, q] = signed + allowed
+            _write_least(b, q, s, f, (px, py, pz), moves, shift, out)
+            leads.row[q, 0] = m
+            leads.row[q, 1] = s
+            leads.row[q, 2] = f
+
+
+@batch_loop
+def min_clearances(  # type: ignore[no-untyped-def]
+    centres, radius, shift, task, faces, shells, out, leads, space, begin, end
+):
     """Fill the least signed distance plus the allowed overlap, for poses begin..end.
 
-    centres (P, S, 3), radius (P, S): the spheres of each pose; shift (P, 3): displacement of the
-    parts that move. task: ClearanceTask; faces, shells: the environment. out: distance (P, Q),
-    infinite before; sphere, polygon (P, Q); point (P, Q, 3): of that polygon, displaced.
+    centres (P, S, 3), radius (P, S) [m]: the spheres of each pose; shift (P, 3) [m]: displacement
+    of the parts that move. task: ClearanceTask; faces, shells: the environment. out:
+    LeastClearances; leads: Leads; space: SearchSpace.
     """
-    room, sphere, polygon, point = out
-    stack = np.empty(64, np.int64)
-    bound = np.empty(room.shape[1])
-    lead = np.full((room.shape[1], 3), -1)
+    for q in range(len(leads.row)):
+        leads.row[q, 0] = -1
     for b in range(begin, end):
-        _bounds(b, centres, radius, shift, task, faces, lead, bound)
+        _bounds(b, centres, radius, shift, task, faces, leads)
         for m in range(len(task.row)):
-            q = task.row[m, 0]
-            g = task.row[m, 1]
-            k = task.row[m, 2]
-            moves = task.row[m, 3]
-            if faces.root[k] < 0:
-                continue
-            hx = 0.0
-            hy = 0.0
-            hz = 0.0
-            clear = 0.0
-            for i in range(task.first[g], task.first[g + 1]):
-                s = task.sphere[i]
-                x = centres[b, s, 0] - moves * shift[b, 0]
-                y = centres[b, s, 1] - moves * shift[b, 1]
-                z = centres[b, s, 2] - moves * shift[b, 2]
-                away = math.sqrt((x - hx) ** 2 + (y - hy) ** 2 + (z - hz) ** 2)
-                free = max(0.0, clear - away - 1e-9)
-                most = min(room[b, q], bound[q]) - task.allowed[m]
-                signed, f, px, py, pz, about = _nearest(
-                    x, y, z, radius[b, s], most, faces, shells, k, free, stack
-                )
-                if about > free:
-                    hx = x
-                    hy = y
-                    hz = z
-                    clear = about
-                if f >= 0 and signed + task.allowed[m] < room[b, q]:
-                    room[b, q] = signed + task.allowed[m]
-                    sphere[b, q] = s
-                    polygon[b, q] = f
-                    lead[q, 0] = m
-                    lead[q, 1] = s
-                    lead[q, 2] = f
-                    point[b, q, 0] = px + moves * shift[b, 0]
-                    point[b, q, 1] = py + moves * shift[b, 1]
-                    point[b, q, 2] = pz + moves * shift[b, 2]
+            if faces.root[task.row[m, 2]] >= 0:
+                _measure_group(b, m, centres, radius, shift, task, faces, shells, out, leads, space)

@@ -20,47 +20,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.heads import near_heads
 from workbench.contact.kernels.inside import inside_part
-from workbench.contact.kernels.triangles import triangle_ways
 from workbench.contact.kernels.wide import DEEP, near_boxes, point_lanes, widest
-from workbench.geometry.lanes import (
-    LANES,
-    codes,
-    corners,
-    eight,
-    first_bit,
-    least,
-    load,
-    not_above,
-    smaller,
-    store,
-    total,
-)
+from workbench.geometry.lanes import LANES, codes, corners, eight, first_bit, total
+from workbench.geometry.polygon import nearest_of_record
 from workbench.geometry.tree import wider
 
 __all__ = [
-    "RECORD",
     "Field",
     "deepest",
     "deepest_may_be",
     "fill_rows",
-    "list_of",
-    "list_ways",
     "near_polygon",
     "nearest_in",
-    "nearest_of",
     "reaches",
     "record_gap",
-    "record_point",
     "span_bound",
     "square_bound",
 ]
-
-RECORD = 10
-"""Numbers before a polygon's edges: normal, circle's centre, radius, coordinate left out, polygon,
-off its plane."""
 
 
 class Field(NamedTuple):
@@ -73,20 +52,14 @@ class Field(NamedTuple):
     span (G, 6), low and high of each group.
 
     Grid g is that of group g around its own box; wide[g] is a second, coarse one around the
-    environment, asked from outside that box, or -1. grid (G + W, 8): origin, cell edge, one over
+    environment, asked from outside that box, or -1. grid (G + W, 7): origin, cell edge, one over
     it, slack [m2] for the rounding of coordinates, how far polygons leave their planes [m], so that
-    what is a distance to a set but for that is one for sure, rounding of `triangle_ways` [m]. shape
+    what is a distance to a set but for that is one for sure. shape
     (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is shape[g, 3] + (i
     ny + j) nz + k of: near, the rank of the nearest polygon; cell (., 8), d^2 to the group at the
     corners of the cell that begins there, of which the lowest bit of the first is set where a solid
     may be in the cell. They are rounded down to 16 bits, as `codes` has them, times scale (G + W,):
     a cell is a quarter of a line of the cache, where its eight nodes lay in four.
-
-    patch (B, 8): ranks of up to eight neighbouring polygons of the only group, one of them again
-    where there are fewer, and triangle (B, ROWS, 8) each as `triangle_ways` wants it. For the cell
-    that begins at a node, at list_start of it in `listed` stand how many and which patches hold all
-    polygons that may be the nearest of a point of the cell; -1: ask the tree. list_start is empty
-    where there are several groups.
 
     solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root and
     solid_span the tree over each alone and its low and high, solid_rank (., 2) the first and last
@@ -107,10 +80,6 @@ class Field(NamedTuple):
     scale: NDArray[np.float32]
     cell: NDArray[np.uint16]
     near: NDArray[np.int32]
-    patch: NDArray[np.int32]
-    triangle: NDArray[np.float32]
-    listed: NDArray[np.int32]
-    list_start: NDArray[np.int32]
     solid_start: NDArray[np.int64]
     solid_part: NDArray[np.int64]
     solid_root: NDArray[np.int64]
@@ -118,7 +87,7 @@ class Field(NamedTuple):
     solid_rank: NDArray[np.int64]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _beyond(x, y, z, span, m):  # type: ignore[no-untyped-def]
     """True where a point lies outside the box span[m] (low, high)."""
     return (
@@ -127,7 +96,7 @@ def _beyond(x, y, z, span, m):  # type: ignore[no-untyped-def]
     )
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def span_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     """A lower bound of the squared distance of a point to a group by its box alone, 0 in it; only
     for one of several groups, otherwise always 0. Where it is more the point is outside all
@@ -141,7 +110,7 @@ def span_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     return (u * u + v * v + w * w) * (1.0 - 1e-9)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     """Lower bound of the squared distance by one grid, and how surely the point is outside all
     solids: 2 outside the grid, 1 outside as all of its cell is, 0 perhaps not.
@@ -181,7 +150,7 @@ def _grid_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     return low, 2 if out > 0.0 else 1 - (field.cell[at] & 1)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     """A lower bound of the squared distance of a point to a group, and True where it surely is
     outside all solids."""
@@ -196,7 +165,7 @@ def square_bound(x, y, z, field, g):  # type: ignore[no-untyped-def]
     return low, sure > 0
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def near_polygon(x, y, z, field, g):  # type: ignore[no-untyped-def]
     """The rank of the polygon of a group that is nearest to the grid's node at a point."""
     per = field.grid[g, 4]
@@ -222,125 +191,20 @@ def near_polygon(x, y, z, field, g):  # type: ignore[no-untyped-def]
     return np.int64(field.near[field.shape[g, 3] + (i * ny + j) * nz + k])
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def record_gap(x, y, z, field, rank, limit):  # type: ignore[no-untyped-def]
-    """Squared distance of a point to a polygon, infinite beyond `limit`; number by number as
-    `point_polygon`."""
+    """Squared distance [m2] of a point to the polygon of a rank, infinite beyond `limit`."""
     at = field.begin[rank]
-    end = field.begin[rank + 1]
-    q = field.record
-    n0 = q[at]
-    n1 = q[at + 1]
-    n2 = q[at + 2]
-    u = x - q[at + 3]
-    v = y - q[at + 4]
-    w = z - q[at + 5]
-    h = n0 * u + n1 * v + n2 * w
-    over = max(abs(h) - q[at + 9], 0.0)
-    if over * over > limit:
-        return np.inf
-    u = u - h * n0
-    v = v - h * n1
-    w = w - h * n2
-    out = max(math.sqrt(u * u + v * v + w * w) - q[at + 6], 0.0)
-    if over * over + out * out > limit:
-        return np.inf
-    drop = int(q[at + 7])
-    i = (drop + 1) % 3
-    k = (drop + 2) % 3
-    px = x - h * n0
-    py = y - h * n1
-    pz = z - h * n2
-    pi = py if i == 1 else (pz if i == 2 else px)
-    pk = py if k == 1 else (pz if k == 2 else px)
-    inside = False
-    best = np.inf
-    for e in range(at + RECORD, end, 6):
-        ai = q[e + i]
-        ak = q[e + k]
-        bi = q[e + i + 3]
-        bk = q[e + k + 3]
-        if (ak > pk) != (bk > pk) and pi < (bi - ai) * (pk - ak) / (bk - ak) + ai:
-            inside = not inside
-        a0 = q[e]
-        a1 = q[e + 1]
-        a2 = q[e + 2]
-        d0 = q[e + 3] - a0
-        d1 = q[e + 4] - a1
-        d2 = q[e + 5] - a2
-        square = d0 * d0 + d1 * d1 + d2 * d2
-        t = 0.0
-        if square > 0.0:
-            t = min(1.0, max(0.0, ((x - a0) * d0 + (y - a1) * d1 + (z - a2) * d2) / square))
-        q0 = x - (a0 + t * d0)
-        q1 = y - (a1 + t * d1)
-        q2 = z - (a2 + t * d2)
-        best = min(best, q0 * q0 + q1 * q1 + q2 * q2)
-    if inside and h * h < best:
-        best = h * h
-    return best if best <= limit else np.inf
+    return nearest_of_record(x, y, z, field.record, at, field.begin[rank + 1], limit)[0]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def record_point(x, y, z, field, rank):  # type: ignore[no-untyped-def]
-    """The point of a polygon that is nearest to a point; number by number as `point_polygon`."""
-    at = field.begin[rank]
-    q = field.record
-    n0 = q[at]
-    n1 = q[at + 1]
-    n2 = q[at + 2]
-    h = n0 * (x - q[at + 3]) + n1 * (y - q[at + 4]) + n2 * (z - q[at + 5])
-    drop = int(q[at + 7])
-    i = (drop + 1) % 3
-    k = (drop + 2) % 3
-    px = x - h * n0
-    py = y - h * n1
-    pz = z - h * n2
-    pi = py if i == 1 else (pz if i == 2 else px)
-    pk = py if k == 1 else (pz if k == 2 else px)
-    inside = False
-    best = np.inf
-    bx = x
-    by = y
-    bz = z
-    for e in range(at + RECORD, field.begin[rank + 1], 6):
-        ai = q[e + i]
-        ak = q[e + k]
-        bi = q[e + i + 3]
-        bk = q[e + k + 3]
-        if (ak > pk) != (bk > pk) and pi < (bi - ai) * (pk - ak) / (bk - ak) + ai:
-            inside = not inside
-        d0 = q[e + 3] - q[e]
-        d1 = q[e + 4] - q[e + 1]
-        d2 = q[e + 5] - q[e + 2]
-        square = d0 * d0 + d1 * d1 + d2 * d2
-        t = 0.0
-        if square > 0.0:
-            t = min(
-                1.0,
-                max(0.0, ((x - q[e]) * d0 + (y - q[e + 1]) * d1 + (z - q[e + 2]) * d2) / square),
-            )
-        u = q[e] + t * d0
-        v = q[e + 1] + t * d1
-        w = q[e + 2] + t * d2
-        gap = (x - u) ** 2 + (y - v) ** 2 + (z - w) ** 2
-        if gap < best:
-            best = gap
-            bx = u
-            by = v
-            bz = w
-    if inside and h * h < best:
-        return px, py, pz
-    return bx, by, bz
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _before(field, f, g):  # type: ignore[no-untyped-def]
     """True where the polygon of rank f has a lower number than that of rank g, or g is none."""
     return g < 0 or field.record[field.begin[f] + 8] < field.record[field.begin[g] + 8]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[no-untyped-def]
     """Nearest polygon under a tree node: squared distance and rank, -1 where none is within
     sqrt(limit).
@@ -397,89 +261,11 @@ def nearest_in(x, y, z, field, root, hint, limit, stack, gaps):  # type: ignore[
     return best, found
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def list_of(x, y, z, field, g):  # type: ignore[no-untyped-def]
-    """Where the list of the cell of a point stands in field.listed, or -1: ask the tree."""
-    if len(field.list_start) == 0:
-        return np.int64(-1)
-    per = field.grid[g, 4]
-    u = (x - field.grid[g, 0]) * per
-    v = (y - field.grid[g, 1]) * per
-    w = (z - field.grid[g, 2]) * per
-    nx = field.shape[g, 0]
-    ny = field.shape[g, 1]
-    nz = field.shape[g, 2]
-    if not (min(u, v, w) >= 0.0 and u < nx - 1.0 and v < ny - 1.0 and w < nz - 1.0):
-        return np.int64(-1)
-    return np.int64(field.list_start[field.shape[g, 3] + (int(u) * ny + int(v)) * nz + int(w)])
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def list_ways(x, y, z, field, g, at, gaps):  # type: ignore[no-untyped-def]
-    """Bounds from below and above of the distance of a point to a group, by the list at a place,
-    and what both leave open [m]: those of each triangle from below, not lessened by that, into
-    gaps."""
-    u = np.float32(x - field.grid[g, 0])
-    v = np.float32(y - field.grid[g, 1])
-    w = np.float32(z - field.grid[g, 2])
-    low = eight(np.float32(np.inf))
-    high = eight(np.float32(np.inf))
-    for e in range(np.int64(field.listed[at])):
-        way, top = triangle_ways(u, v, w, field.triangle, field.listed[at + 1 + e])
-        store(gaps, np.uint64(LANES * e), way)
-        low = smaller(low, way)
-        high = smaller(high, top)
-    spare = np.float32(field.grid[g, 7])
-    return least(low) - spare, least(high) + spare, spare
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
-def nearest_of(x, y, z, field, g, limit, stack, gaps):  # type: ignore[no-untyped-def]
-    """Nearest polygon of a group, as `nearest_in`: by the list of the point's cell, or by the
-    tree."""
-    at = list_of(x, y, z, field, g)
-    if at < 0:
-        return nearest_in(
-            x, y, z, field, field.root[g], near_polygon(x, y, z, field, g), limit, stack, gaps
-        )
-    best = limit
-    found = np.int64(-1)
-    _, high, spare = list_ways(x, y, z, field, g, at, gaps)
-    most = min(high, np.float32(math.sqrt(wider(best)) * (1.0 + 1e-6))) + spare
-    for e in range(np.int64(field.listed[at])):
-        bits = not_above(load(gaps, np.uint64(LANES * e)), eight(most))
-        while bits != np.uint64(0):
-            k = np.int64(first_bit(bits))
-            bits &= bits - np.uint64(1)
-            f = np.int64(field.patch[LANES * np.int64(field.listed[at + 1 + e]) + k])
-            if gaps[LANES * e + k] > most or f == found:
-                continue
-            gap = record_gap(x, y, z, field, f, wider(best))
-            if gap < best or (gap == best and gap < np.inf and _before(field, f, found)):
-                best = gap
-                found = f
-                most = min(most, np.float32(math.sqrt(wider(best)) * (1.0 + 1e-6)) + spare)
-    return best, found
-
-
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere of radius r overlaps a polygon of a group by more than allowed, which is
     less than r."""
     limit = wider((r - allowed) * (r - allowed))
-    at = list_of(x, y, z, field, g)
-    if at >= 0:
-        low, high, spare = list_ways(x, y, z, field, g, at, gaps)
-        if r - np.float64(high) > allowed or r - np.float64(low) <= allowed:
-            return r - np.float64(high) > allowed
-        for i in range(LANES * np.int64(field.listed[at])):
-            if gaps[i] - spare <= r - allowed:
-                rank = np.int64(
-                    field.patch[LANES * np.int64(field.listed[at + 1 + i // LANES]) + i % LANES]
-                )
-                if r - math.sqrt(record_gap(x, y, z, field, rank, limit)) > allowed:
-                    return True
-        return False
     if r - math.sqrt(record_gap(x, y, z, field, near_polygon(x, y, z, field, g), limit)) > allowed:
         return True
     stack[0] = field.root[g]
@@ -502,7 +288,7 @@ def reaches(x, y, z, r, field, g, allowed, stack, gaps):  # type: ignore[no-unty
     return False
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-untyped-def]
     """Depth of a point in the solids of a group and the nearest polygon (rank) of the one it is
     deepest in, or -1."""
@@ -519,7 +305,7 @@ def deepest(x, y, z, faces, shells, field, g, stack, gaps):  # type: ignore[no-u
     return depth, rank
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def]
     """No less than the depth of a point in the solids of a group, `way` being the distance to the
     polygon of a rank."""
@@ -530,7 +316,7 @@ def deepest_may_be(x, y, z, field, g, rank, way):  # type: ignore[no-untyped-def
     return way * (1.0 + 1e-12)
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@batch_loop
 def fill_rows(faces, shells, field, square, g, group, stack, gaps, begin, end):  # type: ignore[no-untyped-def]
     """Fill the rows begin..end of grid g, of a group; a row is a line of nodes along z. Rows may
     fill at once.

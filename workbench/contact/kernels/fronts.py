@@ -23,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inlined, inner
 from workbench.geometry.lanes import (
     eight,
     equal,
@@ -81,7 +81,7 @@ class Room(NamedTuple):
     near: NDArray[np.float32]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def place_blocks(centres, p, shown, blocks, ball, o0, o1, o2):  # type: ignore[no-untyped-def]
     """Fill ball with what stands where in pose p, seen from a point; returns the greatest
     coordinate [m]."""
@@ -122,14 +122,14 @@ def place_blocks(centres, p, shown, blocks, ball, o0, o1, o2):  # type: ignore[n
     return greatest_of(upper(high, four(0.0) - low))
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _ball(array, place):  # type: ignore[no-untyped-def]
     """Centre and radius of the ball at a place of blocks of NODE numbers."""
     e = (place // _L) * NODE + place % _L
     return array[e], array[e + _L], array[e + _L + _L], array[e + _L + _L + _L]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _gaps(x, y, z, array, block):  # type: ignore[no-untyped-def]
     """Distances of a point, each coordinate eight times, from the surfaces of eight balls."""
     e = block * NODE
@@ -139,7 +139,7 @@ def _gaps(x, y, z, array, block):  # type: ignore[no-untyped-def]
     return root(u * u + v * v + w * w) - load(array, e + _L + _L + _L)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _heights(x, y, z, array, a, b, high):  # type: ignore[no-untyped-def]
     """How far the balls in the blocks a..b reach along a direction, each component eight times,
     into high; the greatest."""
@@ -153,7 +153,7 @@ def _heights(x, y, z, array, a, b, high):  # type: ignore[no-untyped-def]
     return greatest(top)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _near_place(x, y, z, array, a, b, spare):  # type: ignore[no-untyped-def]
     """The place of a sphere about as near to a point as any in the blocks a..b."""
     x8 = eight(x)
@@ -170,7 +170,7 @@ def _near_place(x, y, z, array, a, b, spare):  # type: ignore[no-untyped-def]
     return np.uint64(np.int64(spare[k])) * _L + k
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def first_pairs(pairs, first1, first2, ball1, ball2, spare, place1, place2):  # type: ignore[no-untyped-def]
     """For each segment pair (M, 2) the places (M,) of two spheres that are nearly the nearest: from
     what stands in place1 to the nearest of the other segment, and back.
@@ -188,7 +188,7 @@ def first_pairs(pairs, first1, first2, ball1, ball2, spare, place1, place2):  # 
         place1[m] = _near_place(x, y, z, ball1, first1[a], first1[a + 1], spare)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _picked(limit, high, a, b, front):  # type: ignore[no-untyped-def]
     """The places of what reaches to a height in the blocks a..b, into front; how many."""
     used = np.uint64(0)
@@ -199,7 +199,7 @@ def _picked(limit, high, a, b, front):  # type: ignore[no-untyped-def]
     return used
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _gathered(ball, front, used, near):  # type: ignore[no-untyped-def]
     """Bring the balls at the places in front together into blocks of near; how many blocks."""
     blocks = max((used + _L - _ONE) // _L, _ONE)
@@ -216,7 +216,7 @@ def _gathered(ball, front, used, near):  # type: ignore[no-untyped-def]
     return blocks
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _direction(ball1, ball2, begun):  # type: ignore[no-untyped-def]
     """About the unit vector from the one to the other of two balls, and their distance less the
     radii."""
@@ -231,7 +231,7 @@ def _direction(ball1, ball2, begun):  # type: ignore[no-untyped-def]
     return x * per, y * per, z * per, far - (r + t)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _fronts(ball1, ball2, room1, room2, ends, begun, spare):  # type: ignore[no-untyped-def]
     """Fill front of both with the places that may be of a pair nearer than that begun with; how
     many of each."""
@@ -248,7 +248,7 @@ def _fronts(ball1, ball2, room1, room2, ends, begun, spare):  # type: ignore[no-
     return used1, used2
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _nearest(ball1, front, used, near, blocks, spare, room):  # type: ignore[no-untyped-def]
     """The nearest of two fronts in single precision: the least distance and a quarter of `spare`,
     which of the one front and which of `near` it is between, and 1 where no others are as near
@@ -280,7 +280,7 @@ def _nearest(ball1, front, used, near, blocks, spare, room):  # type: ignore[no-
     return within, turn // blocks, (turn % blocks) * _L + k, alone
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _better(c1, c2, p, radius1, radius2, s, t, best):  # type: ignore[no-untyped-def]
     """The nearer of the pair (s, t) and the best so far (I, sphere, sphere): equal ones by the
     lowest spheres."""
@@ -294,7 +294,7 @@ def _better(c1, c2, p, radius1, radius2, s, t, best):  # type: ignore[no-untyped
     return best
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _several(one, other, p, counts, begins, within, fronts, balls, best):  # type: ignore[no-untyped-def]
     """The best of all pairs of the fronts within a distance, in double precision."""
     (c1, radius1), (c2, radius2), (front1, front2), (ball1, near) = one, other, fronts, balls
@@ -315,7 +315,7 @@ def _several(one, other, p, counts, begins, within, fronts, balls, best):  # typ
     return best
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def foremost_pair(one, other, p, pair, rooms, begun, spare):  # type: ignore[no-untyped-def]
     """Least I of two segments with its spheres, of equal ones the lowest: (I, sphere, sphere).
 

@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inlined, inner, njit
 from workbench.contact.kernels.field import (
     deepest,
     deepest_may_be,
     near_polygon,
-    nearest_of,
+    nearest_in,
     reaches,
     record_gap,
     span_bound,
@@ -61,7 +61,7 @@ class Crowd(NamedTuple):
     shown: NDArray[np.int64]
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def carried(world, p, n, a, b, c):  # type: ignore[no-untyped-def]
     """A point of the frame of segment n in the world."""
     x = world[p, n, 0, 0] * a + world[p, n, 0, 1] * b + world[p, n, 0, 2] * c + world[p, n, 0, 3]
@@ -70,7 +70,7 @@ def carried(world, p, n, a, b, c):  # type: ignore[no-untyped-def]
     return x, y, z
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def cluster_hub(centres, world, p, crowd, n, c):  # type: ignore[no-untyped-def]
     """The hub of cluster c of segment n in the world, in pose p."""
     m = crowd.middle[c]
@@ -79,7 +79,7 @@ def cluster_hub(centres, world, p, crowd, n, c):  # type: ignore[no-untyped-def]
     return carried(world, p, n, crowd.hub[c, 0], crowd.hub[c, 1], crowd.hub[c, 2])
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _least(low, a, b):  # type: ignore[no-untyped-def]
     """Where the least of low[a:b] stands."""
     lead = a
@@ -89,7 +89,7 @@ def _least(low, a, b):  # type: ignore[no-untyped-def]
     return lead
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  # type: ignore[no-untyped-def]
     """Improve best = (signed distance, sphere, polygon) by sphere s, of radius r, which stands at
     (x, y, z).
@@ -108,7 +108,8 @@ def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  #
     if reach < 0.0:
         return best
     limit = reach * reach * (1.0 + 1e-12)
-    square, f = nearest_of(x, y, z, field, g, limit, stack, gaps)
+    hint = near_polygon(x, y, z, field, g)
+    square, f = nearest_in(x, y, z, field, field.root[g], hint, limit, stack, gaps)
     if f >= 0:
         gap = math.sqrt(square) - r
         if gap < signed or (gap == signed and s < sphere):
@@ -118,7 +119,7 @@ def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  #
     return signed, sphere, polygon
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-untyped-def]
     """Bound the signed distances of the spheres of cluster c from below, into low; `most` lowered
     by those from above.
@@ -145,7 +146,7 @@ def _cluster(centres, p, crowd, c, field, g, most, low):  # type: ignore[no-unty
     return most
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _cluster_bound(x, y, z, reach, field, g):  # type: ignore[no-untyped-def]
     """Lower bound of the signed distances of all spheres within reach of a hub; none where it may
     be inside a solid."""
@@ -153,7 +154,7 @@ def _cluster_bound(x, y, z, reach, field, g):  # type: ignore[no-untyped-def]
     return math.sqrt(square) - reach if sure else -np.inf
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps):  # type: ignore[no-untyped-def]
     """Least signed distance of segment n to a group, with the sphere and the polygon."""
     a = crowd.start[n]
@@ -198,7 +199,7 @@ def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, st
     return best
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@batch_loop
 def group_clearance(centres, world, crowd, faces, shells, field, out, space, begin, end):  # type: ignore[no-untyped-def]
     """Signed clearance of every segment to every group, for the poses begin..end.
 
@@ -240,7 +241,7 @@ def witness_points(centres, faces, sphere, polygon, point):  # type: ignore[no-u
                     point[p, n, g, 2] = w
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere is deeper in a group than allowed."""
     square, sure = square_bound(x, y, z, field, g)
@@ -253,7 +254,7 @@ def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # 
     return reaches(x, y, z, r, field, g, allowed, stack, gaps)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
     """True where a sphere of segment n is deeper in a group than allowed."""
     for c in range(crowd.start[n], crowd.start[n + 1]):
@@ -274,7 +275,7 @@ def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed,
     return False
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-untyped-def]
     """Segments and groups that may collide in pose p, the most promising first; how many."""
     used = 0
@@ -302,7 +303,7 @@ def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-
     return used
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@batch_loop
 def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, space, begin, end):  # type: ignore[no-untyped-def]
     """Fill hit (P,) for the poses begin..end: is any sphere deeper in a group than allowed (N, G)
     [m], tolerance included, for its segment? centres (P, S, 3), world (P, N, 3, 4); space: stack
@@ -323,7 +324,7 @@ def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, sp
         hit[p] = found
 
 
-@njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
+@batch_loop
 def may_touch(centres, world, crowd, field, margin, near, begin, end):  # type: ignore[no-untyped-def]
     """Fill near (P, S) for the poses begin..end: 1 where a sphere may come nearer than margin [m]
     to the only group."""

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inlined, njit
 from workbench.contact.kernels.wide import DEEP, widest
 from workbench.geometry.lanes import LANES, eight, larger, load, not_above, root, store
 
@@ -27,7 +27,7 @@ EDGES = 10
 """Where the edges begin in a polygon's record."""
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def near_heads(x, y, z, head, m, limit, gaps):  # type: ignore[no-untyped-def]
     """Bits of those of the eight heads (M, ROWS, LANES) of node m that lie within sqrt(limit) of a
     point; the squared distances in gaps[DEEP:DEEP + LANES] are raised to theirs, which are lessened

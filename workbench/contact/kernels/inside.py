@@ -15,13 +15,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inlined, inner
 from workbench.geometry.polygon import point_winding
 
 __all__ = ["Shells", "inside_part", "is_closed", "odd_shares"]
 
 DOUBT = 1 << 40
+"""Stands for a crossing whose sign is not sure: more than all triangles together."""
 ROUNDING = 1e-14
+"""Error of a product of three coordinates, as a part of the product of their sizes."""
 
 
 class Shells(NamedTuple):
@@ -42,34 +44,54 @@ def is_closed(triangles: NDArray[np.int64]) -> bool:
     return not np.any(np.bincount(edge, np.sign(head - tail)))
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
-def _crossing(corners, t, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
-    """+-1 where a ray from a point along d crosses triangle t, 0 where it surely does not, else
-    DOUBT."""
-    a0 = corners[t, 0, 0] - x
-    a1 = corners[t, 0, 1] - y
-    a2 = corners[t, 0, 2] - z
-    b0 = corners[t, 1, 0] - x
-    b1 = corners[t, 1, 1] - y
-    b2 = corners[t, 1, 2] - z
-    c0 = corners[t, 2, 0] - x
-    c1 = corners[t, 2, 1] - y
-    c2 = corners[t, 2, 2] - z
-    m0 = a1 * b2 - a2 * b1
-    m1 = a2 * b0 - a0 * b2
-    m2 = a0 * b1 - a1 * b0
-    u = d0 * m0 + d1 * m1 + d2 * m2
-    v = d0 * (b1 * c2 - b2 * c1) + d1 * (b2 * c0 - b0 * c2) + d2 * (b0 * c1 - b1 * c0)
-    w = d0 * (c1 * a2 - c2 * a1) + d1 * (c2 * a0 - c0 * a2) + d2 * (c0 * a1 - c1 * a0)
-    p = abs(a0) + abs(a1) + abs(a2)
-    q = abs(b0) + abs(b1) + abs(b2)
-    r = abs(c0) + abs(c1) + abs(c2)
-    d = ROUNDING * (abs(d0) + abs(d1) + abs(d2))
+@inlined
+def _cross(a, b):  # type: ignore[no-untyped-def]
+    """a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inlined
+def _dot(a, b):  # type: ignore[no-untyped-def]
+    """a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def _size(a):  # type: ignore[no-untyped-def]
+    """Sum of the magnitudes of a vector's components, which its rounding is a part of."""
+    return abs(a[0]) + abs(a[1]) + abs(a[2])
+
+
+@inlined
+def _corner(corners, t, k, x, y, z):  # type: ignore[no-untyped-def]
+    """Corner k of triangle t, seen from a point."""
+    return corners[t, k, 0] - x, corners[t, k, 1] - y, corners[t, k, 2] - z
+
+
+@inner
+def _crossing(corners, t, x, y, z, ray):  # type: ignore[no-untyped-def]
+    """Sign with which a ray from a point crosses triangle t, 0 where it surely does not, else DOUBT.
+
+    With the corners a, b, c seen from the point, the ray d passes all three edges on one side where
+    d.(a x b), d.(b x c) and d.(c x a) have one sign. It runs toward the triangle where that is the
+    sign of the volume c.(a x b).
+    """
+    a = _corner(corners, t, 0, x, y, z)
+    b = _corner(corners, t, 1, x, y, z)
+    c = _corner(corners, t, 2, x, y, z)
+    normal = _cross(a, b)
+    u = _dot(ray, normal)
+    v = _dot(ray, _cross(b, c))
+    w = _dot(ray, _cross(c, a))
+    p = _size(a)
+    q = _size(b)
+    r = _size(c)
+    d = ROUNDING * _size(ray)
     above = (u > d * p * q) + (v > d * q * r) + (w > d * r * p)
     below = (u < -d * p * q) + (v < -d * q * r) + (w < -d * r * p)
     if above > 0 and below > 0:
         return 0
-    volume = c0 * m0 + c1 * m1 + c2 * m2
+    volume = _dot(c, normal)
     doubt = abs(volume) <= ROUNDING * p * q * r
     if above == 3 and not doubt:
         return 1 if volume > 0.0 else 0
@@ -78,24 +100,27 @@ def _crossing(corners, t, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
     return DOUBT
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
-def _meets(low, high, m, wide, x, y, z, d0, d1, d2):  # type: ignore[no-untyped-def]
+@inlined
+def _slab(low, high, place, step):  # type: ignore[no-untyped-def]
+    """Where on a line, place + t step, it is between two planes: the lower t and the greater."""
+    s = (low - place) / step
+    t = (high - place) / step
+    return min(s, t), max(s, t)
+
+
+@inner
+def _meets(low, high, m, wide, x, y, z, ray):  # type: ignore[no-untyped-def]
     """True where a ray may meet box m widened by `wide`; no component of its direction is zero."""
-    s = (low[m, 0] - wide - x) / d0
-    t = (high[m, 0] + wide - x) / d0
-    near = max(0.0, min(s, t))
-    far = max(s, t)
-    s = (low[m, 1] - wide - y) / d1
-    t = (high[m, 1] + wide - y) / d1
-    near = max(near, min(s, t))
-    far = min(far, max(s, t))
-    s = (low[m, 2] - wide - z) / d2
-    t = (high[m, 2] + wide - z) / d2
-    return max(near, min(s, t)) <= min(far, max(s, t))
+    a, b = _slab(low[m, 0] - wide, high[m, 0] + wide, x, ray[0])
+    c, d = _slab(low[m, 1] - wide, high[m, 1] + wide, y, ray[1])
+    e, f = _slab(low[m, 2] - wide, high[m, 2] + wide, z, ray[2])
+    near = max(max(max(0.0, a), c), e)
+    far = min(min(b, d), f)
+    return near <= far
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
-def _crossings(x, y, z, d0, d1, d2, faces, shells, root, wide, stack):  # type: ignore[no-untyped-def]
+@inner
+def _crossings(x, y, z, ray, faces, shells, root, wide, stack):  # type: ignore[no-untyped-def]
     """Signed crossings of a ray with the polygons under a tree node, DOUBT where any is in
     doubt."""
     stack[0] = root
@@ -104,7 +129,7 @@ def _crossings(x, y, z, d0, d1, d2, faces, shells, root, wide, stack):  # type: 
     while size > 0:
         size -= 1
         m = stack[size]
-        if not _meets(faces.low, faces.high, m, wide, x, y, z, d0, d1, d2):
+        if not _meets(faces.low, faces.high, m, wide, x, y, z, ray):
             continue
         if faces.child[m] >= 0:
             stack[size] = faces.child[m]
@@ -114,14 +139,22 @@ def _crossings(x, y, z, d0, d1, d2, faces, shells, root, wide, stack):  # type: 
         for s in range(faces.first[m], faces.last[m]):
             f = faces.item[s]
             for t in range(shells.triangle_start[f], shells.triangle_start[f + 1]):
-                sign = _crossing(faces.corners, t, x, y, z, d0, d1, d2)
+                sign = _crossing(faces.corners, t, x, y, z, ray)
                 if sign == DOUBT:
                     return DOUBT
                 total += sign
     return total
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inlined
+def _way_out(up, down, least, lean, step, turn):  # type: ignore[no-untyped-def]
+    """One component of the ray that is tried in a turn: the shortest way out of the box, leaning a
+    little, so that it runs along no edge by design."""
+    straight = (1.0 if up == least else 0.0) - (1.0 if down == least else 0.0)
+    return straight + lean + step * turn
+
+
+@inner
 def inside_part(x, y, z, faces, shells, part, stack):  # type: ignore[no-untyped-def]
     """True where a point lies inside a solid part: its winding number, to the nearest whole, is not
     zero.
@@ -131,47 +164,32 @@ def inside_part(x, y, z, faces, shells, part, stack):  # type: ignore[no-untyped
     m = faces.root[part]
     if faces.solid[part] == 0 or m < 0:
         return False
-    up = (faces.high[m, 0] - x, faces.high[m, 1] - y, faces.high[m, 2] - z)
-    down = (x - faces.low[m, 0], y - faces.low[m, 1], z - faces.low[m, 2])
-    least = min(min(up), min(down))
+    # the ways out of the part's box, up and down each axis [m]
+    u0 = faces.high[m, 0] - x
+    u1 = faces.high[m, 1] - y
+    u2 = faces.high[m, 2] - z
+    v0 = x - faces.low[m, 0]
+    v1 = y - faces.low[m, 1]
+    v2 = z - faces.low[m, 2]
+    least = min(min(min(u0, u1), u2), min(min(v0, v1), v2))
     if least < 0.0:
         return False
     if shells.closed[part] == 1:
-        far = max(abs(x) + up[0] + down[0], abs(y) + up[1] + down[1], abs(z) + up[2] + down[2])
+        far = max(max(abs(x) + u0 + v0, abs(y) + u1 + v1), abs(z) + u2 + v2)
         for turn in range(4):
-            # the shortest way out, leaning a little, so that it runs along no edge by design
-            d0 = (
-                (1.0 if up[0] == least else 0.0)
-                - (1.0 if down[0] == least else 0.0)
-                + 0.0371
-                - 0.0613 * turn
+            ray = (
+                _way_out(u0, v0, least, 0.0371, -0.0613, turn),
+                _way_out(u1, v1, least, 0.0213, 0.0457, turn),
+                _way_out(u2, v2, least, -0.0291, 0.0333, turn),
             )
-            d1 = (
-                (1.0 if up[1] == least else 0.0)
-                - (1.0 if down[1] == least else 0.0)
-                + 0.0213
-                + 0.0457 * turn
-            )
-            d2 = (
-                (1.0 if up[2] == least else 0.0)
-                - (1.0 if down[2] == least else 0.0)
-                - 0.0291
-                + 0.0333 * turn
-            )
-            total = _crossings(x, y, z, d0, d1, d2, faces, shells, m, 1e-12 * far, stack)
+            total = _crossings(x, y, z, ray, faces, shells, m, 1e-12 * far, stack)
             if total != DOUBT:
                 return total != 0
-    return (
-        abs(
-            point_winding(
-                x, y, z, faces.corners, faces.corner_start[part], faces.corner_start[part + 1]
-            )
-        )
-        > 0.5
-    )
+    first = faces.corner_start[part]
+    return abs(point_winding(x, y, z, faces.corners, first, faces.corner_start[part + 1])) > 0.5
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner
 def odd_shares(points, directions, faces, shells, part, stack, share):  # type: ignore[no-untyped-def]
     """Share of the lines of sight from each point that cross a part an odd number of times.
 
@@ -191,10 +209,8 @@ def odd_shares(points, directions, faces, shells, part, stack, share):  # type: 
             for k in range(3):
                 far = max(far, abs(faces.low[m, k]), abs(faces.high[m, k]))
             for d in range(len(directions)):
-                d0 = directions[d, 0]
-                d1 = directions[d, 1]
-                d2 = directions[d, 2]
-                total = _crossings(x, y, z, d0, d1, d2, faces, shells, m, 4e-12 * far, stack)
+                ray = directions[d, 0], directions[d, 1], directions[d, 2]
+                total = _crossings(x, y, z, ray, faces, shells, m, 4e-12 * far, stack)
                 if total != DOUBT:
                     sure += 1
                     odd += total & 1

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import inlined, njit
 from workbench.geometry.lanes import LANES, eight, larger, load, not_above, store
 
 __all__ = ["DEEP", "EIGHT", "near_boxes", "point_lanes", "widened", "widest"]
@@ -21,27 +21,27 @@ DEEP = 512
 from."""
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def widest(limit):  # type: ignore[no-untyped-def]
     """More than any square in single precision of a gap within a squared distance: such are off by
     less than 1e-6."""
     return limit * (1.0 + 2e-6) + 1e-37
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def _between(x):  # type: ignore[no-untyped-def]
     """Numbers of single precision below and above one of double, eight times."""
     spare = 1.2e-7 * abs(x) + 1e-30
     return eight(np.float32(x - spare)), eight(np.float32(x + spare))
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def point_lanes(x, y, z):  # type: ignore[no-untyped-def]
     """A point as `near_boxes` wants it."""
     return _between(x), _between(y), _between(z)
 
 
-@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+@inlined
 def near_boxes(point, box, m, many, limit, gaps):  # type: ignore[no-untyped-def]
     """Bits of those of the `many` boxes of node m that lie within sqrt(limit) of a point; the
     squared distances of all, in single precision and lessened by rounding at the most, into

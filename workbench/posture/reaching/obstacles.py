@@ -113,7 +113,7 @@ def _fixed(topology: Topology, environment: Environment, moving: tuple[int, ...]
     )
     faces = Faces(*_plain(packed_faces(environment)))
     shells = Shells(*_plain(packed_shells(environment)))
-    field = Field(*_plain(field_of(environment, chosen, lists=False)))
+    field = Field(*_plain(field_of(environment, chosen)))
     owner, allowed, moves, normal, least = _plain(
         [environment.polygon_part, allowed, moves, environment.normal, least]
     )
