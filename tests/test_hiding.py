@@ -338,7 +338,7 @@ def test_a_camera_s_cut_takes_away_what_is_nearer_in_vector_too():
 def test_a_hidden_or_see_through_part_hides_nothing_and_a_camera_inside_a_room_sees_its_walls():
     for kind in ({"hidden": True}, {"see_through": True}):
         assert not len(
-            build_occluders(boxes([[0, 0, 0], [1, 1, 1]], **kind), front(), np.inf).plane
+            build_occluders(boxes([[0, 0, 0], [1, 1, 1]], **kind), front(), np.inf).planes
         )
     camera = look_at([0, 0, 0], [1, 0, 0], width=100, height=80, field=2.2)
     scene = Scene((), boxes([[-1, -1, -1], [1, 1, 1]]))
