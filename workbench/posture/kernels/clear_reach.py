@@ -45,7 +45,7 @@ from workbench.posture.kernels.descent import (
     take,
     take_row,
 )
-from workbench.posture.kernels.inverse import LEGAL, Seeds, next_seed, place_seeds, worth
+from workbench.posture.kernels.inverse import LEGAL, next_seed, place_seeds, worth
 from workbench.posture.kernels.limits import Planes, within
 from workbench.posture.kernels.linkage import Linkage, State, new_state
 from workbench.posture.kernels.newton import Work, equations, go, new_work, newton
@@ -286,7 +286,7 @@ def _witness(case, desk):  # type: ignore[no-untyped-def]
         depth = max(0.0, desk.space.found[0, 0, 0])
     if depth > 0.0:
         part = np.int64(case.room.owner[int(desk.space.found[0, 0, 2])])
-    return Witness(error, breach, depth, part)
+    return Witness(error, breach, depth, part)  # type: ignore[arg-type]
 
 
 @inlined
