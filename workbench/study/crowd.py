@@ -56,14 +56,18 @@ def people_bodies(
         made[sex] = scale_many(bodies[sex], given, others=rest)
     for row, code, label in zip(rows, people.sex, people.labels, strict=True):
         sex = SEXES[int(code)]
-        yield _person((bodies[sex], next(made[sex])), row, (exact, f"{sex}, {label}"))
+        yield _person(bodies[sex], next(made[sex]), row, exact, f"{sex}, {label}")
 
 
 def _person(
-    found: tuple[Body, Body | InputError], row: Mapping[str, float], who: tuple[Sequence[str], str]
+    template: Body,
+    body: Body | InputError,
+    row: Mapping[str, float],
+    exact: Sequence[str],
+    label: str,
 ) -> SizedBody:
-    template, body = found
-    exact, label = who
+    """The body of a person with measures `row`, or the template with the exact ones alone where no
+    body shows all."""
     told: tuple[str, ...] = ()
     if isinstance(body, InputError):
         try:

@@ -72,7 +72,7 @@ def person_body(
             )
     check_plausible(measures)
     if isinstance(people, Growth):
-        return _child(morph_to(body, detail), people, (sex, age), measures)
+        return _child(morph_to(body, detail), people, sex, age, measures)
     if age is not None:
         raise InputError(f"an age goes with growth charts, not with the population {people.name}")
     scores = scores_of(people, sex)
@@ -101,11 +101,10 @@ def _made(body: Body, measures: Measures, values: Measures, told: tuple[str, ...
 
 
 def _child(
-    body: Body, growth: Growth, who: tuple[str, float | None], measures: Measures
+    body: Body, growth: Growth, sex: str, age: float | None, measures: Measures
 ) -> SizedBody:
     """A child: stature and mass that are not given stand at the same percentile of its age as the
     one that is, at the median where neither is."""
-    sex, age = who
     if age is None:
         raise InputError(f"{growth.name} are growth charts: they need an age in years")
     known = [name for name in growth.names if name in measures]

@@ -105,7 +105,7 @@ def who_reaches(
         def ask(rows: Ints, some: Body = some, own: Poses = own, arm: Limb = arm) -> Bools:
             return reach(some, own, points[rows], limb=arm, threads=threads).reached
 
-        reached[at] = _asked(points, (order, far), reached[at], ask)
+        reached[at] = _asked(points, order, far, reached[at], ask)
     return reached
 
 
@@ -135,10 +135,9 @@ def _stretches(body: Body, poses: Poses, points: Floats, name: str) -> Floats:
 
 
 def _asked(
-    points: Floats, order: tuple[Ints, Floats], settled: Bools, ask: Callable[[Ints], Bools]
+    points: Floats, rows: Ints, far: Floats, settled: Bools, ask: Callable[[Ints], Bools]
 ) -> Bools:
     """(B, M) who reaches which points: `ask` says it of some points (K,) for everybody (B, K)."""
-    rows, far = order
     known = settled.astype(np.int8)  # 1 reached, -1 missed, 0 not known
     done = 0
     count = int(np.argmax(far <= COARSE)) + 1 if far[-1] <= COARSE else len(rows)

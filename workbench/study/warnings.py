@@ -35,11 +35,10 @@ def result_warnings(
         found += enclosure_warnings(person.name, person.placed, environment, cases)
         if person.role.seat is not None:
             seat = environment.seat(person.role.seat)
-            for rest, what in ((seat.cushion, "cushion"), (seat.back, "back")):
+            for surface, what in ((seat.cushion, "cushion"), (seat.back, "back")):
                 tolerance = DRIVER_TOLERANCE if "driver" in person.postures else SEAT_TOLERANCE
-                found += _missed(
-                    environment, person, (rest, f"{what} of seat {seat.name!r}"), tolerance
-                )
+                words = f"{what} of seat {seat.name!r}"
+                found += _missed(environment, person, surface, words, tolerance)
     return found
 
 
@@ -90,10 +89,9 @@ def enclosure_warnings(
 
 
 def _missed(
-    environment: Environment, person: PersonFound, rest: tuple[Rest, str], tolerance: float
+    environment: Environment, person: PersonFound, surface: Rest, what: str, tolerance: float
 ) -> Iterator[str]:
     """The seat's planes say where a sitter rests; the part itself may be elsewhere."""
-    surface, what = rest
     gaps = _gaps(environment, person, surface)
     gap = max(gaps, key=lambda gap: abs(gap + surface.depth), default=-surface.depth)
     if abs(gap + surface.depth) > tolerance:

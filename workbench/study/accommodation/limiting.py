@@ -119,16 +119,15 @@ def limiting_measures(
             ]
             if some and known:
                 for k, best in zip(
-                    some, _oddest(scores, people.rows(rows[some]), (known, sign)), strict=True
+                    some, _oddest(scores, people.rows(rows[some]), known, sign), strict=True
                 ):
                     found[k] = known[int(best)]
     return found
 
 
-def _oddest(scores: Scores, people: Population, what: tuple[Sequence[str], int]) -> Ints:
+def _oddest(scores: Scores, people: Population, names: Sequence[str], sign: int) -> Ints:
     """(P,) the measure that is oddest in a direction given the others; by itself for people in whom
     none is."""
-    names, sign = what
     found = improbability(scores, {name: people.column(name) for name in names})
     surprise = sign * found.surprise
     alone = sign * found.z

@@ -43,27 +43,33 @@ def group_shares(
     Wilson's interval, with weights of Kish's effective count; or that of the bootstrap, which draws
     from each sex as many as there are where the sexes are weighted to a mix.
     """
-    how = confidence, interval
-    yield _share("everybody", (served, people.weight), how)
+
+    def share(group: str, rows: Bools, weight: Floats, strata: Ints | None = None) -> GroupShare:
+        return _share(group, served[rows], weight[rows], confidence, interval, strata)
+
+    everybody = np.ones(len(people), dtype=np.bool_)
+    yield share("everybody", everybody, people.weight)
     present = [sex for sex in SEXES if np.any(people.sex == SEXES.index(sex))]
     if len(present) < 2:
         return
     for sex in present:
         rows = people.sex == SEXES.index(sex)
-        yield _share(_WORDS[sex], (served[rows], people.weight[rows]), how)
+        yield share(_WORDS[sex], rows, people.weight)
     for name, women in mixes.items():
         weight = mix_weights(people, women)
         rows = weight > 0
-        yield _share(name, (served[rows], weight[rows]), how, people.sex[rows])
+        yield share(name, rows, weight, people.sex[rows])
 
 
 def _share(
     group: str,
-    who: tuple[Bools, Floats],
-    how: tuple[float, IntervalRule],
+    served: Bools,
+    weight: Floats,
+    confidence: float,
+    rule: IntervalRule,
     strata: Ints | None = None,
 ) -> GroupShare:
-    (served, weight), (confidence, rule) = who, how
+    """The share of people (P,) who are served, with its interval."""
     if rule.method == "bootstrap":
         found = bootstrap_share(
             served,

@@ -33,7 +33,7 @@ def environment_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting
         )
         for k in range(len(some)):
             where = (k, int(some.segment[k]), int(some.part[k]))
-            yield _meeting(study, some, k, (begun, deep, where), at.speed(begun, where, other=None))
+            yield _meeting(study, some, k, begun, deep, where, at.speed(begun, where, other=None))
 
 
 def own_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting]:
@@ -47,7 +47,7 @@ def own_meetings(study: MotionCase, found: Episodes) -> Iterator[Meeting]:
             one, two = sorted((int(some.segment[k]), int(some.other_segment[k])))
             where = (k, one, two)
             yield _meeting(
-                study, some, k, (begun, deep, where), at.speed(begun, where, other=begun.target)
+                study, some, k, begun, deep, where, at.speed(begun, where, other=begun.target)
             )
 
 
@@ -104,10 +104,12 @@ def _meeting(
     study: MotionCase,
     some: Episodes,
     k: int,
-    found: tuple[Clearance, Clearance, tuple[int, int, int]],
+    begun: Clearance,
+    deep: Clearance,
+    where: tuple[int, int, int],
     speeds: Floats,
 ) -> Meeting:
-    begun, deep, where = found
+    """The meeting k of some episodes: as it begins and at its deepest, at (pose, segment, other)."""
     began, lasts = some.cut_short
     at = deep if deep.sphere[where] >= 0 else begun
     x, y, z = (float(v) for v in at.point[where])

@@ -54,15 +54,23 @@ def ray_ends(task: Task, rays: Rays, postures: Drawn) -> Ends:
     reached = np.zeros(len(rays), np.bool_)
     angles = np.zeros((len(rays), *postures.angles.shape[1:]))
     first = postures.nearest(rays.who[rows], rays.rows(rows).at(far[rows]))[0]
-    got = _march((task, postures), rays.rows(rows), (far[rows], near[rows]), postures.angles[first])
+    some = rays.rows(rows)
+    got = _march(task, postures, some, far[rows], near[rows], postures.angles[first])
     outer[rows], reached[rows], angles[rows] = got
     ends = _mended(task, rays, postures, Ends(outer, far, reached, angles))
     inner = ends.outer.copy()
     rows = np.flatnonzero(ends.reached)
     start = postures.nearest(rays.who[rows], rays.rows(rows).at(near[rows]))[0]
-    span = near[rows], ends.outer[rows]
     inner[rows] = np.minimum(
-        _march((task, postures), rays.rows(rows), span, postures.angles[start])[0], inner[rows]
+        _march(
+            task,
+            postures,
+            rays.rows(rows),
+            near[rows],
+            ends.outer[rows],
+            postures.angles[start],
+        )[0],
+        inner[rows],
     )
     return Ends(ends.outer, inner, ends.reached, ends.angles)
 
@@ -83,12 +91,11 @@ def _bounds(task: Task, rays: Rays) -> tuple[Floats, Floats]:
 
 
 def _march(
-    who: tuple[Task, Drawn | None], rays: Rays, span: tuple[Floats, Floats], start: Floats
+    task: Task, postures: Drawn | None, rays: Rays, begin: Floats, end: Floats, start: Floats
 ) -> tuple[Floats, Bools, Floats]:
-    """Where each ray first meets what is reached on its way from span[0] to span[1] (R,) [m] (else
+    """Where each ray first meets what is reached on its way from `begin` to `end` (R,) [m] (else
     where it came nearest), whether it does, and the posture there; beginning from postures (R, K,
     3)."""
-    task, (begin, end) = who[0], span
     sign = np.where(end > begin, 1.0, -1.0)
     at = begin.copy()
     best = begin.copy()
@@ -102,7 +109,7 @@ def _march(
         if not len(left):
             break
         some = rows_toward(task, rays.who[left], rays.rows(left).at(at[left]))
-        found = _nearest(some, who[1], start if before is None else before)
+        found = _nearest(some, postures, start if before is None else before)
         miss = found.numbers[:, 0]
         closer = miss < least[left]
         best[left[closer]] = at[left[closer]]
@@ -172,8 +179,9 @@ def _mended(task: Task, rays: Rays, postures: Drawn, ends: Ends) -> Ends:
             start = np.concatenate([start, postures.angles[sample[worth]]])
         if not len(i):
             break
-        span = np.minimum(begin, far[i]), mine[i] + NEAR
-        got, found, posture = _march((task, None), rays.rows(i), span, start)
+        nearest = mine[i] + NEAR
+        outermost = np.minimum(begin, far[i])
+        got, found, posture = _march(task, None, rays.rows(i), outermost, nearest, start)
         changed[:] = False
         gain = found & (got > mine[i] + NEAR)
         for row in np.flatnonzero(gain)[np.argsort(got[gain], kind="stable")]:

@@ -71,14 +71,19 @@ def people_envelope(
         inner[some] = np.where(ends.reached, ends.inner, np.inf).reshape(len(task), -1)
     far = np.percentile(outer, percentile, axis=0, method="inverted_cdf")
     near = np.percentile(inner, 100.0 - percentile, axis=0, method="inverted_cdf")
-    return _shared(percentile, zone, step, (chain.name, points, far, near))
+    return _shared(percentile, zone, step, chain.name, points, far, near)
 
 
 def _shared(
-    percentile: float, zone: int, step: int, found: tuple[str, Floats, Floats, Floats]
+    percentile: float,
+    zone: int,
+    step: int,
+    name: str,
+    points: Floats,
+    far: Floats,
+    near: Floats,
 ) -> Envelope:
-    """The envelope with these percentiles of radii."""
-    name, points, far, near = found
+    """The envelope of people about points (B, 3) with these percentiles of radii (D,) [m]."""
     reached = far > near
     middle = points.mean(axis=0)
     direction, triangles = ray_grid(step)

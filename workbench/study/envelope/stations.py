@@ -118,9 +118,9 @@ def cleared_stations(at: Stations, room: Room, postures: Drawn) -> Stations:
     angles = at.angles.copy()
     part = np.where(first.overlap > 0, first.part[:, 0], -1)
     beside = _beside(at)
-    _spread(at, room, (clear, angles), beside)
-    if _from_samples(at, room, (clear, angles), postures):
-        _spread(at, room, (clear, angles), beside)
+    _spread(at, room, clear, angles, beside)
+    if _from_samples(at, room, clear, angles, postures):
+        _spread(at, room, clear, angles, beside)
     return replace(at, angles=angles, clear=clear, part=np.where(clear, -1, part))
 
 
@@ -145,10 +145,9 @@ def _beside(at: Stations) -> Ints:
     return np.stack(beside, axis=1)
 
 
-def _spread(at: Stations, room: Room, state: tuple[Bools, Floats], beside: Ints) -> None:
+def _spread(at: Stations, room: Room, clear: Bools, angles: Floats, beside: Ints) -> None:
     """Try stations from clear ones beside, until nothing is gained; fills clear (S,) and angles (S,
     K, 3)."""
-    clear, angles = state
     tried = np.zeros(beside.shape, np.bool_)
     while True:
         can = (beside >= 0) & clear[np.maximum(beside, 0)] & ~tried & (at.reached & ~clear)[:, None]
@@ -163,9 +162,8 @@ def _spread(at: Stations, room: Room, state: tuple[Bools, Floats], beside: Ints)
         angles[rows[good]] = found.angles[good]
 
 
-def _from_samples(at: Stations, room: Room, state: tuple[Bools, Floats], postures: Drawn) -> bool:
+def _from_samples(at: Stations, room: Room, clear: Bools, angles: Floats, postures: Drawn) -> bool:
     """Try stations from sampled clear postures near by; whether that gained any."""
-    clear, angles = state
     some = postures.angles[:SAMPLES]
     gained = False
     for person in np.unique(at.task.who):
