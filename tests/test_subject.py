@@ -142,7 +142,7 @@ def test_a_crash_study_and_the_command_line_scale_to_the_subject(drop, capsys):
     assert body_lengths(study.body)["LUL"] == pytest.approx(body_lengths(TALL)["LUL"], rel=1e-3)
     assert "scaled to the subject" in study.warnings[0]
     assert main(["motion", "show", str(drop.parent / "drop.csv"), "--scale", "subject"]) == 3
-    assert "tells no length of the subject's limbs" in capsys.readouterr().err
+    assert "states no length of the subject's limbs" in capsys.readouterr().err
     again = "  - {name: again, people: {occupant: {motion: {file: tall.bvh, scale: subject}}}}\n"
     drop.write_text(drop.read_text().replace("signals:", again + "signals:"))
     with pytest.raises(InputError, match="'scale: subject' belongs to the first case"):

@@ -68,16 +68,16 @@ def _person(
 ) -> SizedBody:
     """The body of a person with measures `row`, or the template with the exact ones alone where no
     body shows all."""
-    told: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     if isinstance(body, InputError):
         try:
             body = scale(template, {name: row[name] for name in exact})
         except InputError as error:
             raise InputError([f"{label}: {problem}" for problem in error.problems]) from None
-        told = ("the measures that are not shown could not be drawn near",)
+        notes = ("the measures that are not shown could not be drawn near",)
     if MASS in row:
         body = replace(body, mass=body.mass * (row[MASS] / body.mass.sum()))
-    return SizedBody(body, row, told)
+    return SizedBody(body, row, notes)
 
 
 def file_names(people: Population) -> list[str]:

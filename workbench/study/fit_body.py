@@ -172,8 +172,8 @@ def figures(surface: Surface, cut: SegmentedFit) -> dict[str, Any]:
     whole = asdict(q) | {"volume": surface.volume}
     rows = {name: asdict(part) for name, part in zip(cut.segments, cut.parts, strict=True)}
     return {
-        "whole": _told(whole),
-        "segments": {name: _told(row) for name, row in rows.items()},
+        "whole": _in_millimetres(whole),
+        "segments": {name: _in_millimetres(row) for name, row in rows.items()},
         "notes": list(surface.notes),
     }
 
@@ -196,14 +196,14 @@ def bound_of(surface: Surface, skeleton: Skeleton | None, limits: Limits, *, see
     )
 
 
-def _told(row: dict[str, Any]) -> dict[str, Any]:
-    told: dict[str, Any] = {}
+def _in_millimetres(row: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
     for key, value in row.items():
         if key in _MM:
-            told[f"{key}_mm"] = round(1e3 * value, 3)
+            found[f"{key}_mm"] = round(1e3 * value, 3)
         elif key != "volume":
-            told[key] = round(value, 4)
-    return told | {"volume_l": round(1e3 * row["volume"], 4)}
+            found[key] = round(value, 4)
+    return found | {"volume_l": round(1e3 * row["volume"], 4)}
 
 
 def _centroid(surface: Surface) -> Floats:

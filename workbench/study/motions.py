@@ -63,7 +63,7 @@ def load_motion(
                 yield replace(some, world_from_reference=world)
 
     whole = stacked(parts())
-    return whole, tuple(f"{Path(path).name}: {note}" for note in loading.told())
+    return whole, tuple(f"{Path(path).name}: {note}" for note in loading.notes())
 
 
 class _Loading:
@@ -100,7 +100,7 @@ class _Loading:
         self._notes |= dict.fromkeys(notes)
         return poses
 
-    def told(self) -> tuple[str, ...]:
+    def notes(self) -> tuple[str, ...]:
         """What was assumed, or is odd."""
         apart, segment = self._loosest
         loose = (

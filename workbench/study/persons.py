@@ -25,7 +25,7 @@ Measures = Mapping[str, float]
 
 RARE = 4.0
 """A measure this many standard deviations from what the others make likely is no slip of the tape:
-it is told."""
+it is reported."""
 FAR = 0.1
 """The least percentile of the growth charts that is taken for a child's; the curves say nothing
 farther out."""
@@ -61,7 +61,7 @@ def person_body(
     """Scale a body to a person with these measures [m; mass in kg].
 
     Measures that are not given are drawn near to their conditional mean in a population; of a child
-    of an age [years] the growth charts tell stature and mass, and the body's own family the rest.
+    of an age [years] the growth charts give stature and mass, and the body's own family the rest.
     The masses add up to the given or expected mass. detail: of the body's family. InputError for
     unknown or contradicting measures.
     """
@@ -84,7 +84,7 @@ def person_body(
     return _made(morph_to(body, detail), measures, values, _improbable(scores, known))
 
 
-def _made(body: Body, measures: Measures, values: Measures, told: tuple[str, ...]) -> SizedBody:
+def _made(body: Body, measures: Measures, values: Measures, notes: tuple[str, ...]) -> SizedBody:
     """The body with the given measures exactly and the expected ones near."""
     exact = {name: value for name, value in measures.items() if name != "mass"}
     near = {name: value for name, value in values.items() if name in MEASURES and name not in APART}
@@ -94,10 +94,12 @@ def _made(body: Body, measures: Measures, values: Measures, told: tuple[str, ...
         made = scale(
             body, exact
         )  # what is given comes first; where even that cannot be had, this says so
-        told += ("the measures that are not given could not be drawn near to those of such people",)
+        notes += (
+            "the measures that are not given could not be drawn near to those of such people",
+        )
     mass = measures.get("mass", values.get("mass", float(made.mass[0].sum())))
     made = replace(made, mass=made.mass * (mass / made.mass.sum()))
-    return SizedBody(made, {**values, **measures}, told)
+    return SizedBody(made, {**values, **measures}, notes)
 
 
 def _child(
@@ -109,12 +111,12 @@ def _child(
         raise InputError(f"{growth.name} are growth charts: they need an age in years")
     known = [name for name in growth.names if name in measures]
     percentile = 50.0
-    told: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
     if known:
         percentile = float(growth_percentile(growth, sex, known[0], measures[known[0]], age=age))
         if not FAR <= percentile <= 100 - FAR:
             unit, factor = ("kg", 1.0) if known[0] == "mass" else ("mm", 1000.0)
-            told = (
+            notes = (
                 f"{known[0]} {factor * measures[known[0]]:.0f} {unit} is at percentile {percentile:.2g} at {age:g} "
                 f"years; there may be no such child",
             )
@@ -123,7 +125,7 @@ def _child(
     expected = dict(zip(growth.names, row.tolist(), strict=True))
     lengths = set(measures) - {"mass"}
     return _made(
-        body, measures if lengths else {"stature": expected["stature"], **measures}, expected, told
+        body, measures if lengths else {"stature": expected["stature"], **measures}, expected, notes
     )
 
 

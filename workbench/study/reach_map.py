@@ -91,7 +91,7 @@ def who_reaches(
     threads: int | None = None,
 ) -> Bools:
     """(B, M) who reaches which of the points (M, 3) [m] with a limb (name, grip, zone); what is
-    settled (B, M) already is not asked again, and told as reached."""
+    settled (B, M) already is not asked again, and counts as reached."""
     reached = (
         np.zeros((len(poses), len(points)), dtype=np.bool_) if settled is None else settled.copy()
     )
@@ -158,7 +158,7 @@ def _asked(
         open_ = new[(known[:, new] == 0).any(axis=0)]
         if len(open_):
             found = np.where(ask(open_), 1, -1).astype(np.int8)
-            # who else is asked must not matter: what a person's own neighbours tell stays
+            # who else is asked must not matter: what a person's own neighbours say stays
             known[:, open_] = np.where(known[:, open_] == 0, found, known[:, open_])
         done = count
         count = min(FINER * count, len(rows))

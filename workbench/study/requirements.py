@@ -29,7 +29,7 @@ def asked_of(place: Workplace) -> tuple[Asked, ...]:
 
 
 def _free_name(one: Asked, taken: set[str]) -> str:
-    """The name of a requirement, with what tells it from those before."""
+    """The name of a requirement, with what distinguishes it from those before."""
     row = one.requirement
     name = row.name
     if name in taken and one.control is not None:

@@ -1,5 +1,5 @@
 """The body of a recorded subject: the study's body with the lengths that the motion file itself
-tells."""
+says."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _TOLD = 0.005
 def subject_body(
     body: Body, path: str | Path, *, options: MotionOptions | None = None
 ) -> tuple[Body, tuple[str, ...]]:
-    """The body with its limbs and trunk as long as the file tells, and what was changed by how
+    """The body with its limbs and trunk as long as the file says, and what was changed by how
     much, in sentences.
 
     BVH: the bones at rest (the unit must be stated: the unit that is guessed makes the legs as long
     as the body's). Markers: medians of distances that hardly depend on the pose. Single segments:
-    the joints about which they turn. What the file does not tell stays as it is. InputError where
-    it tells no length.
+    the joints about which they turn. What the file does not say stays as it is. InputError where
+    it states no length.
     """
     given = options or MotionOptions()
     found = next(read_motion(path, body, up=given.up, keep=given.keep))
@@ -51,17 +51,17 @@ def subject_body(
         factors = factors_from_track(body, found)
     if not factors:
         raise InputError(
-            f"{path}: tells no length of the subject's limbs: bones do, markers at knees and ankles or at "
+            f"{path}: states no length of the subject's limbs: bones do, markers at knees and ankles or at "
             "elbows and wrists, or segments that turn against each other"
         )
     try:
         made = lengthened(body, factors)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    return made, tuple(_told(body, made, factors, Path(path).name))
+    return made, tuple(_changes(body, made, factors, Path(path).name))
 
 
-def _told(body: Body, made: Body, factors: dict[str, float], file: str) -> list[str]:
+def _changes(body: Body, made: Body, factors: dict[str, float], file: str) -> list[str]:
     """One sentence: each pair of twins once."""
     parts: dict[str, float] = {}
     for segment, factor in factors.items():

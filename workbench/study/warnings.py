@@ -17,10 +17,10 @@ __all__ = ["enclosure_warnings", "result_warnings", "seat_verdicts"]
 
 SEAT_TOLERANCE = 0.01
 SEAT_LOST = 0.05
-"""How far [m] the real sinking into a seat may be from the stated depth before it is told, and
+"""How far [m] the real sinking into a seat may be from the stated depth before it is reported, and
 before it fails."""
 DRIVER_TOLERANCE = 0.1
-"""The same before it is told of a driver, who sits by the hip point and whose back has an angle of
+"""The same before it is reported of a driver, who sits by the hip point and whose back has an angle of
 its own."""
 
 

@@ -66,7 +66,7 @@ def gains_of(
 
 
 def _gain(question: Question, found: Chunk, run: Run, change: Change, at: int | None) -> Gain:
-    """The gain of a change, told of the requirement `at`: else of the one it bears on most."""
+    """The gain of a change, reported of the requirement `at`: else of the one it bears on most."""
     asked = question.asked
     rows = borne_by(question.place, asked, change)
     place = changed(question.place, change)
@@ -85,7 +85,7 @@ def _compared(
 ) -> Gain:
     """The gain from the margins found to those with a change.
 
-    at: the requirement that it is told of, or several, of which the share changes most.
+    at: the requirement that it is reported of, or several, of which the share changes most.
     """
     weight = question.people.weight
     before = met_of(found.margin)

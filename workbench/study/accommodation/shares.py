@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 LEVELS = (0.01, 0.05, 0.5, 0.95, 0.99)
-"""The shares of people at which margins are told."""
+"""The shares of people at which margins are reported."""
 WILSON = IntervalRule()
 _WORDS = {"male": "men", "female": "women"}
 

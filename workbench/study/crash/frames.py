@@ -1,4 +1,4 @@
-"""What the frames of a motion tell, in one pass over pieces of it: clearance, paths of points,
+"""What the frames of a motion say, in one pass over pieces of it: clearance, paths of points,
 excursions, coarseness, joints past their stops."""
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def frames_of(study: MotionCase) -> Frames:
         tuple(path.done() for path in paths),
         farthest,
         gaps.done()[:, :-1],
-        steps.told(motion.clock),
+        steps.warnings(motion.clock),
     )
 
 
@@ -132,10 +132,10 @@ class _Laws:
 def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
     """Spells of each joint past its stop, at the frames, in the order of time."""
     time = motion.clock
-    told: list[list[_Spell]] = [[] for _ in body.joints]
+    found_spells: list[list[_Spell]] = [[] for _ in body.joints]
     for rows in pieces(len(motion)):
         margins = stops(body, motion.rows(rows))
-        for j, spells in enumerate(told):
+        for j, spells in enumerate(found_spells):
             past = np.concatenate([[False], margins.margin[:, j] < -_PAST, [False]])
             edges = np.flatnonzero(past[1:] != past[:-1])
             for first, after in zip(edges[0::2].tolist(), edges[1::2].tolist(), strict=True):
@@ -160,7 +160,7 @@ def stop_breaches(body: Body, motion: Poses) -> tuple[StopBreach, ...]:
             float(time[s.worst]),
             -s.margin,
         )
-        for joint, spells in zip(body.joints, told, strict=True)
+        for joint, spells in zip(body.joints, found_spells, strict=True)
         for s in spells
     ]
     return tuple(sorted(found, key=lambda breach: (breach.begin, breach.joint)))
@@ -220,7 +220,7 @@ class _Steps:
         if step[frame, sphere] > self.worst[0]:
             self.worst = float(step[frame, sphere]), first - held + int(frame), int(sphere)
 
-    def told(self, clock: Floats) -> tuple[str, ...]:
+    def warnings(self, clock: Floats) -> tuple[str, ...]:
         """A word where true motion may differ much from the straight way between frames."""
         size, frame, sphere = self.worst
         if size <= 1.0:

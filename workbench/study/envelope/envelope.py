@@ -93,7 +93,7 @@ def reach_envelope(
     """The reach envelope of a limb about an origin (3,) [m], from one pose.
 
     name, grip, zone: as for `limb`. environment: obstacles, which are heeded where one is given.
-    step [deg]: of the grid, a divisor of 90. levels: whether level sections are told as well.
+    step [deg]: of the grid, a divisor of 90. levels: whether level sections are found as well.
     InputError where the body lacks the landmarks of the grip.
     """
     check_one(body)

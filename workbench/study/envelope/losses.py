@@ -18,7 +18,7 @@ HALVINGS = 4
 
 
 def losses(at: Stations, room: Room) -> Losses:
-    """The stretches of the rays that obstacles take, each told up to where the limb was found
+    """The stretches of the rays that obstacles take, each known up to where the limb was found
     clear."""
     lost = at.reached & ~at.clear
     same = at.ray[1:] == at.ray[:-1]

@@ -1,8 +1,8 @@
-"""Rays along which reach is told: a grid about one point, as Kennedy's device had it, and levels
+"""Rays along which reach is found: a grid about one point, as Kennedy's device had it, and levels
 about an upright axis.
 
 Kennedy (1978, AMRL-TR-77-50) measured along rods 15 degrees apart that pointed at the seat
-reference point, and told the reach in level and upright sections.
+reference point, and measured the reach in level and upright sections.
 """
 
 from __future__ import annotations
