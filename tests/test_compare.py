@@ -14,7 +14,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import workbench as wb
 from tests.accommodations import made, result_of, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
@@ -318,11 +317,6 @@ def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys
         == 3
     )
     assert "holds a result, not a comparison" in capsys.readouterr().err
-
-
-def test_compare_is_public():
-    assert wb.compare.__wrapped__ is compare
-    assert "Comparison" in wb.__all__
 
 
 def test_the_document_s_block_prints_what_it_says(capsys):
