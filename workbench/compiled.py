@@ -37,6 +37,7 @@ from numba.core.compiler_machinery import register_pass
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
+from numba.core.target_extension import CPU, jit_registry
 from numba.core.targetconfig import ConfigStack
 from numba.core.typed_passes import DumpParforDiagnostics, NativeLowering, NopythonRewrites
 from numba.core.types.containers import BaseNamedTuple, BaseTuple
@@ -167,19 +168,23 @@ class _Compiler(CompilerBase):  # type: ignore[misc]
 
     def define_pipelines(self) -> list[Any]:
         """The passes that these functions need, in one list."""
-        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         instead = {
             NativeLowering: self.lowering,
             InlineClosureLikes: _InlineClosures,
             NopythonRewrites: _RewriteArrays,
         }
+        return [self.passes(instead, _NEEDLESS)]
+
+    def passes(self, instead: dict[Any, Any], needless: set[Any]) -> Any:
+        """Numba's passes, some of them replaced or left out."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
         passes._finalized = False
         passes._ENFORCING = False  # no analysis again after each pass: they see to it themselves
         passes.passes = [
-            (instead.get(step, step), what) for step, what in passes.passes if step not in _NEEDLESS
+            (instead.get(step, step), what) for step, what in passes.passes if step not in needless
         ]
         passes.finalize()
-        return [passes]
+        return passes
 
 
 _NEEDLESS = {WithLifting, RewriteDynamicRaises, FindLiterallyCalls, LiteralUnroll}
@@ -213,6 +218,14 @@ class _RewriteArrays(NopythonRewrites):  # type: ignore[misc]
 
 class _InnerCompiler(_Compiler):
     """The compiler of functions for compiled callers: it stops at LLVM code."""
+
+
+class _LibraryCompiler(_Compiler):
+    """The same for what kernels call of numba's own, which may need any pass."""
+
+    def define_pipelines(self) -> list[Any]:
+        """All passes, in one list."""
+        return [self.passes({NativeLowering: _InnerLowering}, set())]
 
 
 @register_pass(mutates_CFG=True, analysis_only=False)
@@ -346,13 +359,35 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         """
         given, _ = normalize_signature(sig)
         plain = tuple(_writable(kind) for kind in given)
-        with _no_collection():
+        with _no_collection(), _inner_library():
             entry = super().compile(plain)
         if plain != given and given not in self.overloads:
             result = self.overloads[plain]
             self.overloads[given] = result
             self._insert([kind._code for kind in given], entry, result.objectmode)
         return entry
+
+
+@contextmanager
+def _inner_library() -> Iterator[None]:
+    """Compile numba's own functions, `np.empty` and `max` and their like, as far as LLVM code
+    meanwhile: only compiled code calls them."""
+    usual = jit_registry[CPU]
+    dict.__setitem__(jit_registry, CPU, _library_function)
+    try:
+        yield
+    finally:
+        dict.__setitem__(jit_registry, CPU, usual)
+
+
+def _library_function(*function: Any, **options: Any) -> Any:
+    """What `numba.jit` makes of a function of numba's own, without machine code."""
+    options |= {"nopython": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+    def compiled(py_func: Any) -> CPUDispatcher:
+        return CPUDispatcher(py_func, {}, options, _LibraryCompiler)
+
+    return compiled(*function) if function else compiled
 
 
 def _writable(kind: Any) -> Any:

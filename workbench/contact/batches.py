@@ -4,13 +4,15 @@ once and kept."""
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from workbench.contact.crowd import blocks_of, crowd_of
 from workbench.contact.fields import Groups, field_of, packed_faces, packed_shells
 from workbench.contact.kernels.clearance import ContactRows, environment_contacts
 from workbench.contact.kernels.fronts import Blocks, Room
 from workbench.contact.kernels.groups import (
+    Crowd,
+    GroupSpace,
+    SegmentAnswers,
     group_clearance,
     group_collides,
     may_touch,
@@ -48,9 +50,16 @@ def pays(placed: Placed | Poses) -> bool:
     return len(placed) >= FEWEST_POSES
 
 
-def _room() -> tuple[Ints, NDArray[np.float32]]:
-    """A search's stack and gaps."""
-    return np.empty(DEEP, dtype=np.int64), np.empty(DEEP + EIGHT, dtype=np.float32)
+def _space(crowd: Crowd, groups: Groups) -> GroupSpace:
+    """Working space of one thread."""
+    pairs = len(crowd.big) * len(groups)
+    return GroupSpace(
+        stack=np.empty(DEEP, dtype=np.int64),
+        gaps=np.empty(DEEP + EIGHT, dtype=np.float32),
+        lows=np.empty(max(len(crowd.middle), pairs)),
+        low=np.empty(len(crowd.member)),
+        pair=np.empty(pairs, dtype=np.int64),
+    )
 
 
 def grouped_collides(
@@ -71,9 +80,7 @@ def grouped_collides(
     limits = np.ascontiguousarray(allowed)
 
     def work(begin: int, end: int) -> None:
-        pairs = limits.size
-        space = (*_room(), np.empty(pairs), np.empty(pairs, dtype=np.int64))
-        group_collides(*bodies, *index, limits, hit, space, begin, end)
+        group_collides(*bodies, *index, limits, hit, _space(crowd, groups), begin, end)
 
     bodies = placed.centres, placed.world_from_segment
 
@@ -87,7 +94,7 @@ def grouped_clearance(
     groups: Groups,
     *,
     threads: int | None = None,
-) -> tuple[Floats, Ints, Ints]:
+) -> SegmentAnswers:
     """Signed distance [m], sphere and polygon (P, N, G) of every segment to every group of
     parts."""
     crowd = crowd_of(placed)
@@ -95,13 +102,10 @@ def grouped_clearance(
     solids = packed_faces(environment), packed_shells(environment)
     index = (crowd, *solids, field)
     shape = (len(placed), len(placed.window), len(groups))
-    out = np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1)
+    out = SegmentAnswers(np.full(shape, np.inf), np.full(shape, -1), np.full(shape, -1))
 
     def work(begin: int, end: int) -> None:
-        lows = np.empty(len(crowd.middle))
-        low = np.empty(len(crowd.member))
-        space = (*_room(), lows, low)
-        group_clearance(*bodies, *index, out, space, begin, end)
+        group_clearance(*bodies, *index, out, _space(crowd, groups), begin, end)
 
     bodies = placed.centres, placed.world_from_segment
     in_pieces(work, len(placed), PIECE, threads=threads)

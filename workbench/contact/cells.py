@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +12,7 @@ from workbench.contact.kernels.cells import mark_solids
 from workbench.contact.kernels.field import Field
 from workbench.contact.kernels.inside import Shells
 from workbench.geometry.lanes import LANES
+from workbench.model.arrays import Bools
 
 __all__ = ["pack_cells", "scale_of"]
 
@@ -28,37 +32,44 @@ def pack_cells(field: Field, square: Single, shells: Shells) -> None:
     """Fill field.scale and field.cell by the signed squares of the nodes, and have the slack hold
     what that adds."""
     for g, (nx, ny, nz, first) in enumerate(field.shape.tolist()):
-        nodes = square[first : first + nx * ny * nz].reshape(nx, ny, nz)
+        some = slice(first, first + nx * ny * nz)
+        nodes = square[some].reshape(nx, ny, nz)
+        cells = field.cell.reshape(-1, LANES)[some].reshape(nx, ny, nz, LANES)
         scale = scale_of(nodes)
-        code = (np.abs(nodes) * np.float32(1.0 / scale)).view(np.uint32) >> np.uint32(12)
-        code[code < 1 << MANTISSA] = 0  # too small for the exponent
         field.scale[g] = scale
         # a corner's lowest bit may stand for 2^-137 where it should be nothing
         field.grid[g, 5] += 1e-6 * field.grid[g, 3] ** 2 + np.ldexp(scale, -137)
-        cell = field.cell[LANES * first : LANES * (first + nx * ny * nz)].reshape(nx, ny, nz, LANES)
-        for k in range(LANES):
-            i = k >> 2
-            j = k >> 1 & 1
-            m = k & 1
-            cell[: nx - 1, : ny - 1, : nz - 1, k] = code[
-                i : nx - 1 + i, j : ny - 1 + j, m : nz - 1 + m
-            ]
+        code = _codes(nodes, scale)
+        for k, corner in enumerate(_corners(code)):
+            cells[:-1, :-1, :-1, k] = corner
         unsure = np.zeros((nx, ny, nz), dtype=np.bool_)
         if g < len(field.root):
             mark_solids(unsure, field, shells, g)
-            inside = nodes < 0
-            for k in range(LANES):
-                i = k >> 2
-                j = k >> 1 & 1
-                m = k & 1
-                unsure[: nx - 1, : ny - 1, : nz - 1] |= inside[
-                    i : nx - 1 + i, j : ny - 1 + j, m : nz - 1 + m
-                ]
-        corner = cell[..., 0]
-        # the greatest odd number that is no more than the code says "perhaps", the greatest even
-        # one "no"
-        np.copyto(
-            corner,
-            np.where(unsure, np.maximum(corner, 1) - 1 | 1, corner & 0xFFFE),
-            casting="unsafe",
-        )
+            for inside in _corners(nodes < 0):
+                unsure[:-1, :-1, :-1] |= inside
+        _mark_unsure(cells[..., 0], unsure)
+
+
+def _codes(nodes: Single, scale: float) -> NDArray[np.uint32]:
+    """Squares of distances, in size, as codes of 16 bits: five of exponent, MANTISSA below."""
+    code = (np.abs(nodes) * np.float32(1.0 / scale)).view(np.uint32) >> np.uint32(12)
+    code[code < 1 << MANTISSA] = 0  # too small for the exponent
+    return code
+
+
+def _corners(nodes: NDArray[Any]) -> Iterator[NDArray[Any]]:
+    """Of each cell between nodes (nx, ny, nz) the values at its eight corners, corner by corner, z
+    changing first."""
+    nx, ny, nz = nodes.shape
+    for k in range(LANES):
+        i = k >> 2
+        j = k >> 1 & 1
+        m = k & 1
+        yield nodes[i : nx - 1 + i, j : ny - 1 + j, m : nz - 1 + m]
+
+
+def _mark_unsure(corner: NDArray[np.uint16], unsure: Bools) -> None:
+    """Set the lowest bit of a corner's codes where a solid may be in the cell, rounding down: the
+    greatest odd number that is no more than the code, else the greatest even one."""
+    odd = np.maximum(corner, 1) - 1 | 1
+    np.copyto(corner, np.where(unsure, odd, corner & 0xFFFE), casting="unsafe")

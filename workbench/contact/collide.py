@@ -124,11 +124,8 @@ def self_contacts(
     body = placed.body
     one, other = np.nonzero(np.triu(~body.adjacent))
     both = placed.window[one] & placed.window[other]
-    return _sphere_rows(
-        (placed, placed),
-        np.stack([one, other], axis=1)[both],
-        (margin - tolerance, body.allowance[0]),
-    )
+    pairs = np.stack([one, other], axis=1)[both]
+    return _sphere_rows(placed, placed, pairs, margin - tolerance, body.allowance[0])
 
 
 @by_person
@@ -141,9 +138,8 @@ def body_contacts(
     Any object made of spheres is such a body: one segment without joints will do.
     """
     pairs = _all_pairs(one, other)
-    return _sphere_rows(
-        (one, other), pairs, (margin - tolerance, np.zeros((len(one.window), len(other.window))))
-    )
+    none = np.zeros((len(one.window), len(other.window)))
+    return _sphere_rows(one, other, pairs, margin - tolerance, none)
 
 
 @by_person
@@ -233,7 +229,7 @@ def nearest(placed: Placed, environment: Environment, *, rows: Ints | None = Non
         sphere,
         polygon,
         point,
-        _near_side(placed, (distance, sphere, point)),
+        _near_side(placed, distance, sphere, point),
     )
 
 
@@ -315,10 +311,9 @@ def _all_pairs(one: Placed, other: Placed) -> Ints:
 
 
 def _sphere_rows(
-    placed: tuple[Placed, Placed], pairs: Ints, rule: tuple[float, Floats]
+    one: Placed, other: Placed, pairs: Ints, margin: float, allowance: Floats
 ) -> Contacts:
-    one, other = placed
-    margin, allowance = rule
+    """Sphere pairs of segment pairs (M, 2) nearer than margin [m]; allowance (N, N') [m]."""
     rows, distance = _sphere_pairs(_spheres(one), _spheres(other), pairs, margin)
     order = np.lexsort((rows[:, 2], rows[:, 1], rows[:, 0]))
     rows = rows[order]
@@ -380,14 +375,16 @@ def _facing(placed: Placed, where: tuple[Ints, Ints], direction: Floats) -> Ints
     return side
 
 
-def _near_side(placed: Placed, found: tuple[Floats, Ints, Floats]) -> Ints:
+def _near_side(placed: Placed, distances: Floats, spheres: Ints, points: Floats) -> Ints:
     """(P, N, K) the side of each nearest sphere that faces the point; inside a solid, the side away
     from it."""
-    side = np.full(found[1].shape, -1)
+    side = np.full(spheres.shape, -1)
     step = max(_ROWS // max(side[:1].size, 1), 1)
     for begin in range(0, len(side), step):
         some = slice(begin, begin + step)
-        distance, sphere, point = (values[some] for values in found)
+        distance = distances[some]
+        sphere = spheres[some]
+        point = points[some]
         pose, segment, other = np.nonzero(sphere >= 0)
         picked = sphere[pose, segment, other]
         toward = point[pose, segment, other] - placed.centres[begin + pose, picked]

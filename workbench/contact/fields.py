@@ -3,8 +3,9 @@ groups of parts."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import lru_cache, partial
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -158,78 +159,90 @@ def _shape(environment: Environment) -> Environment:
     )
 
 
+@dataclass(frozen=True, eq=False)
+class _Solids:
+    """The solid parts of each group, in order."""
+
+    start: Ints
+    """(G + 1,) where those of each group begin."""
+    part: Ints
+    """(.,) parts."""
+    ranks: Ints
+    """(., 2) first and last rank of each part's polygons."""
+
+
+def _solids_of(environment: Environment, groups: Groups) -> _Solids:
+    root = _faces(environment).root
+    solids = [[k for k in group if environment.solid[k] and root[k] >= 0] for group in groups]
+    part = np.array([k for group in solids for k in group], dtype=np.int64)
+    ends = environment.part_start
+    return _Solids(
+        np.cumsum([0, *map(len, solids)]), part, np.stack([ends[part], ends[part + 1]], axis=1)
+    )
+
+
+def _polygons_of(environment: Environment, parts: Iterable[int]) -> Ints:
+    """The polygons of some parts, part by part."""
+    spans = [np.arange(*environment.part_start[[k, k + 1]]) for k in parts]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *spans])
+
+
 def _made(environment: Environment, groups: Groups) -> Field:
+    """Trees and grids of groups of parts, made anew."""
     faces = _faces(environment)
-    shells = _shells(environment)
-    rank = faces.rank
-    none = np.zeros(0, dtype=np.int64)
-    members = [
-        np.concatenate([none, *(np.arange(*environment.part_start[[k, k + 1]]) for k in group)])
-        for group in groups
-    ]
-    solids = [[k for k in group if environment.solid[k] and faces.root[k] >= 0] for group in groups]
-    members += [np.arange(*environment.part_start[[k, k + 1]]) for group in solids for k in group]
-    polygons = np.concatenate([none, *members])
+    solids = _solids_of(environment, groups)
+    count = len(groups)
+    members = [_polygons_of(environment, group) for group in groups]
+    members += [_polygons_of(environment, [k]) for k in solids.part]
+    polygons = np.concatenate([np.zeros(0, dtype=np.int64), *members])
     box, link, item, roots = split_tree(
         np.concatenate(_boxes(environment), axis=1)[polygons], np.cumsum([0, *map(len, members)])
     )
     span = np.where(roots[:, None] >= 0, box[roots] if len(box) else np.zeros((len(roots), 6)), 0.0)
-    boxes, child, many, bases = widened(box, link, rank[polygons][item], roots)
-    root = bases[: len(groups)]
-    grid, shape, wide = _grids(span[: len(groups)], environment)
+    boxes, child, many, bases = widened(box, link, faces.rank[polygons][item], roots)
+    grid, shape, wide = _grids(span[:count], environment)
     nodes = int(shape[:, :3].prod(axis=1).sum())
     reach = float(np.abs(environment.vertices).max(initial=0.0))
     field = Field(
-        faces.record,
-        faces.begin,
-        boxes,
-        child,
-        many,
-        heads_of(child, many, faces.record, faces.begin, reach),
-        root,
-        span[: len(groups)],
-        wide,
-        grid,
-        shape,
+        record=faces.record,
+        begin=faces.begin,
+        box=boxes,
+        child=child,
+        many=many,
+        head=heads_of(child, many, faces.record, faces.begin, reach),
+        root=bases[:count],
+        span=span[:count],
+        wide=wide,
+        grid=grid,
+        shape=shape,
         scale=np.ones(len(grid), dtype=np.float32),
         cell=np.zeros(nodes * EIGHT, dtype=np.uint16),
         near=np.full(nodes, -1, dtype=np.int32),
-        solid_start=np.cumsum([0, *map(len, solids)]),
-        solid_part=np.array([k for group in solids for k in group], dtype=np.int64),
-        solid_root=bases[len(groups) :],
-        solid_span=span[len(groups) :],
-        solid_rank=np.array(
-            [environment.part_start[[k, k + 1]] for group in solids for k in group]
-        ).reshape(-1, 2),
+        solid_start=solids.start,
+        solid_part=solids.part,
+        solid_root=bases[count:],
+        solid_span=span[count:],
+        solid_rank=solids.ranks,
     )
-    square = np.zeros(nodes, dtype=np.float32)
-    for g in range(len(grid)):
-        rows = int(shape[g, 0] * shape[g, 1])
-        group = g % len(groups)
-        if root[group] >= 0:
-            in_pieces(
-                partial(_fill, (faces, shells, field, square), (g, group)),
-                rows,
-                max(rows // 32, 64),
-            )
-    pack_cells(field, square, shells)
+    _fill(field, faces, _shells(environment))
     return field
 
 
-def _fill(
-    index: tuple[Faces, Shells, Field, NDArray[np.float32]],
-    which: tuple[int, int],
-    begin: int,
-    end: int,
-) -> None:
-    fill_rows(
-        *index,
-        *which,
-        np.empty(DEEP, dtype=np.int64),
-        np.empty(DEEP + EIGHT, dtype=np.float32),
-        begin,
-        end,
-    )
+def _fill(field: Field, faces: Faces, shells: Shells) -> None:
+    """Fill the nodes and cells of all grids, on all cores."""
+    square = np.zeros(len(field.near), dtype=np.float32)
+    for g in range(len(field.grid)):
+        group = g % len(field.root)
+
+        def work(begin: int, end: int, g: int = g, group: int = group) -> None:
+            stack = np.empty(DEEP, dtype=np.int64)
+            gaps = np.empty(DEEP + EIGHT, dtype=np.float32)
+            fill_rows(faces, shells, field, square, g, group, stack, gaps, begin, end)
+
+        if field.root[group] >= 0:
+            rows = int(field.shape[g, 0] * field.shape[g, 1])
+            in_pieces(work, rows, max(rows // 32, 64))
+    pack_cells(field, square, shells)
 
 
 def _rounding(environment: Environment) -> float:

@@ -8,27 +8,50 @@ DOI 10.1109/RT.2007.4342588.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import njit
+from workbench.compiled import batch_loop, inlined, inner
 
 __all__ = ["split_tree"]
 
 LEAF = 1
+"""Boxes in a leaf."""
 BINS = 12
+"""Places on an axis between which cuts are tried."""
 DEEPEST = 40
+"""Depth from which on a node is halved, whatever it costs."""
 
 
-@njit(cache=True, error_model="numpy")
+class SplitSpace(NamedTuple):
+    """Working space of `_grow`."""
+
+    bins: NDArray[np.float64]
+    """(BINS, 6) boxes around what lies in each bin."""
+    left: NDArray[np.float64]
+    """(BINS + 1, 6) boxes around the bins before each."""
+    right: NDArray[np.float64]
+    """(BINS + 1, 6) boxes around the bins from each on."""
+    held: NDArray[np.int64]
+    """(BINS,) boxes in each bin."""
+    todo: NDArray[np.int64]
+    """(M,) nodes that are to be split."""
+    depth: NDArray[np.int64]
+    """(M,) depth of each node."""
+
+
+@inlined
 def _area(box, m):  # type: ignore[no-untyped-def]
+    """Half the surface area of box m."""
     u = box[m, 3] - box[m, 0]
     v = box[m, 4] - box[m, 1]
     w = box[m, 5] - box[m, 2]
     return u * v + v * w + w * u
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def _join(into, m, box, f):  # type: ignore[no-untyped-def]
     """Grow box `into[m]` by box[f]."""
     for i in range(3):
@@ -36,17 +59,49 @@ def _join(into, m, box, f):  # type: ignore[no-untyped-def]
         into[m, i + 3] = max(into[m, i + 3], box[f, i + 3])
 
 
-@njit(cache=True, error_model="numpy")
-def _clear(box):  # type: ignore[no-untyped-def]
-    box[:, :3] = np.inf
-    box[:, 3:] = -np.inf
+@inlined
+def _clear(box, m):  # type: ignore[no-untyped-def]
+    """Make box m hold nothing."""
+    for i in range(3):
+        box[m, i] = np.inf
+        box[m, i + 3] = -np.inf
 
 
-@njit(cache=True, error_model="numpy")
-def _cut(boxes, item, a, b, scratch):  # type: ignore[no-untyped-def]
+@inlined
+def _middle(boxes, f, axis):  # type: ignore[no-untyped-def]
+    """Twice the coordinate of the middle of box f."""
+    return boxes[f, axis] + boxes[f, axis + 3]
+
+
+@inner
+def _fill_bins(boxes, item, a, b, axis, low, high, space):  # type: ignore[no-untyped-def]
+    """Put the boxes item[a:b] into bins by their middles, low..high, and sum the bins up from both
+    ends."""
+    for k in range(BINS + 1):
+        _clear(space.left, k)
+        _clear(space.right, k)
+    for k in range(BINS):
+        _clear(space.bins, k)
+        space.held[k] = 0
+    for s in range(a, b):
+        k = int((_middle(boxes, item[s], axis) - low) / (high - low) * BINS)
+        k = min(k, BINS - 1)
+        space.held[k] += 1
+        _join(space.bins, k, boxes, item[s])
+    for k in range(1, BINS):
+        _join(space.left, k, space.left, k - 1)
+        _join(space.left, k, space.bins, k - 1)
+        _join(space.right, BINS - k, space.right, BINS - k + 1)
+        _join(space.right, BINS - k, space.bins, BINS - k)
+
+
+@inner
+def _cut(boxes, item, a, b, space):  # type: ignore[no-untyped-def]
     """Best axis and place to cut the boxes item[a:b] by their middles (doubled); axis -1 where none
-    separates."""
-    bins, left, right, count = scratch
+    separates.
+
+    The cost of a cut is the number of boxes on either side times the area around them.
+    """
     best = np.inf
     axis = -1
     place = 0.0
@@ -54,33 +109,17 @@ def _cut(boxes, item, a, b, scratch):  # type: ignore[no-untyped-def]
         low = np.inf
         high = -np.inf
         for s in range(a, b):
-            middle = boxes[item[s], i] + boxes[item[s], i + 3]
-            low = min(low, middle)
-            high = max(high, middle)
+            low = min(low, _middle(boxes, item[s], i))
+            high = max(high, _middle(boxes, item[s], i))
         if not high > low:
             continue
-        _clear(bins)
-        count[:] = 0
-        for s in range(a, b):
-            k = min(
-                int((boxes[item[s], i] + boxes[item[s], i + 3] - low) / (high - low) * BINS),
-                BINS - 1,
-            )
-            count[k] += 1
-            _join(bins, k, boxes, item[s])
-        _clear(left)
-        _clear(right)
-        for k in range(1, BINS):
-            left[k] = left[k - 1]
-            _join(left, k, bins, k - 1)
-            right[BINS - k] = right[BINS - k + 1]
-            _join(right, BINS - k, bins, BINS - k)
+        _fill_bins(boxes, item, a, b, i, low, high, space)
         below = 0
         for k in range(1, BINS):
-            below += count[k - 1]
+            below += space.held[k - 1]
             if below == 0 or below == b - a:
                 continue
-            cost = below * _area(left, k) + (b - a - below) * _area(right, k)
+            cost = below * _area(space.left, k) + (b - a - below) * _area(space.right, k)
             if cost < best:
                 best = cost
                 axis = i
@@ -88,14 +127,14 @@ def _cut(boxes, item, a, b, scratch):  # type: ignore[no-untyped-def]
     return axis, place
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _parted(boxes, item, a, b, axis, place):  # type: ignore[no-untyped-def]
     """Part item[a:b] in place; where the second piece begins."""
     i = a
     j = b
     while i < j:
         f = item[i]
-        if axis >= 0 and boxes[f, axis] + boxes[f, axis + 3] < place:
+        if axis >= 0 and _middle(boxes, f, axis) < place:
             i += 1
         else:
             j -= 1
@@ -104,31 +143,20 @@ def _parted(boxes, item, a, b, axis, place):  # type: ignore[no-untyped-def]
     return i if a < i < b else (a + b) // 2
 
 
-@njit(cache=True, error_model="numpy")
-def _grow(boxes, groups):  # type: ignore[no-untyped-def]
-    count = boxes.shape[0]
-    parts = groups.shape[0] - 1
-    room = 2 * count + parts
-    box = np.empty((room, 6))
-    link = np.full((room, 3), -1, np.int64)
-    item = np.arange(count)
-    root = np.full(parts, -1, np.int64)
+@batch_loop
+def _grow(boxes, groups, box, link, item, root, space):  # type: ignore[no-untyped-def]
+    """Fill box (M, 6), link (M, 3), item (F,) and root (G,) as `split_tree` gives them; returns how
+    many nodes there are. item holds 0, 1, 2, ... before, root -1. space: SplitSpace."""
+    todo = space.todo
+    depth = space.depth
     used = 0
-    depth = np.zeros(room, np.int64)
-    todo = np.empty(room, np.int64)
-    scratch = (
-        np.empty((BINS, 6)),
-        np.empty((BINS + 1, 6)),
-        np.empty((BINS + 1, 6)),
-        np.empty(BINS, np.int64),
-    )
-    _clear(box)
-    for g in range(parts):
+    for g in range(len(root)):
         if groups[g] == groups[g + 1]:
             continue
         root[g] = used
         link[used, 1] = groups[g]
         link[used, 2] = groups[g + 1]
+        depth[used] = 0
         todo[0] = used
         waiting = 1
         used += 1
@@ -137,6 +165,8 @@ def _grow(boxes, groups):  # type: ignore[no-untyped-def]
             m = todo[waiting]
             a = link[m, 1]
             b = link[m, 2]
+            link[m, 0] = -1
+            _clear(box, m)
             for s in range(a, b):
                 _join(box, m, boxes, item[s])
             if b - a <= LEAF:
@@ -144,19 +174,20 @@ def _grow(boxes, groups):  # type: ignore[no-untyped-def]
             axis = -1
             place = 0.0
             if depth[m] < DEEPEST:
-                axis, place = _cut(boxes, item, a, b, scratch)
+                axis, place = _cut(boxes, item, a, b, space)
             half = _parted(boxes, item, a, b, axis, place)
             link[m, 0] = used
             link[used, 1] = a
             link[used, 2] = half
             link[used + 1, 1] = half
             link[used + 1, 2] = b
-            depth[used], depth[used + 1] = depth[m] + 1, depth[m] + 1
+            depth[used] = depth[m] + 1
+            depth[used + 1] = depth[m] + 1
             todo[waiting] = used
             todo[waiting + 1] = used + 1
             waiting += 2
             used += 2
-    return box[:used], link[:used], item, root
+    return used
 
 
 def split_tree(
@@ -169,4 +200,18 @@ def split_tree(
     of its items; item (F,); root (G,), -1 where empty. No leaf is deeper than DEEPEST plus the bits
     of F.
     """
-    return _grow(boxes, groups)
+    room = 2 * len(boxes) + len(groups) - 1
+    box = np.empty((room, 6))
+    link = np.empty((room, 3), dtype=np.int64)
+    item = np.arange(len(boxes))
+    root = np.full(len(groups) - 1, -1)
+    space = SplitSpace(
+        bins=np.empty((BINS, 6)),
+        left=np.empty((BINS + 1, 6)),
+        right=np.empty((BINS + 1, 6)),
+        held=np.empty(BINS, dtype=np.int64),
+        todo=np.empty(room, dtype=np.int64),
+        depth=np.empty(room, dtype=np.int64),
+    )
+    used = _grow(np.ascontiguousarray(boxes), groups, box, link, item, root, space)
+    return box[:used].copy(), link[:used].copy(), item, root

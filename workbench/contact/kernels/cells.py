@@ -43,7 +43,7 @@ def _mark(cells, field, g, low, high):  # type: ignore[no-untyped-def]
                 cells[i, j, k] = True
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
+@njit(cache=True, nogil=True)
 def mark_solids(cells, field, shells, g):  # type: ignore[no-untyped-def]
     """Set those of the cells (nx, ny, nz) of grid g, that of group g itself, that a polygon of a
     solid of the group may run through; all within the box of a solid that is not closed, since a

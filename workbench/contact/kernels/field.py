@@ -45,46 +45,54 @@ __all__ = [
 class Field(NamedTuple):
     """G groups of parts, each with a tree over its polygons and a grid of nodes around them.
 
-    record: the polygons one after the other, that of rank q at record[begin[q]:begin[q + 1]]:
-    RECORD numbers, then head and tail of each edge. Tree node m has many[m] children: box[m] (6, 8)
-    are their boxes, low and high coordinates, child[m] (8) the nodes, or -1 less the rank of a
-    polygon; head[m] (8, 8) a cylinder around each, for `near_heads`; root (G,), -1 where empty;
-    span (G, 6), low and high of each group.
-
     Grid g is that of group g around its own box; wide[g] is a second, coarse one around the
-    environment, asked from outside that box, or -1. grid (G + W, 7): origin, cell edge, one over
-    it, slack [m2] for the rounding of coordinates, how far polygons leave their planes [m], so that
-    what is a distance to a set but for that is one for sure. shape
-    (G + W, 4): nodes along x, y, z and the first node. Node (i, j, k) of grid g is shape[g, 3] + (i
-    ny + j) nz + k of: near, the rank of the nearest polygon; cell (., 8), d^2 to the group at the
-    corners of the cell that begins there, of which the lowest bit of the first is set where a solid
-    may be in the cell. They are rounded down to 16 bits, as `codes` has them, times scale (G + W,):
-    a cell is a quarter of a line of the cache, where its eight nodes lay in four.
-
-    solid_part[solid_start[g]:solid_start[g + 1]] are the solid parts of group g, solid_root and
-    solid_span the tree over each alone and its low and high, solid_rank (., 2) the first and last
-    of its ranks.
+    environment, asked from outside that box. Node (i, j, k) of grid g is number
+    shape[g, 3] + (i ny + j) nz + k. The solid parts of group g are those from solid_start[g] to
+    solid_start[g + 1], each with a tree of its own.
     """
 
     record: NDArray[np.float64]
+    """The polygons of all parts, as `geometry.polygon.Faces` has them."""
     begin: NDArray[np.int64]
+    """(F + 1,) where the record of each rank begins."""
     box: NDArray[np.float32]
+    """(M, 6, 8) low and high coordinates [m] of the boxes of each tree node's children."""
     child: NDArray[np.int32]
+    """(M, 8) those children: a node, or -1 less the rank of a polygon."""
     many: NDArray[np.int64]
+    """(M,) how many children a node has."""
     head: NDArray[np.float32]
+    """(M, 8, 8) a cylinder around each child, for `near_heads`."""
     root: NDArray[np.int64]
+    """(G,) the tree of each group, -1 where it is empty."""
     span: NDArray[np.float64]
+    """(G, 6) low and high of each group [m]."""
     wide: NDArray[np.int64]
+    """(G,) the coarse grid of each group, -1 for none."""
     grid: NDArray[np.float64]
+    """(G + W, 7) origin [m], edge of a cell [m], one over it, slack [m2] for the rounding of
+    coordinates, how far polygons leave their planes [m]: without that a distance is one to a set
+    for sure."""
     shape: NDArray[np.int64]
+    """(G + W, 4) nodes along x, y, z and the first node."""
     scale: NDArray[np.float32]
+    """(G + W,) what codes are to be multiplied by [m2]."""
     cell: NDArray[np.uint16]
+    """(., 8) squared distances to the group at the corners of the cell that begins at each node, as
+    `codes` of 16 bits, rounded down. The lowest bit of the first is set where a solid may be in the
+    cell. A cell is a quarter of a line of the cache."""
     near: NDArray[np.int32]
+    """(.,) rank of the polygon nearest to each node."""
     solid_start: NDArray[np.int64]
+    """(G + 1,)."""
     solid_part: NDArray[np.int64]
+    """(.,) the part."""
     solid_root: NDArray[np.int64]
+    """(.,) the tree of its polygons alone."""
     solid_span: NDArray[np.float64]
+    """(., 6) its low and high [m]."""
     solid_rank: NDArray[np.int64]
+    """(., 2) first and last of its ranks."""
 
 
 @inlined

@@ -30,6 +30,8 @@ from workbench.geometry.tree import wider
 
 __all__ = [
     "Crowd",
+    "GroupSpace",
+    "SegmentAnswers",
     "carried",
     "cluster_hub",
     "group_clearance",
@@ -61,6 +63,32 @@ class Crowd(NamedTuple):
     shown: NDArray[np.int64]
 
 
+class SegmentAnswers(NamedTuple):
+    """What is filled for each pose, segment and group."""
+
+    distance: NDArray[np.float64]
+    """(P, N, G) least signed distance [m]."""
+    sphere: NDArray[np.int64]
+    """(P, N, G) the sphere that has it."""
+    polygon: NDArray[np.int64]
+    """(P, N, G) the polygon nearest to that."""
+
+
+class GroupSpace(NamedTuple):
+    """Working space of a thread."""
+
+    stack: NDArray[np.int64]
+    """(DEEP,) tree nodes to visit."""
+    gaps: NDArray[np.float32]
+    """(DEEP + EIGHT,) their squared distances [m2], and those of one node's children."""
+    lows: NDArray[np.float64]
+    """Lower bound [m] of each cluster, or of each segment and group that may collide."""
+    low: NDArray[np.float64]
+    """(S,) lower bound [m] of each sphere."""
+    pair: NDArray[np.int64]
+    """(N G,) segments and groups that may collide, as n G + g."""
+
+
 @inlined
 def carried(world, p, n, a, b, c):  # type: ignore[no-untyped-def]
     """A point of the frame of segment n in the world."""
@@ -90,7 +118,7 @@ def _least(low, a, b):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  # type: ignore[no-untyped-def]
+def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, space):  # type: ignore[no-untyped-def]
     """Improve best = (signed distance, sphere, polygon) by sphere s, of radius r, which stands at
     (x, y, z).
 
@@ -98,18 +126,17 @@ def _sphere(x, y, z, r, s, faces, shells, field, g, best, most, stack, gaps):  #
     """
     signed, sphere, polygon = best
     if not square_bound(x, y, z, field, g)[1]:
-        depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+        depth, f = deepest(x, y, z, faces, shells, field, g, space.stack, space.gaps)
         if f >= 0:
             better = -depth - r < signed or (-depth - r == signed and s < sphere)
             return (-depth - r, s, f) if better else best
-    reach = (
-        most + r + 1e-15 * (abs(most) + r)
-    )  # the sum's rounding counts where a centre lies on a surface
+    # the sum's rounding counts where a centre lies on a surface
+    reach = most + r + 1e-15 * (abs(most) + r)
     if reach < 0.0:
         return best
     limit = reach * reach * (1.0 + 1e-12)
     hint = near_polygon(x, y, z, field, g)
-    square, f = nearest_in(x, y, z, field, field.root[g], hint, limit, stack, gaps)
+    square, f = nearest_in(x, y, z, field, field.root[g], hint, limit, space.stack, space.gaps)
     if f >= 0:
         gap = math.sqrt(square) - r
         if gap < signed or (gap == signed and s < sphere):
@@ -155,8 +182,10 @@ def _cluster_bound(x, y, z, reach, field, g):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps):  # type: ignore[no-untyped-def]
-    """Least signed distance of segment n to a group, with the sphere and the polygon."""
+def _segment(centres, world, p, crowd, n, faces, shells, field, g, space):  # type: ignore[no-untyped-def]
+    """Least signed distance [m] of segment n to a group, with the sphere and the polygon."""
+    lows = space.lows
+    low = space.low
     a = crowd.start[n]
     b = crowd.start[n + 1]
     for c in range(a, b):
@@ -192,9 +221,7 @@ def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, st
         x = centres[p, s, 0]
         y = centres[p, s, 1]
         z = centres[p, s, 2]
-        best = _sphere(
-            x, y, z, crowd.radius[s], s, faces, shells, field, g, best, most, stack, gaps
-        )
+        best = _sphere(x, y, z, crowd.radius[s], s, faces, shells, field, g, best, most, space)
         most = min(most, best[0])
     return best
 
@@ -203,12 +230,9 @@ def _segment(centres, world, p, crowd, n, faces, shells, field, g, low, lows, st
 def group_clearance(centres, world, crowd, faces, shells, field, out, space, begin, end):  # type: ignore[no-untyped-def]
     """Signed clearance of every segment to every group, for the poses begin..end.
 
-    centres (P, S, 3), world (P, N, 3, 4); out: distance (P, N, G), sphere, polygon (P, N, G),
-    filled where shown. space: stack (DEEP,), gaps (DEEP + EIGHT,), lows (clusters,), low (S,),
-    working space.
+    centres (P, S, 3), world (P, N, 3, 4) [m]; out: SegmentAnswers, filled where shown; space:
+    GroupSpace.
     """
-    distance, sphere, polygon = out
-    stack, gaps, lows, low = space
     for p in range(begin, end):
         for n in range(len(crowd.shown)):
             if crowd.shown[n] == 0 or crowd.start[n] == crowd.start[n + 1]:
@@ -216,12 +240,10 @@ def group_clearance(centres, world, crowd, faces, shells, field, out, space, beg
             for g in range(len(field.root)):
                 if field.root[g] < 0:
                     continue
-                d, s, f = _segment(
-                    centres, world, p, crowd, n, faces, shells, field, g, low, lows, stack, gaps
-                )
-                distance[p, n, g] = d
-                sphere[p, n, g] = s
-                polygon[p, n, g] = int(field.record[field.begin[f] + 8])
+                d, s, f = _segment(centres, world, p, crowd, n, faces, shells, field, g, space)
+                out.distance[p, n, g] = d
+                out.sphere[p, n, g] = s
+                out.polygon[p, n, g] = int(field.record[field.begin[f] + 8])
 
 
 @njit(cache=True, nogil=True)
@@ -242,20 +264,20 @@ def witness_points(centres, faces, sphere, polygon, point):  # type: ignore[no-u
 
 
 @inlined
-def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
+def _sphere_hits(x, y, z, r, faces, shells, field, g, allowed, space):  # type: ignore[no-untyped-def]
     """True where a sphere is deeper in a group than allowed."""
     square, sure = square_bound(x, y, z, field, g)
     if not sure:
-        depth, f = deepest(x, y, z, faces, shells, field, g, stack, gaps)
+        depth, f = deepest(x, y, z, faces, shells, field, g, space.stack, space.gaps)
         if f >= 0:
             return depth + r > allowed
     if r <= allowed or square > wider((r - allowed) * (r - allowed)):
         return False
-    return reaches(x, y, z, r, field, g, allowed, stack, gaps)
+    return reaches(x, y, z, r, field, g, allowed, space.stack, space.gaps)
 
 
 @inlined
-def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed, stack, gaps):  # type: ignore[no-untyped-def]
+def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed, space):  # type: ignore[no-untyped-def]
     """True where a sphere of segment n is deeper in a group than allowed."""
     for c in range(crowd.start[n], crowd.start[n + 1]):
         x, y, z = cluster_hub(centres, world, p, crowd, n, c)
@@ -268,9 +290,7 @@ def _segment_hits(centres, world, p, crowd, n, faces, shells, field, g, allowed,
             x = centres[p, s, 0]
             y = centres[p, s, 1]
             z = centres[p, s, 2]
-            if _sphere_hits(
-                x, y, z, crowd.radius[s], faces, shells, field, g, allowed, stack, gaps
-            ):
+            if _sphere_hits(x, y, z, crowd.radius[s], faces, shells, field, g, allowed, space):
                 return True
     return False
 
@@ -306,18 +326,17 @@ def _candidates(world, p, crowd, field, allowed, key, pair):  # type: ignore[no-
 @batch_loop
 def group_collides(centres, world, crowd, faces, shells, field, allowed, hit, space, begin, end):  # type: ignore[no-untyped-def]
     """Fill hit (P,) for the poses begin..end: is any sphere deeper in a group than allowed (N, G)
-    [m], tolerance included, for its segment? centres (P, S, 3), world (P, N, 3, 4); space: stack
-    (DEEP,), gaps (DEEP + EIGHT,), key (N G,), pair (N G,), working space."""
+    [m], tolerance included, for its segment? centres (P, S, 3), world (P, N, 3, 4) [m]; space:
+    GroupSpace."""
     groups = len(field.root)
-    stack, gaps, key, pair = space
     for p in range(begin, end):
-        used = _candidates(world, p, crowd, field, allowed, key, pair)
+        used = _candidates(world, p, crowd, field, allowed, space.lows, space.pair)
         found = False
         for i in range(used):
-            n = pair[i] // groups
-            g = pair[i] % groups
+            n = space.pair[i] // groups
+            g = space.pair[i] % groups
             if _segment_hits(
-                centres, world, p, crowd, n, faces, shells, field, g, allowed[n, g], stack, gaps
+                centres, world, p, crowd, n, faces, shells, field, g, allowed[n, g], space
             ):
                 found = True
                 break

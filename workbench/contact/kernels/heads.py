@@ -12,9 +12,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.contact.kernels.wide import DEEP, widest
 from workbench.geometry.lanes import LANES, eight, larger, load, not_above, root, store
+from workbench.geometry.polygon import RECORD
 
 __all__ = ["SPARE", "heads_of", "near_heads"]
 
@@ -23,8 +24,6 @@ ROWS = 8
 SPARE = 4e-6
 """Widening as a part of the greatest coordinate: a height and the way from the axis take ten
 roundings of 6e-8."""
-EDGES = 10
-"""Where the edges begin in a polygon's record."""
 
 
 @inlined
@@ -53,7 +52,7 @@ def near_heads(x, y, z, head, m, limit, gaps):  # type: ignore[no-untyped-def]
     return not_above(low, eight(np.float32(widest(limit))))
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _below(child, many, c, found, stack):  # type: ignore[no-untyped-def]
     """Write the ranks of all polygons under child c, itself one or a node, into found; how many."""
     if c < 0:
@@ -75,11 +74,12 @@ def _below(child, many, c, found, stack):  # type: ignore[no-untyped-def]
     return used
 
 
-@njit(cache=True, error_model="numpy")
+@inner
 def _axis(found, used, record, begin, row):  # type: ignore[no-untyped-def]
     """Write the mean normal, of length 1 or 0, and the mean of the centres of polygons into
     row[:6]."""
-    row[:6] = 0.0
+    for k in range(6):
+        row[k] = 0.0
     for i in range(used):
         q = begin[found[i]]
         along = row[0] * record[q] + row[1] * record[q + 1] + row[2] * record[q + 2]
@@ -93,31 +93,37 @@ def _axis(found, used, record, begin, row):  # type: ignore[no-untyped-def]
         row[k] = row[k] / long if long > 1e-30 else 0.0
 
 
-@njit(cache=True, error_model="numpy", nogil=True)
-def _heads(child, many, record, begin, rows):  # type: ignore[no-untyped-def]
-    """Fill rows (M, LANES, ROWS) with the cylinders, not yet widened."""
-    found = np.empty(len(begin), np.int64)
-    stack = np.empty(len(begin) + LANES, np.int64)
-    row = np.empty(ROWS)
+@inner
+def _extent(found, used, record, begin, row):  # type: ignore[no-untyped-def]
+    """Write the radius and half the height of the cylinder about the axis row[:6] that holds all
+    polygons into row[6:8]."""
+    row[6] = 0.0
+    row[7] = 0.0
+    for i in range(used):
+        off = record[begin[found[i]] + 9]
+        for e in range(begin[found[i]] + RECORD, begin[found[i] + 1], 6):
+            u = record[e] - row[3]
+            v = record[e + 1] - row[4]
+            w = record[e + 2] - row[5]
+            h = row[0] * u + row[1] * v + row[2] * w
+            u = u - h * row[0]
+            v = v - h * row[1]
+            w = w - h * row[2]
+            row[6] = max(row[6], math.sqrt(u * u + v * v + w * w) + off)
+            row[7] = max(row[7], abs(h) + off)
+
+
+@batch_loop
+def _heads(child, many, record, begin, rows, found, stack, row):  # type: ignore[no-untyped-def]
+    """Fill rows (M, LANES, ROWS) with the cylinders, not yet widened. found (F,), stack (F +
+    LANES,), row (ROWS,): working space."""
     for m in range(len(child)):
         for lane in range(many[m]):
             used = _below(child, many, child[m, lane], found, stack)
             _axis(found, used, record, begin, row)
-            row[6] = 0.0
-            row[7] = 0.0
-            for i in range(used):
-                off = record[begin[found[i]] + 9]
-                for e in range(begin[found[i]] + EDGES, begin[found[i] + 1], 6):
-                    u = record[e] - row[3]
-                    v = record[e + 1] - row[4]
-                    w = record[e + 2] - row[5]
-                    h = row[0] * u + row[1] * v + row[2] * w
-                    u = u - h * row[0]
-                    v = v - h * row[1]
-                    w = w - h * row[2]
-                    row[6] = max(row[6], math.sqrt(u * u + v * v + w * w) + off)
-                    row[7] = max(row[7], abs(h) + off)
-            rows[m, lane] = row
+            _extent(found, used, record, begin, row)
+            for i in range(ROWS):
+                rows[m, lane, i] = row[i]
 
 
 def heads_of(
@@ -132,6 +138,8 @@ def heads_of(
     reach [m]: the greatest coordinate of all.
     """
     rows = np.zeros((len(child), LANES, ROWS))
-    _heads(child, many, record, begin, rows)
+    found = np.empty(len(begin), dtype=np.int64)
+    stack = np.empty(len(begin) + LANES, dtype=np.int64)
+    _heads(child, many, record, begin, rows, found, stack, np.empty(ROWS))
     rows[..., 6:] = rows[..., 6:] * (1.0 + 1e-6) + SPARE * reach
     return np.ascontiguousarray(rows.transpose(0, 2, 1).astype(np.float32))

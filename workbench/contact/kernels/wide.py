@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from workbench.compiled import inlined, njit
+from workbench.compiled import batch_loop, inlined, inner
 from workbench.geometry.lanes import LANES, eight, larger, load, not_above, store
 
 __all__ = ["DEEP", "EIGHT", "near_boxes", "point_lanes", "widened", "widest"]
@@ -60,18 +60,48 @@ def near_boxes(point, box, m, many, limit, gaps):  # type: ignore[no-untyped-def
     return bits & ((np.uint64(1) << np.uint64(many)) - np.uint64(1))
 
 
-@njit(cache=True, error_model="numpy")
-def _collapsed(box, link, item, root):  # type: ignore[no-untyped-def]
-    room = box.shape[0]
-    wide = np.zeros((room, 6, EIGHT))
-    many = np.zeros(room, np.int64)
-    child = np.zeros((room, EIGHT), np.int32)
-    start = np.full(root.shape[0], -1, np.int64)
-    todo = np.empty(room, np.int64)
-    place = np.empty(room, np.int64)
-    some = np.empty(EIGHT, np.int64)
+@inlined
+def _area(box, m):  # type: ignore[no-untyped-def]
+    """Half the surface area of box m."""
+    u = box[m, 3] - box[m, 0]
+    v = box[m, 4] - box[m, 1]
+    w = box[m, 5] - box[m, 2]
+    return u * v + v * w + w * u
+
+
+@inner
+def _open_largest(box, link, m, some):  # type: ignore[no-untyped-def]
+    """Write up to EIGHT nodes that stand for node m into some: the largest is replaced by its two
+    children until there is no room or all are leaves; returns how many."""
+    count = 1
+    some[0] = m
+    while count < EIGHT:
+        largest = -1
+        best = -1.0
+        for k in range(count):
+            area = _area(box, some[k])
+            if link[some[k], 0] >= 0 and area > best:
+                largest = k
+                best = area
+        if largest < 0:
+            break
+        some[count] = link[some[largest], 0] + 1
+        some[largest] = link[some[largest], 0]
+        count += 1
+    return count
+
+
+@batch_loop
+def _collapse(box, link, item, root, wide, child, many, start, space):  # type: ignore[no-untyped-def]
+    """Fill wide (M, 6, EIGHT), child (M, EIGHT), many (M,) and start (G,) as `widened` gives them;
+    returns how many nodes there are. space (3, M + EIGHT): nodes to do,
+    what they become, and the children of one."""
+    todo = space[0]
+    place = space[1]
+    some = space[2]
     used = 0
-    for g in range(root.shape[0]):
+    for g in range(len(root)):
+        start[g] = -1
         if root[g] < 0:
             continue
         start[g] = used
@@ -81,26 +111,8 @@ def _collapsed(box, link, item, root):  # type: ignore[no-untyped-def]
         used += 1
         while waiting > 0:
             waiting -= 1
-            m = todo[waiting]
             at = place[waiting]
-            count = 1
-            some[0] = m
-            while count < EIGHT:
-                largest = -1
-                best = -1.0
-                for k in range(count):
-                    c = some[k]
-                    u = box[c, 3] - box[c, 0]
-                    v = box[c, 4] - box[c, 1]
-                    w = box[c, 5] - box[c, 2]
-                    if link[c, 0] >= 0 and u * v + v * w + w * u > best:
-                        largest = k
-                        best = u * v + v * w + w * u
-                if largest < 0:
-                    break
-                some[count] = link[some[largest], 0] + 1
-                some[largest] = link[some[largest], 0]
-                count += 1
+            count = _open_largest(box, link, todo[waiting], some)
             many[at] = count
             for k in range(count):
                 c = some[k]
@@ -114,7 +126,7 @@ def _collapsed(box, link, item, root):  # type: ignore[no-untyped-def]
                     place[waiting] = used
                     waiting += 1
                     used += 1
-    return wide[:used], child[:used], many[:used], start
+    return used
 
 
 def widened(
@@ -129,10 +141,17 @@ def widened(
     child's box; child (M, EIGHT): a node, or -1 less the item of a leaf; many (M,) children; root,
     -1 where empty.
     """
-    exact, child, many, start = _collapsed(box, link, item, root)
+    room = len(box)
+    boxes = np.zeros((room, 6, EIGHT))
+    many = np.zeros(room, dtype=np.int64)
+    child = np.zeros((room, EIGHT), dtype=np.int32)
+    start = np.empty(len(root), dtype=np.int64)
+    space = np.empty((3, room + EIGHT), dtype=np.int64)
+    used = _collapse(box, link, item, root, boxes, child, many, start, space)
+    exact = boxes[:used]
     wide = exact.astype(np.float32)
     low = wide[:, :3]
     high = wide[:, 3:]
     wide[:, :3] = np.where(low > exact[:, :3], np.nextafter(low, np.float32(-np.inf)), low)
     wide[:, 3:] = np.where(high < exact[:, 3:], np.nextafter(high, np.float32(np.inf)), high)
-    return wide, child, many, start
+    return wide, child[:used].copy(), many[:used].copy(), start

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.body.forward import segment_frames
+from workbench.body.forward import place, segment_frames
 from workbench.errors import InputError
 from workbench.model.arrays import Bools, Floats
 from workbench.model.body import Body
 from workbench.model.environment import Rest, Seat
 from workbench.model.kept import kept_with_body
 from workbench.model.poses import Poses
-from workbench.posture.kernels.contacts import least_heights
 from workbench.posture.kernels.sitting import Sitting
 from workbench.posture.reaching.limbs import Limb
 from workbench.posture.reaching.packing import packed_limbs
@@ -80,10 +79,7 @@ def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
     still = counts.any(axis=0) & ~moving
     fixed = np.full((len(body), 2), np.inf)
     if still.any():
-        limbs = packed_limbs(body, _rests(body, segment, tuple(np.flatnonzero(still).tolist())))
-        who = np.arange(len(body))
-        turns = np.array(poses.rotations)
-        least_heights(limbs, who, turns, lap.attitude, (ways, counts), fixed, 0, len(body))
+        fixed = _least_heights(body, poses.rotations, lap, still, ways, counts)
     point = np.array(seat.srp)
     depth = np.array([seat.cushion.depth, seat.back.depth])
     level = np.concatenate(
@@ -108,21 +104,11 @@ def sitting_of(body: Body, poses: Poses, seat: Seat, lap: Lap) -> Sitting:
     )
 
 
-def at_rest(sitting: Sitting, rotations: Floats) -> tuple[Floats, Floats]:
+def at_rest(body: Body, lap: Lap, sitting: Sitting, rotations: Floats) -> tuple[Floats, Floats]:
     """Where the lap (B, 3) [m] comes to rest with the legs as they are, the seat not moved forward,
     and the seat's travel up (B,) [m] that brings the eyes to their height."""
-    heights = np.zeros((len(rotations), 2))
-    who = np.arange(len(rotations))
-    least_heights(
-        sitting.limbs,
-        who,
-        np.array(rotations),
-        sitting.lap,
-        (sitting.ways, sitting.counts),
-        heights,
-        0,
-        len(who),
-    )
+    segments = np.isin(np.arange(len(body.segments)), sitting.limbs.segment)
+    heights = _least_heights(body, rotations, lap, segments, sitting.ways, sitting.counts)
     off = sitting.level.copy()
     off[:, :2] -= np.minimum(heights, sitting.fixed)
     at: Floats = off @ sitting.solve.T
@@ -132,6 +118,26 @@ def at_rest(sitting: Sitting, rotations: Floats) -> tuple[Floats, Floats]:
     )
     at[:, 2] += up
     return at, up
+
+
+def _least_heights(
+    body: Body, rotations: Floats, lap: Lap, segments: Bools, ways: Floats, counts: Bools
+) -> Floats:
+    """(B, W) least height [m] of the spheres of some segments (N,) along each of the directions
+    ways (W, 3), from the lap's origin.
+
+    rotations (B, J, 4); counts (W, N): the segments that count for each direction.
+    """
+    names = [body.segments[n] for n in np.flatnonzero(segments)]
+    poses = Poses(rotations, lap.segment, lap.attitude)
+    placed = place(body, poses, window=names)
+    heights = np.full((len(rotations), len(ways)), np.inf)
+    for w, way in enumerate(ways):
+        sphere = np.flatnonzero((segments & counts[w])[body.sphere_segment])
+        x, y, z = np.moveaxis(placed.centres[:, sphere], 2, 0)
+        height = way[0] * x + way[1] * y + way[2] * z - body.radius[:, sphere]
+        heights[:, w] = height.min(axis=1, initial=np.inf)
+    return heights
 
 
 def _resting(body: Body, rest: Rest) -> Bools:

@@ -8,8 +8,9 @@ short.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -88,6 +89,10 @@ class Seated:
         )
 
 
+_Rest = Callable[[Floats], tuple[Floats, Floats]]
+"""`at_rest` of some people, by the rotations (B, J, 4) of their joints."""
+
+
 @dataclass(frozen=True, eq=False)
 class _Ask:
     """What all people share: seat, eye height [m], pedals; whether every place is tried;
@@ -161,10 +166,11 @@ def _some_people(body: Body, poses: Poses, ask: _Ask) -> Seated:
     lap = lap_of(body, poses, seat, segment=segment, eye=ask.eye)
     sitting = sitting_of(body, poses, seat, lap)
     tasks = foot_tasks(body, poses, ask.pedals, sitting.ahead)
+    rest = partial(at_rest, body, lap, sitting)
     found = (
-        _stepped(sitting, tasks, poses.rotations, ask)
+        _stepped(sitting, tasks, poses.rotations, ask, rest)
         if tasks
-        else _resting(sitting, poses.rotations, ask)
+        else _resting(sitting, poses.rotations, ask, rest)
     )
     eye = found.lap + lap.eyes
     world = np.zeros((len(poses), 3, 4))
@@ -201,14 +207,16 @@ class _Found:
     row: Floats
 
 
-def _stepped(sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask) -> _Found:
+def _stepped(
+    sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask, rest: _Rest
+) -> _Found:
     """People with their feet on pedals, each from a guess at the place of the seat."""
     legs = legs_of(tasks, ask.pedals)
     grid = positions(ask.seat.travel_forward)
     count = len(rotations)
     turned = comfortable(tasks, rotations)
     lap = sitting.lap.copy()
-    lap[:, :, 3] = at_rest(sitting, turned)[0]
+    lap[:, :, 3] = rest(turned)[0]
     first = first_places(tasks, lap, grid, sitting.ahead)
     travel = np.zeros((count, 2))
     numbers = np.zeros((count, 2, 8))
@@ -222,11 +230,11 @@ def _stepped(sitting: Sitting, tasks: list[Task], rotations: Floats, ask: _Ask) 
     return _Found(turned, lap[:, :, 3].copy(), travel, numbers, row)
 
 
-def _resting(sitting: Sitting, rotations: Floats, ask: _Ask) -> _Found:
+def _resting(sitting: Sitting, rotations: Floats, ask: _Ask, rest: _Rest) -> _Found:
     """People without pedals: the seat stays where it is, or as near to that as its travel lets
     it."""
     count, (rear, front) = len(rotations), ask.seat.travel_forward
-    at, up = at_rest(sitting, rotations)
+    at, up = rest(rotations)
     forward = np.full(count, min(max(0.0, rear), front))
     lap = at + forward[:, None] * sitting.ahead
     row = np.zeros((count, ROW))
