@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import workbench as wb
 from tests.accommodations import made, result_of, trainer_people
 from tests.conftest import ROOT
 from tests.test_accommodation_page import FLAPS, KNEE, parsed, text_of
@@ -317,6 +318,10 @@ def test_what_is_no_accommodation_is_told_and_nothing_is_written(folders, capsys
         == 3
     )
     assert "holds a result, not a comparison" in capsys.readouterr().err
+
+
+def test_compare_is_public():
+    assert {"compare", "Comparison"} <= set(wb.__all__)
 
 
 def test_the_document_s_block_prints_what_it_says(capsys):

@@ -93,10 +93,17 @@ def test_the_predicted_posture_is_within_the_stops(flying):
     assert np.degrees(wb.stops(placed.body, poses).margin.min()) > -0.1
 
 
-def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
+@pytest.fixture(scope="module")
+def ran(written):
+    """The file of the study, and its result."""
+    path = written(STUDY)
+    return path, wb.run(load_study(path))
+
+
+def test_a_run_says_who_reaches_what_in_words(ran, tmp_path):
     from workbench.report.folder import write_report
 
-    result = wb.run(load_study(written(STUDY)))
+    _, result = ran
     rows = write_report(result, tmp_path / "out")
     reached = {(r.control, r.zone): r.reached for r in result.postures[0].reaches}
     assert reached["left_stick", 1] and reached["throttle", 1] and not reached["grab_handle", 1]
@@ -111,9 +118,9 @@ def test_a_run_says_who_reaches_what_in_words(written, tmp_path):
     assert (tmp_path / "out" / "reaches.csv").read_text().count("\n") == 1 + 3 * 3
 
 
-def test_a_picture_shows_the_posture_of_the_run_to_the_last_bit(written):
-    path = written(STUDY)
-    measured = wb.run(load_study(path)).postures[0]
+def test_a_picture_shows_the_posture_of_the_run_to_the_last_bit(ran):
+    path, result = ran
+    measured = result.postures[0]
     drawn = build_source(str(path)).scene
     assert len(drawn.bodies) == len(measured.people) == 1
     for shown, person in zip(drawn.bodies, measured.people, strict=True):
