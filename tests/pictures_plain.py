@@ -20,7 +20,7 @@ from workbench.draw.kernels.occlusion import (
     lines_among_balls,
     occluder_planes,
 )
-from workbench.draw.kernels.rasterization import fill_triangles, sphere_depths
+from workbench.draw.kernels.rasterization import Fragments, fill_triangles, sphere_depths
 from workbench.draw.kernels.silhouettes import parallel_rims
 from workbench.draw.sphere_raster import (
     cast_rays,
@@ -51,7 +51,7 @@ def raster():
     triangle = np.array([[[-3.0, 1, 0], [11, 2, 1], [4, 20, 2]]])
     number = np.full((10, 12), -1)
     covered = number > 0
-    fill_triangles(triangle, np.array([7]), 0.1, 1.5, depth, number, covered)
+    fill_triangles(triangle, np.array([7]), 0.1, 1.5, Fragments(depth, number, covered))
     return [number, depth, covered]
 
 

@@ -27,14 +27,26 @@ PIECE = 256
 def place(
     body: Body, poses: Poses, *, window: Iterable[str] | None = None, reference: str | None = None
 ) -> Placed:
-    """Place a body: chain the transforms from the reference segment and put all spheres into the
-    world.
+    """Place a body: chain the transforms from the reference segment, and place all spheres.
 
-    Each pose is placed with the row of the body that it is of; its numbers do not depend on what
-    other rows or poses there are. window: mnemonics of the segments wanted; they and those on their
-    paths to the reference segment are placed, the rest holds NaN and costs nothing. reference: the segment that stands at
-    `poses.world_from_reference`; the poses' own where None. Raises InputError where the poses are
-    of another body or a name is unknown, UsageError where it is not known which rows they are of.
+    The numbers of a pose do not depend on what other rows or poses there are.
+
+    Parameters
+    ----------
+    body, poses
+        The body, and P poses; each is placed with the row of the body that it names.
+    window
+        Mnemonics of the wanted segments. They and those on their paths to the reference segment are
+        placed, the rest holds NaN and costs nothing. All segments if None.
+    reference
+        The segment that stands at `poses.world_from_reference`; the poses' own if None.
+
+    Raises
+    ------
+    InputError
+        If the poses are of another body, or a name is unknown.
+    UsageError
+        If it is not known which rows the poses are of.
     """
     person = people_of(body, poses)
     root = poses.reference if reference is None else body.segment(reference)
@@ -42,16 +54,22 @@ def place(
     world = _empty((len(poses), len(body.segments), 3, 4), shown)
     world[:, root] = poses.world_from_reference
     chain = _chain(body.topology, root, shown.tobytes())
-    return _followed(body, poses, person, shown, world, (chain, 0))
+    return _place_from(body, poses, person, shown, chain, 0, world)
 
 
 def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
-    """Place again after a change that begins at joint `first_changed` in the walk from the
-    reference segment.
+    """Place again after a change of joint `first_changed` and of what lies behind it.
 
-    Only what lies at or behind that joint in the walk is computed; the numbers equal a full `place`
-    to the last bit. The placement of the reference segment and all joints before this one must be
-    as they were.
+    Only what lies at or behind that joint, in the walk from the reference segment, is computed. The
+    numbers equal those of a full `place` to the last bit.
+
+    Parameters
+    ----------
+    placed, poses
+        What was placed, and the changed poses. The placement of the reference segment and all
+        joints before this one must be as they were.
+    first_changed
+        Mnemonic of the joint.
     """
     body = placed.body
     check_joints(body, poses)
@@ -61,12 +79,18 @@ def update(placed: Placed, poses: Poses, *, first_changed: str) -> Placed:
     steps = np.flatnonzero(chain.joint == joint)
     world = placed.world_from_segment.copy()
     first = int(steps[0]) if len(steps) else len(chain.joint)
-    return _followed(body, poses, placed.person, placed.window, world, (chain, first))
+    return _place_from(body, poses, placed.person, placed.window, chain, first, world)
 
 
 def rereference(placed: Placed, segment: str) -> Placed:
-    """The same placed bodies seen from a segment: one left-multiplication makes its frame the
-    world's."""
+    """Return the same placed bodies in the frame of a segment.
+
+    Raises
+    ------
+    InputError
+        If the segment is unknown or outside the logical window.
+    """
+    # one multiplication from the left: segment_from_world
     n = placed.body.segment(segment)
     if not placed.window[n]:
         raise InputError(f"segment {segment!r} is outside the logical window")
@@ -80,7 +104,7 @@ def rereference(placed: Placed, segment: str) -> Placed:
 
 
 def segment_frames(body: Body, poses: Poses, segment: int) -> Floats:
-    """(P, 3, 4) where a segment stands in each pose, without placing what is not on its path."""
+    """Return world-from-segment transforms (P, 3, 4) without placing what is not on the path."""
     rows = people_of(body, poses)
     came = {to: (at, joint, upward) for to, at, joint, upward in walk(body, poses.reference)}
     path = []
@@ -178,12 +202,6 @@ def _skin(topology: Topology) -> Skin:
     )
 
 
-@lru_cache(maxsize=64)
-def _segment(topology: Topology) -> Ints:
-    """(S,) the segment of each sphere."""
-    return topology.sphere_segment
-
-
 @kept_with_body
 def _rows(body: Body) -> Rows:
     """What the rows of a body differ in, for the kernels."""
@@ -195,13 +213,20 @@ def _empty(shape: tuple[int, ...], shown: Bools) -> Floats:
     return np.empty(shape) if shown.all() else np.full(shape, np.nan)
 
 
-def _followed(
-    body: Body, poses: Poses, person: Ints, shown: Bools, world: Floats, walk: tuple[Chain, int]
+def _place_from(
+    body: Body,
+    poses: Poses,
+    person: Ints,
+    shown: Bools,
+    chain: Chain,
+    first: int,
+    world: Floats,
 ) -> Placed:
-    """The body placed: the transforms of a walk from one of its steps on, and all spheres."""
-    chain, step = walk
+    """Place a body from step `first` of a chain on, and all its spheres.
+
+    world: (P, N, 3, 4), filled in place; what earlier steps reach is placed already.
+    """
     skin = _skin(body.topology)._replace(shown=shown.astype(np.int64))
-    segment = _segment(body.topology)
     rows = _rows(body)
     centres = _empty((len(poses), len(body.sphere_names), 3), shown)
     person = person.view()
@@ -213,9 +238,9 @@ def _followed(
             poses.rotations[some],
             person[some],
             chain,
-            step,
+            first,
             skin,
-            segment,
+            body.topology.sphere_segment,
             rows,
             world[some],
             centres[some],

@@ -1,14 +1,22 @@
-"""A closed surface through outlines: signed distance in each slice, smooth along the axis, zero set
-by marching.
+"""Compute a closed surface through outlines.
 
-The field of a slice is the distance to its curves, negative inside; between slices each place of
-the plane follows a monotone cubic through its distances (Fritsch & Butland, SIAM J. Sci. Stat.
-Comput. 5, 1984), so nothing overshoots. The first and last slice close the part flat. Measured on a
-body: slices every 20 mm give back the surface to 0.8 mm in the mean; toes, chin and fingers want
-closer ones.
+1. The field of a slice is the distance to its curves, negative inside.
+2. Between slices, each point of the plane follows a monotone cubic through its distances [1]_, so
+   that nothing overshoots. The first and last slice close the part flat.
+3. The surface is where the field is zero, see `marching`.
+
+Measured on a body: slices every 20 mm give back the surface to 0.8 mm in the mean. Toes, chin and
+fingers need closer ones.
+
+References
+----------
+.. [1] F. N. Fritsch, J. Butland (1984), A method for constructing local monotone piecewise cubic
+   interpolants, SIAM Journal on Scientific and Statistical Computing 5, 300-304.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -21,70 +29,140 @@ from workbench.model.outlines import Outlines
 
 __all__ = ["outline_surface"]
 
-_MOST_POINTS = 20_000_000
-_EASY_POINTS = 200_000
+_MAX_POINTS = 20_000_000
+"""Points of the grid at most."""
+_DEFAULT_POINTS = 200_000
+"""Points of the grid, about, where no pitch is given."""
+_DEFAULT_CELLS = 64
+"""Cells across the part at most, where no pitch is given."""
+_MARGIN = 2.37
+"""Cells of the grid before the part. It is no whole number, so that flat ends do not fall on
+points."""
+
+
+class _Grid(NamedTuple):
+    """A grid of points over the planes (u, v) of outlines and along their axis (s), in metres."""
+
+    u: Floats
+    v: Floats
+    s: Floats
+    step: float
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return len(self.u) * len(self.v) * len(self.s)
 
 
 def outline_surface(outlines: Outlines, *, pitch: float | None = None) -> Surface:
-    """The closed surface through outlines; pitch [m]: grid spacing, where not given 1/64 of the
-    size across or what makes a grid of some 200,000 points.
+    """Compute the closed surface through outlines.
 
-    InputError where the outlines enclose nothing or the grid would be too large.
+    Parameters
+    ----------
+    outlines
+        Closed curves in parallel planes.
+    pitch
+        Spacing of the grid [m]. If None, 1/64 of the size across, or what makes a grid of some
+        200,000 points.
+
+    Raises
+    ------
+    InputError
+        If the outlines enclose nothing or the grid would be too large.
     """
-    station = np.unique(outlines.station)
-    every = np.concatenate(outlines.points)
-    low = every.min(axis=0)
-    high = every.max(axis=0)
-    box = float(np.prod(high - low)) * float(station[-1] - station[0])
-    step = (
-        max(float((high - low).max()) / 64, float(np.cbrt(box / _EASY_POINTS)))
-        if pitch is None
-        else float(pitch)
-    )
-    if not (np.isfinite(step) and step > 0):
-        raise InputError(f"{outlines.name}: the outlines have no extent")
-    u, v = (np.arange(a - 2.37 * step, b + 3 * step, step) for a, b in zip(low, high, strict=True))
-    s = np.arange(station[0] - 2.37 * step, station[-1] + 3 * step, step)
-    if len(u) * len(v) * len(s) > _MOST_POINTS:
-        need = step * (len(u) * len(v) * len(s) / _MOST_POINTS) ** (1 / 3)
-        raise InputError(
-            f"{outlines.name}: a grid of {len(u)} x {len(v)} x {len(s)} points is too large; "
-            f"a pitch of {need * 1e3:.3g} mm or more is possible"
-        )
-    plane = np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
-    slices = []
-    for at in station:
-        loops = [p for p, k in zip(outlines.points, outlines.station, strict=True) if k == at]
-        slices.append(_slice_field(plane, loops).reshape(len(u), len(v)))
-    inner = np.clip(s, station[0], station[-1])
-    field = PchipInterpolator(station, np.stack(slices), axis=0)(inner)
-    beyond = np.maximum(station[0] - s, s - station[-1])
-    field = np.maximum(field, beyond[:, None, None])
+    grid = _grid(outlines, pitch)
+    field = _distance_field(outlines, grid)
     if not (field < 0).any():
         raise InputError(
-            f"{outlines.name}: the outlines enclose nothing at a pitch of {step * 1e3:.3g} mm"
+            f"{outlines.name}: the outlines enclose nothing at a pitch of {grid.step * 1e3:.3g} mm"
         )
-    vertices, faces = level_surface(field, np.array([s[0], u[0], v[0]]), np.full(3, step))
+    origin = np.array([grid.s[0], grid.u[0], grid.v[0]])
+    vertices, faces = level_surface(field, origin, np.full(3, grid.step))
     return sealed(np.roll(vertices, outlines.axis, axis=1), faces, what=outlines.name)
 
 
-def _slice_field(points: Floats, loops: list[Floats]) -> Floats:
-    """(n,) signed distance [m] of points (n, 2) to closed curves, negative inside an odd number of
-    them."""
+def _grid(outlines: Outlines, pitch: float | None) -> _Grid:
+    """Lay a grid around outlines; refuse one that is too large."""
+    points = np.concatenate(outlines.points)
+    low = points.min(axis=0)
+    high = points.max(axis=0)
+    first = float(outlines.station.min())
+    last = float(outlines.station.max())
+    if pitch is None:
+        volume = float(np.prod(high - low)) * (last - first)
+        coarsest = float((high - low).max()) / _DEFAULT_CELLS
+        step = max(coarsest, float(np.cbrt(volume / _DEFAULT_POINTS)))
+    else:
+        step = float(pitch)
+    if not (np.isfinite(step) and step > 0):
+        raise InputError(f"{outlines.name}: the outlines have no extent")
+    u, v, s = (
+        np.arange(a - _MARGIN * step, b + 3 * step, step)
+        for a, b in ((low[0], high[0]), (low[1], high[1]), (first, last))
+    )
+    grid = _Grid(u, v, s, step)
+    if grid.size > _MAX_POINTS:
+        possible = step * (grid.size / _MAX_POINTS) ** (1 / 3)
+        raise InputError(
+            f"{outlines.name}: a grid of {len(u)} x {len(v)} x {len(s)} points is too large; "
+            f"a pitch of {possible * 1e3:.3g} mm or more is possible"
+        )
+    return grid
+
+
+def _distance_field(outlines: Outlines, grid: _Grid) -> Floats:
+    """Return the field (s, u, v) [m] of outlines on a grid, negative inside."""
+    plane = np.stack(np.meshgrid(grid.u, grid.v, indexing="ij"), axis=-1).reshape(-1, 2)
+    stations = np.unique(outlines.station)
+    slices = []
+    for station in stations:
+        curves = [
+            curve
+            for curve, at in zip(outlines.points, outlines.station, strict=True)
+            if at == station
+        ]
+        slices.append(_slice_field(plane, curves).reshape(len(grid.u), len(grid.v)))
+    within = np.clip(grid.s, stations[0], stations[-1])
+    field = PchipInterpolator(stations, np.stack(slices), axis=0)(within)
+    # beyond the first and the last slice the distance to their planes closes the part flat
+    beyond = np.maximum(stations[0] - grid.s, grid.s - stations[-1])
+    closed: Floats = np.maximum(field, beyond[:, None, None])
+    return closed
+
+
+def _slice_field(points: Floats, curves: list[Floats]) -> Floats:
+    """Return the signed distance (n,) [m] of points (n, 2) to closed curves (K, 2).
+
+    It is negative inside an odd number of them.
+    """
     square = np.full(len(points), np.inf)
     inside: Bools = np.zeros(len(points), dtype=np.bool_)
-    for loop in loops:
-        for a, b in zip(loop, np.roll(loop, -1, axis=0), strict=True):
-            side = b - a
-            way = points - a
-            length = float(side @ side)
-            share = np.clip(way @ side / length, 0.0, 1.0) if length > 0 else np.zeros(len(points))
-            gap = way - share[:, None] * side
-            square = np.minimum(square, np.einsum("nc,nc->n", gap, gap))
-            spans = (a[1] > points[:, 1]) != (b[1] > points[:, 1])
+    for curve in curves:
+        for a, b in zip(curve, np.roll(curve, -1, axis=0), strict=True):
+            square = np.minimum(square, _segment_distance_squared(points, a, b))
             if a[1] != b[1]:
-                inside ^= spans & (
-                    points[:, 0] < a[0] + (points[:, 1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
-                )
+                inside ^= _is_left_of(points, a, b)
     field: Floats = np.where(inside, -1.0, 1.0) * np.sqrt(square)
     return field
+
+
+def _segment_distance_squared(points: Floats, a: Floats, b: Floats) -> Floats:
+    """Return the squared distance (n,) of points (n, 2) to the segment from a to b."""
+    side = b - a
+    offset = points - a
+    length_squared = float(side @ side)
+    if length_squared > 0:
+        share = np.clip(offset @ side / length_squared, 0.0, 1.0)
+    else:
+        share = np.zeros(len(points))
+    gap = offset - share[:, None] * side
+    square: Floats = np.einsum("nc,nc->n", gap, gap)
+    return square
+
+
+def _is_left_of(points: Floats, a: Floats, b: Floats) -> Bools:
+    """Whether a ray in +x from points (n, 2) crosses the edge from a to b, which is not level."""
+    spans = (a[1] > points[:, 1]) != (b[1] > points[:, 1])
+    x = a[0] + (points[:, 1] - a[1]) * (b[0] - a[0]) / (b[1] - a[1])
+    crossed: Bools = spans & (points[:, 0] < x)
+    return crossed

@@ -14,11 +14,19 @@ from numpy.typing import NDArray
 
 from workbench.draw.camera import Camera
 from workbench.draw.kernels.disk_painter import (
+    Lens,
+    Projection,
     paint_disks,
     project_spheres,
     update_depth_order,
 )
-from workbench.draw.kernels.shading import BLOCK, light_surfaces, paint_rays, surface_depths
+from workbench.draw.kernels.shading import (
+    RUN_LENGTH,
+    Light,
+    light_surfaces,
+    paint_rays,
+    surface_depths,
+)
 from workbench.draw.scene import Spheres
 from workbench.errors import InputError, UsageError
 from workbench.model.arrays import Floats, Ints
@@ -80,11 +88,17 @@ class Surfaces(NamedTuple):
     sphere: ItemBuffer
 
 
-def _camera_row(camera: Camera) -> Floats:
-    """Return a camera as the kernels take it, (18,): see `kernels.disk_painter`."""
-    middle = (camera.width / 2.0, camera.height / 2.0)
-    rest = (camera.scale, camera.inverse_distance, *middle, camera.nearest, camera.distance)
-    return np.concatenate([camera.right, camera.up, camera.toward, camera.centre, rest])
+def _lens(camera: Camera) -> Lens:
+    """Return a camera as the kernels take it."""
+    return Lens(
+        np.stack([camera.right, camera.up, camera.toward, camera.centre]),
+        float(camera.scale),
+        float(camera.inverse_distance),
+        camera.width / 2.0,
+        camera.height / 2.0,
+        float(camera.nearest),
+        float(camera.distance),
+    )
 
 
 def project_disks(spheres: Spheres, camera: Camera, *, last: Ints | None = None) -> Disks:
@@ -112,21 +126,19 @@ def project_disks(spheres: Spheres, camera: Camera, *, last: Ints | None = None)
         raise UsageError(
             f"the last frame's order is of {len(last)} spheres, this frame has {count}"
         )
-    view = np.empty((count, 4))
-    shown = np.empty((count, 2))
-    disk = np.empty((count, 3))
-    front = np.empty(count)
-    drawn = project_spheres(
-        spheres.centre, spheres.radius, _camera_row(camera), view, shown, disk, front
+    out = Projection(
+        np.empty((count, 4)), np.empty((count, 2)), np.empty((count, 3)), np.empty(count)
     )
+    drawn = project_spheres(spheres.centre, spheres.radius, _lens(camera), out)
     moves = 0
     if last is None:
-        order = np.argsort(front, kind="stable")
+        order = np.argsort(out.front, kind="stable")
     else:
         order = last.copy()
-        moves = update_depth_order(order, front)
-    depth, radius = np.ascontiguousarray(shown.T)
-    return Disks(disk, depth, radius, front, order[count - drawn :], view, order, moves)
+        moves = update_depth_order(order, out.front)
+    depth, radius = np.ascontiguousarray(out.shown.T)
+    shown = order[count - drawn :]
+    return Disks(out.disk, depth, radius, out.front, shown, out.balls, order, moves)
 
 
 def _empty_item_buffer(camera: Camera) -> ItemBuffer:
@@ -146,7 +158,7 @@ def exact_item_buffer(disks: Disks, camera: Camera) -> ItemBuffer:
     """Paint the true outlines of spheres, ellipses in perspective, back to front."""
     picture = _empty_item_buffer(camera)
     numbers = np.arange(len(disks.front), dtype=np.int32)
-    paint_rays(disks.view, disks.order, _camera_row(camera), numbers, picture)
+    paint_rays(disks.view, disks.order, _lens(camera), numbers, picture)
     return picture
 
 
@@ -157,8 +169,8 @@ def cast_rays(disks: Disks, camera: Camera) -> Surfaces:
     """
     sphere = _empty_item_buffer(camera)
     depth = np.full(sphere.shape, -np.inf)
-    bound = np.full((camera.height, -(-camera.width // BLOCK)), -np.inf)
-    surface_depths(disks.view, disks.order, _camera_row(camera), depth, sphere, bound)
+    bound = np.full((camera.height, -(-camera.width // RUN_LENGTH)), -np.inf)
+    surface_depths(disks.view, disks.order, _lens(camera), depth, sphere, bound)
     return Surfaces(depth, sphere)
 
 
@@ -180,14 +192,9 @@ def shade_surfaces(
         (height, width, 3) colours.
     """
     picture = np.full((camera.height, camera.width, 3), _PAPER_GREY, dtype=np.uint8)
+    x, y, z = (LIGHT / np.linalg.norm(LIGHT)).tolist()
+    light = Light(x, y, z, _CREASE_RADIUS)
     light_surfaces(
-        disks.view,
-        colour,
-        LIGHT / np.linalg.norm(LIGHT),
-        _camera_row(camera),
-        _CREASE_RADIUS,
-        surfaces.depth,
-        surfaces.sphere,
-        picture,
+        disks.view, colour, light, _lens(camera), surfaces.depth, surfaces.sphere, picture
     )
     return picture

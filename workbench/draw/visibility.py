@@ -13,13 +13,12 @@ is seen from inside there.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from workbench.draw.camera import Camera, facing, projective_depth, to_view, view_to_pixels
 from workbench.draw.clipping import clip_triangles
-from workbench.draw.kernels.rasterization import fill_triangles, sphere_depths
+from workbench.draw.kernels.rasterization import Fragments, fill_triangles, sphere_depths
 from workbench.draw.scene import Scene
 from workbench.draw.sphere_raster import (
     Disks,
@@ -118,10 +117,10 @@ def render_buffers(scene: Scene, camera: Camera, *, spheres: str = "painted") ->
         cut,
         sphere,
         body_depth,
-        triangle=opaque.triangle,
+        triangle=opaque.number,
         depth=opaque.depth,
         section=section,
-        glass=glass.triangle,
+        glass=glass.number,
         glass_depth=glass.depth,
         seen=seen,
     )
@@ -163,18 +162,10 @@ def triangles_shown(environment: Environment) -> Ints:
     return np.flatnonzero(~environment.hidden[part])
 
 
-class _Buffers(NamedTuple):
-    """Foremost triangle, its depth, and whether anything nearer was cut away; (height, width)."""
-
-    triangle: ItemBuffer
-    depth: Floats
-    was_cut: Bools
-
-
-def _empty_buffers(camera: Camera) -> _Buffers:
+def _empty_buffers(camera: Camera) -> Fragments:
     size = (camera.height, camera.width)
-    return _Buffers(
-        np.full(size, -1, dtype=np.int32), np.full(size, -np.inf), np.zeros(size, dtype=np.bool_)
+    return Fragments(
+        np.full(size, -np.inf), np.full(size, -1, dtype=np.int32), np.zeros(size, dtype=np.bool_)
     )
 
 
@@ -184,7 +175,7 @@ def _rasterize(
     cut: float,
     seen: Floats,
     chosen: Ints,
-    buffers: _Buffers,
+    buffers: Fragments,
 ) -> None:
     """Fill the chosen triangles into buffers; seen (V, 3): view coordinates of the vertices."""
     source = np.arange(len(chosen))
@@ -198,16 +189,7 @@ def _rasterize(
     facing_away = facing(camera, environment.normal, environment.offset) < 0
     polygon = triangle_polygons(environment)[chosen][source]
     corners[facing_away[polygon], :, 2] -= _BACK_FACE_BIAS
-    inverse_distance = camera.inverse_distance
-    fill_triangles(
-        corners,
-        chosen[source],
-        inverse_distance,
-        cut,
-        buffers.depth,
-        buffers.triangle,
-        buffers.was_cut,
-    )
+    fill_triangles(corners, chosen[source], camera.inverse_distance, cut, buffers)
 
 
 def _to_projective(camera: Camera, seen: Floats) -> Floats:
@@ -217,14 +199,14 @@ def _to_projective(camera: Camera, seen: Floats) -> Floats:
     return points
 
 
-def _section_pixels(environment: Environment, camera: Camera, opaque: _Buffers) -> Bools:
+def _section_pixels(environment: Environment, camera: Camera, opaque: Fragments) -> Bools:
     """Find the pixels where the near plane cuts a solid: something was cut away there, and a solid
     is seen from inside."""
     polygon = triangle_polygons(environment)
     facing_away = facing(camera, environment.normal, environment.offset)[polygon] < 0
     inside = environment.solid[environment.polygon_part[polygon]] & facing_away
-    section: Bools = (opaque.triangle >= 0) & opaque.was_cut
-    section[section] = inside[opaque.triangle[section]]
+    section: Bools = (opaque.number >= 0) & opaque.was_cut
+    section[section] = inside[opaque.number[section]]
     return section
 
 

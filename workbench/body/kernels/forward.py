@@ -15,120 +15,154 @@ __all__ = ["Chain", "Rows", "Skin", "chain_transforms", "place_bodies", "place_s
 
 
 class Chain(NamedTuple):
-    """The tree walked from the reference segment: step m reaches segment `to` from `came` over
-    `joint`.
-
-    `upward` is 1 where the step goes from a distal segment to the proximal one. at_came, at_to: the
-    joint's coordinates in both frames. The reference itself is not a step.
-    """
+    """The tree walked from the reference segment, in M steps. The reference itself is no step."""
 
     to: NDArray[np.int64]
+    """(M,) the segment that each step reaches, from `came` over `joint`."""
     came: NDArray[np.int64]
     joint: NDArray[np.int64]
     upward: NDArray[np.int64]
+    """(M,) 1 where the step goes from a distal segment to the proximal one."""
     at_came: NDArray[np.float64]
+    """(M, 3) the joint [m] in the frame of `came`, and in that of `to`."""
     at_to: NDArray[np.float64]
 
 
 class Skin(NamedTuple):
-    """The spheres of a body and how they share the twist of a joint; `shown` (N,) is 1 in the
-    window.
+    """The S spheres of a body of N segments and J joints, and how they share the twists of joints.
 
-    centre (3, S): one coordinate after the other, so that the loops run on several spheres at once.
-    out, across (3, S): each centre's arm from the line that its segment twists about, and that arm
-    a quarter turn on. blend_joint (S,): -1 where rigid; blend_share (S,), blend_point (S, 3): the
-    joint in the frame of the sphere's own segment; blended: the spheres that are, those of segment
-    n being blended[blend_start[n]:blend_start[n + 1]]; distal (S,): 1 where that segment is the
-    joint's distal one; twist_shared (J,): 1 where the proximal one shares the twist.
+    Coordinates are (3, S), one after the other, so that the loops run on several spheres at once.
     """
 
     centre: NDArray[np.float64]
+    """(3, S) in the frame of the segment [m]."""
     out: NDArray[np.float64]
+    """(3, S) from the line that the segment twists about to the centre, at right angles."""
     across: NDArray[np.float64]
+    """(3, S) the same, a quarter turn on."""
     start: NDArray[np.int64]
+    """(N + 1,) the first sphere of each segment."""
     twist_joint: NDArray[np.int64]
+    """(N,) the joint whose twist a segment shares, -1 for none."""
     joint_axis: NDArray[np.float64]
+    """(J, 3) the twist axis of each joint."""
     twist_axis: NDArray[np.float64]
+    """(N, 3) the line that each segment twists about."""
     twist_share: NDArray[np.float64]
+    """(S,)."""
     shown: NDArray[np.int64]
+    """(N,) 1 in the logical window."""
     blend_joint: NDArray[np.int64]
+    """(S,) the joint across which a sphere is blended, -1 where it is rigid."""
     blend_share: NDArray[np.float64]
+    """(S,)."""
     blend_point: NDArray[np.float64]
+    """(S, 3) that joint in the frame of the sphere's own segment [m]."""
     blended: NDArray[np.int64]
+    """The blended spheres. Those of segment n are blended[blend_start[n]:blend_start[n + 1]]."""
     blend_start: NDArray[np.int64]
     distal: NDArray[np.int64]
+    """(S,) 1 where the sphere's segment is the distal one of its joint."""
     twist_shared: NDArray[np.int64]
+    """(J,) 1 where the proximal segment shares the twist."""
 
 
 class Rows(NamedTuple):
-    """What B bodies of one topology differ in: joint_in_parent, joint_in_child (B, J, 3), centre
-    (B, S, 3), twist_point, twist_axis (B, N, 3), twist_share, blend_share (B, S)."""
+    """What B bodies of one topology differ in."""
 
     joint_in_parent: NDArray[np.float64]
+    """(B, J, 3) [m]."""
     joint_in_child: NDArray[np.float64]
+    """(B, J, 3) [m]."""
     centre: NDArray[np.float64]
+    """(B, S, 3) [m]."""
     twist_point: NDArray[np.float64]
+    """(B, N, 3) a point of the line that each segment twists about [m]."""
     twist_axis: NDArray[np.float64]
+    """(B, N, 3)."""
     twist_share: NDArray[np.float64]
+    """(B, S)."""
     blend_share: NDArray[np.float64]
+    """(B, S)."""
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _take_step(world, p, chain, m, r):  # type: ignore[no-untyped-def]
+    """Place the segment that step m of the chain reaches in pose p; r: the joint's rotation."""
+    # With R, x of the segment that the step comes from:  R' = R r (or R r^T upward),
+    # x' = x + R joint_in_came - R' joint_in_to. Row by row.
+    to = chain.to[m]
+    came = chain.came[m]
+    for i in range(3):
+        u = world[p, came, i, 0]
+        v = world[p, came, i, 1]
+        w = world[p, came, i, 2]
+        if chain.upward[m]:
+            a = u * r[0] + v * r[1] + w * r[2]
+            b = u * r[3] + v * r[4] + w * r[5]
+            c = u * r[6] + v * r[7] + w * r[8]
+        else:
+            a = u * r[0] + v * r[3] + w * r[6]
+            b = u * r[1] + v * r[4] + w * r[7]
+            c = u * r[2] + v * r[5] + w * r[8]
+        joint = u * chain.at_came[m, 0] + v * chain.at_came[m, 1] + w * chain.at_came[m, 2]
+        back = a * chain.at_to[m, 0] + b * chain.at_to[m, 1] + c * chain.at_to[m, 2]
+        world[p, to, i, 0] = a
+        world[p, to, i, 1] = b
+        world[p, to, i, 2] = c
+        world[p, to, i, 3] = world[p, came, i, 3] + joint - back
 
 
 @njit(cache=True, error_model="numpy", nogil=True, _nrt=False)
 def chain_transforms(rotations, chain, first, world):  # type: ignore[no-untyped-def]
-    """Fill world (P, N, 3, 4) for the steps `first` onward; what earlier steps reached must be
-    filled already."""
+    """Chain the transforms of the segments from the reference outward.
+
+    Parameters
+    ----------
+    rotations
+        (P, J, 4) quaternions w, x, y, z.
+    chain, first
+        The walk, and the step to begin at. What earlier steps reach is placed already.
+    world
+        (P, N, 3, 4) world-from-segment transforms, filled in place.
+    """
     for p in range(world.shape[0]):
         for m in range(first, chain.to.shape[0]):
-            to = chain.to[m]
-            came = chain.came[m]
-            j = chain.joint[m]
-            q = rotations[p, j]
-            r = quaternion_matrix(q[0], q[1], q[2], q[3])
-            for i in range(3):
-                u = world[p, came, i, 0]
-                v = world[p, came, i, 1]
-                w = world[p, came, i, 2]
-                if chain.upward[m]:
-                    a = u * r[0] + v * r[1] + w * r[2]
-                    b = u * r[3] + v * r[4] + w * r[5]
-                    c = u * r[6] + v * r[7] + w * r[8]
-                else:
-                    a = u * r[0] + v * r[3] + w * r[6]
-                    b = u * r[1] + v * r[4] + w * r[7]
-                    c = u * r[2] + v * r[5] + w * r[8]
-                joint = u * chain.at_came[m, 0] + v * chain.at_came[m, 1] + w * chain.at_came[m, 2]
-                back = a * chain.at_to[m, 0] + b * chain.at_to[m, 1] + c * chain.at_to[m, 2]
-                world[p, to, i, 0] = a
-                world[p, to, i, 1] = b
-                world[p, to, i, 2] = c
-                world[p, to, i, 3] = world[p, came, i, 3] + joint - back
+            q = rotations[p, chain.joint[m]]
+            _take_step(world, p, chain, m, quaternion_matrix(q[0], q[1], q[2], q[3]))
+
+
+@njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
+def _transposed(r):  # type: ignore[no-untyped-def]
+    """The transpose of a 3 x 3 matrix given row by row."""
+    return r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
 def _across(q, axis, shared, distal):  # type: ignore[no-untyped-def]
-    """The rotation that carries a point of one segment of a joint along with the other segment, in
-    the frame of the first: Q, or for the distal one its inverse; without the twist T where the
-    proximal segment shares it.
+    """Return the rotation that carries a point of one segment of a joint along with the other one.
 
-    Q = S T: of the swing alone S for the proximal segment, and T' S' T for the distal one, which
-    has the twist.
+    Parameters
+    ----------
+    q, axis
+        Quaternion and twist axis of the joint.
+    shared
+        1 where the proximal segment shares the twist: then it is left out.
+    distal
+        1 for a point of the distal segment, whose frame the result is in.
     """
+    # Q = S T is the joint's rotation, of swing S and twist T. For the proximal segment it is Q, or
+    # S without the twist. For the distal one it is Q', or T' S' T, since it has the twist.
     r = quaternion_matrix(q[0], q[1], q[2], q[3])
     if shared == 0:
-        return r if distal == 0 else (r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8])
+        return r if distal == 0 else _transposed(r)
     along = q[1] * axis[0] + q[2] * axis[1] + q[3] * axis[2]
     w = q[0]
-    x = along * axis[0]
-    y = along * axis[1]
-    z = along * axis[2]
-    if w * w + along * along < 1e-24:  # half a turn of swing: no twist can be told from it
+    if w * w + along * along < 1e-24:  # half a turn of swing: the twist is undetermined
         w = 1.0
-    t = quaternion_matrix(w, x, y, z)
-    s = product(r, (t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8]))
-    if distal == 0:
-        return s
-    back = product((s[0], s[3], s[6], s[1], s[4], s[7], s[2], s[5], s[8]), t)
-    return product((t[0], t[3], t[6], t[1], t[4], t[7], t[2], t[5], t[8]), back)
+    t = quaternion_matrix(w, along * axis[0], along * axis[1], along * axis[2])
+    s = product(r, _transposed(t))
+    return s if distal == 0 else product(_transposed(t), product(_transposed(s), t))
 
 
 @njit(cache=True, error_model="numpy", _nrt=False, forceinline=True)
@@ -290,14 +324,75 @@ def place_spheres(rotations, world, skin, centres):  # type: ignore[no-untyped-d
             _blended_spheres(rotations, p, skin, n, quarter, f, centres)
 
 
+@njit(cache=True, error_model="numpy")
+def _pack_chain(rows, b, chain, at_came, at_to):  # type: ignore[no-untyped-def]
+    """Fill at_came and at_to (M, 3) of a chain with the joints of body b."""
+    for m in range(len(chain.to)):
+        j = chain.joint[m]
+        for i in range(3):
+            above = rows.joint_in_parent[b, j, i]
+            below = rows.joint_in_child[b, j, i]
+            at_came[m, i] = below if chain.upward[m] else above
+            at_to[m, i] = above if chain.upward[m] else below
+
+
+@njit(cache=True, error_model="numpy")
+def _pack_centres(rows, b, segment, centre, out, across):  # type: ignore[no-untyped-def]
+    """Fill the coordinates (3, S) of `Skin` with those of body b; segment (S,): of each sphere."""
+    for s in range(len(segment)):
+        n = segment[s]
+        x = rows.twist_axis[b, n, 0]
+        y = rows.twist_axis[b, n, 1]
+        z = rows.twist_axis[b, n, 2]
+        u = rows.centre[b, s, 0] - rows.twist_point[b, n, 0]
+        v = rows.centre[b, s, 1] - rows.twist_point[b, n, 1]
+        w = rows.centre[b, s, 2] - rows.twist_point[b, n, 2]
+        along = u * x + v * y + w * z
+        u = u - along * x
+        v = v - along * y
+        w = w - along * z
+        out[0, s] = u
+        out[1, s] = v
+        out[2, s] = w
+        across[0, s] = y * w - z * v
+        across[1, s] = z * u - x * w
+        across[2, s] = x * v - y * u
+        for i in range(3):
+            centre[i, s] = rows.centre[b, s, i]
+
+
+@njit(cache=True, error_model="numpy")
+def _pack_blend_points(rows, b, skin, blend_point):  # type: ignore[no-untyped-def]
+    """Fill blend_point (S, 3) of `Skin` with the joints of body b."""
+    for s in range(len(blend_point)):
+        j = skin.blend_joint[s]
+        if j < 0:
+            continue
+        joints = rows.joint_in_child if skin.distal[s] else rows.joint_in_parent
+        for i in range(3):
+            blend_point[s, i] = joints[b, j, i]
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def place_bodies(rotations, person, chain, first, skin, segment, rows, world, centres):  # type: ignore[no-untyped-def]
-    """Place P poses, pose p of the body in row person[p].
+    """Place P poses, each with its own body. Poses of one body in a run share its packing.
 
-    rotations (P, J, 4); chain, skin: of the topology, without a body's own coordinates; first: the
-    step of the chain to begin at; segment (S,): of each sphere; rows: Rows. Fills world (P, N, 3,
-    4), where the reference segment stands already, and centres (P, S, 3). Poses of one body in a
-    run share its packing.
+    Parameters
+    ----------
+    rotations
+        (P, J, 4) quaternions w, x, y, z.
+    person
+        (P,) the row of `rows` that each pose is of.
+    chain, skin
+        Of the topology, without a body's own coordinates.
+    first
+        The step of the chain to begin at.
+    segment
+        (S,) of each sphere.
+    rows
+        The bodies.
+    world, centres
+        (P, N, 3, 4), where the reference segment is placed already, and (P, S, 3); filled in place.
     """
     steps = len(chain.to)
     spheres = centres.shape[1]
@@ -307,44 +402,17 @@ def place_bodies(rotations, person, chain, first, skin, segment, rows, world, ce
     out = np.empty((3, spheres))
     across = np.empty((3, spheres))
     blend_point = np.zeros((spheres, 3))
+    own_chain = Chain(chain.to, chain.came, chain.joint, chain.upward, at_came, at_to)
     begin = 0
     while begin < len(person):
         b = person[begin]
         end = begin + 1
         while end < len(person) and person[end] == b:
             end += 1
-        for m in range(steps):
-            j = chain.joint[m]
-            for i in range(3):
-                above = rows.joint_in_parent[b, j, i]
-                below = rows.joint_in_child[b, j, i]
-                at_came[m, i], at_to[m, i] = (below, above) if chain.upward[m] else (above, below)
-        for s in range(spheres):
-            n = segment[s]
-            x = rows.twist_axis[b, n, 0]
-            y = rows.twist_axis[b, n, 1]
-            z = rows.twist_axis[b, n, 2]
-            u = rows.centre[b, s, 0] - rows.twist_point[b, n, 0]
-            v = rows.centre[b, s, 1] - rows.twist_point[b, n, 1]
-            w = rows.centre[b, s, 2] - rows.twist_point[b, n, 2]
-            along = u * x + v * y + w * z
-            u = u - along * x
-            v = v - along * y
-            w = w - along * z
-            out[0, s] = u
-            out[1, s] = v
-            out[2, s] = w
-            across[0, s] = y * w - z * v
-            across[1, s] = z * u - x * w
-            across[2, s] = x * v - y * u
-            j = skin.blend_joint[s]
-            for i in range(3):
-                centre[i, s] = rows.centre[b, s, i]
-                if j >= 0:
-                    near = rows.joint_in_child if skin.distal[s] else rows.joint_in_parent
-                    blend_point[s, i] = near[b, j, i]
-        own_chain = Chain(chain.to, chain.came, chain.joint, chain.upward, at_came, at_to)
+        _pack_chain(rows, b, chain, at_came, at_to)
         chain_transforms(rotations[begin:end], own_chain, first, world[begin:end])
+        _pack_centres(rows, b, segment, centre, out, across)
+        _pack_blend_points(rows, b, skin, blend_point)
         own_skin = Skin(
             centre,
             out,

@@ -1,5 +1,7 @@
-"""Patches of a union's exposed spheres that lie deep under a closed mesh: proved patch by patch,
-cut where unproved."""
+"""Find where the surface of a union of balls lies deep under a closed mesh.
+
+The exposed surface is proved patch by patch: a patch that cannot be decided is cut into four.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +14,17 @@ from workbench.geometry.nearest import nearest_triangle
 
 __all__ = ["deep_patches"]
 
+_MAX_STACK = 96
+"""Patches that wait: 20, and three more for each of at most 25 cuts."""
+_UNDECIDED = 0
+"""What becomes of a patch: it is cut, dropped or reported."""
+_DONE = 1
+_REPORTED = 2
+
 
 @njit(cache=True)
 def _overlapping(a, centre, radius, near):  # type: ignore[no-untyped-def]
-    """Write the balls that overlap ball a into near, largest overlap first; returns how many."""
+    """Fill `near` with the balls that overlap ball a, the largest overlap first; returns how many."""
     count = 0
     deep = np.empty(len(radius))
     for b in range(len(radius)):
@@ -33,8 +42,22 @@ def _overlapping(a, centre, radius, near):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _patch(corner, c, r, middle):  # type: ignore[no-untyped-def]
-    """Write the middle of a spherical triangle (3, 3: unit vectors) of a ball; returns how far its
-    corners are."""
+    """Compute the middle of a spherical triangle of a ball.
+
+    Parameters
+    ----------
+    corner
+        (3, 3) unit vectors.
+    c, r
+        Centre (3,) and radius of the ball [m].
+    middle
+        (3,) filled in place [m].
+
+    Returns
+    -------
+    float
+        Distance [m] of the farthest corner from the middle.
+    """
     x = corner[0, 0] + corner[1, 0] + corner[2, 0]
     y = corner[0, 1] + corner[1, 1] + corner[2, 1]
     z = corner[0, 2] + corner[1, 2] + corner[2, 2]
@@ -53,8 +76,10 @@ def _patch(corner, c, r, middle):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _buried(p, reach, near, count, centre, radius):  # type: ignore[no-untyped-def]
-    """How p lies to the other balls: 2 where one of them holds all within reach of p, 1 where one
-    holds p, 0 else."""
+    """Return 2 where one of the other balls holds all within `reach` of p, 1 where one holds p.
+
+    Else 0. near, count: the other balls (m,), and how many they are.
+    """
     held = 0
     for k in range(count):
         b = near[k]
@@ -72,7 +97,7 @@ def _buried(p, reach, near, count, centre, radius):  # type: ignore[no-untyped-d
 
 @njit(cache=True)
 def _quarter(stack, size):  # type: ignore[no-untyped-def]
-    """Replace the top patch of the stack by its four quarters; returns the new size."""
+    """Replace the top patch of a stack (K, 3, 3) by its four quarters; returns the new size."""
     a = stack[size - 1].copy()
     m = np.empty((3, 3))
     for k in range(3):
@@ -90,17 +115,74 @@ def _quarter(stack, size):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def deep_patches(centre, radius, first, solid, inward, fine, most, points, depth):  # type: ignore[no-untyped-def]
-    """Places on the union of balls (m, 3), (m,) not proved to be at most `inward` [m] under the
-    mesh.
+def _signed_depth(p, solid, hint):  # type: ignore[no-untyped-def]
+    """Return how deep [m] point p lies under the mesh, and the nearest triangle.
 
-    first (20, 3, 3): unit patches of a sphere. A patch is let go where another ball holds it, or
-    where the mesh is near enough to its middle; it is reported where its middle is exposed and
-    deeper, or where it is no larger than `fine` [m]. At most `most` places a ball; fills points (k,
-    3) and depth (k,), a bound for what was looked at; returns how many.
+    hint: a triangle that may be near, -1 for none.
+    """
+    square, nearest, feature, x, y, z = nearest_triangle(
+        p[0], p[1], p[2], solid, hint, np.inf, False
+    )
+    n = solid.normal[nearest, feature]
+    outside = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2] >= 0.0
+    return -math.sqrt(square) if outside else math.sqrt(square), nearest
+
+
+@njit(cache=True)
+def _examine(p, reach, held, solid, inward, fine, hint):  # type: ignore[no-untyped-def]
+    """Decide about a patch: its middle p, how far it reaches from there, and `held` of `_buried`.
+
+    Returns `_DONE`, `_REPORTED` or `_UNDECIDED`; a bound for its depth [m]; and a triangle near it.
+    """
+    # no point of the patch is deeper than its middle by more than `reach`
+    room = inward - reach
+    if room > 0.0:
+        _, hit, _, _, _, _ = nearest_triangle(p[0], p[1], p[2], solid, hint, room * room, True)
+        if hit >= 0:
+            return _DONE, 0.0, hit
+    is_exposed = held == 0
+    if reach > fine and not (is_exposed and room > 0.0):
+        return _UNDECIDED, 0.0, hint
+    depth, hint = _signed_depth(p, solid, hint)
+    if is_exposed and depth > inward:
+        return _REPORTED, depth, hint
+    if depth + reach <= inward:
+        return _DONE, 0.0, hint
+    if reach <= fine:
+        return _REPORTED, depth + reach, hint
+    return _UNDECIDED, 0.0, hint
+
+
+@njit(cache=True)
+def deep_patches(centre, radius, first, solid, inward, fine, most, points, depth):  # type: ignore[no-untyped-def]
+    """Find places on a union of balls that are not proved to lie at most `inward` under a mesh.
+
+    A patch of a ball is dropped where another ball holds it, or where the mesh is near enough to
+    its middle. It is reported where its middle is exposed and deeper, or where it is no larger than
+    `fine`. Any other patch is cut into four.
+
+    Parameters
+    ----------
+    centre, radius
+        (m, 3) and (m,) the balls [m].
+    first
+        (20, 3, 3) unit patches of a sphere.
+    solid
+        The mesh.
+    inward, fine
+        [m].
+    most
+        Places for each ball at most.
+    points, depth
+        (k, 3) and (k,) [m] filled with the places, and with bounds for how deep they are.
+
+    Returns
+    -------
+    int
+        Number of places.
     """
     near = np.empty(len(radius), np.int64)
-    stack = np.empty((96, 3, 3))
+    stack = np.empty((_MAX_STACK, 3, 3))
     p = np.empty(3)
     used = 0
     hint = -1
@@ -115,32 +197,14 @@ def deep_patches(centre, radius, first, solid, inward, fine, most, points, depth
             if held == 2:
                 size -= 1
                 continue
-            room = inward - reach
-            if room > 0.0:
-                _, hit, _, _, _, _ = nearest_triangle(
-                    p[0], p[1], p[2], solid, hint, room * room, True
-                )
-                if hit >= 0:
-                    hint = hit
-                    size -= 1
-                    continue
-            if reach <= fine or (held == 0 and room > 0.0):
-                square, hint, feature, x, y, z = nearest_triangle(
-                    p[0], p[1], p[2], solid, hint, np.inf, False
-                )
-                n = solid.normal[hint, feature]
-                outside = (p[0] - x) * n[0] + (p[1] - y) * n[1] + (p[2] - z) * n[2] >= 0.0
-                deep = -math.sqrt(square) if outside else math.sqrt(square)
-                sure = held == 0 and deep > inward
-                if sure or (reach <= fine and deep + reach > inward):
-                    points[used] = p
-                    depth[used] = deep if sure else deep + reach
-                    used += 1
-                    found += 1
-                    size -= 1
-                    continue
-                if deep + reach <= inward:
-                    size -= 1
-                    continue
-            size = _quarter(stack, size)
+            verdict, deep, hint = _examine(p, reach, held, solid, inward, fine, hint)
+            if verdict == _UNDECIDED:
+                size = _quarter(stack, size)
+                continue
+            size -= 1
+            if verdict == _REPORTED:
+                points[used] = p
+                depth[used] = deep
+                used += 1
+                found += 1
     return used

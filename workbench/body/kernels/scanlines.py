@@ -1,12 +1,13 @@
-"""Volumes of a closed mesh, of a union of balls, and of what they share, by parallel lines.
+"""Measure volumes of a closed mesh, of a union of balls, and of their intersection, by lines.
 
-Along each line (upright, through the middle of a square of a grid) the lengths inside both are
-exact; only the spacing of the lines is an approximation.
+The lines are parallel to z, through the middles of the squares of a grid. The lengths inside are
+exact along each line; only the spacing of the lines is an approximation.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,22 @@ from workbench.compiled import njit
 
 __all__ = ["shared_volume"]
 
+_OFFSET = 0.381966
+"""Cells of the grid before the shapes. It is no simple fraction, so that lines rarely meet
+edges."""
+
+
+class _Lines(NamedTuple):
+    """A grid of lines parallel to z; line i rows + j is at low + (i, j) pitch."""
+
+    x: float
+    """Position of the first line [m]."""
+    y: float
+    columns: int
+    rows: int
+    pitch: float
+    """[m] between lines."""
+
 
 def shared_volume(
     corners: NDArray[np.float64],
@@ -22,37 +39,83 @@ def shared_volume(
     radius: NDArray[np.float64],
     pitch: float,
 ) -> tuple[float, float, float]:
-    """Volumes [m3] of the mesh, of the union of the balls, and of their intersection.
+    """Measure the volumes of a mesh, of a union of balls, and of their intersection.
 
-    corners (T, 3, 3) of a closed mesh wound outward; centre (m, 3), radius (m,); pitch [m] between
-    lines.
+    Parameters
+    ----------
+    corners
+        (T, 3, 3) triangles of a closed mesh, wound outward [m].
+    centre, radius
+        (m, 3) and (m,) the balls [m].
+    pitch
+        Distance [m] between lines.
+
+    Returns
+    -------
+    tuple[float, float, float]
+        [m^3].
     """
-    low = (
-        np.minimum(corners.min(axis=(0, 1)), (centre - radius[:, None]).min(axis=0))[:2]
-        - pitch * 0.381966
-    )
-    high = np.maximum(corners.max(axis=(0, 1)), (centre + radius[:, None]).max(axis=0))[:2]
-    size = np.ceil((high - low) / pitch).astype(np.int64) + 1
-    lines = int(size[0] * size[1])
-    counts = np.zeros((2, lines + 1), dtype=np.int64)
-    empty = np.empty((0, 2))
-    for fill in (False, True):
-        marks = np.empty((int(counts[0, -1]), 2)) if fill else empty
-        spans = np.empty((int(counts[1, -1]), 2)) if fill else empty
-        free = counts[:, :-1].copy()
-        _cross(corners, low, size, pitch, fill, free[0], marks)
-        _pierce(centre, radius, low, size, pitch, fill, free[1], spans)
-        if not fill:
-            counts[:, 1:] = np.cumsum(free, axis=1)
-            counts[:, 0] = 0
-    mesh, union, both = _lengths(counts, marks, spans)
+    lines = _lines_around(corners, centre, radius, pitch)
+    # first count what each line meets, then fill lists of that size
+    total = lines.columns * lines.rows
+    nothing = np.empty((0, 2))
+    found = np.zeros((2, total), dtype=np.int64)
+    _cross_triangles(corners, lines, False, found[0], nothing)
+    _cross_balls(centre, radius, lines, False, found[1], nothing)
+    start = np.zeros((2, total + 1), dtype=np.int64)
+    start[:, 1:] = np.cumsum(found, axis=1)
+    crossings = np.empty((int(start[0, -1]), 2))
+    spans = np.empty((int(start[1, -1]), 2))
+    next_free = start[:, :-1].copy()
+    _cross_triangles(corners, lines, True, next_free[0], crossings)
+    _cross_balls(centre, radius, lines, True, next_free[1], spans)
+    mesh, union, both = _lengths(start, crossings, spans)
     area = pitch * pitch
     return mesh * area, union * area, both * area
 
 
+def _lines_around(
+    corners: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    pitch: float,
+) -> _Lines:
+    """Return lines around a mesh and balls, as of `shared_volume`."""
+    balls_low = (centre - radius[:, None]).min(axis=0)
+    balls_high = (centre + radius[:, None]).max(axis=0)
+    low = np.minimum(corners.min(axis=(0, 1)), balls_low)[:2] - pitch * _OFFSET
+    high = np.maximum(corners.max(axis=(0, 1)), balls_high)[:2]
+    size = np.ceil((high - low) / pitch).astype(np.int64) + 1
+    return _Lines(float(low[0]), float(low[1]), int(size[0]), int(size[1]), pitch)
+
+
 @njit(cache=True)
-def _cross(corners, low, size, pitch, fill, free, marks):  # type: ignore[no-untyped-def]
-    """Where the lines cross the triangles: height and +1 going in, -1 going out (upward)."""
+def _first_line(low: float, origin: float, pitch: float) -> int:
+    """Return the first column or row of lines that is not below `low`."""
+    return max(0, math.ceil((low - origin) / pitch))
+
+
+@njit(cache=True)
+def _last_line(high: float, origin: float, pitch: float, count: int) -> int:
+    """Return the last of `count` columns or rows of lines that is not above `high`."""
+    return min(count - 1, math.floor((high - origin) / pitch))
+
+
+@njit(cache=True)
+def _cross_triangles(corners, lines, fill, next_free, crossings):  # type: ignore[no-untyped-def]
+    """Find where the lines cross triangles.
+
+    Parameters
+    ----------
+    corners, lines
+        (T, 3, 3) and the lines.
+    fill
+        Whether `crossings` is filled; else they are counted.
+    next_free
+        (L,) the next free row of each line, counted up.
+    crossings
+        (K, 2) height [m], and 1 where the line enters the solid, -1 where it leaves it.
+    """
     for t in range(len(corners)):
         c = corners[t]
         ux = c[1, 0] - c[0, 0]
@@ -62,89 +125,103 @@ def _cross(corners, low, size, pitch, fill, free, marks):  # type: ignore[no-unt
         area = ux * vy - uy * vx
         if area == 0.0:
             continue
-        first = max(0, math.ceil((c[:, 0].min() - low[0]) / pitch))
-        last = min(size[0] - 1, math.floor((c[:, 0].max() - low[0]) / pitch))
-        bottom = max(0, math.ceil((c[:, 1].min() - low[1]) / pitch))
-        top = min(size[1] - 1, math.floor((c[:, 1].max() - low[1]) / pitch))
+        first = _first_line(c[:, 0].min(), lines.x, lines.pitch)
+        last = _last_line(c[:, 0].max(), lines.x, lines.pitch, lines.columns)
+        bottom = _first_line(c[:, 1].min(), lines.y, lines.pitch)
+        top = _last_line(c[:, 1].max(), lines.y, lines.pitch, lines.rows)
         for i in range(first, last + 1):
+            px = lines.x + i * lines.pitch - c[0, 0]
             for j in range(bottom, top + 1):
-                px = low[0] + i * pitch - c[0, 0]
-                py = low[1] + j * pitch - c[0, 1]
+                py = lines.y + j * lines.pitch - c[0, 1]
+                # barycentric coordinates of the line, by Cramer's rule
                 a = (px * vy - py * vx) / area
                 b = (ux * py - uy * px) / area
                 if a < 0.0 or b < 0.0 or a + b > 1.0:
                     continue
-                line = i * size[1] + j
+                line = i * lines.rows + j
                 if fill:
-                    k = free[line]
-                    marks[k, 0] = c[0, 2] + a * (c[1, 2] - c[0, 2]) + b * (c[2, 2] - c[0, 2])
-                    marks[k, 1] = -1.0 if area > 0.0 else 1.0
-                free[line] += 1
+                    height = c[0, 2] + a * (c[1, 2] - c[0, 2]) + b * (c[2, 2] - c[0, 2])
+                    crossings[next_free[line], 0] = height
+                    crossings[next_free[line], 1] = -1.0 if area > 0.0 else 1.0
+                next_free[line] += 1
 
 
 @njit(cache=True)
-def _pierce(centre, radius, low, size, pitch, fill, free, spans):  # type: ignore[no-untyped-def]
-    """Where the lines run inside the balls: from, to."""
+def _cross_balls(centre, radius, lines, fill, next_free, spans):  # type: ignore[no-untyped-def]
+    """Find where the lines run inside balls: spans (K, 2) from and to [m].
+
+    Other arguments as for `_cross_triangles`.
+    """
     for s in range(len(radius)):
-        first = max(0, math.ceil((centre[s, 0] - radius[s] - low[0]) / pitch))
-        last = min(size[0] - 1, math.floor((centre[s, 0] + radius[s] - low[0]) / pitch))
+        first = _first_line(centre[s, 0] - radius[s], lines.x, lines.pitch)
+        last = _last_line(centre[s, 0] + radius[s], lines.x, lines.pitch, lines.columns)
         for i in range(first, last + 1):
-            dx = low[0] + i * pitch - centre[s, 0]
-            for j in range(size[1]):
-                dy = low[1] + j * pitch - centre[s, 1]
+            dx = lines.x + i * lines.pitch - centre[s, 0]
+            for j in range(lines.rows):
+                dy = lines.y + j * lines.pitch - centre[s, 1]
                 square = radius[s] * radius[s] - dx * dx - dy * dy
                 if square <= 0.0:
                     continue
-                line = i * size[1] + j
+                line = i * lines.rows + j
                 if fill:
                     half = math.sqrt(square)
-                    spans[free[line], 0] = centre[s, 2] - half
-                    spans[free[line], 1] = centre[s, 2] + half
-                free[line] += 1
+                    spans[next_free[line], 0] = centre[s, 2] - half
+                    spans[next_free[line], 1] = centre[s, 2] + half
+                next_free[line] += 1
 
 
 @njit(cache=True)
-def _lengths(counts, marks, spans):  # type: ignore[no-untyped-def]
-    """Summed lengths inside the mesh, inside the union, inside both."""
+def _events_of(crossings, spans, height, winding, depth):  # type: ignore[no-untyped-def]
+    """Fill in what happens along a line.
+
+    height: where; winding and depth: by how much the number of times that the line is in the mesh,
+    and the number of balls that it is in, change there.
+    """
+    count = 0
+    for k in range(len(crossings)):
+        height[count] = crossings[k, 0]
+        winding[count] = crossings[k, 1]
+        depth[count] = 0.0
+        count += 1
+    for k in range(len(spans)):
+        for end in range(2):
+            height[count] = spans[k, end]
+            winding[count] = 0.0
+            depth[count] = 1.0 - 2.0 * end
+            count += 1
+
+
+@njit(cache=True)
+def _lengths(start, crossings, spans):  # type: ignore[no-untyped-def]
+    """Sum the lengths [m] of all lines inside the mesh, inside the union, and inside both.
+
+    start (2, L + 1): where the crossings and the spans of each line start.
+    """
     mesh = 0.0
     union = 0.0
     both = 0.0
-    for line in range(counts.shape[1] - 1):
-        cut = marks[counts[0, line] : counts[0, line + 1]]
-        run = spans[counts[1, line] : counts[1, line + 1]]
-        n = len(cut) + 2 * len(run)
-        if n == 0:
+    for line in range(start.shape[1] - 1):
+        crossed = crossings[start[0, line] : start[0, line + 1]]
+        inside = spans[start[1, line] : start[1, line + 1]]
+        count = len(crossed) + 2 * len(inside)
+        if count == 0:
             continue
-        place = np.empty(n)
-        kind = np.empty(n, np.int64)
-        step = np.empty(n)
-        for k in range(len(cut)):
-            place[k] = cut[k, 0]
-            kind[k] = 0
-            step[k] = cut[k, 1]
-        for k in range(len(run)):
-            a = len(cut) + 2 * k
-            place[a] = run[k, 0]
-            kind[a] = 1
-            step[a] = 1.0
-            place[a + 1] = run[k, 1]
-            kind[a + 1] = 1
-            step[a + 1] = -1.0
-        order = np.argsort(place, kind="mergesort")
-        winding = 0.0
-        deep = 0.0
+        height = np.empty(count)
+        winding = np.empty(count)
+        depth = np.empty(count)
+        _events_of(crossed, inside, height, winding, depth)
+        in_mesh = 0.0
+        in_balls = 0.0
         before = 0.0
-        for e in order:
-            length = place[e] - before
-            if winding > 0.5:
+        for e in np.argsort(height, kind="mergesort"):
+            length = height[e] - before
+            if in_mesh > 0.5:
                 mesh += length
-            if deep > 0.5:
+            if in_balls > 0.5:
                 union += length
-                if winding > 0.5:
+                if in_mesh > 0.5:
                     both += length
-            before = place[e]
-            if kind[e] == 0:
-                winding += step[e]
-            else:
-                deep += step[e]
+            before = height[e]
+            in_mesh += winding[e]
+            in_balls += depth[e]
     return mesh, union, both

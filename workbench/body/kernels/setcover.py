@@ -9,12 +9,20 @@ the same on every machine.
 from __future__ import annotations
 
 import heapq
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.compiled import njit
 
 __all__ = ["greedy_cover", "improve_cover", "prune_cover", "transposed"]
+
+_MIN_DROPPED = 3
+_MAX_DROPPED = 12
+"""Rows that one move drops."""
+_NOISE = 0.25
+"""Share of its gain by which a row can be rated lower at random."""
 
 
 @njit(cache=True)
@@ -127,63 +135,171 @@ def _neighbours(seat, size, held, centre, near, far):  # type: ignore[no-untyped
     return count
 
 
+class _Rows(NamedTuple):
+    """m rows of items, and for each of n items the rows that hold it."""
+
+    start: NDArray[np.int64]
+    """(m + 1,) items of row j: item[start[j]:start[j + 1]]."""
+    item: NDArray[np.int32]
+    begin: NDArray[np.int64]
+    """(n + 1,) rows of item x: row[begin[x]:begin[x + 1]]."""
+    row: NDArray[np.int32]
+
+
+class _Refill(NamedTuple):
+    """Working arrays of `_refill`, for m rows."""
+
+    gain: NDArray[np.int64]
+    """(m,) open items that each row would hold; 0 between calls."""
+    touched: NDArray[np.int64]
+    """(m,) the rows that hold any."""
+    taken: NDArray[np.int64]
+    """(64,) the rows that were taken."""
+
+
 @njit(cache=True)
-def _refill(open_items, start, item, begin, row, times, most, noise, state, work):  # type: ignore[no-untyped-def]
-    """Cover the open items anew, greedily with noise, by at most `most` rows. Returns rows used (or
-    most + 1)."""
-    gain, touched, taken = work
+def _count_gains(open_items, rows, work):  # type: ignore[no-untyped-def]
+    """Count the open items of each row into work.gain; returns how many rows hold any."""
+    gain = work.gain
     count = 0
     for x in open_items:
-        for k in range(begin[x], begin[x + 1]):
-            if gain[row[k]] == 0:
-                touched[count] = row[k]
+        for k in range(rows.begin[x], rows.begin[x + 1]):
+            j = rows.row[k]
+            if gain[j] == 0:
+                work.touched[count] = j
                 count += 1
-            gain[row[k]] += 1
+            gain[j] += 1
+    return count
+
+
+@njit(cache=True)
+def _best_row(count, state, work):  # type: ignore[no-untyped-def]
+    """Pick the touched row with the largest gain, each reduced at random by up to `_NOISE` of it.
+
+    Returns the row, -1 for none, and the state of the generator.
+    """
+    best = -1.0
+    pick = -1
+    for t in range(count):
+        gain = work.gain[work.touched[t]]
+        if gain > best * (1.0 - _NOISE):
+            state = _next(state)
+            score = gain * (1.0 - _NOISE * (state / 2147483647.0))
+            if score > best:
+                best = score
+                pick = work.touched[t]
+    return pick, state
+
+
+@njit(cache=True)
+def _take_row(j, rows, times, work):  # type: ignore[no-untyped-def]
+    """Take row j: count its items up, and the gains of other rows down; returns the items gained."""
+    gained = 0
+    for k in range(rows.start[j], rows.start[j + 1]):
+        x = rows.item[k]
+        times[x] += 1
+        if times[x] == 1:
+            gained += 1
+            for q in range(rows.begin[x], rows.begin[x + 1]):
+                work.gain[rows.row[q]] -= 1
+    return gained
+
+
+@njit(cache=True)
+def _refill(open_items, rows, times, most, state, work):  # type: ignore[no-untyped-def]
+    """Cover open items anew, greedily with noise, by at most `most` rows.
+
+    Returns whether all are covered, the number of rows taken, and the state of the generator.
+    """
+    count = _count_gains(open_items, rows, work)
     left = len(open_items)
     used = 0
     while left > 0 and used < most:
-        best = -1.0
-        pick = -1
-        for t in range(count):
-            g = gain[touched[t]]
-            if g > best * (1.0 - noise):
-                state = _next(state)
-                score = g * (1.0 - noise * (state / 2147483647.0))
-                if score > best:
-                    best = score
-                    pick = touched[t]
-        if pick < 0 or gain[pick] == 0:
+        pick, state = _best_row(count, state, work)
+        if pick < 0 or work.gain[pick] == 0:
             break
-        taken[used] = pick
+        work.taken[used] = pick
         used += 1
-        for k in range(start[pick], start[pick + 1]):
-            x = item[k]
-            times[x] += 1
-            if times[x] == 1:
-                left -= 1
-                for q in range(begin[x], begin[x + 1]):
-                    gain[row[q]] -= 1
+        left -= _take_row(pick, rows, times, work)
     for t in range(count):
-        gain[touched[t]] = 0
-    return used if left == 0 else used + most + 1, state
+        work.gain[work.touched[t]] = 0
+    return left == 0, used, state
+
+
+@njit(cache=True)
+def _opened_items(dropped, start, item, times):  # type: ignore[no-untyped-def]
+    """Return the items of dropped rows that no row holds any more, each once."""
+    room = 0
+    for j in dropped:
+        room += start[j + 1] - start[j]
+    opened = np.empty(room, np.int64)
+    count = 0
+    for j in dropped:
+        for k in range(start[j], start[j + 1]):
+            if times[item[k]] == 0:
+                times[item[k]] = -1  # seen
+                opened[count] = item[k]
+                count += 1
+    for k in range(count):
+        times[opened[k]] = 0
+    return opened[:count]
+
+
+@njit(cache=True)
+def _try_neighbourhood(seats, free, rows, times, state, work):  # type: ignore[no-untyped-def]
+    """Drop the rows on some seats and cover anew; undone where that takes more rows.
+
+    seats, free: ascending indices into `free` (h,), which holds the chosen rows and is filled in
+    place. Returns how many of the seats hold a row now, the first ones, and the generator's state.
+    """
+    dropped = free[seats].copy()
+    for j in dropped:
+        _change(j, rows.start, rows.item, times, -1)
+    opened = _opened_items(dropped, rows.start, rows.item, times)
+    is_covered, used, state = _refill(opened, rows, times, len(seats), state, work)
+    if not is_covered:
+        for k in range(used):
+            _change(work.taken[k], rows.start, rows.item, times, -1)
+        for j in dropped:
+            _change(j, rows.start, rows.item, times, 1)
+        return len(seats), state
+    for k in range(used):
+        free[seats[k]] = work.taken[k]
+    return used, state
 
 
 @njit(cache=True)
 def improve_cover(start, item, begin, row, times, chosen, fixed, centre, moves, target, seed):  # type: ignore[no-untyped-def]
-    """Large-neighbourhood search: drop 3 to 12 neighbouring rows, cover what opened anew; keep what
-    is no worse.
+    """Improve a cover by large-neighbourhood search [1]_.
 
-    centre (m, 3): places of the rows, which make neighbourhoods. Ends after `moves` tries or once
-    no more than target rows are chosen. Source: Shaw, CP 1998, DOI 10.1007/3-540-49481-2_30.
+    Each move drops 3 to 12 neighbouring rows and covers anew what opened. It stays where it takes
+    no more rows.
+
+    Parameters
+    ----------
+    start, item, begin, row
+        The rows, and the rows of each item, see `transposed`.
+    times
+        (n,) how many chosen rows hold each item.
+    chosen, fixed
+        (m,) 1 for a chosen row, updated, and for one that stays.
+    centre
+        (m, 3) positions of the rows, which make neighbourhoods.
+    moves, target, seed
+        The search ends after `moves` tries, or once no more than `target` rows are chosen.
+
+    References
+    ----------
+    .. [1] P. Shaw (1998), Using constraint programming and local search methods to solve vehicle
+       routing problems, CP 1998, DOI 10.1007/3-540-49481-2_30.
     """
-    held = np.flatnonzero(chosen - fixed)
-    count = len(held)
+    rows = _Rows(start, item, begin, row)
+    free = np.flatnonzero(chosen - fixed)
+    count = len(free)
     state = 1 + seed % 2147483646
-    free = np.full(len(held), -1, np.int64)
-    free[: len(held)] = held
-    near = np.empty(12, np.int64)
-    far = np.empty(12)
-    work = (
+    near = np.empty(_MAX_DROPPED, np.int64)
+    distance = np.empty(_MAX_DROPPED)
+    work = _Refill(
         np.zeros(len(chosen), np.int64),
         np.empty(len(chosen), np.int64),
         np.empty(64, np.int64),
@@ -195,38 +311,12 @@ def improve_cover(start, item, begin, row, times, chosen, fixed, centre, moves, 
         state = _next(state)
         seat = state % count
         state = _next(state)
-        size = _neighbours(seat, min(3 + state % 10, count), free[:count], centre, near, far)
-        opened = np.empty(0, np.int64)
-        gone = np.sort(near[:size])
-        old = free[gone].copy()
-        for j in old:
-            _change(j, start, item, times, -1)
-        room = 0
-        opens = 0
-        for j in old:
-            room += start[j + 1] - start[j]
-        opened = np.empty(room, np.int64)
-        for j in old:
-            for k in range(start[j], start[j + 1]):
-                if times[item[k]] == 0:
-                    times[item[k]] = -1
-                    opened[opens] = item[k]
-                    opens += 1
-        for k in range(opens):
-            times[opened[k]] = 0
-        used, state = _refill(
-            opened[:opens], start, item, begin, row, times, size, 0.25, state, work
-        )
-        if used > size:
-            for k in range(used - size - 1):
-                _change(work[2][k], start, item, times, -1)
-            for j in old:
-                _change(j, start, item, times, 1)
-            continue
-        for k in range(used):
-            free[gone[k]] = work[2][k]
-        for k in range(size - 1, used - 1, -1):
+        size = min(_MIN_DROPPED + state % (_MAX_DROPPED - _MIN_DROPPED + 1), count)
+        size = _neighbours(seat, size, free[:count], centre, near, distance)
+        seats = np.sort(near[:size])
+        used, state = _try_neighbourhood(seats, free, rows, times, state, work)
+        for k in range(size - 1, used - 1, -1):  # the last rows move to the seats that are free
             count -= 1
-            free[gone[k]] = free[count]
+            free[seats[k]] = free[count]
     chosen[:] = fixed
     chosen[free[:count]] = 1

@@ -1,86 +1,151 @@
-"""The paper's raster display at the speed of a film: projection, order, painting. One picture,
-three loops.
-
-A lens (18,) packs a camera: right, up, toward and centre, three numbers each; then scale [pixels /
-m], bend [1/m], the picture's middle x and y [pixels], the nearest depth that is drawn and the eye's
-distance [m].
-"""
+"""Paint spheres as disks, as in the paper, at the speed of a film: project, sort, paint."""
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from workbench.compiled import njit
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["disk_span", "paint_disks", "project_spheres", "update_depth_order"]
+__all__ = [
+    "Lens",
+    "Projection",
+    "disk_span",
+    "paint_disks",
+    "project_spheres",
+    "update_depth_order",
+]
+
+
+class Lens(NamedTuple):
+    """A camera as the kernels take it.
+
+    View coordinates are metres to the right, up and toward the viewer from the camera's centre.
+    """
+
+    axes: Floats
+    """(4, 3) unit vectors right, up and toward the viewer, and the centre [m]."""
+    scale: float
+    """Pixels per metre at depth 0."""
+    bend: float
+    """1 / distance of the eye [1/m], 0 in a parallel view."""
+    x: float
+    """Middle of the picture [pixels]."""
+    y: float
+    nearest: float
+    """Largest depth [m] that is drawn."""
+    distance: float
+    """Depth of the eye [m], infinite in a parallel view."""
+
+
+class Projection(NamedTuple):
+    """Disks of S spheres."""
+
+    balls: Floats
+    """(S, 4) [m] view coordinates of the centre, and the radius."""
+    shown: Floats
+    """(S, 2) [m] depth and radius of what the disk shows: the centre's, or those of the face where
+    the nearest plane cuts the sphere."""
+    disk: Floats
+    """(S, 3) x, y, radius [pixels]; 0 for a sphere that is not drawn."""
+    front: Floats
+    """(S,) depth [m] of the frontmost point; -inf for a sphere that is not drawn."""
 
 
 @njit(cache=True)
-def project_spheres(
-    centre: Floats,
-    radius: Floats,
-    lens: Floats,
-    view: Floats,
-    shown: Floats,
-    disk: Floats,
-    front: Floats,
-) -> int:
-    """Spheres centre (S, 3), radius (S,) [m] to their disks; how many are drawn.
+def project_spheres(centre: Floats, radius: Floats, lens: Lens, out: Projection) -> int:
+    """Project spheres to disks.
 
-    view (S, 4) [m]: to the right, up and toward the viewer; and the radius. disk (S, 3): x, y,
-    radius [pixels]: the paper's circle, in inverse proportion to the distance of the centre along
-    the view. front (S,) [m]: the depth of the frontmost point. What the nearest plane cuts ends
-    there: the disk of a sphere that loses its centre is that of the cut face. shown (S, 2) [m]:
-    depth and radius of what the disk shows, the centre's or the face's. Spheres that hold the eye,
-    or are all cut away, have disk 0 and front -inf.
+    The disk is the paper's circle about the image of the centre. Its radius is in inverse
+    proportion to the distance of the centre along the view. Where the nearest plane takes the
+    centre, the disk is that of the cut face. Spheres that hold the eye, or that are all cut away,
+    are not drawn.
+
+    Parameters
+    ----------
+    centre, radius
+        (S, 3) and (S,) [m].
+    lens
+        The camera.
+    out
+        Filled in place.
+
+    Returns
+    -------
+    int
+        How many spheres are drawn.
     """
-    nearest = lens[16]
-    distance = lens[17]
     drawn = 0
     for s in range(len(radius)):
-        x = 0.0
-        y = 0.0
-        z = 0.0
-        size = radius[s]
-        holds = False
-        for k in range(3):
-            away = centre[s, k] - lens[9 + k]
-            x = x + lens[k] * away
-            y = y + lens[3 + k] * away
-            z = z + lens[6 + k] * away
-        view[s, 0] = x
-        view[s, 1] = y
-        view[s, 2] = z
-        view[s, 3] = size
-        if lens[13] > 0.0:
-            holds = x * x + y * y + (distance - z) * (distance - z) <= size * size
-        beyond = max(z - nearest, 0.0)
-        if holds or not beyond < size:
-            disk[s, 0] = disk[s, 1] = disk[s, 2] = shown[s, 1] = 0.0
-            front[s], shown[s, 0] = -math.inf, min(z, nearest)
-            continue
-        front[s] = min(z + size, nearest)
-        if beyond > 0.0:
-            size = math.sqrt(size * size - beyond * beyond)
-            z = nearest
-        scale = lens[12] / (1.0 - z * lens[13])
-        shown[s, 0] = z
-        shown[s, 1] = size
-        disk[s, 0] = lens[14] + scale * x
-        disk[s, 1] = lens[15] - scale * y
-        disk[s, 2] = scale * size
-        drawn += 1
+        _to_view(centre, radius, s, lens.axes, out.balls)
+        drawn += _project_sphere(s, lens, out)
     return drawn
 
 
 @njit(cache=True)
-def update_depth_order(order: Ints, front: Floats) -> int:
-    """Sort `order` (S,) in place back to front, by insertion; how many times one sphere was moved
-    by one place.
+def _to_view(centre: Floats, radius: Floats, s: int, axes: Floats, balls: Floats) -> None:
+    """Write the view coordinates and the radius of sphere s; axes: as of `Lens`."""
+    x = 0.0
+    y = 0.0
+    z = 0.0
+    for k in range(3):
+        offset = centre[s, k] - axes[3, k]
+        x = x + axes[0, k] * offset
+        y = y + axes[1, k] * offset
+        z = z + axes[2, k] * offset
+    balls[s, 0] = x
+    balls[s, 1] = y
+    balls[s, 2] = z
+    balls[s, 3] = radius[s]
 
-    Of equal fronts (S,) the lower number comes first. From the order of a frame before, n spheres
-    take a few n moves.
+
+@njit(cache=True)
+def _project_sphere(s: int, lens: Lens, out: Projection) -> int:
+    """Project sphere s from its view coordinates; returns 1, or 0 where it is not drawn."""
+    x = out.balls[s, 0]
+    y = out.balls[s, 1]
+    z = out.balls[s, 2]
+    size = out.balls[s, 3]
+    behind_eye = lens.distance - z
+    holds_eye = lens.bend > 0.0 and x * x + y * y + behind_eye * behind_eye <= size * size
+    beyond = max(z - lens.nearest, 0.0)  # how far the centre is cut away
+    if holds_eye or not beyond < size:
+        out.disk[s, 0] = 0.0
+        out.disk[s, 1] = 0.0
+        out.disk[s, 2] = 0.0
+        out.shown[s, 0] = min(z, lens.nearest)
+        out.shown[s, 1] = 0.0
+        out.front[s] = -math.inf
+        return 0
+    out.front[s] = min(z + size, lens.nearest)
+    if beyond > 0.0:
+        size = math.sqrt(size * size - beyond * beyond)
+        z = lens.nearest
+    scale = lens.scale / (1.0 - z * lens.bend)
+    out.shown[s, 0] = z
+    out.shown[s, 1] = size
+    out.disk[s, 0] = lens.x + scale * x
+    out.disk[s, 1] = lens.y - scale * y
+    out.disk[s, 2] = scale * size
+    return 1
+
+
+@njit(cache=True)
+def update_depth_order(order: Ints, front: Floats) -> int:
+    """Sort spheres back to front by insertion, which is fast from the order of the frame before.
+
+    Parameters
+    ----------
+    order
+        (S,) sorted in place. Of equal fronts the lower number comes first.
+    front
+        (S,) depths of the frontmost points.
+
+    Returns
+    -------
+    int
+        How many times one sphere was moved by one place.
     """
     moves = 0
     for k in range(1, len(order)):
@@ -100,12 +165,19 @@ def update_depth_order(order: Ints, front: Floats) -> int:
 
 @njit(cache=True)
 def disk_span(row: int, x: float, y: float, radius: float, width: int) -> tuple[int, int]:
-    """First and one past the last column of a disk in a row; the first is not below the second
-    where there is none.
+    """Return the first column of a disk in a row, and one past the last.
 
-    The square root gives the ends to within rounding; the last steps use the very predicate that
-    defines the disk, so that spans and a pixel-by-pixel test agree on every pixel.
+    The first is not below the second where there is none.
+
+    Parameters
+    ----------
+    row, x, y, radius
+        The row, and the disk [pixels].
+    width
+        Of the picture.
     """
+    # The square root gives the ends to within rounding. The last steps use the predicate that
+    # defines the disk, so that spans and a test of each pixel agree on every pixel.
     dy = row + 0.5 - y
     square = dy * dy
     limit = radius * radius
@@ -125,24 +197,73 @@ def disk_span(row: int, x: float, y: float, radius: float, width: int) -> tuple[
     return max(first, 0), min(last + 1, width)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _fill(line: Ints, first: int, end: int, value: int, blank: int) -> None:
+    """Write `value` into the pixels of a row that are still `blank`."""
     for column in range(first, end):
         if line[column] == blank:
             line[column] = value
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _paint_span(line: Ints, runs: Ints, first: int, end: int, value: int, blank: int) -> None:
+    """Paint the columns from `first` to `end` of a row where nothing was painted.
+
+    runs: (4,) from and to of two runs of columns that are known to be painted. One that the span
+    meets is extended; otherwise the span replaces the shorter run, if that is shorter still.
+    """
+    a = runs[0]
+    b = runs[1]
+    c = runs[2]
+    d = runs[3]
+    if end >= a and first <= b:
+        _fill(line, first, a, value, blank)
+        _fill(line, b, end, value, blank)
+        runs[0] = min(first, a)
+        runs[1] = max(end, b)
+    elif end >= c and first <= d:
+        _fill(line, first, c, value, blank)
+        _fill(line, d, end, value, blank)
+        runs[2] = min(first, c)
+        runs[3] = max(end, d)
+    else:
+        _fill(line, first, end, value, blank)
+        slot = 0 if b - a < d - c else 2
+        if end - first > runs[slot + 1] - runs[slot]:
+            runs[slot] = first
+            runs[slot + 1] = end
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _is_painted(covered: Ints, row: int, first: int, end: int) -> bool:
+    """Whether a run of columns lies in one of those that are known to be painted."""
+    return (covered[row, 0] <= first and covered[row, 1] >= end) or (
+        covered[row, 2] <= first and covered[row, 3] >= end
+    )
 
 
 @njit(cache=True)
 def paint_disks(
     disk: Floats, order: Ints, value: Ints, blank: int, picture: Ints, covered: Ints
 ) -> None:
-    """What a painter sees who lays disks (S, 3) x, y, radius [pixels] over one another in `order`
-    (K,).
+    """Paint disks over one another: each pixel gets the value of the last disk that holds it.
 
-    Each pixel gets the `value` (S,) of the last disk that holds its centre; picture (height, width)
-    comes filled with `blank`, which no value may equal. Painted from the last disk to the first,
-    each pixel once: covered (height, 4) holds two runs of columns of each row, from and to, that
-    are known to be painted, and most disks fall inside.
+    Disks are painted from the last to the first, and each pixel once.
+
+    Parameters
+    ----------
+    disk
+        (S, 3) x, y, radius [pixels].
+    order
+        (K,) the disks in painter's order.
+    value, blank
+        (S,) what is written for each disk, and what the picture comes filled with. No value may
+        equal `blank`.
+    picture
+        (height, width) filled in place.
+    covered
+        (height, 4) working space: two runs of columns of each row, from and to, that are known to
+        be painted. Most disks fall inside them.
     """
     height, width = picture.shape
     covered[:] = 0
@@ -151,33 +272,13 @@ def paint_disks(
         x = disk[sphere, 0]
         y = disk[sphere, 1]
         radius = disk[sphere, 2]
-        colour = value[sphere]
         left = max(math.floor(x - radius), 0)
         right = min(math.ceil(x + radius), width)
         if left >= right:
             continue
         for row in range(max(0, math.floor(y - radius)), min(height, math.ceil(y + radius))):
-            a = covered[row, 0]
-            b = covered[row, 1]
-            c = covered[row, 2]
-            d = covered[row, 3]
-            if (a <= left and b >= right) or (c <= left and d >= right):
+            if _is_painted(covered, row, left, right):
                 continue
             first, end = disk_span(row, x, y, radius, width)
-            if first >= end or (a <= first and b >= end) or (c <= first and d >= end):
-                continue
-            line = picture[row]
-            if end >= a and first <= b:
-                _fill(line, first, a, colour, blank)
-                _fill(line, b, end, colour, blank)
-                covered[row, 0], covered[row, 1] = min(first, a), max(end, b)
-            elif end >= c and first <= d:
-                _fill(line, first, c, colour, blank)
-                _fill(line, d, end, colour, blank)
-                covered[row, 2], covered[row, 3] = min(first, c), max(end, d)
-            else:
-                _fill(line, first, end, colour, blank)
-                slot = 0 if b - a < d - c else 2
-                if end - first > covered[row, slot + 1] - covered[row, slot]:
-                    covered[row, slot] = first
-                    covered[row, slot + 1] = end
+            if first < end and not _is_painted(covered, row, first, end):
+                _paint_span(picture[row], covered[row], first, end, value[sphere], blank)

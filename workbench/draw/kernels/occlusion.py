@@ -26,6 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.compiled import njit
+from workbench.draw.kernels.rasterization import MIN_AREA
 from workbench.geometry.order import NONE, ONE, stable_order
 from workbench.model.arrays import Floats, Ints
 
@@ -37,8 +38,6 @@ _MAX_SPANS = 24
 after it, give fewer."""
 _MIN_GAP = 1e-9
 """[rad] or share of a line: a gap between two intervals no wider than this is rounding."""
-_MIN_AREA = 1e-12
-"""Twice the area [pixels^2] of a triangle in the picture below which it is seen edge-on."""
 _EMPTY = (0.0, -1.0)
 """An interval that holds nothing: its end lies before its start."""
 
@@ -130,7 +129,7 @@ def occluder_planes(corners: Floats, bias: float) -> Floats:
         b = corners[t, 1]
         c = corners[t, 2]
         area = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1])
-        if abs(area) < _MIN_AREA:
+        if abs(area) < MIN_AREA:
             planes[t, 3, 3] = -1.0
             continue
         sense = 1.0 if area > 0.0 else -1.0

@@ -10,11 +10,17 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
 from workbench.compiled import njit
 from workbench.draw.kernels.disk_painter import disk_span
 from workbench.model.arrays import Bools, Floats, Ints
 
-__all__ = ["fill_triangles", "sphere_depths"]
+__all__ = ["MIN_AREA", "Fragments", "fill_triangles", "sphere_depths"]
+
+MIN_AREA = 1e-12
+"""Twice the area [pixels^2] of a triangle in the picture below which it is seen edge-on."""
 
 
 @njit(cache=True)
@@ -57,8 +63,38 @@ class _EdgeBound(NamedTuple):
     slope: float
     side: float
     """1 for a bound on the right, -1 on the left, 0 for a level edge."""
+    y: float
+    """For a level edge: its height, and the inside is where level (row - y) >= 0."""
     level: float
-    """For a level edge: the inside is where level (y - y of the edge) >= 0."""
+
+
+class _Triangle(NamedTuple):
+    """A triangle to be filled: its edges and its depth, Z = depth + slope_x x + slope_y y."""
+
+    first: _EdgeBound
+    second: _EdgeBound
+    third: _EdgeBound
+    x: float
+    """x, y [pixels] and Z of the corner from which Z is measured."""
+    y: float
+    depth: float
+    slope_x: float
+    """Change of Z per pixel right and down."""
+    slope_y: float
+    nearest: float
+    """Largest and smallest Z of the corners."""
+    farthest: float
+
+
+class Fragments(NamedTuple):
+    """Images (height, width) that triangles are written into."""
+
+    depth: Floats
+    """Depth [m] of the foremost triangle."""
+    number: NDArray[np.int32]
+    """Its number."""
+    was_cut: Bools
+    """Whether anything was dropped there by the near plane."""
 
 
 @njit(cache=True)
@@ -67,25 +103,84 @@ def _edge_bound(ax: float, ay: float, bx: float, by: float, turn: float) -> _Edg
     dx = bx - ax
     dy = by - ay
     if dy == 0.0:
-        return _EdgeBound(ax, 0.0, 0.0, dx * turn)
-    return _EdgeBound(ax - dx / dy * ay, dx / dy, 1.0 if dy * turn > 0.0 else -1.0, 0.0)
+        return _EdgeBound(ax, 0.0, 0.0, ay, dx * turn)
+    return _EdgeBound(ax - dx / dy * ay, dx / dy, 1.0 if dy * turn > 0.0 else -1.0, ay, 0.0)
 
 
-@njit(cache=True)
-def _clip_row(
-    edge: _EdgeBound, y: float, ay: float, low: float, high: float
-) -> tuple[float, float]:
-    """Clip the run from low to high in the row at y by an edge from ay; low > high for nothing."""
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _clip_row(edge: _EdgeBound, y: float, low: float, high: float) -> tuple[float, float]:
+    """Clip the run from low to high in the row at y by an edge; low > high for nothing."""
     if edge.side == 0.0:
-        return (low, high) if edge.level * (y - ay) >= 0.0 else (1.0, 0.0)
+        return (low, high) if edge.level * (y - edge.y) >= 0.0 else (1.0, 0.0)
     x = edge.offset + edge.slope * y
     return (low, min(high, x)) if edge.side > 0.0 else (max(low, x), high)
 
 
 @njit(cache=True)
-def fill_triangles(
-    corners: Floats, number: Ints, bend: float, cut: float, depth: Floats, ids: Ints, was_cut: Bools
+def _prepare(corners: Floats, t: int, area: float) -> _Triangle:
+    """Prepare triangle t of corners (T, 3, 3); area: twice its signed area [pixels^2]."""
+    ax = corners[t, 0, 0]
+    ay = corners[t, 0, 1]
+    az = corners[t, 0, 2]
+    bx = corners[t, 1, 0]
+    by = corners[t, 1, 1]
+    bz = corners[t, 1, 2]
+    cx = corners[t, 2, 0]
+    cy = corners[t, 2, 1]
+    cz = corners[t, 2, 2]
+    turn = 1.0 if area > 0.0 else -1.0
+    return _Triangle(
+        _edge_bound(ax, ay, bx, by, turn),
+        _edge_bound(bx, by, cx, cy, turn),
+        _edge_bound(cx, cy, ax, ay, turn),
+        ax,
+        ay,
+        az,
+        ((bz - az) * (cy - ay) - (cz - az) * (by - ay)) / area,
+        ((cz - az) * (bx - ax) - (bz - az) * (cx - ax)) / area,
+        max(az, bz, cz),
+        min(az, bz, cz),
+    )
+
+
+@njit(cache=True)
+def _twice_area(corners: Floats, t: int) -> float:
+    """Return twice the signed area [pixels^2] of triangle t of corners (T, 3, 3)."""
+    x = corners[t, 0, 0]
+    y = corners[t, 0, 1]
+    return (corners[t, 1, 0] - x) * (corners[t, 2, 1] - y) - (corners[t, 1, 1] - y) * (
+        corners[t, 2, 0] - x
+    )
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _fill_row(
+    triangle: _Triangle, number: int, row: int, bend: float, cut: float, out: Fragments
 ) -> None:
+    """Fill the pixels of a row with a triangle; arguments as for `fill_triangles`."""
+    depth = out.depth
+    numbers = out.number
+    was_cut = out.was_cut
+    y = row + 0.5
+    low, high = _clip_row(triangle.first, y, 0.5, depth.shape[1] - 0.5)
+    low, high = _clip_row(triangle.second, y, low, high)
+    low, high = _clip_row(triangle.third, y, low, high)
+    base = triangle.depth + triangle.slope_y * (y - triangle.y)
+    for column in range(math.ceil(low - 0.5), math.floor(high - 0.5) + 1):
+        front = base + triangle.slope_x * (column + 0.5 - triangle.x)
+        # slivers: never beyond the corners
+        front = min(max(front, triangle.farthest), triangle.nearest)
+        if bend != 0.0:
+            front /= 1.0 + bend * front
+        if front > cut:
+            was_cut[row, column] = True
+        elif front > depth[row, column]:
+            depth[row, column] = front
+            numbers[row, column] = number
+
+
+@njit(cache=True)
+def fill_triangles(corners: Floats, number: Ints, bend: float, cut: float, out: Fragments) -> None:
     """Rasterize triangles with a depth test; of equal depths the first one stays.
 
     A pixel belongs to a triangle if its middle is inside it or on its edge. Projective depth Z is
@@ -100,49 +195,25 @@ def fill_triangles(
     bend
         1 / D [1/m], 0 in a parallel view.
     cut
-        Depth [m] of the near plane; nearer fragments are dropped and noted in `was_cut`.
-    depth, ids, was_cut
-        (height, width) filled in place.
+        Depth [m] of the near plane; nearer fragments are dropped and noted in `out.was_cut`.
+    out
+        Filled in place.
     """
-    height, width = depth.shape
+    height, width = out.depth.shape
     for t in range(len(corners)):
         ax = corners[t, 0, 0]
-        ay = corners[t, 0, 1]
-        az = corners[t, 0, 2]
         bx = corners[t, 1, 0]
-        by = corners[t, 1, 1]
-        bz = corners[t, 1, 2]
         cx = corners[t, 2, 0]
+        ay = corners[t, 0, 1]
+        by = corners[t, 1, 1]
         cy = corners[t, 2, 1]
-        cz = corners[t, 2, 2]
         top = max(math.ceil(min(ay, by, cy) - 0.5), 0)
         bottom = min(math.floor(max(ay, by, cy) - 0.5), height - 1)
         if top > bottom or max(ax, bx, cx) < 0.5 or min(ax, bx, cx) > width - 0.5:
             continue
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        if abs(area) < 1e-12:  # seen edge-on: it covers nothing
+        area = _twice_area(corners, t)
+        if abs(area) < MIN_AREA:  # seen edge-on: it covers nothing
             continue
-        slope_x = ((bz - az) * (cy - ay) - (cz - az) * (by - ay)) / area
-        slope_y = ((cz - az) * (bx - ax) - (bz - az) * (cx - ax)) / area
-        nearest = max(az, bz, cz)
-        farthest = min(az, bz, cz)
-        turn = 1.0 if area > 0.0 else -1.0
-        first = _edge_bound(ax, ay, bx, by, turn)
-        second = _edge_bound(bx, by, cx, cy, turn)
-        third = _edge_bound(cx, cy, ax, ay, turn)
+        triangle = _prepare(corners, t, area)
         for row in range(top, bottom + 1):
-            y = row + 0.5
-            low, high = _clip_row(first, y, ay, 0.5, width - 0.5)
-            low, high = _clip_row(second, y, by, low, high)
-            low, high = _clip_row(third, y, cy, low, high)
-            base = az + slope_y * (y - ay)
-            for column in range(math.ceil(low - 0.5), math.floor(high - 0.5) + 1):
-                front = base + slope_x * (column + 0.5 - ax)
-                front = min(max(front, farthest), nearest)  # slivers: never beyond the corners
-                if bend != 0.0:
-                    front /= 1.0 + bend * front
-                if front > cut:
-                    was_cut[row, column] = True
-                elif front > depth[row, column]:
-                    depth[row, column] = front
-                    ids[row, column] = number[t]
+            _fill_row(triangle, number[t], row, bend, cut, out)

@@ -1,31 +1,106 @@
-"""The surfaces of spheres pixel by pixel: a depth buffer that equals a ray caster, and light on
-what it shows.
+"""Compute the surfaces of spheres pixel by pixel, as a ray caster would, and light them.
 
-View coordinates are metres to the right, up and toward the viewer from the camera's centre; the
-last is the depth. The ray through a pixel passes q (1 - bend z) at depth z, where q is the pixel's
-place at depth 0. With e the ray's distance from a sphere's centre at the centre's depth and s =
--bend q its slope, it meets the surface z' in front of the centre, (1 + s^2) z' = -s . e + sqrt(r^2
-(1 + s^2) - e^2 - (e x s)^2). A parallel view has s = 0. lens: see `disk_painter`.
+Spheres are in view coordinates, see `disk_painter.Lens`; the last is the depth. The ray through a
+pixel passes q (1 - bend z) at depth z, where q is the pixel's position at depth 0. With e the
+distance of the ray from a sphere's centre at the centre's depth and s = -bend q its slope, it meets
+the surface z' in front of the centre where
+
+    (1 + s^2) z' = -s . e + sqrt(r^2 (1 + s^2) - e^2 - (e x s)^2).
+
+A parallel view has s = 0.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.compiled import njit
+from workbench.draw.kernels.disk_painter import Lens
 from workbench.model.arrays import Floats, Ints
 
-__all__ = ["BLOCK", "light_surfaces", "paint_rays", "surface_depths"]
+__all__ = ["RUN_LENGTH", "Light", "light_surfaces", "paint_rays", "surface_depths"]
 
-BLOCK = 16  # pixels of a row that share one bound of depth
+RUN_LENGTH = 16
+"""Pixels of a row that share one bound of depth."""
+_AMBIENT = 0.42
+"""Share of the light on a surface that faces away from it."""
+_DIFFUSE = 0.58
+"""What is added to this on a surface that faces the light."""
+_TAP_WEIGHT = 0.11
+"""Share of the ambient light that one of 8 places around a pixel takes at most."""
+_MAX_DARK = 0.75
+"""Share of the ambient light that all of them take at most."""
+_MIN_FACING = 0.05
+"""Least part of a normal toward the viewer, for pixels at a rim."""
+_MAX_TAP = 1e6
+"""[pixels] to where ambient light is sought at most, so that it fits an integer."""
+_H = math.sqrt(0.5)
+_TAPS = (
+    (1.0, 0.0),
+    (0.0, 1.0),
+    (-1.0, 0.0),
+    (0.0, -1.0),
+    (_H, _H),
+    (-_H, _H),
+    (-_H, -_H),
+    (_H, -_H),
+)
+"""Directions right and up in which ambient light is sought."""
+
+
+class Light(NamedTuple):
+    """Direction to the light in view coordinates, a unit vector."""
+
+    x: float
+    y: float
+    z: float
+    crease_radius: float
+    """Distance [m] within which surfaces darken creases."""
+
+
+class _Box(NamedTuple):
+    """First column and row of a block of pixels, and one past the last."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+
+class _Row(NamedTuple):
+    """What a row of pixels and a sphere have in common, for rays in perspective."""
+
+    x: float
+    """View coordinates of the centre [m]."""
+    z: float
+    square: float
+    """r^2 [m^2]."""
+    bend: float
+    shrink: float
+    """1 - bend z."""
+    slope: float
+    """s and e of the row, upward."""
+    offset: float
+
+
+class _Ray(NamedTuple):
+    """How a ray meets a sphere: z' = z + (middle +- sqrt(rest)) / whole; rest < 0: not at all."""
+
+    rest: float
+    middle: float
+    whole: float
+    """1 + s^2."""
 
 
 @njit(cache=True)
-def _ends(across: float, along: float, radius: float) -> tuple[float, float]:
-    """Least and greatest across / along of a sphere as seen from the origin; infinite where it
-    reaches beside it."""
+def _extent(across: float, along: float, radius: float) -> tuple[float, float]:
+    """Return the least and greatest across / along of a sphere seen from the origin.
+
+    They are infinite where it reaches beside the eye.
+    """
     if along <= radius:
         return -math.inf, math.inf
     square = along * along - radius * radius
@@ -34,27 +109,57 @@ def _ends(across: float, along: float, radius: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def _box(
-    x: float, y: float, z: float, radius: float, lens: Floats, width: int, height: int
-) -> tuple[int, int, int, int]:
-    """First column and row, and one past the last, of the pixels that may show a sphere."""
-    if lens[13] == 0.0:
-        left = x - radius
-        right = x + radius
-        low = y - radius
-        high = y + radius
-    else:
-        left, right = _ends(x, lens[17] - z, radius)
-        low, high = _ends(y, lens[17] - z, radius)
-        left = left * lens[17]
-        right = right * lens[17]
-        low = low * lens[17]
-        high = high * lens[17]
-    first = math.floor(min(max(lens[14] + lens[12] * left - 1.0, 0.0), width))
-    end = math.ceil(min(max(lens[14] + lens[12] * right + 1.0, 0.0), width))
-    top = math.floor(min(max(lens[15] - lens[12] * high - 1.0, 0.0), height))
-    bottom = math.ceil(min(max(lens[15] - lens[12] * low + 1.0, 0.0), height))
-    return first, top, end, bottom
+def _sphere_box(balls: Floats, sphere: int, lens: Lens, width: int, height: int) -> _Box:
+    """Return the pixels of a picture that may show a sphere of balls (S, 4)."""
+    x = balls[sphere, 0]
+    y = balls[sphere, 1]
+    along = lens.distance - balls[sphere, 2]
+    radius = balls[sphere, 3]
+    left = x - radius
+    right = x + radius
+    low = y - radius
+    high = y + radius
+    if lens.bend != 0.0:
+        left, right = _extent(x, along, radius)
+        low, high = _extent(y, along, radius)
+        left = left * lens.distance
+        right = right * lens.distance
+        low = low * lens.distance
+        high = high * lens.distance
+    return _Box(
+        math.floor(_clamp(lens.x + lens.scale * left - 1.0, width)),
+        math.floor(_clamp(lens.y - lens.scale * high - 1.0, height)),
+        math.ceil(_clamp(lens.x + lens.scale * right + 1.0, width)),
+        math.ceil(_clamp(lens.y - lens.scale * low + 1.0, height)),
+    )
+
+
+@njit(cache=True)
+def _clamp(value: float, largest: int) -> float:
+    return min(max(value, 0.0), largest)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _row_of(balls: Floats, sphere: int, row: int, lens: Lens) -> _Row:
+    """Prepare the rays of a row for a sphere of balls (S, 4)."""
+    z = balls[sphere, 2]
+    radius = balls[sphere, 3]
+    qy = (lens.y - row - 0.5) * (1.0 / lens.scale)
+    shrink = 1.0 - lens.bend * z
+    slope = -lens.bend * qy
+    offset = qy * shrink - balls[sphere, 1]
+    return _Row(balls[sphere, 0], z, radius * radius, lens.bend, shrink, slope, offset)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _cast(qx: float, row: _Row) -> _Ray:
+    """Cast the ray at the horizontal position qx [m]; the formula of this module."""
+    sx = -row.bend * qx
+    ex = qx * row.shrink - row.x
+    whole = 1.0 + sx * sx + row.slope * row.slope
+    cross = ex * row.slope - row.offset * sx
+    rest = row.square * whole - ex * ex - row.offset * row.offset - cross * cross
+    return _Ray(rest, -(sx * ex + row.slope * row.offset), whole)
 
 
 @njit(cache=True, error_model="numpy")
@@ -70,8 +175,19 @@ def _parallel_run(
     depth: Floats,
     ids: Ints,
 ) -> None:
-    """Deepen a run of pixels by a sphere: `left` [m] from its centre to column 0, limit r^2 less
-    the row's."""
+    """Deepen the columns from `first` to `end` of a row by a sphere in a parallel view.
+
+    Parameters
+    ----------
+    number, z
+        The sphere, and its depth [m].
+    left, pixel
+        [m] from its centre to column 0, and between pixels.
+    limit
+        Square of the half width [m^2] that the sphere has in this row.
+    depth, ids
+        (height, width) depth and sphere of the pixels, filled in place.
+    """
     line = depth[row, first:end]
     names = ids[row, first:end]
     start = left + pixel * first
@@ -86,209 +202,226 @@ def _parallel_run(
 
 @njit(cache=True, error_model="numpy")
 def _perspective_run(
-    number: int,
-    row: int,
-    first: int,
-    end: int,
-    balls: Floats,
-    lens: Floats,
-    depth: Floats,
-    ids: Ints,
+    number: int, row: int, first: int, end: int, rays: _Row, lens: Lens, depth: Floats, ids: Ints
 ) -> None:
-    """Deepen a run of pixels by sphere `number`; what is nearer than the nearest plane is cut."""
-    x = balls[number, 0]
-    y = balls[number, 1]
-    z = balls[number, 2]
-    radius = balls[number, 3]
-    pixel = 1.0 / lens[12]
-    bend = lens[13]
-    nearest = lens[16]
+    """Deepen the columns from `first` to `end` of a row by a sphere in perspective.
+
+    What is nearer than the nearest plane of the lens is cut, and the cut face shows.
+    """
     line = depth[row, first:end]
     names = ids[row, first:end]
-    left = (first + 0.5 - lens[14]) * pixel
-    qy = (lens[15] - row - 0.5) * pixel
-    shrink = 1.0 - bend * z
-    sy = -bend * qy
-    ey = qy * shrink - y
+    nearest = lens.nearest
+    pixel = 1.0 / lens.scale
+    left = (first + 0.5 - lens.x) * pixel
     for k in range(len(line)):
-        qx = left + pixel * k
-        sx = -bend * qx
-        ex = qx * shrink - x
-        whole = 1.0 + sx * sx + sy * sy
-        cross = ex * sy - ey * sx
-        rest = radius * radius * whole - ex * ex - ey * ey - cross * cross
-        root = math.sqrt(rest if rest > 0.0 else 0.0)
-        middle = -(sx * ex + sy * ey)
-        front = z + (middle + root) / whole
-        back = z + (middle - root) / whole
+        ray = _cast(left + pixel * k, rays)
+        root = math.sqrt(ray.rest if ray.rest > 0.0 else 0.0)
+        front = rays.z + (ray.middle + root) / ray.whole
+        back = rays.z + (ray.middle - root) / ray.whole
         front = front if front < nearest else nearest
-        better = (rest >= 0.0) & (front > line[k]) & (back < nearest)
+        better = (ray.rest >= 0.0) & (front > line[k]) & (back < nearest)
         line[k] = front if better else line[k]
         names[k] = number if better else names[k]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def surface_depths(
-    balls: Floats, order: Ints, lens: Floats, depth: Floats, ids: Ints, bound: Floats
+    balls: Floats, order: Ints, lens: Lens, depth: Floats, ids: Ints, bound: Floats
 ) -> None:
-    """Depth [m] of the foremost sphere surface in every pixel, and the sphere's number, into
-    `depth` and `ids`.
+    """Find the foremost sphere surface in every pixel. Beyond the nearest plane the cut face shows.
 
-    balls (S, 4): view coordinates and radius [m] of whole spheres; drawn are those of `order` (K,),
-    back to front. Beyond the nearest plane the cut face shows. depth, ids (height, width) hold the
-    background; bound (height, columns / BLOCK rounded up) -inf. Nearest spheres are drawn first;
-    where all pixels of a block are nearer than a sphere's foremost point in their row, it is passed
-    over.
+    The nearest spheres are drawn first. Where all pixels of a run are nearer than the foremost
+    point of a sphere in their row, the sphere is passed over.
+
+    Parameters
+    ----------
+    balls
+        (S, 4) view coordinates and radius [m] of whole spheres.
+    order
+        (K,) the spheres that are drawn, back to front.
+    lens
+        The camera.
+    depth, ids
+        (height, width) depth [m] and sphere. They come with the background, and are filled.
+    bound
+        (height, columns / RUN_LENGTH rounded up) least depth of each run of pixels. It comes filled
+        with -inf.
     """
     height, width = depth.shape
-    nearest = lens[16]
-    bend = lens[13]
-    pixel = 1.0 / lens[12]
     for n in range(len(order) - 1, -1, -1):
         sphere = order[n]
-        x = balls[sphere, 0]
-        y = balls[sphere, 1]
-        z = balls[sphere, 2]
-        radius = balls[sphere, 3]
-        first, top, end, bottom = _box(x, y, z, radius, lens, width, height)
-        general = bend != 0.0 or z + radius > nearest
-        left = (0.5 - lens[14]) * pixel - x
-        for row in range(top, bottom):
-            off = (lens[15] - row - 0.5) * pixel - y
-            limit = radius * radius - off * off
-            front = z + radius
-            low = first
-            high = end
-            if bend == 0.0:
-                if limit < 0.0:
-                    continue
-                half = math.sqrt(limit)
-                front = z + half
-                low = max(first, math.floor(lens[14] + lens[12] * (x - half) - 1.0))
-                high = min(end, math.ceil(lens[14] + lens[12] * (x + half) + 1.0))
-            for block in range(low // BLOCK, (high + BLOCK - 1) // BLOCK):
-                if bound[row, block] >= front:
-                    continue
-                a = max(low, block * BLOCK)
-                b = min(high, (block + 1) * BLOCK)
-                if general:
-                    _perspective_run(sphere, row, a, b, balls, lens, depth, ids)
-                else:
-                    _parallel_run(sphere, row, a, b, left, pixel, limit, z, depth, ids)
-                bound[row, block] = _least(
-                    row, block * BLOCK, min((block + 1) * BLOCK, width), depth
+        box = _sphere_box(balls, sphere, lens, width, height)
+        for row in range(box.top, box.bottom):
+            if lens.bend == 0.0:
+                _deepen_parallel(balls, sphere, row, box, lens, depth, ids, bound)
+            else:
+                front = balls[sphere, 2] + balls[sphere, 3]
+                _deepen_runs(
+                    balls, sphere, row, box.left, box.right, front, lens, depth, ids, bound
                 )
 
 
-@njit(cache=True)
-def _least(row: int, first: int, end: int, depth: Floats) -> float:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _deepen_parallel(
+    balls: Floats,
+    sphere: int,
+    row: int,
+    box: _Box,
+    lens: Lens,
+    depth: Floats,
+    ids: Ints,
+    bound: Floats,
+) -> None:
+    """Deepen a row by a sphere of a parallel view, where it is as narrow as in this row."""
+    off = (lens.y - row - 0.5) * (1.0 / lens.scale) - balls[sphere, 1]
+    limit = balls[sphere, 3] * balls[sphere, 3] - off * off
+    if limit < 0.0:
+        return
+    half = math.sqrt(limit)
+    x = balls[sphere, 0]
+    low = max(box.left, math.floor(lens.x + lens.scale * (x - half) - 1.0))
+    high = min(box.right, math.ceil(lens.x + lens.scale * (x + half) + 1.0))
+    front = balls[sphere, 2] + half
+    _deepen_runs(balls, sphere, row, low, high, front, lens, depth, ids, bound)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _deepen_runs(
+    balls: Floats,
+    sphere: int,
+    row: int,
+    low: int,
+    high: int,
+    front: float,
+    lens: Lens,
+    depth: Floats,
+    ids: Ints,
+    bound: Floats,
+) -> None:
+    """Deepen the columns from `low` to `high` of a row by a sphere, run by run.
+
+    front: depth [m] of the sphere's foremost point in the row, or a larger one.
+    """
+    width = depth.shape[1]
+    pixel = 1.0 / lens.scale
+    z = balls[sphere, 2]
+    radius = balls[sphere, 3]
+    is_general = lens.bend != 0.0 or z + radius > lens.nearest
+    rays = _row_of(balls, sphere, row, lens)
+    left = (0.5 - lens.x) * pixel - rays.x
+    limit = rays.square - rays.offset * rays.offset
+    for run in range(low // RUN_LENGTH, (high + RUN_LENGTH - 1) // RUN_LENGTH):
+        if bound[row, run] >= front:
+            continue
+        first = max(low, run * RUN_LENGTH)
+        last = min(high, (run + 1) * RUN_LENGTH)
+        if is_general:
+            _perspective_run(sphere, row, first, last, rays, lens, depth, ids)
+        else:
+            _parallel_run(sphere, row, first, last, left, pixel, limit, z, depth, ids)
+        end = min((run + 1) * RUN_LENGTH, width)
+        bound[row, run] = _least(depth, row, run * RUN_LENGTH, end)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _least(values: Floats, row: int, first: int, end: int) -> float:
+    """Return the least value of a row from column `first` to `end`."""
     least = math.inf
     for column in range(first, end):
-        least = depth[row, column] if depth[row, column] < least else least
+        least = values[row, column] if values[row, column] < least else least
     return least
 
 
 @njit(cache=True)
-def paint_rays(balls: Floats, order: Ints, lens: Floats, value: Ints, picture: Ints) -> None:
-    """A painter's disks by their exact outlines: later spheres of `order` cover earlier ones
-    wherever a ray meets them.
+def paint_rays(balls: Floats, order: Ints, lens: Lens, value: Ints, picture: Ints) -> None:
+    """Paint spheres by their exact outlines: later ones cover earlier ones where a ray meets them.
 
-    balls, order, lens as for `surface_depths`; value (S,) goes into picture (height, width).
+    Parameters
+    ----------
+    balls, order, lens
+        As for `surface_depths`.
+    value
+        (S,) what is written for each sphere.
+    picture
+        (height, width) filled in place.
     """
     height, width = picture.shape
-    nearest = lens[16]
-    bend = lens[13]
-    pixel = 1.0 / lens[12]
+    pixel = 1.0 / lens.scale
     for sphere in order:
-        x = balls[sphere, 0]
-        y = balls[sphere, 1]
-        z = balls[sphere, 2]
-        radius = balls[sphere, 3]
-        first, top, end, bottom = _box(x, y, z, radius, lens, width, height)
-        shrink = 1.0 - bend * z
-        for row in range(top, bottom):
-            qy = (lens[15] - row - 0.5) * pixel
-            sy = -bend * qy
-            ey = qy * shrink - y
-            for column in range(first, end):
-                qx = (column + 0.5 - lens[14]) * pixel
-                sx = -bend * qx
-                ex = qx * shrink - x
-                whole = 1.0 + sx * sx + sy * sy
-                cross = ex * sy - ey * sx
-                rest = radius * radius * whole - ex * ex - ey * ey - cross * cross
-                if rest >= 0.0 and z - (sx * ex + sy * ey + math.sqrt(rest)) / whole < nearest:
+        box = _sphere_box(balls, sphere, lens, width, height)
+        for row in range(box.top, box.bottom):
+            rays = _row_of(balls, sphere, row, lens)
+            for column in range(box.left, box.right):
+                ray = _cast((column + 0.5 - lens.x) * pixel, rays)
+                if ray.rest < 0.0:
+                    continue
+                if rays.z + (ray.middle - math.sqrt(ray.rest)) / ray.whole < lens.nearest:
                     picture[row, column] = value[sphere]
 
 
-@njit(cache=True)
+# ----------------------------------------------------------------------------------- light
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _normal(
-    row: int, column: int, depth: float, grow: float, sphere: int, balls: Floats, lens: Floats
+    row: int, column: int, depth: float, pixel: float, sphere: int, balls: Floats, lens: Lens
 ) -> tuple[float, float, float]:
-    """Unit normal of a sphere at a pixel of that depth; straight at the viewer on a face that is
-    cut."""
-    if depth >= lens[16]:
+    """Return the unit normal of a sphere at a pixel of that depth, as far as the viewer sees it.
+
+    It points straight at the viewer on a cut face. pixel: its width [m] at that depth.
+    """
+    if depth >= lens.nearest:
         return 0.0, 0.0, 1.0
     inverse = 1.0 / balls[sphere, 3]
-    x = ((column + 0.5 - lens[14]) * grow - balls[sphere, 0]) * inverse
-    y = ((lens[15] - row - 0.5) * grow - balls[sphere, 1]) * inverse
-    return x, y, max((depth - balls[sphere, 2]) * inverse, 0.05)
-
-
-_H = math.sqrt(0.5)
-_TAPS = (
-    (1.0, 0.0),
-    (0.0, 1.0),
-    (-1.0, 0.0),
-    (0.0, -1.0),
-    (_H, _H),
-    (-_H, _H),
-    (-_H, -_H),
-    (_H, -_H),
-)
+    x = ((column + 0.5 - lens.x) * pixel - balls[sphere, 0]) * inverse
+    y = ((lens.y - row - 0.5) * pixel - balls[sphere, 1]) * inverse
+    return x, y, max((depth - balls[sphere, 2]) * inverse, _MIN_FACING)
 
 
 @njit(cache=True)
-def _taps(balls: Floats, lens: Floats, reach: float) -> tuple[Ints, Floats]:
-    """Where ambient light is asked for round a pixel of each sphere: (S, 8, 2) pixels right and
-    down; (S, 8) 1 / [m].
+def _tap_offsets(balls: Floats, lens: Lens, radius: float) -> tuple[Ints, Floats]:
+    """Find where ambient light is sought around a pixel of each sphere.
 
-    Four places lie `reach` [m] away and four half as far, at least 2 pixels and 1.
+    Four places lie `radius` [m] away and four half as far, at least 2 pixels and 1. Returns (S, 8,
+    2) pixels right and down, and (S, 8) 1 / their distance [1/m].
     """
     offset = np.empty((len(balls), 8, 2), np.int64)
     inverse = np.empty((len(balls), 8))
     for sphere in range(len(balls)):
-        grow = (1.0 - lens[13] * balls[sphere, 2]) / lens[12]  # [m] a pixel
-        far = min(max(reach / grow, 2.0), 1e6)
+        pixel = (1.0 - lens.bend * balls[sphere, 2]) / lens.scale  # [m]
+        farthest = min(max(radius / pixel, 2.0), _MAX_TAP)
         for k in range(8):
-            step = far if k < 4 else 0.5 * far
+            step = farthest if k < 4 else 0.5 * farthest
             offset[sphere, k, 0] = math.floor(_TAPS[k][0] * step + 0.5)
             offset[sphere, k, 1] = -math.floor(_TAPS[k][1] * step + 0.5)
-            inverse[sphere, k] = 1.0 / (step * grow)
+            inverse[sphere, k] = 1.0 / (step * pixel)
     return offset, inverse
 
 
-@njit(cache=True)
-def _shade(
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _ambient_share(
     row: int,
     column: int,
     sphere: int,
     normal: tuple[float, float, float],
-    grow: float,
+    pixel: float,
     depth: Floats,
     offset: Ints,
     inverse: Floats,
 ) -> float:
-    """Share of ambient light at a pixel: what stands above its tangent plane at 8 places around
-    takes some of it.
+    """Return the share of ambient light at a pixel.
 
-    Most where it rises as much as it is away; steps of twice that and more are other limbs and take
-    nothing.
+    What stands above the tangent plane of the pixel at 8 places around takes some of the light,
+    most where it rises as much as it is away. Steps of twice that and more are other limbs and take
+    nothing. pixel: its width [m]; offset, inverse: of `_tap_offsets`.
     """
     height, width = depth.shape
-    (nx, ny, nz), here, dark = normal, depth[row, column], 0.0
-    slope_x = nx * grow
-    slope_y = ny * grow  # [m], times nz: the tangent plane falls a pixel to the right, and up
+    nx, ny, nz = normal
+    here = depth[row, column]
+    # [m], times nz: by how much the tangent plane falls per pixel to the right, and up
+    slope_x = nx * pixel
+    slope_y = ny * pixel
+    dark = 0.0
     far = offset[sphere, 0, 0]
     inside = column >= far and row >= far and column + far < width and row + far < height
     for k in range(8):
@@ -301,38 +434,46 @@ def _shade(
         rise = ((depth[v, u] - here) * nz + slope_x * du - slope_y * dv) * inverse[sphere, k]
         taken = rise if rise < 1.0 else 2.0 - rise
         dark += taken if taken > 0.0 else 0.0
-    return 1.0 - min(0.11 * dark, 0.75)
+    return 1.0 - min(_TAP_WEIGHT * dark, _MAX_DARK)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def light_surfaces(
     balls: Floats,
     colour: Floats,
-    light: Floats,
-    lens: Floats,
-    reach: float,
+    light: Light,
+    lens: Lens,
     depth: Floats,
     ids: Ints,
     picture: Ints,
 ) -> None:
-    """Soft light from `light` (3,), a unit vector in view coordinates, and ambient shade in
-    creases.
+    """Light surfaces softly, with ambient occlusion in creases.
 
-    colour (S, 3): 0 to 255, of each sphere in full light; picture (height, width, 3) is written
-    where ids are not -1.
+    Parameters
+    ----------
+    balls, lens
+        As for `surface_depths`.
+    colour
+        (S, 3) colour of each sphere in full light, 0 to 255.
+    light
+        The light.
+    depth, ids
+        (height, width) as `surface_depths` fills them.
+    picture
+        (height, width, 3) written where `ids` is not -1.
     """
     height, width = ids.shape
-    offset, inverse = _taps(balls, lens, reach)
+    offset, inverse = _tap_offsets(balls, lens, light.crease_radius)
     for row in range(height):
         for column in range(width):
             sphere = ids[row, column]
             if sphere < 0:
                 continue
             here = depth[row, column]
-            grow = (1.0 - lens[13] * here) / lens[12]
-            nx, ny, nz = _normal(row, column, here, grow, sphere, balls, lens)
-            soft = 0.5 + 0.5 * (nx * light[0] + ny * light[1] + nz * light[2])
-            lit = 0.42 + 0.58 * soft * soft
-            lit *= _shade(row, column, sphere, (nx, ny, nz), grow, depth, offset, inverse)
+            pixel = (1.0 - lens.bend * here) / lens.scale
+            normal = _normal(row, column, here, pixel, sphere, balls, lens)
+            soft = 0.5 + 0.5 * (normal[0] * light.x + normal[1] * light.y + normal[2] * light.z)
+            lit = _AMBIENT + _DIFFUSE * soft * soft
+            lit *= _ambient_share(row, column, sphere, normal, pixel, depth, offset, inverse)
             for k in range(3):
                 picture[row, column, k] = int(colour[sphere, k] * lit + 0.5)
